@@ -1,0 +1,277 @@
+"""The Badge: everything that printing, filming and verifying need to know of one badge, frozen.
+
+Convention: lengths in mm; page coordinates are those of the PDF page, origin top left, x right, y down.
+Looking at the badge, z points into the page, so a camera in front of it has a negative z.
+A `rect` is (x0, y0, x1, y1) with x0 < x1 and y0 < y1.
+
+The JSON form is `badge.json`, format 1; its JSON Schema is shipped as `moireid/schema/badge.schema.json`.
+Keys that this version does not know are kept out of the Badge and ignored, so that later versions may add some.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from dataclasses import asdict, dataclass, field
+from functools import cache
+from importlib import resources
+from pathlib import Path
+from typing import Any, Literal
+
+from moireid.errors import SpecError
+
+FORMAT = 1
+Rect = tuple[float, float, float, float]
+Point = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Lens:
+    """The front layer: a lenticular sheet, or a line mask.
+
+    pitch_mm: spacing of lenticules or mask lines; thickness_mm: from the lens apexes (or the mask) to the page;
+    radius_mm: of the cylinder lenses, None for a mask; open_fraction: clear part of a mask's pitch, None for a lens.
+    """
+
+    kind: Literal["lenticular", "mask"]
+    pitch_mm: float
+    thickness_mm: float
+    refractive_index: float
+    radius_mm: float | None = None
+    open_fraction: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.kind == "mask":
+            object.__setattr__(self, "open_fraction", 0.5 if self.open_fraction is None else self.open_fraction)
+            return
+        if self.refractive_index <= 1.0:
+            raise SpecError(
+                f"lens refractive_index={self.refractive_index:g} cannot focus; a lenticular sheet has more than 1"
+            )
+        if self.radius_mm is None:
+            # A sheet made for print focuses on its flat back: R = g (n - 1) / n, the paraxial thick-lens formula.
+            focus_on_back_mm = self.thickness_mm * (self.refractive_index - 1.0) / self.refractive_index
+            object.__setattr__(self, "radius_mm", focus_on_back_mm)
+        assert self.radius_mm is not None
+        if self.radius_mm < self.pitch_mm / 2:
+            raise SpecError(
+                f"lens radius_mm={self.radius_mm:.4g} is below half the pitch ({self.pitch_mm / 2:.4g} mm), so the "
+                "cylinders would not meet; raise thickness_mm or give a finer pitch"
+            )
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A part of a grating with one spacing: dark lines begin at edge_mm + k pitch_mm and are duty pitch_mm wide."""
+
+    rect_mm: Rect
+    pitch_mm: float
+    edge_mm: float
+    duty: float = 0.5
+
+
+@dataclass(frozen=True)
+class Code:
+    """How a grating's cells carry an identity; its meaning belongs to the family's module in `idcodes`.
+
+    reference_cell: index of the cell that carries no symbol; frequency_step_per_mm: beat frequency between
+    neighbouring symbols, cycles per mm of page; levels: number of symbols; base_frequency_per_mm: the reference
+    cell's signed design beat frequency on the page, and first_level: how many steps from it symbol 0 lies.
+    """
+
+    reference_cell: int
+    frequency_step_per_mm: float
+    levels: int
+    base_frequency_per_mm: float
+    first_level: int
+
+
+@dataclass(frozen=True)
+class Grating:
+    """Printed lines under one piece of lens sheet; axis is the direction that its fringes sense."""
+
+    rect_mm: Rect
+    axis: Literal["x", "y"]
+    pitch_mm: float
+    family: str
+    cells: tuple[Cell, ...]
+    code: Code | None = None
+
+
+@dataclass(frozen=True)
+class Markers:
+    """Four ArUco markers; centers top left, top right, bottom right, bottom left of the upright page."""
+
+    dictionary: str
+    size_mm: float
+    ids: tuple[int, int, int, int]
+    centers_mm: tuple[Point, Point, Point, Point]
+
+
+@dataclass(frozen=True)
+class Badge:
+    """One badge as issued; never changed afterwards."""
+
+    id: str | None
+    name: str
+    page_mm: tuple[float, float]
+    lens: Lens
+    gratings: tuple[Grating, ...]
+    markers: Markers
+    payload_bits: int | None = None
+    board_mm: Rect | None = None
+    range_m: tuple[float, float] | None = None
+    print: dict[str, Any] | None = field(default=None, hash=False)
+
+    @property
+    def outline_mm(self) -> Rect:
+        """The board that is cut out of the page; the whole page where none is named."""
+        return self.board_mm or (0.0, 0.0, *self.page_mm)
+
+    def to_json(self) -> str:
+        """This badge as the text of a badge.json file, readable, with a final newline."""
+        return json.dumps(_to_document(self), indent=1, ensure_ascii=False) + "\n"
+
+    def layout_key(self) -> str:
+        """SHA-256 of all that a reader must know before it reads the identity: two badges of one layout read alike."""
+        document = _to_document(self)
+        for key in ("id", "name", "print", "range_m"):
+            document.pop(key, None)
+        for grating in document["gratings"]:
+            grating.pop("pitch_mm")
+            if "code" in grating:
+                grating["cells"] = [{"rect_mm": c["rect_mm"], "duty": c["duty"]} for c in grating["cells"]]
+        return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()
+
+
+def load_badge(path: Path | str) -> Badge:
+    """Read a badge.json file.
+
+    Raises: SpecError where the file is absent, not JSON, or breaks the schema or the geometry; the message names
+    the key and what is allowed there.
+    """
+    path = Path(path)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "not UTF-8 text"
+        raise SpecError(f"badge file {path} cannot be read ({reason}); give the path of a badge.json") from error
+    return badge_from_json(text, source=str(path))
+
+
+def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
+    """Parse the text of a badge.json; `source` names it in messages.  Raises: SpecError, as `load_badge`."""
+    try:
+        document = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise SpecError(f"{source} is not JSON ({error}); give a file that print-your-badge wrote") from error
+    _validate(document, source)
+    lens = Lens(**{key: document["lens"].get(key) for key in Lens.__dataclass_fields__})
+    gratings = tuple(_grating(entry) for entry in document["gratings"])
+    markers = document["markers"]
+    centers = tuple((float(x), float(y)) for x, y in markers["centers_mm"])
+    badge = Badge(
+        id=document["id"],
+        name=document["name"],
+        page_mm=(float(document["page"]["width_mm"]), float(document["page"]["height_mm"])),
+        lens=lens,
+        gratings=gratings,
+        markers=Markers(markers["dictionary"], float(markers["size_mm"]), tuple(markers["ids"]), centers),  # type: ignore[arg-type]
+        payload_bits=document.get("payload_bits"),
+        board_mm=tuple(map(float, document["board"]["rect_mm"])) if "board" in document else None,  # type: ignore[arg-type]
+        range_m=tuple(map(float, document["range_m"])) if "range_m" in document else None,  # type: ignore[arg-type]
+        print=document.get("print"),
+    )
+    _check_geometry(badge, source)
+    return badge
+
+
+def _grating(entry: dict[str, Any]) -> Grating:
+    """One grating from its JSON object."""
+    cells = tuple(
+        Cell(tuple(map(float, c["rect_mm"])), float(c["pitch_mm"]), float(c["edge_mm"]), float(c["duty"]))  # type: ignore[arg-type]
+        for c in entry["cells"]
+    )
+    code = Code(**{key: entry["code"][key] for key in Code.__dataclass_fields__}) if "code" in entry else None
+    return Grating(
+        tuple(map(float, entry["rect_mm"])),  # type: ignore[arg-type]
+        entry["axis"], float(entry["pitch_mm"]), entry["family"], cells, code,
+    )  # fmt: skip
+
+
+def _to_document(badge: Badge) -> dict[str, Any]:
+    """The JSON object of a badge; keys that hold nothing are left out, but for the id, which may be null."""
+    document: dict[str, Any] = {
+        "format": FORMAT,
+        "id": badge.id,
+        "name": badge.name,
+        "page": {"width_mm": badge.page_mm[0], "height_mm": badge.page_mm[1]},
+        "lens": {key: value for key, value in asdict(badge.lens).items() if value is not None},
+        "gratings": [asdict(grating) for grating in badge.gratings],
+        "markers": asdict(badge.markers),
+    }
+    for grating in document["gratings"]:
+        if grating["code"] is None:
+            del grating["code"]
+    optional = {
+        "payload_bits": badge.payload_bits,
+        "board": {"rect_mm": badge.board_mm} if badge.board_mm else None,
+        "range_m": badge.range_m,
+        "print": badge.print,
+    }
+    document.update({key: value for key, value in optional.items() if value is not None})
+    return json.loads(json.dumps(document))
+
+
+@cache
+def _validator() -> Any:
+    # jsonschema costs 50 ms to import, which `--help` must not pay.
+    import jsonschema
+
+    schema = json.loads(resources.files("moireid").joinpath("schema/badge.schema.json").read_text(encoding="utf-8"))
+    return jsonschema.Draft202012Validator(schema)
+
+
+def _validate(document: object, source: str) -> None:
+    """Hold `document` against the schema, and name the first fault."""
+    errors = sorted(_validator().iter_errors(document), key=lambda error: list(map(str, error.absolute_path)))
+    if errors:
+        where = ".".join(map(str, errors[0].absolute_path)) or "the file"
+        message = errors[0].message if len(errors[0].message) < 200 else errors[0].message[:200] + " …"
+        raise SpecError(f"{source}: {where}: {message}; correct that field (schema: moireid/schema/badge.schema.json)")
+
+
+def _check_geometry(badge: Badge, source: str) -> None:
+    """Hold what a schema cannot say: rectangles in order and on the page, cells within gratings, markers apart."""
+    page: Rect = (0.0, 0.0, *badge.page_mm)
+    if badge.board_mm:
+        _check_rect(badge.board_mm, page, "board.rect_mm", source)
+    for g, grating in enumerate(badge.gratings):
+        _check_rect(grating.rect_mm, page, f"gratings.{g}.rect_mm", source)
+        for c, cell in enumerate(grating.cells):
+            _check_rect(cell.rect_mm, grating.rect_mm, f"gratings.{g}.cells.{c}.rect_mm", source)
+        if grating.code and not 0 <= grating.code.reference_cell < len(grating.cells):
+            raise SpecError(
+                f"{source}: gratings.{g}.code.reference_cell={grating.code.reference_cell} is no index of its "
+                f"{len(grating.cells)} cells"
+            )
+    if len(set(badge.markers.ids)) != 4:
+        raise SpecError(f"{source}: markers.ids {list(badge.markers.ids)} repeat one; give four different ids")
+    half = badge.markers.size_mm / 2
+    for m, (x, y) in enumerate(badge.markers.centers_mm):
+        _check_rect((x - half, y - half, x + half, y + half), page, f"markers.centers_mm.{m}", source)
+
+
+def _check_rect(rect: Rect, outer: Rect, where: str, source: str) -> None:
+    """Raise unless `rect` is in order and inside `outer`, with room for rounding."""
+    slack_mm = 1e-6
+    inside = (
+        rect[0] >= outer[0] - slack_mm and rect[1] >= outer[1] - slack_mm
+        and rect[2] <= outer[2] + slack_mm and rect[3] <= outer[3] + slack_mm
+    )  # fmt: skip
+    if not (all(map(math.isfinite, rect)) and rect[0] < rect[2] and rect[1] < rect[3] and inside):
+        raise SpecError(
+            f"{source}: {where}: {[round(v, 4) for v in rect]} mm must be x0 < x1, y0 < y1 within "
+            f"{[round(v, 4) for v in outer]} mm; correct that rectangle"
+        )

@@ -1,0 +1,64 @@
+"""What a person asks for, checked."""
+
+from __future__ import annotations
+
+import math
+import unicodedata
+from dataclasses import dataclass
+
+from moireid.errors import SpecError
+
+#: A name longer than this cannot be set on a badge, nor usefully typed as a claim.
+NAME_LIMIT = 200
+
+
+@dataclass(frozen=True)
+class Request:
+    """A wish for a badge: whose, on which sheet and printer, of what size, read from how far.
+
+    size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
+    `moireid.profiles`.
+    """
+
+    name: str
+    lens: str = "50lpi"
+    printer_dpi: int = 1200
+    paper: str = "a4"
+    range_m: tuple[float, float] = (0.8, 2.5)
+    size_mm: tuple[float, float] = (146.0, 160.0)
+
+
+def clean_name(name: str) -> str:
+    """The name in Unicode NFC without surrounding space.
+
+    Raises: SpecError where it is empty, longer than `NAME_LIMIT`, or holds control characters.
+    """
+    cleaned = unicodedata.normalize("NFC", name).strip()
+    if not cleaned:
+        raise SpecError("the name is empty; give the name of the person who will wear the badge")
+    if len(cleaned) > NAME_LIMIT:
+        raise SpecError(f"the name has {len(cleaned)} characters, at most {NAME_LIMIT} fit; shorten it")
+    if any(unicodedata.category(letter) in ("Cc", "Cs", "Cn", "Co") for letter in cleaned):
+        raise SpecError("the name holds control or unassigned characters; give plain text")
+    return cleaned
+
+
+def parse_range_m(text: str) -> tuple[float, float]:
+    """'0.8-2.5' as (0.8, 2.5) metres.  Raises: SpecError where it is not two rising positive numbers."""
+    return _two_numbers(text, "-", "range", "two distances in metres such as 0.8-2.5", rising=True)
+
+
+def parse_size_mm(text: str) -> tuple[float, float]:
+    """'146x160' as (146, 160) mm.  Raises: SpecError where it is not two positive numbers."""
+    return _two_numbers(text.lower(), "x", "size", "width and height in mm such as 146x160", rising=False)
+
+
+def _two_numbers(text: str, separator: str, what: str, form: str, *, rising: bool) -> tuple[float, float]:
+    parts = text.split(separator)
+    try:
+        low, high = (float(part) for part in parts)
+    except ValueError as error:
+        raise SpecError(f"{what} {text!r} is not understood; give {form}") from error
+    if not (math.isfinite(low) and math.isfinite(high) and low > 0 and high > 0 and (high >= low or not rising)):
+        raise SpecError(f"{what} {text!r} is not possible; give {form}")
+    return low, high

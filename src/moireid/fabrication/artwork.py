@@ -1,0 +1,93 @@
+"""The page's shapes, in page millimetres, whatever draws them."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge, Cell, Grating, Rect
+
+CROP_MARK_MM = 6.0
+CROP_GAP_MM = 2.0
+#: A bar of 150 mm shows a scale error of 0.3 % as half a millimetre, which a ruler reads; a short one would not.
+SCALE_BAR_MM = 150.0
+
+
+def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
+    """The dark lines of one cell, cut at its border.
+
+    Convention: lines begin at edge_mm + k pitch_mm along the grating's axis and are duty pitch_mm wide.
+    Returns: rectangles in page mm.
+    Source: each edge is computed from k, never by adding up a rounded pitch, so that nothing drifts.
+    """
+    low, high = (cell.rect_mm[0], cell.rect_mm[2]) if grating.axis == "x" else (cell.rect_mm[1], cell.rect_mm[3])
+    first = math.floor((low - cell.edge_mm) / cell.pitch_mm)
+    last = math.ceil((high - cell.edge_mm) / cell.pitch_mm)
+    lines: list[Rect] = []
+    for k in range(first, last + 1):
+        begin = cell.edge_mm + k * cell.pitch_mm
+        start, stop = max(begin, low), min(begin + cell.duty * cell.pitch_mm, high)
+        if stop - start <= 1e-9:
+            continue
+        if grating.axis == "x":
+            lines.append((start, cell.rect_mm[1], stop, cell.rect_mm[3]))
+        else:
+            lines.append((cell.rect_mm[0], start, cell.rect_mm[2], stop))
+    return lines
+
+
+def marker_squares(badge: Badge) -> list[tuple[Rect, list[Rect]]]:
+    """For each marker its black square and, within, the runs of white modules.
+
+    Convention: markers upright on the page, module rows from top to bottom.
+    Returns: four pairs (black square, white rectangles), page mm.
+    """
+    squares = []
+    half = badge.markers.size_mm / 2
+    for identity, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
+        modules = marker_modules(badge.markers.dictionary, identity)
+        module_mm = badge.markers.size_mm / len(modules)
+        white: list[Rect] = []
+        for row, line in enumerate(modules):
+            edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(int), [0]])))
+            for begin, end in edges.reshape(-1, 2):
+                left, top = x - half + begin * module_mm, y - half + row * module_mm
+                white.append((left, top, left + (end - begin) * module_mm, top + module_mm))
+        squares.append(((x - half, y - half, x + half, y + half), white))
+    return squares
+
+
+def marker_modules(dictionary: str, identity: int) -> NDArray[np.bool_]:
+    """The modules of an ArUco marker with its black border, True where white; square, row by row from the top."""
+    import cv2
+
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, dictionary))
+    side = known.markerSize + 2
+    return np.asarray(cv2.aruco.generateImageMarker(known, identity, side)) > 127
+
+
+def crop_marks(board: Rect) -> list[tuple[float, float, float, float]]:
+    """Eight strokes (x0, y0, x1, y1) outside the corners of the board, along its edges."""
+    marks = []
+    for x, outward_x in ((board[0], -1), (board[2], 1)):
+        for y, outward_y in ((board[1], -1), (board[3], 1)):
+            begin, end = CROP_GAP_MM, CROP_GAP_MM + CROP_MARK_MM
+            marks.append((x + outward_x * begin, y, x + outward_x * end, y))
+            marks.append((x, y + outward_y * begin, x, y + outward_y * end))
+    return marks
+
+
+@cache
+def font_file(*, bold: bool = False) -> Path:
+    """A font that covers Latin, Greek, Cyrillic and more: the DejaVu Sans that matplotlib ships.
+
+    Found without importing matplotlib, which would cost a quarter of a second.
+    """
+    spec = importlib.util.find_spec("matplotlib")
+    assert spec is not None and spec.origin is not None
+    return Path(spec.origin).parent / "mpl-data/fonts/ttf" / ("DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf")

@@ -1,0 +1,164 @@
+"""Reading a solid's STEP and STL files back, and refusing what a slicer or a workshop could not use.
+
+A CAD kernel writes a broken shape as willingly as a sound one, so nothing is believed of a file until it has been
+read again: the STEP by the kernel, the STL by two packages that share no code with it.
+
+Convention: mm and mm³, in the part's own frame.  The CAD packages are imported where they are used, because the
+kernel alone takes seconds.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from moireid.errors import FabricationError, MissingExtraError
+
+#: What the kernel may lose by writing a STEP file and reading it again, as a share of the volume.
+STEP_VOLUME_SHARE = 1e-6
+#: What flat triangles may change at rounded edges, as a share of the volume.
+STL_VOLUME_SHARE = 0.005
+#: What two packages may differ in over the volume of one mesh, as a share of it.
+MANIFOLD_VOLUME_SHARE = 0.001
+BOUNDS_MM = 0.05
+#: Without it, a STEP file would hold the time of writing, and the same badge would never give the same bytes.
+STEP_TIMESTAMP = "2000-01-01T00:00:00"
+
+Corner = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Expected:
+    """What a file must turn out to hold: the CAD volume, and the designed bounding box from its two corners."""
+
+    volume_mm3: float
+    lower_mm: Corner
+    upper_mm: Corner
+
+
+def cad_package(name: str) -> Any:
+    """Import an optional CAD package.  Raises: MissingExtraError that names the extra where it is not installed."""
+    try:
+        return importlib.import_module(name)
+    except ImportError as error:
+        raise MissingExtraError(
+            f"a printed part needs the package {name}, which cannot be imported; run pip install moireid[cad]",
+            package=name,
+        ) from error
+
+
+def export_step(part: Any, path: Path) -> None:
+    """Write a build123d part as STEP, mm.  Raises: FabricationError where the kernel cannot write."""
+    b3d = cad_package("build123d")
+    try:
+        b3d.export_step(part, path, timestamp=STEP_TIMESTAMP)
+    except RuntimeError as error:
+        raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk") from error
+
+
+def export_stl(part: Any, path: Path, *, tolerance_mm: float) -> None:
+    """Write a build123d part as binary STL, mm, its facets at most tolerance_mm off the true surface.
+
+    Raises: FabricationError where the tolerance is not positive, or the kernel cannot write.
+    """
+    if not (math.isfinite(tolerance_mm) and tolerance_mm > 0):
+        raise FabricationError(f"tolerance_mm={tolerance_mm:g} must be positive; 0.05 suits most printers")
+    b3d = cad_package("build123d")
+    if not b3d.export_stl(part, path, tolerance=tolerance_mm):
+        raise FabricationError(f"{path.suffix} file in {path.parent} could not be written; check the disk")
+
+
+def check_step(path: Path, expected: Expected) -> None:
+    """Read a STEP file back: it must hold one valid closed solid of the expected volume and place.
+
+    Raises: FabricationError with what was found, what is allowed and what to do.
+    """
+    b3d = cad_package("build123d")
+    try:
+        solids = b3d.import_step(path).solids()
+    except (ValueError, RuntimeError, OSError) as error:
+        raise _refused("STEP file", "cannot be read back", "a readable file") from error
+    if len(solids) != 1:
+        raise _refused("STEP file", f"holds {len(solids)} solids", "exactly 1", solids=len(solids))
+    solid = solids[0]
+    if not (solid.is_valid and solid.is_manifold):
+        raise _refused("STEP file", "holds a solid that is not valid and closed", "a valid closed solid")
+    _check_volume("STEP file", solid.volume, expected.volume_mm3, STEP_VOLUME_SHARE)
+    box = solid.bounding_box()
+    _check_bounds("STEP file", (tuple(box.min), tuple(box.max)), expected)
+
+
+def check_stl(path: Path, expected: Expected) -> int:
+    """Read an STL file back: it must bound one volume, as trimesh and manifold3d each find, of the expected size.
+
+    Returns: the number of triangles.
+    Raises: FabricationError with what was found, what is allowed and what to do.
+    """
+    mesh = _read_mesh(path)
+    if not mesh.is_watertight:
+        raise _refused("STL file", "holds a surface with holes", "a closed surface")
+    if not mesh.is_winding_consistent:
+        raise _refused("STL file", "holds triangles that face both ways", "all facing outwards")
+    volume_mm3 = float(mesh.volume)
+    _check_volume("STL file", volume_mm3, expected.volume_mm3, STL_VOLUME_SHARE)
+    _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), expected)
+    _check_manifold(mesh, volume_mm3)
+    return len(mesh.faces)
+
+
+def _read_mesh(path: Path) -> Any:
+    trimesh = cad_package("trimesh")
+    try:
+        mesh = trimesh.load_mesh(path, file_type="stl")
+    except (ValueError, KeyError, OSError) as error:
+        raise _refused("STL file", "cannot be read back", "a readable file") from error
+    if not len(getattr(mesh, "faces", ())):
+        raise _refused("STL file", "holds no triangle", "a closed surface")
+    return mesh
+
+
+def _check_manifold(mesh: Any, volume_mm3: float) -> None:
+    """Let manifold3d build a solid of the mesh: it refuses one whose edges do not each join two triangles."""
+    manifold3d = cad_package("manifold3d")
+    vertices = np.asarray(mesh.vertices, dtype=np.float32)
+    solid = manifold3d.Manifold(manifold3d.Mesh(vertices, np.asarray(mesh.faces, dtype=np.uint32)))
+    if solid.status() != manifold3d.Error.NoError:
+        raise _refused("STL file", f"is no manifold ({solid.status().name})", "NoError from manifold3d")
+    _check_volume("STL file as manifold3d reads it", solid.volume(), volume_mm3, MANIFOLD_VOLUME_SHARE)
+
+
+def _check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> None:
+    if not abs(got_mm3 - wanted_mm3) <= share * wanted_mm3:
+        raise _refused(
+            what,
+            f"holds {got_mm3:.1f} mm³",
+            f"{wanted_mm3:.1f} mm³ give or take {100 * share:g} %",
+            volume_mm3=got_mm3,
+            expected_mm3=wanted_mm3,
+        )
+
+
+def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]], expected: Expected) -> None:
+    got = np.array(corners, dtype=float)
+    wanted = np.array([expected.lower_mm, expected.upper_mm])
+    off_mm = float(np.abs(got - wanted).max())
+    if not off_mm <= BOUNDS_MM:
+        raise _refused(
+            what,
+            f"reaches from {got[0].round(3).tolist()} to {got[1].round(3).tolist()} mm",
+            f"{wanted[0].round(3).tolist()} to {wanted[1].round(3).tolist()} mm give or take {BOUNDS_MM:g} mm",
+            off_mm=off_mm,
+        )
+
+
+def _refused(what: str, got: str, allowed: str, **details: object) -> FabricationError:
+    return FabricationError(
+        f"the part's {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, "
+        "and report this if the defaults fail",
+        **details,
+    )

@@ -1,0 +1,61 @@
+"""Writing files whole or not at all.
+
+A reader never sees half a file: the content goes to a temporary neighbour, reaches the disk, and then takes
+the final name in one step.  `planned` looks at all outputs before any work starts.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from moireid.errors import SpecError
+
+
+def planned(paths: Iterable[Path], *, overwrite: bool) -> None:
+    """Check that every output can be written, before the work that makes it.
+
+    Raises: SpecError where a file exists and `overwrite` is false, or where its folder cannot be made or written.
+    """
+    for path in paths:
+        if path.is_dir():
+            raise SpecError(f"{path} is a folder, but a file of that name is to be written; choose another output")
+        if path.exists() and not overwrite:
+            raise SpecError(f"{path} exists already; add --overwrite to replace it, or choose another output")
+        folder = path.parent
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise SpecError(f"folder {folder} cannot be made ({error.strerror}); choose another output") from error
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise SpecError(f"folder {folder} is not writable; choose another output")
+
+
+@contextmanager
+def whole_file(path: Path) -> Iterator[Path]:
+    """Yield a temporary path beside `path`, with its suffix; on success it takes the name `path`, else it is removed.
+
+    The temporary file keeps the suffix, because writers choose their format by it.
+    """
+    handle, name = tempfile.mkstemp(prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        with temporary.open("rb+") as stream:
+            os.fsync(stream.fileno())
+        umask = os.umask(0)
+        os.umask(umask)
+        temporary.chmod(0o666 & ~umask)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write `text` as UTF-8 to `path`, whole or not at all."""
+    with whole_file(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

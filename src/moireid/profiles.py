@@ -1,0 +1,51 @@
+"""Nominal lens sheets and printers, by the names that the command line takes.
+
+A profile says what the trade's label says; a real sheet's pitch and thickness differ by some tenths of a percent
+and some percent, and a badge as built is measured, never assumed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from moireid.badge import Lens
+from moireid.errors import SpecError
+
+MM_PER_INCH = 25.4
+#: Paper sizes, width by height, mm (ISO 216; ANSI A).
+PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
+
+#: Lens sheets by label: lines per inch, thickness in mm, refractive index.  "50lpi" is the published prototype's
+#: sheet (Qing et al., Moiré Video Authentication, 2026); the others keep its shape, so that R / pitch is the same.
+_SHEETS = {
+    "40lpi": (40.0, 1.25, 1.56),
+    "50lpi": (50.0, 1.00, 1.56),
+    "60lpi": (60.0, 0.84, 1.56),
+    "75lpi": (75.0, 0.67, 1.56),
+}
+
+
+@dataclass(frozen=True)
+class Printer:
+    """A printer as far as the lines care: dots per inch."""
+
+    dpi: int
+
+    @property
+    def dot_mm(self) -> float:
+        """Width of one dot, mm."""
+        return MM_PER_INCH / self.dpi
+
+
+def lens_named(label: str) -> Lens:
+    """The lens sheet of that label.  Raises: SpecError with the known labels where there is none."""
+    try:
+        lines_per_inch, thickness_mm, refractive_index = _SHEETS[label.lower()]
+    except KeyError as error:
+        raise SpecError(f"lens {label!r} is not known; choose one of {', '.join(_SHEETS)}") from error
+    return Lens("lenticular", MM_PER_INCH / lines_per_inch, thickness_mm, refractive_index)
+
+
+def lens_labels() -> tuple[str, ...]:
+    """Every label that `lens_named` knows."""
+    return tuple(_SHEETS)

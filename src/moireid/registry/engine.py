@@ -1,0 +1,106 @@
+"""From a URL to connections: SQLite's habits, and the database's errors in our words.
+
+SQLite keeps its rollback journal rather than a write-ahead log: the registry stays one file, which can be copied,
+put on a network folder or opened where nothing may be written.  All our transactions are short, so two processes
+take turns; each waits `SQLITE_WAIT_S` for the other before it gives up.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy.engine import URL
+from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
+
+from moireid.errors import RegistryError
+from moireid.registry.url import show_url
+
+#: How long a process waits for another one's transaction, seconds; `?timeout=` in the URL overrules it.
+SQLITE_WAIT_S = 30.0
+#: The mark of connections that will write; see `_begin_in_sqlite`.
+WRITES = "moireid_writes"
+
+_HINTS = {
+    sqlite3.SQLITE_BUSY: "another program holds it, so try again when that one is done",
+    sqlite3.SQLITE_CANTOPEN: "check that the path names a file and that you may open it",
+    sqlite3.SQLITE_CORRUPT: "restore the file from a copy",
+    sqlite3.SQLITE_FULL: "make room on the disk",
+    sqlite3.SQLITE_NOTADB: "the file is of another kind, so give another URL",
+    sqlite3.SQLITE_READONLY: "get the right to write the file and its folder",
+}
+
+
+def connect(url: URL) -> Engine:
+    """An engine for `url` that has reached its database once.
+
+    Raises: RegistryError where no such database or driver is known, an option is not understood, or nobody answers.
+    """
+    shown = show_url(url)
+    waits = url.get_backend_name() == "sqlite" and "timeout" not in url.query
+    try:
+        with warnings.catch_warnings():
+            # SQLAlchemy only warns of options that SQLite's driver does not know, and would then do without them.
+            warnings.simplefilter("error", SAWarning)
+            engine = create_engine(url, connect_args={"timeout": SQLITE_WAIT_S} if waits else {})
+    except ImportError as error:
+        raise RegistryError(
+            f"registry {shown} needs the Python package {error.name!r}, which is not installed; install it, "
+            "or give an SQLite URL such as sqlite:///people.sqlite3"
+        ) from error
+    except SAWarning as error:
+        raise RegistryError(
+            f"registry {shown} is given options ({', '.join(url.query)}) of which its driver does not know all; "
+            "leave the wrong ones out"
+        ) from error
+    except (ArgumentError, TypeError, ValueError) as error:
+        raise RegistryError(
+            f"registry {shown} cannot be opened ({_first_line(error)}); give a URL such as sqlite:///people.sqlite3"
+        ) from error
+    if url.get_backend_name() == "sqlite":
+        event.listen(engine, "begin", _begin_in_sqlite)
+    try:
+        with translated(url), engine.connect():
+            pass
+    except (OSError, TypeError, ValueError) as error:
+        # What a driver does not wrap: an address that is none, or an option of the wrong kind.
+        raise RegistryError(f"registry {shown} cannot be opened ({_first_line(error)}); check the URL") from error
+    return engine
+
+
+@contextmanager
+def writing(engine: Engine) -> Iterator[Connection]:
+    """A transaction that writes: committed at the end, rolled back where an exception leaves it."""
+    with engine.execution_options(**{WRITES: True}).begin() as connection:
+        yield connection
+
+
+@contextmanager
+def translated(url: URL) -> Iterator[None]:
+    """Turn what SQLAlchemy raises inside into a RegistryError of one sentence that names the registry."""
+    try:
+        yield
+    except SQLAlchemyError as error:
+        foreign = error.orig if isinstance(error, DBAPIError) and error.orig is not None else error
+        # The low byte is the kind of error; SQLite keeps details of it in the others.
+        kind = getattr(foreign, "sqlite_errorcode", 0) & 0xFF
+        hint = _HINTS.get(kind, "check the URL and that the database can be reached")
+        raise RegistryError(f"registry {show_url(url)} cannot be used ({_first_line(foreign)}); {hint}") from error
+
+
+def _begin_in_sqlite(connection: Connection) -> None:
+    """Begin, which Python's sqlite3 by itself does too late for CREATE TABLE; writers take the write lock at once.
+
+    A transaction that reads first and asks for the lock later is refused without any wait where two do so together.
+    """
+    writes = connection.get_execution_options().get(WRITES, False)
+    connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
+
+
+def _first_line(error: BaseException) -> str:
+    """The first line of an error's text, for use within a sentence."""
+    lines = str(error).strip().splitlines()
+    return lines[0].rstrip(" .:") if lines else type(error).__name__

@@ -1,0 +1,168 @@
+"""Where the camera is: named motions, the measured hand-held run, and CSV files.
+
+Convention: board frame in mm, origin at the board's centre, x right, y down, z into the board; the camera looks along
+its own z, x right, y down (OpenCV).  `rotation` turns board vectors into camera vectors.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.spatial.transform import Rotation, RotationSpline
+
+from moireid.errors import MediaError, SpecError
+
+Array = NDArray[np.float64]
+COLUMNS = ("t_s", "x_mm", "y_mm", "z_mm", "qx", "qy", "qz", "qw")
+MEASURED_RUN = "data/handheld_tum_fr1_xyz.csv"
+
+
+@dataclass(frozen=True)
+class Poses:
+    """Camera centres (T, 3) mm in the board frame and rotations board -> camera (T, 3, 3)."""
+
+    camera_mm: Array
+    rotation: Array
+
+
+#: A motion tells the poses at any times, seconds.
+Motion = Callable[[Array], Poses]
+
+
+def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
+    """A motion by name, or read from a CSV file.
+
+    Parameters: distance_mm: mean distance from the badge; seed: of what is random in it.
+    Convention: module docstring.  Source: each motion's own docstring.
+    Raises: SpecError where there is neither such a name nor such a file; MediaError where the file is no motion.
+    """
+    named: dict[str, Callable[[float, int], Motion]] = {
+        "handheld": lambda distance, _: measured_run(distance), "linear": linear, "sway": sway, "static": static,
+    }  # fmt: skip
+    if name in named:
+        return named[name](distance_mm, seed)
+    if not name.lower().endswith(".csv"):
+        raise SpecError(f"motion {name!r} is not known; give one of {', '.join(named)}, or a .csv file")
+    return from_csv(Path(name), distance_mm)
+
+
+def static(distance_mm: float, seed: int) -> Motion:
+    """A camera on a stand, straight in front; nothing moves."""
+
+    def poses(times_s: Array) -> Poses:
+        camera = np.tile([0.0, 0.0, -distance_mm], (len(times_s), 1))
+        return Poses(camera, np.tile(np.eye(3), (len(times_s), 1, 1)))
+
+    return poses
+
+
+def linear(distance_mm: float, seed: int) -> Motion:
+    """Half a metre in a straight line in two seconds and back, with small random turns.
+
+    Source: the published rendering experiment (Qing et al. 2026); turning back is ours, for films of any length.
+    """
+    tremor = _tremor(seed, count=3, amplitude=math.radians(0.5), band_hz=(0.3, 4.0))
+
+    def poses(times_s: Array) -> Poses:
+        place = 2 / math.pi * np.arcsin(np.sin(math.pi * (times_s - 1.0) / 2.0))
+        camera = np.column_stack([250.0 * place, np.zeros_like(place), np.full_like(place, -distance_mm)])
+        return _aimed(camera, tremor(times_s))
+
+    return poses
+
+
+def sway(distance_mm: float, seed: int) -> Motion:
+    """A wearer shifting from foot to foot before a camera on a stand: sideways and yaw together, as a torso moves."""
+    place = _tremor(seed, count=3, amplitude=1.0, band_hz=(0.15, 0.6))
+    turn = _tremor(seed + 1, count=3, amplitude=math.radians(1.5), band_hz=(0.2, 1.5))
+
+    def poses(times_s: Array) -> Poses:
+        beat = np.sin(2 * math.pi * 0.31 * times_s)
+        moved = place(times_s)
+        badge = np.column_stack([120.0 * beat, 8.0 * moved[:, 1], 25.0 * moved[:, 2]])
+        yaw = np.radians(9.0) * np.sin(2 * math.pi * 0.31 * times_s + 0.5)
+        wobble = turn(times_s)
+        board_to_camera = Rotation.from_euler("yxz", np.column_stack([yaw + wobble[:, 0], wobble[:, 1], wobble[:, 2]]))
+        shift = badge + (0.0, 0.0, distance_mm)
+        return Poses(-board_to_camera.inv().apply(shift), board_to_camera.as_matrix())
+
+    return poses
+
+
+def measured_run(distance_mm: float) -> Motion:
+    """The measured hand-held run that is shipped; longer films run it forth and back.
+
+    Source: TUM RGB-D benchmark, freiburg1_xyz, motion capture (Sturm et al., IROS 2012), CC BY 4.0.
+    """
+    text = resources.files("moireid.simulate").joinpath(MEASURED_RUN).read_text(encoding="utf-8")
+    return _spline(text, "the measured run", distance_mm)
+
+
+def from_csv(path: Path, distance_mm: float) -> Motion:
+    """A motion file with columns t_s, x_mm, y_mm, z_mm, qx, qy, qz, qw: camera to world, z forward, y down.
+
+    Convention: the world is turned so that the mean view looks straight at the badge from `distance_mm`.
+    Raises: MediaError where the file cannot be read or lacks a column.
+    """
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise MediaError(f"motion file {path} cannot be read; give a CSV with columns {', '.join(COLUMNS)}") from error
+    return _spline(text, str(path), distance_mm)
+
+
+def _spline(text: str, source: str, distance_mm: float) -> Motion:
+    """Interpolate the rows of a motion file; times beyond the end run back."""
+    reader = csv.DictReader(text.splitlines())
+    if not reader.fieldnames or not set(COLUMNS) <= set(reader.fieldnames):
+        raise MediaError(f"{source} lacks columns; a motion file has {', '.join(COLUMNS)}")
+    try:
+        rows = np.array([[float(row[name]) for name in COLUMNS] for row in reader])
+    except (TypeError, ValueError) as error:
+        raise MediaError(f"{source} holds a value that is no number; correct that row") from error
+    if len(rows) < 4 or not np.all(np.isfinite(rows)) or not np.all(np.diff(rows[:, 0]) > 0):
+        raise MediaError(f"{source} has {len(rows)} rows; a motion needs 4 or more, finite, with rising times")
+    if np.any(np.linalg.norm(rows[:, 4:], axis=1) < 1e-6):
+        raise MediaError(f"{source} holds a quaternion of length 0; correct that row")
+    turn = Rotation.from_quat(rows[:, 4:])
+    mean = turn.mean()
+    place = CubicSpline(rows[:, 0], mean.inv().apply(rows[:, 1:4] - rows[:, 1:4].mean(axis=0)) + (0, 0, -distance_mm))
+    facing = RotationSpline(rows[:, 0], mean.inv() * turn)
+    begin, length = rows[0, 0], rows[-1, 0] - rows[0, 0]
+
+    def poses(times_s: Array) -> Poses:
+        phase = np.mod(times_s, 2 * length)
+        clock = begin + np.where(phase <= length, phase, 2 * length - phase)
+        return Poses(place(clock), facing(clock).inv().as_matrix())
+
+    return poses
+
+
+def _aimed(camera_mm: Array, error_rad: Array) -> Poses:
+    """Cameras that look at the board's centre, upright, but for small turns (T, 3) about their own axes."""
+    forward = -camera_mm / np.linalg.norm(camera_mm, axis=1, keepdims=True)
+    right = np.cross([0.0, 1.0, 0.0], forward)
+    right /= np.linalg.norm(right, axis=1, keepdims=True)
+    upright = np.stack([right, np.cross(forward, right), forward], axis=1)
+    return Poses(camera_mm, Rotation.from_rotvec(error_rad).as_matrix() @ upright)
+
+
+def _tremor(seed: int, *, count: int, amplitude: float, band_hz: tuple[float, float]) -> Callable[[Array], Array]:
+    """Smooth random motion (T, count) of that root mean square: eight sines of random pitch and phase each."""
+    rng = np.random.default_rng(seed)
+    frequency = rng.uniform(*band_hz, (8, count))
+    phase = rng.uniform(0, 2 * math.pi, (8, count))
+
+    def value(times_s: Array) -> Array:
+        turns = 2 * math.pi * frequency * times_s[:, None, None] + phase
+        return np.asarray(amplitude * np.sin(turns).sum(axis=1) / 2.0)
+
+    return value

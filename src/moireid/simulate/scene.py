@@ -1,0 +1,88 @@
+"""One description of badge as built, camera and motion, for every renderer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge
+from moireid.simulate.motion import Poses
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Build:
+    """How the built badge differs from its design: the sheet's place on the page, and the scale of print and sheet.
+
+    lens_offset_mm: along the fringes' axis; twist_rad: of the sheet about the view axis, from x towards y;
+    print_scale, lens_scale: real over nominal, about the board's centre.
+    """
+
+    lens_offset_mm: float = 0.0
+    twist_rad: float = 0.0
+    print_scale: float = 1.0
+    lens_scale: float = 1.0
+
+    @staticmethod
+    def typical(seed: int) -> Build:
+        """One badge out of many: offset anywhere in a pitch, twist 0.1 degrees, scales 0.2 and 0.1 % (1 sigma)."""
+        rng = np.random.default_rng(seed)
+        return Build(
+            lens_offset_mm=float(rng.uniform(-0.25, 0.25)),
+            twist_rad=math.radians(float(np.clip(rng.normal(0, 0.1), -0.3, 0.3))),
+            print_scale=1 + float(np.clip(rng.normal(0, 0.002), -0.005, 0.005)),
+            lens_scale=1 + float(np.clip(rng.normal(0, 0.001), -0.003, 0.003)),
+        )
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A phone's camera: pinhole, rolling shutter, and its noise in 8-bit counts at mid grey."""
+
+    width: int = 1920
+    height: int = 1080
+    focal_px: float = 1450.0
+    shutter_s: float = 0.012
+    noise_counts: float = 2.0
+
+    @property
+    def matrix(self) -> Array:
+        """Intrinsic matrix; pixel centres are whole numbers, the principal point is the picture's centre."""
+        centre = ((self.width - 1) / 2, (self.height - 1) / 2)
+        return np.array([[self.focal_px, 0, centre[0]], [0, self.focal_px, centre[1]], [0, 0, 1.0]])
+
+
+@dataclass(frozen=True)
+class Instant:
+    """One frame to render: poses at the first and last row, and the place from which the fringes are shown."""
+
+    first: Poses
+    last: Poses
+    shown_from_mm: Array
+
+
+@dataclass(frozen=True)
+class Scene:
+    """Badge, build and camera; what a renderer leaves out it says itself."""
+
+    badge: Badge
+    build: Build = field(default_factory=Build)
+    camera: Camera = field(default_factory=Camera)
+    ink: float = 0.06
+    paper: float = 0.85
+
+    @property
+    def board_half_mm(self) -> tuple[float, float]:
+        """Half width and half height of the board; the board frame's origin is its centre."""
+        x0, y0, x1, y1 = self.badge.outline_mm
+        return (x1 - x0) / 2, (y1 - y0) / 2
+
+    @property
+    def board_centre_mm(self) -> tuple[float, float]:
+        """The board frame's origin in page coordinates."""
+        x0, y0, x1, y1 = self.badge.outline_mm
+        return (x0 + x1) / 2, (y0 + y1) / 2

@@ -1,0 +1,15 @@
+"""Film in, verdict out.  This room never imports simulate or fabrication: a judge is not tested by its accomplice.
+
+video.py      grey frames with their times                measure.py    two signals: measured and predicted phase
+markers.py    finding the page                            invariant.py  does the phase follow the optics?
+register.py   registering it to the print                 identity.py   which payload do the cells spell?
+strips.py     brightness profiles of the grating          reasons.py    findings with value, limit and unit
+track.py      the pass over the film                      verify.py     the numbered steps, and the Report
+camera.py     focal length, shutter, poses                identify.py   no claim: who is it?
+predict.py    the phase that the optics say               report.py     the report for people: page and plots
+fringe.py     frequency and phase of a strip
+"""
+
+from moireid.verifier.verify import Report, verify
+
+__all__ = ["Report", "verify"]

@@ -1,0 +1,204 @@
+"""Where the camera was, in the badge's own frame: focal length, rolling shutter and one pose a frame.
+
+A plane seen in perspective tells the tilt only through small second differences of its corners, so the pose is the
+weak signal of the whole method.  Three things make it good enough: registered corners, a focal length and a shutter
+time solved over the whole film, and smoothing at the end.
+
+Convention: page millimetres, x right, y down, z into the page; the camera's z is negative.  The parallax coordinate
+of the page is u = Cx / |Cz| with Cx counted from the point looked at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+#: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
+#: equivalent and some crop for stabilisation); 20 % covers zooms that a person would still use here.
+FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.20
+#: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
+SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
+SHUTTER_LIMIT_S = 0.033
+#: Frames that the film-wide unknowns are solved on; more of them gain nothing that smoothing does not.
+SOLVE_FRAMES = 64
+#: Two frames further apart than this tell no velocity.
+GAP_S = 0.15
+#: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
+SPARE_PER_FRAME = 2
+
+
+@dataclass(frozen=True)
+class CameraFit:
+    """Camera centres (T, 3) page mm, and what was solved over the film.
+
+    reprojection_px: root mean square over corners, (T,); focal_sd_px: standard deviation, 0 where the focal length
+    was given; shutter_s: first to last row; tangent_sd: what the focal length's error makes of the spread of the
+    parallax coordinates along x and y, as a share.
+    """
+
+    camera_mm: Array
+    reprojection_px: Array
+    focal_px: float
+    focal_sd_px: float
+    focal_given: bool
+    shutter_s: float
+    tangent_sd: tuple[float, float]
+
+
+def fit_camera(
+    points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], *, focal_px: float | None = None
+) -> CameraFit:
+    """Poses of all frames, with focal length (unless given) and rolling shutter solved over the film.
+
+    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising.
+    Convention: module docstring; the principal point is the picture's centre.
+    Returns: CameraFit with T frames.
+    Source: maximum a posteriori over reprojection error; the plane's two poses by infinitesimal plane-based pose
+    estimation (Collins and Bartoli, 2014), both refined by Levenberg-Marquardt.
+    """
+    centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
+    middle = page_mm.mean(axis=0)
+    flat = np.column_stack([page_mm - middle, np.zeros(len(page_mm))])
+    velocity = _velocity_px_s(points_px, times_s)
+    rows = (points_px[..., 1:2] - points_px[..., 1:2].mean(axis=1, keepdims=True)) / image_px[1]
+    chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
+
+    def unrolled(shutter_s: float, frames: NDArray[np.int64] | slice = slice(None)) -> Array:
+        return points_px[frames] - velocity[frames] * rows[frames] * shutter_s
+
+    def errors_px(focal: float, shutter_s: float) -> Array:
+        return np.array([_poses(flat, points, focal, centre)[0][1] for points in unrolled(shutter_s, chosen)])
+
+    guess = focal_px or FOCAL_PRIOR * max(image_px)
+    shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
+    shutter_s, _ = _minimise(lambda s: errors_px(guess, s), *shutter)
+    focal, log_sd = guess, 0.0
+    if focal_px is None:
+        long_side = max(image_px)
+        zoom = (np.log(0.4 * long_side), np.log(2.5 * long_side), np.log(guess), FOCAL_PRIOR_SD)
+        log_focal, log_sd = _minimise(lambda x: errors_px(float(np.exp(x)), shutter_s), *zoom)
+        focal = float(np.exp(log_focal))
+    both = [_poses(flat, points, focal, centre) for points in unrolled(shutter_s)]
+    camera, errors = _choose(both)
+    tangent_sd = (0.0, 0.0)
+    if log_sd > 0:
+        longer = np.array([_poses(flat, p, focal * np.exp(log_sd), centre)[0][0] for p in unrolled(shutter_s, chosen)])
+        tangent_sd = _stretch(camera[chosen], longer)
+    camera[:, :2] += middle
+    return CameraFit(camera, errors, focal, focal * log_sd, focal_px is not None, shutter_s, tangent_sd)
+
+
+def _poses(flat: Array, points: Array, focal: float, centre: tuple[float, float]) -> list[tuple[Array, float]]:
+    """The plane's two poses as (camera centre, RMS reprojection error px), the better one first."""
+    matrix = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]])
+    points = np.ascontiguousarray(points)
+    _, rotations, translations, _ = cv2.solvePnPGeneric(flat, points, matrix, None, flags=cv2.SOLVEPNP_IPPE)
+    found = []
+    for rotation, translation in zip(rotations, translations, strict=True):
+        rotation, translation = cv2.solvePnPRefineLM(flat, points, matrix, None, rotation, translation)
+        projected, _ = cv2.projectPoints(flat, rotation, translation, matrix, None)
+        error = float(np.sqrt(np.mean(np.sum((projected[:, 0] - points) ** 2, axis=1))))
+        orientation, _ = cv2.Rodrigues(rotation)
+        found.append((-(orientation.T @ translation).ravel(), error))
+    return sorted(found, key=lambda pose: pose[1])
+
+
+def _choose(both: list[list[tuple[Array, float]]]) -> tuple[Array, Array]:
+    """Camera centres (T, 3) and errors (T,): where both poses fit alike, the one that continues its neighbours'."""
+    camera = np.array([poses[0][0] for poses in both])
+    errors = np.array([poses[0][1] for poses in both])
+    # Twice the error is five standard deviations of what two spare residuals do by chance.
+    doubtful = np.array([len(poses) > 1 and poses[1][1] < 2.0 * poses[0][1] for poses in both])
+    sure = np.flatnonzero(~doubtful)
+    if len(sure) == 0:
+        return camera, errors
+    for frame in np.flatnonzero(doubtful):
+        expected = [np.interp(frame, sure, camera[sure, k] / camera[sure, 2]) for k in (0, 1)]
+        distance = [np.hypot(*(pose[0][:2] / pose[0][2] - expected)) for pose in both[frame]]
+        camera[frame], errors[frame] = both[frame][int(np.argmin(distance))]
+    return camera, errors
+
+
+def _stretch(camera: Array, other: Array) -> tuple[float, float]:
+    """How much wider the other course of tangents is than this one, along x and y, as a share of it."""
+    shares = []
+    for axis in (0, 1):
+        here, there = (c[:, axis] / c[:, 2] - np.mean(c[:, axis] / c[:, 2]) for c in (camera, other))
+        power = float(here @ here)
+        shares.append(abs(float(here @ (there - here)) / power) if power > 0 else 0.0)
+    return shares[0], shares[1]
+
+
+def _minimise(
+    errors_px: Callable[[float], Array], low: float, high: float, prior: float, prior_sd: float
+) -> tuple[float, float]:
+    """Place of least misfit and prior together, and its standard deviation, by a parabola through the best three.
+
+    The misfit of a frame is Cauchy's, log(1 + e^2/s^2) with s the median error at the best place: frames that were
+    shaken or half hidden count little.  Near the bottom it is a chi-square of `SPARE_PER_FRAME` residuals a frame.
+    """
+    tried: dict[float, Array] = {float(place): errors_px(float(place)) for place in np.linspace(low, high, 12)}
+    step = (high - low) / 11
+
+    def misfits(scale: float) -> tuple[Array, Array]:
+        places = np.array(sorted(tried))
+        cauchy = np.array([np.sum(np.log1p((tried[p] / scale) ** 2)) for p in places])
+        return places, SPARE_PER_FRAME * cauchy + ((places - prior) / prior_sd) ** 2
+
+    scale = min(float(np.median(errors)) for errors in tried.values()) or 1e-9
+    for _ in range(4):
+        step /= 2
+        places, cost = misfits(scale)
+        centre = float(places[int(np.argmin(cost))])
+        for place in (centre - step, centre + step):
+            if low <= place <= high and place not in tried:
+                tried[place] = errors_px(place)
+    places, cost = misfits(scale)
+    best = int(np.clip(np.argmin(cost), 1, len(places) - 2))
+    curve = np.polyfit(places[best - 1 : best + 2] - places[best], cost[best - 1 : best + 2], 2)
+    if curve[0] <= 0:
+        return float(places[int(np.argmin(cost))]), prior_sd
+    place = float(np.clip(places[best] - curve[1] / (2 * curve[0]), places[best - 1], places[best + 1]))
+    return place, float(min(1 / np.sqrt(curve[0]), prior_sd))
+
+
+def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
+    """Velocity of each point, (T, N, 2) px/s: slope over the frame and its two neighbours, 0 across gaps.
+
+    Registered points are good to some hundredths of a pixel, so the shortest base is the best: a longer one would
+    cut the corners of a hand's motion.
+    """
+    velocity = np.zeros_like(points_px)
+    count = len(times_s)
+    for frame in range(count):
+        near = np.arange(max(frame - 1, 0), min(frame + 2, count))
+        near = near[np.abs(times_s[near] - times_s[frame]) <= GAP_S]
+        spread = times_s[near] - times_s[near].mean()
+        if len(near) >= 2 and (power := float(spread @ spread)) > 0:
+            velocity[frame] = np.tensordot(spread, points_px[near], axes=1) / power
+    return velocity
+
+
+def smooth_camera(camera_mm: Array, times_s: Array) -> Array:
+    """Camera centres smoothed over time, (T, 3).
+
+    The direction of the camera is noisy, its distance is not; so the tangents Cx/Cz and Cy/Cz and the distance are
+    smoothed apart.  How much is chosen from the film itself by generalised cross-validation: noise is independent
+    from frame to frame, a hand's motion is not.
+    Convention: as `CameraFit`.
+    Source: natural cubic smoothing spline (Woltring 1986 uses it for body motion the same way).
+    """
+    from scipy.interpolate import make_smoothing_spline
+
+    if len(times_s) < 8:
+        return camera_mm
+    # Chips of film set apart in time are still one smooth motion, but equal times would stop the spline.
+    clock = np.maximum.accumulate(times_s) + 1e-9 * np.arange(len(times_s))
+    columns = np.column_stack([camera_mm[:, 0] / camera_mm[:, 2], camera_mm[:, 1] / camera_mm[:, 2], camera_mm[:, 2]])
+    smooth = np.column_stack([make_smoothing_spline(clock, column)(clock) for column in columns.T])
+    return np.column_stack([smooth[:, 0] * smooth[:, 2], smooth[:, 1] * smooth[:, 2], smooth[:, 2]])

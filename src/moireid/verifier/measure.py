@@ -1,0 +1,141 @@
+"""From the track to two signals: the fringe phase measured, and the phase that the optics predict.
+
+Each strip is measured apart; then all strips of a grating become one signal, weighted by their Fisher information
+(one over the variance of a phase).  A strip's own offset is a nuisance: it depends on how the sheet was laid.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge, Grating
+from moireid.verifier.camera import CameraFit, fit_camera, smooth_camera
+from moireid.verifier.fringe import StripPhase, measure_strip
+from moireid.verifier.markers import marker_corners_mm
+from moireid.verifier.predict import strip_law
+from moireid.verifier.track import Track
+
+Array = NDArray[np.float64]
+#: Print scale (0.5 %) and lens pitch (0.3 %) shift every beat by up to this share of 1 / p_f.
+PITCH_TOLERANCE = 0.008
+#: Frames whose phase is vaguer than this tell nothing and are left out.
+MAX_PHASE_SD_RAD = 0.6
+
+
+@dataclass(frozen=True)
+class GratingSignal:
+    """One grating over the frames used, all (T,) but where said.
+
+    measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0; phase_sd_rad: error bar of
+    measured; pose_sd_rad: what a frame's own pose error makes of the prediction before smoothing;
+    strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square.
+    """
+
+    measured_rad: Array
+    predicted_rad: Array
+    phase_sd_rad: Array
+    pose_sd_rad: float
+    strip_residual_rad: Array
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Everything measured of a film: camera, strips, and a signal a grating."""
+
+    camera: CameraFit
+    camera_mm: Array
+    times_s: Array
+    strips: tuple[StripPhase, ...]
+    gratings: tuple[GratingSignal, ...]
+    stages_s: dict[str, float] = field(default_factory=dict)
+
+
+def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Measurement:
+    """Measure a track of at least a few frames.
+
+    Parameters: focal_px: focal length in pixels where it is known, else it is solved for.
+    Convention: phases as `predict`; only the badge's layout is looked at where it carries a code.
+    Returns: Measurement.
+    Source: `camera`, `predict`, `fringe`, and the combination in `_combine`.
+    """
+    clock = time.perf_counter()
+    page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
+    homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
+    mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
+    camera = fit_camera(mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px)
+    camera_mm = smooth_camera(camera.camera_mm, track.times_s)
+    posed = time.perf_counter()
+    strips, predictions = [], []
+    raw_noise = _pose_noise(camera.camera_mm, camera_mm)
+    for index, strip in enumerate(track.strips):
+        law = strip_law(badge, strip, camera_mm)
+        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cell)
+        strips.append(measure_strip(track.profiles[:, index].astype(float), law, strip.length_mm, band))
+        predictions.append(law.middle_phase_rad(strips[-1].frequency_per_mm))
+    gratings = []
+    for g, grating in enumerate(badge.gratings):
+        own = [k for k, strip in enumerate(track.strips) if strip.grating == g]
+        noise = float(raw_noise[0 if grating.axis == "x" else 1])
+        gratings.append(_combine([strips[k] for k in own], [predictions[k] for k in own], noise, badge, grating))
+    stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
+    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(gratings), stages)
+
+
+def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
+    """Lowest and highest beat frequency that a cell may have: any symbol's where it carries a code, else its own.
+
+    Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE`.
+    """
+    tolerance = PITCH_TOLERANCE / badge.lens.pitch_mm
+    if grating.code is None:
+        own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
+        return own - tolerance, own + tolerance
+    code = grating.code
+    ends = [
+        code.base_frequency_per_mm + code.frequency_step_per_mm * (code.first_level + level)
+        for level in (0, code.levels - 1)
+    ] + [code.base_frequency_per_mm]
+    return min(ends) - tolerance, max(ends) + tolerance
+
+
+def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
+    """Standard deviation of the parallax coordinates (x, y) about their smoothed course, by the median."""
+    wander = raw_mm[:, :2] / raw_mm[:, 2:] - smooth_mm[:, :2] / smooth_mm[:, 2:]
+    return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
+
+
+def _combine(
+    strips: list[StripPhase], predictions: list[Array], raw_noise: float, badge: Badge, grating: Grating
+) -> GratingSignal:
+    """One signal from several strips.
+
+    Strips of other pitch move a little faster or slower; `gain` brings each to the mean strip's measure.  Offsets
+    and signal are solved for in turn, on the circle, so that no strip need be unwrapped by itself.
+    """
+    phase = np.array([strip.phase_rad for strip in strips])
+    sd = np.array([strip.phase_sd_rad for strip in strips])
+    weight = np.where(sd < MAX_PHASE_SD_RAD, 1.0 / np.maximum(sd, 1e-3) ** 2, 0.0)
+    predicted = np.array(predictions)
+    predicted = predicted - predicted.mean(axis=1, keepdims=True)
+    common = predicted.mean(axis=0)
+    power = float(common @ common)
+    gain = predicted @ common / power if power > 0 else np.ones(len(strips))
+    signal = np.unwrap(phase[int(np.argmax(weight.sum(axis=1)))])
+    for _ in range(4):
+        expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
+        apart = phase - expected
+        offset = np.angle((weight * np.exp(1j * apart)).sum(axis=1))
+        turned = np.angle(np.exp(1j * (apart - offset[:, None])))
+        total = weight.sum(axis=0)
+        correction = np.where(total > 0, (weight * turned).sum(axis=0) / np.maximum(total, 1e-12), 0.0)
+        signal = np.unwrap(signal + correction)
+    total = weight.sum(axis=0)
+    with np.errstate(divide="ignore"):
+        phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
+    wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
+    pose_sd = raw_noise * 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
+    return GratingSignal(signal - signal.mean(), common, phase_sd, float(pose_sd), wander)

@@ -1,0 +1,196 @@
+"""Registering the known page: the homography that makes the picture's markers match the printed ones.
+
+Corners alone throw most of a marker away; here every edge of every module counts, which at 1 m places the page to
+some thousandths of a pixel's worth of tilt more than corners do, and goes on where a marker no longer decodes.
+
+Source: inverse compositional alignment (Baker and Matthews, Lucas-Kanade 20 Years On, 2004), with a gain and an
+offset of brightness solved for in each marker.  Deviation: the template is drawn from the badge, not taken from a
+frame, so nothing drifts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Markers
+
+Array = NDArray[np.float64]
+#: White kept around a marker, in modules; the grating begins 1.05 modules away.
+BORDER_MODULES = 0.7
+#: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
+BLUR_PX = 0.8
+MAX_STEPS = 12
+#: Steps stop when no point of the page moves by more than this, px.
+STOP_PX = 0.003
+#: Below this correlation between picture and print the frame is not the page.
+MIN_CORRELATION = 0.80
+#: The template is drawn anew where the picture's scale changes by more than this factor.
+SCALE_STEP = 1.2
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Homography page mm -> image px, (3, 3) with h33 = 1; correlation of picture and print over the markers."""
+
+    homography: Array
+    correlation: float
+
+
+@dataclass(frozen=True)
+class _Template:
+    """Sample places, their printed brightness, and the projector from brightness residual to warp parameters."""
+
+    points: Array
+    marker: NDArray[np.int64]
+    values: Array
+    solve: Array
+    px_per_mm: float
+
+
+class PageRegistrar:
+    """Registers frames of one page; keeps the template of the last scale."""
+
+    def __init__(self, markers: Markers) -> None:
+        self._markers = markers
+        centers = np.asarray(markers.centers_mm)
+        self._middle = centers.mean(axis=0)
+        self._extent = float(np.abs(centers - self._middle).max())
+        # Warps are solved for in coordinates of about one, where their eight parameters weigh alike.
+        self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
+        self._template: _Template | None = None
+
+    def register(self, luma: NDArray[np.uint8], start: Array) -> Registration | None:
+        """Refine `start` on this frame; None where the page does not match.
+
+        Convention: as `MarkerFinder.find`.
+        """
+        template = self._template_for(scale_px_per_mm(start, self._middle))
+        warp = start @ self._to_page
+        values = None
+        for _ in range(MAX_STEPS):
+            values = sample(luma, warp, template.points)
+            if values is None:
+                return None
+            residual, correlation = self._residual(values, template)
+            step = template.solve @ residual
+            increment = np.array([[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]])
+            try:
+                warp = warp @ np.linalg.inv(increment)
+            except np.linalg.LinAlgError:
+                return None
+            warp /= warp[2, 2]
+            if np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
+                break
+        values = sample(luma, warp, template.points)
+        if values is None:
+            return None
+        _, correlation = self._residual(values, template)
+        homography = warp @ np.linalg.inv(self._to_page)
+        if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
+            return None
+        return Registration(homography / homography[2, 2], float(correlation))
+
+    def _residual(self, values: Array, template: _Template) -> tuple[Array, float]:
+        """Picture less print in units of print contrast, and their correlation; gain and offset fitted a marker."""
+        residual = np.zeros_like(values)
+        explained = total = 0.0
+        for index in range(4):
+            here = template.marker == index
+            seen, printed = values[here], template.values[here]
+            seen, printed = seen - seen.mean(), printed - printed.mean()
+            power = float(printed @ printed)
+            gain = float(seen @ printed) / power
+            # A marker that is hidden or washed out must not be blown up to full contrast.
+            floor = 2.0
+            residual[here] = seen / gain - printed if gain > floor else 0.0
+            explained += float(seen @ printed) * max(np.sign(gain), 0.0)
+            total += float(np.sqrt(power * (seen @ seen)))
+        return residual, explained / total if total > 0 else 0.0
+
+    def _template_for(self, px_per_mm: float) -> _Template:
+        kept = self._template
+        if kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP:
+            return kept
+        self._template = self._draw(px_per_mm)
+        return self._template
+
+    def _draw(self, px_per_mm: float) -> _Template:
+        """Print the four markers at about one sample a pixel, blurred as a picture blurs, with their gradients."""
+        points, owner, values, gradients = [], [], [], []
+        known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, self._markers.dictionary))
+        modules = known.markerSize + 2
+        size_mm = self._markers.size_mm
+        module_mm = size_mm / modules
+        reach_mm = size_mm / 2 + BORDER_MODULES * module_mm
+        count = int(np.clip(2 * reach_mm * px_per_mm, 24, 160))
+        pitch_mm = 2 * reach_mm / count
+        fine = 8
+        offsets = (np.arange(count * fine) + 0.5) / fine * pitch_mm - reach_mm
+        column = np.floor((offsets + size_mm / 2) / module_mm).astype(int)
+        inside = (column >= 0) & (column < modules)
+        blur = BLUR_PX / px_per_mm / pitch_mm * fine
+        for index, (identity, center) in enumerate(zip(self._markers.ids, self._markers.centers_mm, strict=True)):
+            bits = np.asarray(cv2.aruco.generateImageMarker(known, identity, modules)) > 127
+            picture = np.ones((count * fine, count * fine), np.float32)
+            picture[np.ix_(inside, inside)] = bits[np.ix_(column[inside], column[inside])]
+            picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
+            gradient_y, gradient_x = np.gradient(picture, pitch_mm / fine)
+            middle = slice(fine // 2, None, fine)
+            x, y = np.meshgrid(offsets[middle], offsets[middle])
+            points.append(np.column_stack([x.ravel() + center[0], y.ravel() + center[1]]))
+            values.append(picture[middle, middle].ravel())
+            gradients.append(np.column_stack([gradient_x[middle, middle].ravel(), gradient_y[middle, middle].ravel()]))
+            owner.append(np.full(x.size, index))
+        place = (np.concatenate(points) - self._middle) / self._extent
+        marker = np.concatenate(owner)
+        printed = np.concatenate(values).astype(float)
+        jacobian = _warp_jacobian(place, np.concatenate(gradients).astype(float) * self._extent)
+        return _Template(place, marker, printed, _projector(jacobian, marker, printed), px_per_mm)
+
+
+def _warp_jacobian(place: Array, gradient: Array) -> Array:
+    """Change of printed brightness with each of the eight warp parameters, (N, 8)."""
+    x, y = place.T
+    gx, gy = gradient.T
+    inward = gx * x + gy * y
+    return np.column_stack([gx * x, gx * y, gx, gy * x, gy * y, gy, -inward * x, -inward * y])
+
+
+def _projector(jacobian: Array, marker: NDArray[np.int64], printed: Array) -> Array:
+    """Least-squares solver (8, N) for the warp, blind to each marker's gain and offset."""
+    free = jacobian.copy()
+    for index in range(4):
+        here = marker == index
+        basis, _ = np.linalg.qr(np.column_stack([np.ones(here.sum()), printed[here]]))
+        free[here] -= basis @ (basis.T @ free[here])
+    return np.asarray(np.linalg.pinv(free))
+
+
+def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
+    """Pixels to the millimetre around a place of the page: the root of the area scale."""
+    x, y = place_mm
+    w = homography[2] @ (x, y, 1.0)
+    # The Jacobian determinant of a homography is det(H) / w^3.
+    return float(np.sqrt(abs(np.linalg.det(homography) / w**3)))
+
+
+def sample(luma: NDArray[np.uint8], warp: Array, points: Array) -> Array | None:
+    """Bilinear brightness at warp(points), (N,); None where one lies outside the picture.
+
+    Written out because OpenCV's remap rounds places to 1/32 pixel, which is more than registration resolves.
+    """
+    mapped = points @ warp[:, :2].T + warp[:, 2]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x, y = mapped[:, 0] / mapped[:, 2], mapped[:, 1] / mapped[:, 2]
+    if not (x.min() >= 0 and y.min() >= 0 and x.max() < luma.shape[1] - 1 and y.max() < luma.shape[0] - 1):
+        return None
+    column, row = x.astype(np.intp), y.astype(np.intp)
+    right, down = x - column, y - row
+    flat, corner = luma.reshape(-1), row * luma.shape[1] + column
+    upper = flat[corner] * (1 - right) + flat[corner + 1] * right
+    lower = flat[corner + luma.shape[1]] * (1 - right) + flat[corner + luma.shape[1] + 1] * right
+    return np.asarray(upper * (1 - down) + lower * down)
