@@ -122,7 +122,9 @@ class ViewLaw:
         x, y = np.broadcast_arrays(np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float)))
         row = (np.clip(x, self.tan_x[0], self.tan_x[-1]) - self.tan_x[0]) / (self.tan_x[1] - self.tan_x[0])
         column = np.clip(y, 0.0, self.tan_y[-1]) / (self.tan_y[1] - self.tan_y[0])
-        return np.asarray(map_coordinates(table, [row.ravel(), column.ravel()], order=3, mode="mirror")).reshape(x.shape)
+        return np.asarray(map_coordinates(table, [row.ravel(), column.ravel()], order=3, mode="mirror")).reshape(
+            x.shape
+        )
 
 
 @lru_cache(maxsize=256)

@@ -39,7 +39,9 @@ def beat_frequency_per_mm(
     """
     front, rear = np.asarray(front_pitch_mm, float), np.asarray(rear_pitch_mm, float)
     if not (np.all(np.isfinite(front)) and np.all(np.isfinite(rear)) and np.all(front > 0) and np.all(rear > 0)):
-        raise DesignError(f"pitches must be positive and finite mm, got front {front_pitch_mm} and rear {rear_pitch_mm}")
+        raise DesignError(
+            f"pitches must be positive and finite mm, got front {front_pitch_mm!r} and rear {rear_pitch_mm!r}"
+        )
     if not distance_mm > 0:
         raise DesignError(f"distance_mm={distance_mm} must be positive")
     return (1.0 + effective_gap_mm / distance_mm) / rear - 1.0 / front
@@ -66,7 +68,7 @@ def rear_pitch_for_beat_mm(front_pitch_mm: float, beat_frequency: ArrayLike) -> 
     rear_frequency = 1.0 / front_pitch_mm + np.asarray(beat_frequency, float)
     if np.any(rear_frequency <= 0):
         raise DesignError(
-            f"no printed pitch beats at {beat_frequency} cycles/mm under {front_pitch_mm:g} mm; "
+            f"no printed pitch beats at {beat_frequency!r} cycles/mm under {front_pitch_mm:g} mm; "
             f"ask for more than {-1 / front_pitch_mm:.4g}"
         )
     return 1.0 / rear_frequency

@@ -1,0 +1,11 @@
+"""The two programs, thin: parse, call the library, show.
+
+main.py        the group `moireid`, and `print-your-badge`
+common.py      exit codes, errors, JSON, progress
+print_cmd.py   print-your-badge, moireid print
+enroll_cmd.py  enroll, registry init / list / show
+verify_cmd.py  verify, identify
+simulate_cmd.py  simulate
+
+Heavy packages are imported inside the functions that need them, so that `--help` stays quick.
+"""

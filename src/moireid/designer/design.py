@@ -21,7 +21,7 @@ from moireid.profiles import MM_PER_INCH, Printer, lens_named
 #: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
 DESIGN_FOCAL_PX = 1450.0
 DESIGN_IMAGE_PX = (1920, 1080)
-#: Print scale may be off by 0.5 % and lens pitch by 0.3 % (../docs/limits.md); both shift every beat by that share of 1/p_f.
+#: Print scale may be off by 0.5 % and lens pitch by 0.3 %; both shift every beat by that share of 1/p_f.
 PITCH_TOLERANCE = 0.008
 #: Fewest fringes across the grating that fit and shading share without confusion, and pixels that a fringe needs.
 MIN_FRINGES = 2.0

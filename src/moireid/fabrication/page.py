@@ -60,7 +60,9 @@ class Sheet:
             x1 * POINTS_PER_MM, (self.height_mm - y1) * POINTS_PER_MM,
         )  # fmt: skip
 
-    def text(self, x: float, y: float, words: str, *, points: float, font: str = REGULAR, align: str = "center") -> None:
+    def text(
+        self, x: float, y: float, words: str, *, points: float, font: str = REGULAR, align: str = "center"
+    ) -> None:
         """Write a line whose baseline stands at y."""
         self.canvas.setFillGray(0.0)
         self.canvas.setFont(font, points)
@@ -106,7 +108,7 @@ def printable(words: str) -> bool:
     """Whether the badge's font has a glyph for every letter of the words."""
     from reportlab.pdfbase.ttfonts import TTFontFile
 
-    glyphs = TTFontFile(str(font_file(bold=True))).charToGlyph  # type: ignore[attr-defined]
+    glyphs = TTFontFile(str(font_file(bold=True))).charToGlyph
     return all(ord(letter) in glyphs for letter in words)
 
 

@@ -49,7 +49,9 @@ def draw_preview(badge: Badge) -> Image.Image:
     return image
 
 
-def fringe_profile(lens: Lens, grating: Grating, cell: Cell, pixels: int, board: tuple[float, ...]) -> NDArray[np.float64]:
+def fringe_profile(
+    lens: Lens, grating: Grating, cell: Cell, pixels: int, board: tuple[float, ...]
+) -> NDArray[np.float64]:
     """Brightness along the grating's axis, 0 to 1, of `pixels` samples; the mean over one lens's rays at each.
 
     Convention: the camera stands `DISTANCE_MM` in front of the board's middle; a lens's axis lies on the middle.

@@ -138,7 +138,7 @@ def _tables(scene: Scene) -> tuple[Array, Array]:
 
 @njit(cache=True, fastmath=False)
 def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float, float, bool]:  # pragma: no cover
-    """Where a ray that crosses the apex plane at (x, y) across and along the lenses lands; False where it is stopped."""
+    """Where a ray that crosses the apex plane at (x, y), across and along the lenses, lands; False if stopped."""
     pitch, g, n, radius = lens[0], lens[1], lens[2], lens[3]
     length2 = 1.0 + tx * tx + ty * ty
     if radius == 0.0:
@@ -200,9 +200,7 @@ def _trace(
                 lens_x, lens_y = page_x - g * tx, page_y - g * ty
                 value = -1.0
                 for k in range(gratings.shape[0]):
-                    if not (
-                        gratings[k, 0] <= lens_x <= gratings[k, 2] and gratings[k, 1] <= lens_y <= gratings[k, 3]
-                    ):
+                    if not (gratings[k, 0] <= lens_x <= gratings[k, 2] and gratings[k, 1] <= lens_y <= gratings[k, 3]):
                         continue
                     # The fringes are shown as from another place where the film is forged; else `shown` is zero.
                     depth = -(centre[2] + shown[2]) - g

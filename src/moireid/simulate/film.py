@@ -80,7 +80,11 @@ def film(
             exposed = time.perf_counter()
             writer.write(picture)
             done = time.perf_counter()
-            for stage, seconds in (("render", rendered - begun), ("sensor", exposed - rendered), ("encode", done - exposed)):
+            for stage, seconds in (
+                ("render", rendered - begun),
+                ("sensor", exposed - rendered),
+                ("encode", done - exposed),
+            ):
                 stages[stage] += seconds
             if progress:
                 progress(k + 1, frames)
@@ -110,7 +114,13 @@ def truth_csv(scene: Scene, times_s: Array, poses: Poses, shown_mm: Array, label
     writer.writerow(TRUTH_COLUMNS)
     for k, clock in enumerate(times_s):
         camera = poses.camera_mm[k]
-        figures = [*camera, *poses.rotation[k].ravel(), camera[0] / abs(camera[2]), camera[1] / abs(camera[2]), phase[k]]
+        figures = [
+            *camera,
+            *poses.rotation[k].ravel(),
+            camera[0] / abs(camera[2]),
+            camera[1] / abs(camera[2]),
+            phase[k],
+        ]
         writer.writerow([k, f"{clock:.6f}", *(f"{value:.6f}" for value in figures), label])
     return out.getvalue()
 

@@ -91,7 +91,7 @@ def sway(distance_mm: float, seed: int) -> Motion:
         yaw = np.radians(9.0) * np.sin(2 * math.pi * 0.31 * times_s + 0.5)
         wobble = turn(times_s)
         board_to_camera = Rotation.from_euler("yxz", np.column_stack([yaw + wobble[:, 0], wobble[:, 1], wobble[:, 2]]))
-        shift = badge + (0.0, 0.0, distance_mm)
+        shift = badge + np.array([0.0, 0.0, distance_mm])
         return Poses(-board_to_camera.inv().apply(shift), board_to_camera.as_matrix())
 
     return poses
@@ -134,7 +134,8 @@ def _spline(text: str, source: str, distance_mm: float) -> Motion:
         raise MediaError(f"{source} holds a quaternion of length 0; correct that row")
     turn = Rotation.from_quat(rows[:, 4:])
     mean = turn.mean()
-    place = CubicSpline(rows[:, 0], mean.inv().apply(rows[:, 1:4] - rows[:, 1:4].mean(axis=0)) + (0, 0, -distance_mm))
+    way = mean.inv().apply(rows[:, 1:4] - rows[:, 1:4].mean(axis=0)) + np.array([0.0, 0.0, -distance_mm])
+    place = CubicSpline(rows[:, 0], way)
     facing = RotationSpline(rows[:, 0], mean.inv() * turn)
     begin, length = rows[0, 0], rows[-1, 0] - rows[0, 0]
 

@@ -27,7 +27,9 @@ class Sensor:
         height, width = camera.height, camera.width
         # Coarse and fine clouds, twice the picture's size, so that turning the camera shows other parts of them.
         clouds = [
-            cv2.resize(self._rng.random(size).astype(np.float32), (2 * width, 2 * height), interpolation=cv2.INTER_CUBIC)
+            cv2.resize(
+                self._rng.random(size).astype(np.float32), (2 * width, 2 * height), interpolation=cv2.INTER_CUBIC
+            )
             for size in ((9, 16), (36, 64), (135, 240))
         ]
         self._world = 0.12 + 0.25 * (0.5 * clouds[0] + 0.3 * clouds[1] + 0.2 * clouds[2])

@@ -117,4 +117,4 @@ def _fit(profiles: Array, phase: Array, harmonics: int) -> tuple[Array, Array, f
     coefficients = np.linalg.solve(gram, transposed @ profiles[..., None])[..., 0]
     left = ((profiles - (basis @ coefficients[..., None])[..., 0]) ** 2).sum(axis=1)
     variance = left / max(count - basis.shape[2], 1) * np.linalg.inv(gram)[:, 2, 2]
-    return coefficients, np.maximum(variance, 0.0), float(left.sum())
+    return np.asarray(coefficients, float), np.maximum(variance, 0.0), float(left.sum())

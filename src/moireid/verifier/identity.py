@@ -63,29 +63,40 @@ def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, clai
     decoded, readings = read_identity(track, measurement, badge)
     coded = next((grating for grating in badge.gratings if grating.code), badge.gratings[0])
     reference = coded.code.reference_cell if coded.code else 0
-    beat = float(beat_period_mm(readings[reference].frequency_per_mm))
-    expected = float(beat_period_mm(1 / coded.cells[reference].pitch_mm - 1 / badge.lens.pitch_mm))
     found = decoded.payload.hex() if decoded and decoded.payload else None
-    common = {
-        "decoded_id": found, "claimed_id": claimed_id, "beat_period_mm": beat, "expected_beat_period_mm": expected,
-        "symbol_errors_corrected": decoded.corrected if decoded else 0,
-    }  # fmt: skip
+    verdict, reason, score = _compare(decoded, found, claimed_id)
+    return Identity(
+        verdict,
+        (reason,),
+        decoded_id=found,
+        claimed_id=claimed_id,
+        beat_period_mm=float(beat_period_mm(readings[reference].frequency_per_mm)),
+        expected_beat_period_mm=float(beat_period_mm(1 / coded.cells[reference].pitch_mm - 1 / badge.lens.pitch_mm)),
+        symbol_errors_corrected=decoded.corrected if decoded else 0,
+        score=score,
+    )
+
+
+def _compare(
+    decoded: Decoded | None, found: str | None, claimed_id: str | None
+) -> tuple[IdentityVerdict, Reason, float | None]:
+    """Verdict, reason and score of what was read against what is claimed."""
     if decoded is None:
-        reason = Reason("identity", "note", None, None, "", "The board carries no identity; none was asked for.")
-        return Identity("not_claimed", (reason,), **common)
+        text = "The board carries no identity; none was asked for."
+        return "not_claimed", Reason("identity", "note", None, None, "", text), None
     margin = _margin(decoded)
     if claimed_id is None:
         text = f"The badge reads {found}." if found else "No identity can be read off the badge."
-        return Identity("not_claimed", (Reason("identity", "note", found, None, "", text),), score=margin, **common)
+        return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
         erased = sum(symbol is None for symbol in decoded.symbols)
         text = f"The identity cannot be read: {erased} of {len(decoded.symbols)} symbols are unclear; film from nearer."
-        return Identity("unreadable", (Reason("identity", "undecided", erased, 2, "symbols", text),), score=0.0, **common)
+        return "unreadable", Reason("identity", "undecided", erased, 2, "symbols", text), 0.0
     if found == claimed_id:
         text = f"The badge reads {found}, as claimed."
-        return Identity("match", (Reason("identity", "pass", found, claimed_id, "", text),), score=margin, **common)
+        return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
     text = f"The badge reads {found}, but {claimed_id} is claimed."
-    return Identity("mismatch", (Reason("identity", "fail", found, claimed_id, "", text),), score=-margin, **common)
+    return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
 
 
 def _margin(decoded: Decoded) -> float:

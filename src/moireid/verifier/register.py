@@ -77,7 +77,9 @@ class PageRegistrar:
                 return None
             residual, correlation = self._residual(values, template)
             step = template.solve @ residual
-            increment = np.array([[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]])
+            increment = np.array(
+                [[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]]
+            )
             try:
                 warp = warp @ np.linalg.inv(increment)
             except np.linalg.LinAlgError:

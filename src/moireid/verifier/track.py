@@ -9,6 +9,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,6 +20,8 @@ from moireid.verifier.strips import ProfileReader, Strip
 from moireid.verifier.video import Film
 
 Array = NDArray[np.float64]
+#: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
+SNAPSHOT_PX_PER_MM = 3.0
 Progress = Callable[[int, int | None], None]
 
 
@@ -26,7 +29,8 @@ Progress = Callable[[int, int | None], None]
 class Track:
     """The badge over the film: T tracked frames of the `frames_read` that were read.
 
-    homographies (T, 3, 3) page mm -> px; profiles (T, S, N) counts; correlations (T,) of picture and print.
+    homographies (T, 3, 3) page mm -> px; profiles (T, S, N) counts; correlations (T,) of picture and print; snapshot:
+    the board of the best registered frame, straightened, for people to look at.
     """
 
     frames_read: int
@@ -37,6 +41,7 @@ class Track:
     profiles: NDArray[np.float32]
     strips: tuple[Strip, ...]
     image_px: tuple[int, int]
+    snapshot: NDArray[np.uint8] | None = None
     stages_s: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -56,7 +61,7 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
     """
     finder, registrar, reader = MarkerFinder(badge.markers), PageRegistrar(badge.markers), ProfileReader(badge)
     numbers, times, homographies, correlations, profiles = [], [], [], [], []
-    stages = dict.fromkeys(("decode", "find", "register", "profiles"), 0.0)
+    stages = dict.fromkeys(("decode", "find", "register", "profiles", "snapshot"), 0.0)
     clock = time.perf_counter()
 
     def lap(stage: str) -> None:
@@ -65,7 +70,7 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
         stages[stage] += now - clock
         clock = now
 
-    read = 0
+    read, snapshot, best = 0, None, 0.0
     for frame in film.frames():
         read += 1
         lap("decode")
@@ -81,6 +86,10 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
             correlations.append(registration.correlation)
             profiles.append(reader.read(frame.luma, registration.homography))
             lap("profiles")
+            # A frame must be clearly better to be straightened anew, or a steady film would do it again and again.
+            if registration.correlation > best + 0.003:
+                best, snapshot = registration.correlation, straighten(frame.luma, registration.homography, badge)
+                lap("snapshot")
         if progress:
             progress(read, film.frames_expected)
     shape = (0, len(reader.strips), reader.samples)
@@ -93,5 +102,15 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
         profiles=np.array(profiles, np.float32).reshape(len(profiles) or 0, *shape[1:]),
         strips=tuple(reader.strips),
         image_px=(film.width, film.height),
+        snapshot=snapshot,
         stages_s=stages,
     )
+
+
+def straighten(luma: NDArray[np.uint8], homography: Array, badge: Badge) -> NDArray[np.uint8]:
+    """The board as seen in a frame, turned upright and flat, `SNAPSHOT_PX_PER_MM`."""
+    x0, y0, x1, y1 = badge.outline_mm
+    to_page = np.array([[1 / SNAPSHOT_PX_PER_MM, 0, x0], [0, 1 / SNAPSHOT_PX_PER_MM, y0], [0, 0, 1.0]])
+    size = (round((x1 - x0) * SNAPSHOT_PX_PER_MM), round((y1 - y0) * SNAPSHOT_PX_PER_MM))
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpPerspective(luma, homography @ to_page, size, flags=flags), np.uint8)

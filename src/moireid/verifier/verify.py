@@ -71,7 +71,12 @@ class Report:
 
 
 def verify(
-    video: Path, badge: Badge, *, claimed_id: str | None, focal_px: float | None = None, progress: Progress | None = None
+    video: Path,
+    badge: Badge,
+    *,
+    claimed_id: str | None,
+    focal_px: float | None = None,
+    progress: Progress | None = None,
 ) -> Report:
     """Verify a film.
 
@@ -109,7 +114,8 @@ def verify(
     return Report(
         verdict, reasons, invariant, identity, badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
-        {"read": track.frames_read, "tracked": track.tracked}, timing, _left_out(badge, measurement), track, measurement,
+        {"read": track.frames_read, "tracked": track.tracked}, timing, _left_out(badge, measurement),
+        track, measurement,
     )  # fmt: skip
 
 

@@ -1,0 +1,82 @@
+"""What every command shares: exit codes, errors as one sentence, JSON on stdout, progress on stderr."""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, NoReturn
+
+import click
+
+from moireid.errors import MoireIdError
+
+ACCEPT, REJECT, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
+VERDICT_EXIT = {"accept": ACCEPT, "reject": REJECT, "inconclusive": INCONCLUSIVE}
+
+json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, and nothing else.")
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist already.")
+registry_option = click.option(
+    "--registry", "registry_url", metavar="URL",
+    help="Registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; the default lies in your user data folder.",
+)  # fmt: skip
+
+
+def fail(message: str) -> NoReturn:
+    """Say one sentence on stderr and leave with exit code 2."""
+    click.echo(f"error: {message}", err=True)
+    sys.exit(BAD_INPUT)
+
+
+def friendly(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Turn errors into one sentence and exit code 2; nobody sees a traceback, unless MOIREID_TRACEBACK is set."""
+
+    @functools.wraps(command)
+    def wrapped(*args: Any, **kwargs: Any) -> Any:
+        if os.environ.get("MOIREID_TRACEBACK"):
+            return command(*args, **kwargs)
+        try:
+            return command(*args, **kwargs)
+        except MoireIdError as error:
+            fail(" ".join(str(error).split()))
+        except OSError as error:
+            name = f" ({error.filename})" if error.filename else ""
+            fail(f"the system says: {error.strerror or error}{name}; check the path, the rights and the free space")
+        except MemoryError:
+            fail("there is not enough memory for this; use a shorter film or a smaller badge")
+        except (click.exceptions.Exit, click.ClickException, click.Abort):
+            raise
+        # The one place where everything is caught: a person must get a sentence, whatever went wrong.
+        except Exception as error:  # noqa: BLE001
+            kind = type(error).__name__
+            fail(f"something went wrong inside moireid ({kind}: {error}); set MOIREID_TRACEBACK=1 and report it")
+
+    return wrapped
+
+
+def show_json(document: dict[str, Any]) -> None:
+    """Print one JSON object on stdout."""
+    click.echo(json.dumps(document, ensure_ascii=False, allow_nan=False))
+
+
+def say(message: str) -> None:
+    """Talk, on stderr."""
+    click.echo(message, err=True)
+
+
+@contextmanager
+def progress_bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
+    """A progress bar on stderr, told (done, of); silent where stderr is no terminal."""
+    if not sys.stderr.isatty():
+        yield lambda done, total: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(label, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)

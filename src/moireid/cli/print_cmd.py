@@ -1,0 +1,118 @@
+"""print-your-badge: from a name to the files that a person prints."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.cli.common import friendly, json_option, overwrite_option, say, show_json
+from moireid.errors import RegistryError
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.designer import Request
+    from moireid.registry import Registry
+
+
+@click.command("print")
+@click.argument("name")
+@click.option(
+    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for the files."
+)
+@click.option(
+    "--registry", "registry_url", metavar="URL", help="Also issue the badge in this registry (SQLAlchemy URL)."
+)
+@click.option("--payload", metavar="HEX", help="The identity, 6 hex digits; without it one is derived from the name.")
+@click.option("--lens", default="50lpi", show_default=True, help="Lenticular sheet: 40lpi, 50lpi, 60lpi or 75lpi.")
+@click.option("--front", type=click.Choice(["lens"]), default="lens", show_default=True, help="Front layer.")
+@click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
+@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True)
+@click.option(
+    "--range", "range_text", default="0.8-2.5", show_default=True, metavar="M-M", help="Camera distances, metres."
+)
+@click.option(
+    "--axes", type=click.Choice(["x"]), default="x", show_default=True, help="Directions that the fringes sense."
+)
+@click.option("--size", "size_text", default="146x160", show_default=True, metavar="WxH", help="Board, mm.")
+@click.option("--mount", type=click.Choice(["lanyard", "none"]), default="lanyard", show_default=True)
+@click.option("--explain", is_flag=True, help="Show why the badge is as it is.")
+@overwrite_option
+@json_option
+@friendly
+def print_command(
+    name: str, folder: Path, registry_url: str | None, payload: str | None, lens: str, front: str, printer_dpi: int,
+    paper: str, range_text: str, axes: str, size_text: str, mount: str, explain: bool, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount to 3D-print.
+
+    The identity is derived from the name, so the same name gives the same badge; with --registry an identity that
+    somebody else holds is never given twice.
+    """
+    from moireid.designer import Request
+    from moireid.designer import explain as explain_badge
+    from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
+    from moireid.fabrication.package import print_badge
+
+    request = Request(clean_name(name), lens, printer_dpi, paper, parse_range_m(range_text), parse_size_mm(size_text))
+
+    def work(registry: Registry | None) -> None:
+        badge = _design(request, payload, registry)
+        issue = (lambda: registry.enroll(badge)) if registry else None
+        printed = print_badge(
+            badge,
+            folder,
+            mount=mount,
+            overwrite=overwrite,
+            before_moving=issue,
+            progress=lambda file: say(f"making {file}"),
+        )
+        files = {name: str(path) for name, path in printed.files.items()}
+        rows = explain_badge(badge)
+        if as_json:
+            document: dict[str, Any] = {
+                "id": badge.id,
+                "name": badge.name,
+                "files": files,
+                "issued": registry is not None,
+            }
+            show_json(document | {"mount_mass_g": printed.mount_mass_g, "explain": dict(rows)})
+            return
+        click.echo(f"Badge {badge.id} for {badge.name}:")
+        for path in files.values():
+            click.echo(f"  {path}")
+        if explain:
+            click.echo()
+            for what, figure in rows:
+                click.echo(f"  {what:<26} {figure}")
+        click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
+
+    if registry_url is None:
+        work(None)
+        return
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=True) as registry:
+        work(registry)
+
+
+def _design(request: Request, payload_hex: str | None, registry: Registry | None) -> Badge:
+    """The badge for the request; with a registry, one whose id nobody else holds."""
+    from moireid.designer import design_badge, payload_for_name, payload_from_hex
+
+    if payload_hex is not None:
+        return design_badge(request, payload_from_hex(payload_hex))
+    attempts = 64
+    for attempt in range(attempts):
+        badge = design_badge(request, payload_for_name(request.name, attempt=attempt))
+        holder = registry.by_id(badge.id or "") if registry else None
+        if holder is None:
+            return badge
+        if holder.badge == badge:
+            say(
+                f"note: this very badge was issued to {holder.name} on {holder.issued_at[:10]}; for another person of "
+                "that name give --payload"
+            )
+            return badge
+    raise RegistryError(f"the first {attempts} identities derived from {request.name!r} are all issued; give --payload")

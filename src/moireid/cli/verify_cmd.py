@@ -1,0 +1,121 @@
+"""verify and identify: a film in, a verdict out."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from moireid.cli.common import (
+    ACCEPT,
+    INCONCLUSIVE,
+    REJECT,
+    VERDICT_EXIT,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    registry_option,
+    say,
+    show_json,
+)
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.verifier.reasons import Reason
+
+focal_option = click.option(
+    "--focal-px", type=click.FloatRange(50, 100000), help="Focal length in pixels; solved over the film if not given."
+)
+MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
+
+
+@click.command("verify")
+@click.argument("video", type=click.Path(path_type=Path))
+@click.option("--claim", metavar="NAME|ID", help="Whose badge it is said to be, looked up in the registry.")
+@registry_option
+@click.option(
+    "--badge", "badge_json", type=click.Path(path_type=Path), help="The claimed badge's file, without a registry."
+)
+@focal_option
+@click.option(
+    "--report", "report_folder", type=click.Path(path_type=Path, file_okay=False), help="Write report.html here."
+)
+@overwrite_option
+@json_option
+@friendly
+def verify_command(
+    video: Path, claim: str | None, registry_url: str | None, badge_json: Path | None, focal_px: float | None,
+    report_folder: Path | None, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
+
+    Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
+    """
+    from moireid.badge import load_badge
+    from moireid.files import planned
+
+    if (claim is None) == (badge_json is None):
+        raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
+    if badge_json is not None:
+        badge = load_badge(badge_json)
+    else:
+        from moireid.registry import open_registry
+
+        with open_registry(registry_url, create=False) as registry:
+            badge = registry.find(claim or "").badge
+    if report_folder is not None:
+        from moireid.verifier.report import report_paths
+
+        planned(report_paths(report_folder), overwrite=overwrite)
+    from moireid.verifier import verify
+
+    with progress_bar("reading the film") as progress:
+        report = verify(video, badge, claimed_id=badge.id, focal_px=focal_px, progress=progress)
+    if report_folder is not None:
+        from moireid.verifier.report import write_report
+
+        page, _ = write_report(report, report_folder, overwrite=overwrite)
+        say(f"report: {page}")
+    if as_json:
+        show_json(report.to_json())
+    else:
+        click.echo(f"{report.verdict.upper()}: badge of {badge.name or 'unnamed board'} ({badge.id or 'no identity'})")
+        _show_reasons(report.reasons)
+    sys.exit(VERDICT_EXIT[report.verdict])
+
+
+@click.command("identify")
+@click.argument("video", type=click.Path(path_type=Path))
+@registry_option
+@focal_option
+@json_option
+@friendly
+def identify_command(video: Path, registry_url: str | None, focal_px: float | None, as_json: bool) -> None:
+    """Say whose badge VIDEO shows, if anyone's in the registry.
+
+    Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
+    """
+    from moireid.registry import open_registry
+    from moireid.verifier.identify import identify
+    from moireid.verifier.video import Film
+
+    Film(video)
+    with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
+        outcome = identify(video, registry.layouts(), registry.is_taken, focal_px=focal_px, progress=progress)
+        record = registry.by_id(outcome.found_id) if outcome.found_id else None
+    name = record.name if record else None
+    if as_json:
+        show_json(outcome.to_json() | {"found_name": name})
+    else:
+        who = f"{name} ({outcome.found_id})" if record else "nobody known"
+        click.echo(f"{outcome.finding.upper()}: {who}")
+        _show_reasons(outcome.reasons)
+    sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
+
+
+def _show_reasons(reasons: tuple[Reason, ...]) -> None:
+    for reason in reasons:
+        click.echo(f"  {MARKS[reason.level]} {reason.text}")

@@ -1,0 +1,37 @@
+"""What the tests share: one seeded generator, a badge, and the films made outside the project."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from moireid.badge import Badge, load_badge
+from moireid.designer import Request, design_badge, payload_for_name
+
+FILMS = Path(__file__).parent / "data" / "films"
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """The one source of chance in tests; its seed is fixed."""
+    return np.random.default_rng(20260)
+
+
+@pytest.fixture(scope="session")
+def ada() -> Badge:
+    """A badge of the default design."""
+    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+
+
+@pytest.fixture(scope="session")
+def films() -> Path:
+    """Films made outside the project: an independent tracer, true poses beside them (data/films/README.md)."""
+    return FILMS
+
+
+@pytest.fixture(scope="session")
+def prototype(films: Path) -> Badge:
+    """The published prototype board, described by hand."""
+    return load_badge(films / "badge.json")
