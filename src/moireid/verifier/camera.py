@@ -13,9 +13,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
+
+from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
 
 Array = NDArray[np.float64]
 #: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
@@ -24,8 +25,8 @@ FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.20
 #: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
 SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
 SHUTTER_LIMIT_S = 0.033
-#: Frames that the film-wide unknowns are solved on; more of them gain nothing that smoothing does not.
-SOLVE_FRAMES = 64
+#: Frames that the film-wide unknowns are solved on; a long film has more than enough.
+SOLVE_FRAMES = 300
 #: Two frames further apart than this tell no velocity.
 GAP_S = 0.15
 #: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
@@ -58,12 +59,11 @@ def fit_camera(
     Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising.
     Convention: module docstring; the principal point is the picture's centre.
     Returns: CameraFit with T frames.
-    Source: maximum a posteriori over reprojection error; the plane's two poses by infinitesimal plane-based pose
-    estimation (Collins and Bartoli, 2014), both refined by Levenberg-Marquardt.
+    Source: maximum a posteriori over reprojection error; the plane's two poses by `plane_pose`.
     """
     centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
     middle = page_mm.mean(axis=0)
-    flat = np.column_stack([page_mm - middle, np.zeros(len(page_mm))])
+    plane = np.column_stack([page_mm - middle, np.zeros(len(page_mm))])
     velocity = _velocity_px_s(points_px, times_s)
     rows = (points_px[..., 1:2] - points_px[..., 1:2].mean(axis=1, keepdims=True)) / image_px[1]
     chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
@@ -71,57 +71,45 @@ def fit_camera(
     def unrolled(shutter_s: float, frames: NDArray[np.int64] | slice = slice(None)) -> Array:
         return points_px[frames] - velocity[frames] * rows[frames] * shutter_s
 
-    def errors_px(focal: float, shutter_s: float) -> Array:
-        return np.array([_poses(flat, points, focal, centre)[0][1] for points in unrolled(shutter_s, chosen)])
-
     guess = focal_px or FOCAL_PRIOR * max(image_px)
+    start = start_poses(plane, unrolled(SHUTTER_PRIOR_S, chosen), guess, centre)
+
+    def poses(focal: float, shutter_s: float) -> PlanePoses:
+        return moved_poses(start, plane, unrolled(shutter_s, chosen), focal / guess, focal, centre)
+
     shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
-    shutter_s, _ = _minimise(lambda s: errors_px(guess, s), *shutter)
+    shutter_s, _ = _minimise(lambda s: poses(guess, s).least_error_px, *shutter)
     focal, log_sd = guess, 0.0
     if focal_px is None:
         long_side = max(image_px)
         zoom = (np.log(0.4 * long_side), np.log(2.5 * long_side), np.log(guess), FOCAL_PRIOR_SD)
-        log_focal, log_sd = _minimise(lambda x: errors_px(float(np.exp(x)), shutter_s), *zoom)
+        log_focal, log_sd = _minimise(lambda x: poses(float(np.exp(x)), shutter_s).least_error_px, *zoom)
         focal = float(np.exp(log_focal))
-    both = [_poses(flat, points, focal, centre) for points in unrolled(shutter_s)]
-    camera, errors = _choose(both)
+    final = start_poses(plane, unrolled(shutter_s), focal, centre)
+    camera, errors = _choose(final)
     tangent_sd = (0.0, 0.0)
     if log_sd > 0:
-        longer = np.array([_poses(flat, p, focal * np.exp(log_sd), centre)[0][0] for p in unrolled(shutter_s, chosen)])
-        tangent_sd = _stretch(camera[chosen], longer)
+        other = moved_poses(final, plane, unrolled(shutter_s), np.exp(log_sd), focal * np.exp(log_sd), centre)
+        tangent_sd = _stretch(camera, _choose(other)[0])
     camera[:, :2] += middle
     return CameraFit(camera, errors, focal, focal * log_sd, focal_px is not None, shutter_s, tangent_sd)
 
 
-def _poses(flat: Array, points: Array, focal: float, centre: tuple[float, float]) -> list[tuple[Array, float]]:
-    """The plane's two poses as (camera centre, RMS reprojection error px), the better one first."""
-    matrix = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]])
-    points = np.ascontiguousarray(points)
-    _, rotations, translations, _ = cv2.solvePnPGeneric(flat, points, matrix, None, flags=cv2.SOLVEPNP_IPPE)
-    found = []
-    for rotation, translation in zip(rotations, translations, strict=True):
-        rotation, translation = cv2.solvePnPRefineLM(flat, points, matrix, None, rotation, translation)
-        projected, _ = cv2.projectPoints(flat, rotation, translation, matrix, None)
-        error = float(np.sqrt(np.mean(np.sum((projected[:, 0] - points) ** 2, axis=1))))
-        orientation, _ = cv2.Rodrigues(rotation)
-        found.append((-(orientation.T @ translation).ravel(), error))
-    return sorted(found, key=lambda pose: pose[1])
-
-
-def _choose(both: list[list[tuple[Array, float]]]) -> tuple[Array, Array]:
+def _choose(poses: PlanePoses) -> tuple[Array, Array]:
     """Camera centres (T, 3) and errors (T,): where both poses fit alike, the one that continues its neighbours'."""
-    camera = np.array([poses[0][0] for poses in both])
-    errors = np.array([poses[0][1] for poses in both])
+    centres, frames = poses.camera, np.arange(len(poses.error_px))
+    better = poses.error_px.argmin(axis=1)
+    best, other = poses.error_px[frames, better], poses.error_px[frames, 1 - better]
     # Twice the error is five standard deviations of what two spare residuals do by chance.
-    doubtful = np.array([len(poses) > 1 and poses[1][1] < 2.0 * poses[0][1] for poses in both])
+    doubtful = other < 2.0 * best
     sure = np.flatnonzero(~doubtful)
-    if len(sure) == 0:
-        return camera, errors
-    for frame in np.flatnonzero(doubtful):
-        expected = [np.interp(frame, sure, camera[sure, k] / camera[sure, 2]) for k in (0, 1)]
-        distance = [np.hypot(*(pose[0][:2] / pose[0][2] - expected)) for pose in both[frame]]
-        camera[frame], errors[frame] = both[frame][int(np.argmin(distance))]
-    return camera, errors
+    if len(sure):
+        kept = centres[sure, better[sure]]
+        for frame in np.flatnonzero(doubtful):
+            expected = [np.interp(frame, sure, kept[:, k] / kept[:, 2]) for k in (0, 1)]
+            tangents = centres[frame, :, :2] / centres[frame, :, 2:]
+            better[frame] = int(np.argmin(np.hypot(*(tangents - expected).T)))
+    return centres[frames, better], poses.error_px[frames, better]
 
 
 def _stretch(camera: Array, other: Array) -> tuple[float, float]:

@@ -140,5 +140,13 @@ def _combine(
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
-    pose_sd = SMOOTHED_SHARE * raw_noise * 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
+    pose_sd = (
+        SMOOTHED_SHARE
+        * raw_noise
+        * 2
+        * np.pi
+        * badge.lens.thickness_mm
+        / badge.lens.refractive_index
+        / grating.pitch_mm
+    )
     return GratingSignal(signal - signal.mean(), common, phase_sd, float(pose_sd), wander)

@@ -1,0 +1,94 @@
+"""Poses of a known plane in many frames at once.
+
+A plane seen from afar has two poses that explain it almost alike, mirror images in tilt; both are kept until the end.
+All frames are refined together in arrays, because a film-wide search asks for them some thirty times.
+
+Convention: points (N, 3) of the plane in its own frame; rotation plane -> camera; OpenCV's camera axes.
+Source: start by infinitesimal plane-based pose estimation (Collins and Bartoli, 2014, as OpenCV has it); refinement
+by Gauss-Newton on the reprojection error.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+Array = NDArray[np.float64]
+STEPS = 6
+#: A share of the normal matrix's diagonal is added to it, so that a frame of poor geometry takes small steps.
+DAMPING = 1e-6
+
+
+@dataclass(frozen=True)
+class PlanePoses:
+    """Rotations (T, 2, 3, 3) and translations (T, 2, 3) of both poses, and their RMS reprojection errors (T, 2) px."""
+
+    rotation: Array
+    translation: Array
+    error_px: Array
+
+    @property
+    def camera(self) -> Array:
+        """Camera centres in the plane's frame, (T, 2, 3)."""
+        return np.asarray(-np.einsum("tsji,tsj->tsi", self.rotation, self.translation))
+
+    @property
+    def least_error_px(self) -> Array:
+        """Error of the better pose of each frame, (T,)."""
+        return np.asarray(self.error_px.min(axis=1))
+
+
+def start_poses(plane: Array, points_px: Array, focal: float, centre: tuple[float, float]) -> PlanePoses:
+    """Both poses of every frame from nothing, refined; points_px (T, N, 2)."""
+    matrix = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]])
+    rotation, translation = np.empty((len(points_px), 2, 3, 3)), np.empty((len(points_px), 2, 3))
+    for frame, points in enumerate(np.ascontiguousarray(points_px)):
+        _, turns, shifts, _ = cv2.solvePnPGeneric(plane, points, matrix, None, flags=cv2.SOLVEPNP_IPPE)
+        for side in (0, 1):
+            rotation[frame, side] = cv2.Rodrigues(turns[min(side, len(turns) - 1)])[0]
+            translation[frame, side] = np.ravel(shifts[min(side, len(shifts) - 1)])
+    return refine_poses(plane, points_px, focal, centre, rotation, translation)
+
+
+def moved_poses(
+    poses: PlanePoses, plane: Array, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]
+) -> PlanePoses:
+    """Poses at another focal length `focal`, `zoom` times that of `poses`, or for points that moved a little."""
+    return refine_poses(plane, points_px, focal, centre, poses.rotation, poses.translation * np.array([1.0, 1.0, zoom]))
+
+
+def refine_poses(
+    plane: Array, points_px: Array, focal: float, centre: tuple[float, float], rotation: Array, translation: Array
+) -> PlanePoses:
+    """Gauss-Newton from the given poses, (T, 2, 3, 3) and (T, 2, 3)."""
+    seen = (points_px[:, None] - np.array(centre)) / focal
+    for _ in range(STEPS):
+        turned = np.einsum("tsij,nj->tsni", rotation, plane)
+        local = turned + translation[:, :, None]
+        depth = local[..., 2]
+        flat = local[..., :2] / depth[..., None]
+        residual = flat - seen
+        # Derivatives of x/z and y/z by the camera point, then by a small turn before the shift and by the shift.
+        by_point = np.zeros((*flat.shape, 3))
+        by_point[..., 0, 0] = by_point[..., 1, 1] = 1 / depth
+        by_point[..., :, 2] = -flat / depth[..., None]
+        by_turn = np.cross(turned[..., None, :], by_point)
+        jacobian = np.concatenate([by_turn, by_point], axis=-1).reshape(*flat.shape[:2], -1, 6)
+        transposed = jacobian.swapaxes(-1, -2)
+        normal = transposed @ jacobian
+        normal += DAMPING * normal * np.eye(6)
+        right = transposed @ residual.reshape(*flat.shape[:2], -1, 1)
+        step = -np.linalg.solve(normal, right)[..., 0]
+        # No true step turns by more than a radian; one that would has left the basin of its pose.
+        step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step[..., :3]).max(axis=-1, keepdims=True), 1e-12))
+        turn = Rotation.from_rotvec(step[..., :3].reshape(-1, 3)).as_matrix().reshape(rotation.shape)
+        rotation, translation = turn @ rotation, translation + step[..., 3:]
+    local = np.einsum("tsij,nj->tsni", rotation, plane) + translation[:, :, None]
+    residual = local[..., :2] / local[..., 2:] - seen
+    error = focal * np.sqrt((residual**2).sum(axis=-1).mean(axis=-1))
+    behind = local[..., 2].min(axis=-1) <= 0
+    return PlanePoses(rotation, translation, np.where(behind | ~np.isfinite(error), np.inf, error))
