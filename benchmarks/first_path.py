@@ -53,7 +53,7 @@ def main() -> None:
             ("print-your-badge", "Ada Lovelace", "--mount", "none", *out), ("print-your-badge", "Ada Lovelace", *out),
         ):  # fmt: skip
             seconds = whole_process_s(*command)
-            shown = " ".join(word for word in command if not word.startswith(folder) and word not in ("--out", "--overwrite"))
+            shown = " ".join(word for word in command if word not in out)
             print(f"{shown:<42}{statistics.median(seconds):>10.2f}{min(seconds):>8.2f}{max(seconds):>8.2f}")
     head = ("film", "verdict", "|rho|", "windows", "gain", "residual", "seconds", "x decode")
     print(f"\n{head[0]:<26}{head[1]:<10}" + "".join(f"{word:>10}" for word in head[2:]))
@@ -61,7 +61,9 @@ def main() -> None:
         badge = load_badge(FILMS / ("badge_mask.json" if video.name.startswith("rendered") else "badge.json"))
         report = verify(video, badge, claimed_id=None)
         found, seconds = report.invariant, report.timing["total_s"]
-        figures = (found.correlation, found.window_correlation_mean, found.gain_ratio, found.phase_residual_rad, seconds)
+        figures = [
+            found.correlation, found.window_correlation_mean, found.gain_ratio, found.phase_residual_rad, seconds,
+        ]  # fmt: skip
         row = "".join(f"{figure:>10.4f}" for figure in figures)
         print(f"{video.stem:<26}{report.verdict:<10}{row}{seconds / decode_s(video):>10.1f}")
 

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from moireid.lenticule import view_law
-from moireid.optics import beat_frequency_per_mm, beat_period_mm, paraxial_effective_gap_mm, parallax_slope_rad
+from moireid.optics import beat_frequency_per_mm, beat_period_mm, parallax_slope_rad, paraxial_effective_gap_mm
 from moireid.profiles import lens_named
 
 
