@@ -75,16 +75,26 @@ class Cell:
 class Code:
     """How a grating's cells carry an identity; its meaning belongs to the family's module in `idcodes`.
 
-    reference_cell: index of the cell that carries no symbol; frequency_step_per_mm: beat frequency between
-    neighbouring symbols, cycles per mm of page; levels: number of symbols; base_frequency_per_mm: the reference
-    cell's signed design beat frequency on the page, and first_level: how many steps from it symbol 0 lies.
+    roles: one a cell, in order: "reference" (uniform, read first), "beat" (uniform, told by its beat frequency against
+    the reference) or "phase" (lines shifted by a share of the pitch); payload_bits: carried by the whole badge.
+    A beat level L has the signed design frequency base_frequency_per_mm + L frequency_step_per_mm, cycles per mm of
+    page, for L below `levels`; reference_level: that of the reference cells, None where it is part of the identity.
+    phase_levels: steps to a full turn of a phase cell.
     """
 
-    reference_cell: int
-    frequency_step_per_mm: float
+    roles: tuple[Literal["reference", "beat", "phase"], ...]
+    payload_bits: int
     levels: int
     base_frequency_per_mm: float
-    first_level: int
+    frequency_step_per_mm: float
+    reference_level: int | None = None
+    phase_levels: int | None = None
+
+    @property
+    def reference_cell(self) -> int:
+        """Index of the reference cell nearest to the middle of the list."""
+        places = [index for index, role in enumerate(self.roles) if role == "reference"]
+        return places[len(places) // 2]
 
 
 @dataclass(frozen=True)
@@ -193,7 +203,10 @@ def _grating(entry: dict[str, Any]) -> Grating:
         Cell(tuple(map(float, c["rect_mm"])), float(c["pitch_mm"]), float(c["edge_mm"]), float(c["duty"]))  # type: ignore[arg-type]
         for c in entry["cells"]
     )
-    code = Code(**{key: entry["code"][key] for key in Code.__dataclass_fields__}) if "code" in entry else None
+    code = None
+    if "code" in entry:
+        given = {key: entry["code"][key] for key in Code.__dataclass_fields__ if key in entry["code"]}
+        code = Code(**(given | {"roles": tuple(given["roles"])}))
     return Grating(
         tuple(map(float, entry["rect_mm"])),  # type: ignore[arg-type]
         entry["axis"], float(entry["pitch_mm"]), entry["family"], cells, code,
@@ -212,7 +225,8 @@ def _to_document(badge: Badge) -> dict[str, Any]:
         "markers": asdict(badge.markers),
     }
     for grating in document["gratings"]:
-        if grating["code"] is None:
+        grating["code"] = {key: value for key, value in (grating["code"] or {}).items() if value is not None}
+        if not grating["code"]:
             del grating["code"]
     optional = {
         "payload_bits": badge.payload_bits,
@@ -251,10 +265,10 @@ def _check_geometry(badge: Badge, source: str) -> None:
         _check_rect(grating.rect_mm, page, f"gratings.{g}.rect_mm", source)
         for c, cell in enumerate(grating.cells):
             _check_rect(cell.rect_mm, grating.rect_mm, f"gratings.{g}.cells.{c}.rect_mm", source)
-        if grating.code and not 0 <= grating.code.reference_cell < len(grating.cells):
+        if grating.code and (len(grating.code.roles) != len(grating.cells) or "reference" not in grating.code.roles):
             raise SpecError(
-                f"{source}: gratings.{g}.code.reference_cell={grating.code.reference_cell} is no index of its "
-                f"{len(grating.cells)} cells"
+                f"{source}: gratings.{g}.code.roles must name one role for each of the {len(grating.cells)} cells, and "
+                f"one of them reference; got {len(grating.code.roles)}"
             )
     if len(set(badge.markers.ids)) != 4:
         raise SpecError(f"{source}: markers.ids {list(badge.markers.ids)} repeat one; give four different ids")

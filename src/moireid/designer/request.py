@@ -17,7 +17,7 @@ class Request:
     """A wish for a badge: whose, on which sheet and printer, of what size, read from how far.
 
     size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
-    `moireid.profiles`.
+    `moireid.profiles`; family: a code family of `moireid.idcodes`; axes: directions that the fringes sense.
     """
 
     name: str
@@ -26,6 +26,8 @@ class Request:
     paper: str = "a4"
     range_m: tuple[float, float] = (0.8, 2.5)
     size_mm: tuple[float, float] = (146.0, 160.0)
+    family: str = "spacing"
+    axes: str = "x"
 
 
 def clean_name(name: str) -> str:

@@ -183,7 +183,7 @@ def _trace(
     for row in prange(radiance.shape[0]):
         centre, turn = centres[row], turns[row]
         for column in range(radiance.shape[1]):
-            total, count = 0.0, 0
+            total, count, last = 0.0, 0, 0
             for ray in range(jitter.shape[0]):
                 u = (left + column + jitter[ray, 0] - cx) / focal
                 v = (top + row + jitter[ray, 1] - cy) / focal
@@ -220,11 +220,15 @@ def _trace(
                     across, along = across / scale, along / scale
                     px, py = (across, along) if gratings[k, 4] == 0 else (along, across)
                     value = paper
-                    for c in range(int(gratings[k, 5]), int(gratings[k, 6])):
+                    # Rays of one pixel mostly land in the same cell, so the search goes on from the last one.
+                    first, end = int(gratings[k, 5]), int(gratings[k, 6])
+                    for step in range(end - first):
+                        c = first + (last - first + step) % (end - first)
                         if cells[c, 0] <= px < cells[c, 2] and cells[c, 1] <= py < cells[c, 3]:
                             place = (across - cells[c, 5]) / cells[c, 4]
                             if place - math.floor(place) < cells[c, 6]:
                                 value = ink
+                            last = c
                             break
                     break
                 if value < 0.0:

@@ -47,12 +47,16 @@ class GratingSignal:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Everything measured of a film: camera, strips, and a signal a grating."""
+    """Everything measured of a film: camera, strips, and a signal a grating.
+
+    strips, predictions_rad: one a strip of the track; None for rows of phase cells, which are read with the identity.
+    """
 
     camera: CameraFit
     camera_mm: Array
     times_s: Array
-    strips: tuple[StripPhase, ...]
+    strips: tuple[StripPhase | None, ...]
+    predictions_rad: tuple[Array | None, ...]
     gratings: tuple[GratingSignal, ...]
     stages_s: dict[str, float] = field(default_factory=dict)
 
@@ -72,20 +76,30 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     camera = fit_camera(mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px)
     camera_mm = smooth_camera(camera.camera_mm, track.times_s)
     posed = time.perf_counter()
-    strips, predictions = [], []
+    strips: list[StripPhase | None] = []
+    predictions: list[Array | None] = []
     raw_noise = _pose_noise(camera.camera_mm, camera_mm)
     for index, strip in enumerate(track.strips):
+        if not strip.uniform:
+            strips.append(None)
+            predictions.append(None)
+            continue
         law = strip_law(badge, strip, camera_mm)
-        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cell)
-        strips.append(measure_strip(track.profiles[:, index].astype(float), law, strip.length_mm, band))
-        predictions.append(law.middle_phase_rad(strips[-1].frequency_per_mm))
+        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
+        found = measure_strip(track.profiles[:, index].astype(float), law, strip.length_mm, band)
+        strips.append(found)
+        predictions.append(law.middle_phase_rad(found.frequency_per_mm))
     gratings = []
     for g, grating in enumerate(badge.gratings):
-        own = [k for k, strip in enumerate(track.strips) if strip.grating == g]
+        own = [
+            (phase, prediction)
+            for strip, phase, prediction in zip(track.strips, strips, predictions, strict=True)
+            if strip.grating == g and phase is not None and prediction is not None
+        ]
         noise = float(raw_noise[0 if grating.axis == "x" else 1])
-        gratings.append(_combine([strips[k] for k in own], [predictions[k] for k in own], noise, badge, grating))
+        gratings.append(_combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
-    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(gratings), stages)
+    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
@@ -98,10 +112,7 @@ def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float
         own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
         return own - tolerance, own + tolerance
     code = grating.code
-    ends = [
-        code.base_frequency_per_mm + code.frequency_step_per_mm * (code.first_level + level)
-        for level in (0, code.levels - 1)
-    ] + [code.base_frequency_per_mm]
+    ends = [code.base_frequency_per_mm + code.frequency_step_per_mm * level for level in (0, code.levels - 1)]
     return min(ends) - tolerance, max(ends) + tolerance
 
 

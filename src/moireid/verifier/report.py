@@ -118,9 +118,10 @@ def _band_plot(report: Report) -> str:
     index = report.badge.gratings.index(grating)
     reference = grating.code.reference_cell if grating.code else 0
     own = [
-        (strip.cell, phase.frequency_per_mm)
-        for strip, phase in zip(report.track.strips, report.measurement.strips, strict=True) if strip.grating == index
-    ]  # fmt: skip
+        (strip.cells[0], phase.frequency_per_mm)
+        for strip, phase in zip(report.track.strips, report.measurement.strips, strict=True)
+        if strip.grating == index and phase is not None
+    ]
     seen = np.array([np.mean([f for c, f in own if c == cell]) for cell in range(len(grating.cells))])
     design = np.array([1 / cell.pitch_mm for cell in grating.cells])
     figure, axes = _figure(3.7, 3.0)
