@@ -110,7 +110,7 @@ def _blank_grating(
         reference_level=None if spacing else level,
         phase_levels=PHASE_LEVELS if spacing else None,
     )
-    return Grating(rect, axis, pitch_mm, request.family, cells, code)
+    return Grating(rect, "x" if axis == "x" else "y", pitch_mm, request.family, cells, code)
 
 
 def _reference_pitch_mm(grating: Grating, cells: tuple[Cell, ...]) -> float:

@@ -20,8 +20,8 @@ from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
 
 Array = NDArray[np.float64]
 #: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
-#: equivalent and some crop for stabilisation); 20 % covers zooms that a person would still use here.
-FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.20
+#: equivalent and some crop for stabilisation); 35 % lets a zoom of two lie at two standard deviations.
+FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.35
 #: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
 SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
 SHUTTER_LIMIT_S = 0.033

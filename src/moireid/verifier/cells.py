@@ -19,12 +19,13 @@ from moireid.verifier.measure import Measurement
 from moireid.verifier.predict import strip_law
 from moireid.verifier.strips import Strip
 from moireid.verifier.track import Track
+from moireid.verifier.waveform import Complex, learn_waveform, match_phase
 
 Array = NDArray[np.float64]
 #: Left out at a cell's ends, mm, or a fifth of it: there the picture's blur mixes neighbours.
 MARGIN_MM = 1.2
-#: A cell's level is that of the uniform rows within this share of their contrast: uneven light, and no more.
-LEVEL_SD = 0.15
+#: Frames that the fringe's shape is learnt from.
+SHAPE_FRAMES = 48
 #: Samples of a cell are not independent: 1.4 in space, as in `fringe`, and coded pictures repeat their noise in time.
 #: On outside films the scatter of clear symbols is 2 to 4 times what independent samples would give.
 NOISE_INFLATION = 3.0
@@ -69,17 +70,42 @@ def read_cells(track: Track, measurement: Measurement, badge: Badge, grating: in
     if not rows:
         return {}
     field = uniform_field(track, measurement, badge, grating)
+    shape = _shape(track, measurement, badge, grating, field)
     found: dict[int, CellPhase] = {}
     for index, strip in rows:
-        law = strip_law(badge, strip, measurement.camera_mm)
-        phase = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[:, None]
-        phase += field.twist_rad_per_mm * (strip.across_mm - field.middle_mm)
-        seen = (track.profiles[:, index] - field.level[:, None]) / np.maximum(field.contrast, 1.0)[:, None]
+        phase = _field_phase(badge, strip, measurement.camera_mm, field)
+        seen = _in_contrasts(track, index, field)
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
-            value, sd = _fit_cell(seen[:, inside], phase[:, inside])
+            value, sd = match_phase(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
+            sd = math.hypot(sd, FLOOR_RAD)
             found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
     return _flatten(found, field, badge.gratings[grating].code.phase_levels or 4)  # type: ignore[union-attr]
+
+
+def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field) -> Array:
+    """Phase of the uniform rows' field at a strip's samples, (T, N)."""
+    law = strip_law(badge, strip, camera_mm)
+    along = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[:, None]
+    return along + field.twist_rad_per_mm * (strip.across_mm - field.middle_mm)
+
+
+def _in_contrasts(track: Track, index: int, field: Field) -> Array:
+    """Profiles of a strip about the picture's level, in units of its contrast, (T, N)."""
+    return np.asarray((track.profiles[:, index] - field.level[:, None]) / np.maximum(field.contrast, 1.0)[:, None])
+
+
+def _shape(track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field) -> Complex:
+    """The fringe's shape, learnt from the reference rows, whose beat the cells share."""
+    code = badge.gratings[grating].code
+    assert code is not None
+    frames = np.unique(np.linspace(0, track.tracked - 1, min(SHAPE_FRAMES, track.tracked)).astype(int))
+    seen, phases = [], []
+    for index, strip in enumerate(track.strips):
+        if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
+            seen.append(_in_contrasts(track, index, field)[frames].ravel())
+            phases.append(_field_phase(badge, strip, measurement.camera_mm, field)[frames].ravel())
+    return learn_waveform(np.concatenate(seen), np.concatenate(phases))
 
 
 def uniform_field(track: Track, measurement: Measurement, badge: Badge, grating: int) -> Field:
@@ -128,27 +154,6 @@ def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
     low, high = rect[strip.axis], rect[strip.axis + 2]
     margin = min(MARGIN_MM, 0.2 * (high - low))
     return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
-
-
-def _fit_cell(seen: Array, phase: Array) -> tuple[float, float]:
-    """Phase and standard deviation of one cell; seen and phase (T, n), seen in units of contrast about the level."""
-    if seen.size < 8:
-        return 0.0, math.inf
-    basis = np.stack([np.ones(seen.size), np.cos(phase).ravel(), np.sin(phase).ravel()], axis=1)
-    values = seen.ravel()
-    noise = 0.3
-    for _ in range(2):
-        normal = basis.T @ basis
-        normal[0, 0] += (noise / LEVEL_SD) ** 2
-        solved = np.linalg.solve(normal, basis.T @ values)
-        left = values - basis @ solved
-        noise = max(float(left.std()), 1e-3)
-    amplitude = math.hypot(solved[1], solved[2])
-    if not amplitude > 0:
-        return 0.0, math.inf
-    across = np.array([0.0, -solved[2], solved[1]]) / amplitude**2
-    variance = float(across @ np.linalg.solve(normal, across)) * noise**2
-    return math.atan2(-solved[2], solved[1]), math.hypot(NOISE_INFLATION * math.sqrt(variance), FLOOR_RAD)
 
 
 def _flatten(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, CellPhase]:

@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 PITCH_TOLERANCE = 0.008
 #: Frames whose phase is vaguer than this tell nothing and are left out.
 MAX_PHASE_SD_RAD = 0.6
+#: A badge that is lost for longer than this may have moved by more than a turn of phase meanwhile.
+GAP_S = 0.3
 #: Share of a frame's pose error that smoothing leaves.  A hand's motion lets a dozen frames be averaged, but part of
 #: the error is common to neighbouring frames: 0.4 to 0.6 on films at 1 to 2 m whose true poses are known.
 SMOOTHED_SHARE = 0.5
@@ -97,7 +99,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
             if strip.grating == g and phase is not None and prediction is not None
         ]
         noise = float(raw_noise[0 if grating.axis == "x" else 1])
-        gratings.append(_combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating))
+        gratings.append(_combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 
@@ -123,7 +125,7 @@ def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
 
 
 def _combine(
-    strips: list[StripPhase], predictions: list[Array], raw_noise: float, badge: Badge, grating: Grating
+    strips: list[StripPhase], predictions: list[Array], raw_noise: float, badge: Badge, grating: Grating, times_s: Array
 ) -> GratingSignal:
     """One signal from several strips.
 
@@ -138,7 +140,8 @@ def _combine(
     common = predicted.mean(axis=0)
     power = float(common @ common)
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
-    signal = np.unwrap(phase[int(np.argmax(weight.sum(axis=1)))])
+    segments = _segments(times_s)
+    signal = _unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
     for _ in range(4):
         expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
         apart = phase - expected
@@ -146,7 +149,7 @@ def _combine(
         turned = np.angle(np.exp(1j * (apart - offset[:, None])))
         total = weight.sum(axis=0)
         correction = np.where(total > 0, (weight * turned).sum(axis=0) / np.maximum(total, 1e-12), 0.0)
-        signal = np.unwrap(signal + correction)
+        signal = _unwrap(signal + correction, common, segments)
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
@@ -161,3 +164,28 @@ def _combine(
         / grating.pitch_mm
     )
     return GratingSignal(signal - signal.mean(), common, phase_sd, float(pose_sd), wander)
+
+
+def _segments(times_s: Array) -> list[NDArray[np.int64]]:
+    """Frames grouped into stretches without a gap of more than `GAP_S`."""
+    cuts = np.flatnonzero(np.diff(times_s) > GAP_S) + 1
+    return np.split(np.arange(len(times_s)), cuts)
+
+
+def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
+    """Phase without jumps of a turn.
+
+    Within a stretch each frame follows the one before, whatever the prediction says.  Whole turns between stretches
+    cannot be seen; there the number of turns is taken that lies nearest to the prediction, which gives a forger whole
+    turns a gap and nothing else.
+    """
+    unwrapped = np.empty_like(phase)
+    longest = max(segments, key=len)
+    for segment in segments:
+        unwrapped[segment] = np.unwrap(phase[segment])
+    anchor = float(np.mean(unwrapped[longest] - predicted[longest]))
+    for segment in segments:
+        if segment is not longest:
+            apart = float(np.mean(unwrapped[segment] - predicted[segment])) - anchor
+            unwrapped[segment] -= 2 * np.pi * np.round(apart / (2 * np.pi))
+    return unwrapped
