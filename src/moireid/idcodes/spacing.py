@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from moireid.badge import Cell, Grating
 from moireid.errors import CodeError
@@ -68,20 +68,17 @@ class SpacingFamily:
         Source: `words`; `beats.steps_from_reference` for the beats.
         """
         word = _word(gratings)
-        places, doubts = [], []
-        for grating, row in zip(gratings, readings, strict=True):
-            for role, reading in zip(code_of(grating).roles, row, strict=True):
-                if role == "phase":
-                    place, doubt = _nearest(reading)
-                    places.append(place)
-                    doubts.append(doubt)
+        cells = [
+            (reading.phase_rad, reading.phase_sd)
+            for grating, row in zip(gratings, readings, strict=True)
+            for role, reading in zip(code_of(grating).roles, row, strict=True)
+            if role == "phase"
+        ]
         used = CELLS_PER_BYTE * word.word_bytes
-        groups = range(0, used, CELLS_PER_BYTE)
-        octets = bytes(_octet(places[k : k + CELLS_PER_BYTE]) for k in groups)
-        found = word.decode(octets, [max(doubts[k : k + CELLS_PER_BYTE]) for k in groups])
-        middle = sorted(doubts[:used])[used // 2]
+        found, doubts = _decode(word, cells[:used])
+        middle = sorted(doubts)[used // 2]
         margin = 1.0 - 2.0 * min(middle, 0.5)
-        unclear = sum(doubt > UNCLEAR_BEYOND_TURNS for doubt in doubts[:used])
+        unclear = sum(doubt > UNCLEAR_BEYOND_TURNS for doubt in doubts)
         if found is None:
             return Decoded(None, word.word_bytes, unclear, 0, margin)
         payload, corrected = found
@@ -139,10 +136,41 @@ def _octet(places: Sequence[int]) -> int:
     return value
 
 
-def _nearest(reading: CellReading) -> tuple[int, float]:
+def word_places(word: WordCode, payload: bytes) -> list[int]:
+    """Places on the circle of all symbols of the word that spells the payload, in the order of the cells."""
+    return [place for octet in word.encode(payload) for place in _places(octet)]
+
+
+def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple[int, int], float]:
+    """The phase that each used cell should read, by (grating, cell): for benches that know what was printed."""
+    cells = [
+        (index, cell)
+        for index, grating in enumerate(gratings)
+        for cell, role in enumerate(code_of(grating).roles) if role == "phase"
+    ]  # fmt: skip
+    places = word_places(_word(gratings), payload)
+    return {cell: 2 * math.pi * place / PHASE_LEVELS for cell, place in zip(cells, places, strict=False)}
+
+
+def decode_phases(word: WordCode, phase_rad: Iterable[float], phase_sd: Iterable[float]) -> bytes | None:
+    """The payload that phases spell, one a cell in the order of the word, or None."""
+    found, _ = _decode(word, list(zip(phase_rad, phase_sd, strict=True)))
+    return found[0] if found else None
+
+
+def _decode(word: WordCode, cells: Sequence[tuple[float, float]]) -> tuple[tuple[bytes, int] | None, list[float]]:
+    """Payload and bytes mended, if any, and the doubt of each cell."""
+    nearest = [_nearest(phase, sd) for phase, sd in cells]
+    places, doubts = [place for place, _ in nearest], [doubt for _, doubt in nearest]
+    groups = range(0, len(cells), CELLS_PER_BYTE)
+    octets = bytes(_octet(places[k : k + CELLS_PER_BYTE]) for k in groups)
+    return word.decode(octets, [max(doubts[k : k + CELLS_PER_BYTE]) for k in groups]), doubts
+
+
+def _nearest(phase_rad: float, phase_sd: float) -> tuple[int, float]:
     """Nearest place of a phase, and its doubt: distance and error bar in steps, infinite where it was not read."""
-    if not math.isfinite(reading.phase_sd):
+    if not math.isfinite(phase_sd):
         return 0, math.inf
-    steps = reading.phase_rad / (2 * math.pi) * PHASE_LEVELS
+    steps = float(phase_rad) / (2 * math.pi) * PHASE_LEVELS
     nearest = round(steps)
-    return nearest % PHASE_LEVELS, abs(steps - nearest) + reading.phase_sd / (2 * math.pi) * PHASE_LEVELS
+    return nearest % PHASE_LEVELS, abs(steps - nearest) + float(phase_sd) / (2 * math.pi) * PHASE_LEVELS

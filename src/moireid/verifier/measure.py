@@ -99,7 +99,9 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
             if strip.grating == g and phase is not None and prediction is not None
         ]
         noise = float(raw_noise[0 if grating.axis == "x" else 1])
-        gratings.append(_combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s))
+        gratings.append(
+            _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
+        )
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 

@@ -77,7 +77,9 @@ def match_phase(seen: Array, phase: Array, shape: Complex, inflation: float) -> 
         determinant = a11 * a22 - total_w**2
         contrast = np.maximum((b2 * a11 - b1 * total_w) / determinant, MIN_CONTRAST)
         level = (b1 - contrast * total_w) / a11
-        misfit = total_vv + noise2 / CONTRAST_SD**2 - level * b1 + contrast * (a22 * contrast + total_w * level - 2 * b2)
+        misfit = (
+            total_vv + noise2 / CONTRAST_SD**2 - level * b1 + contrast * (a22 * contrast + total_w * level - 2 * b2)
+        )
         best = int(np.argmin(misfit))
         noise2 = max(float(misfit[best]) / count, 1e-4)
     before, here, after = misfit[best - 1], misfit[best], misfit[(best + 1) % GRID]
