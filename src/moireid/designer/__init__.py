@@ -4,6 +4,7 @@ request.py   what a person asks for
 payload.py   the payload of a name, or the one given
 layout.py    where markers and gratings lie on the page
 grid.py      how a grating is cut into rows and cells
+link.py      the link budget: will the whole payload be read?
 design.py    the choice of beat frequencies, and the Badge
 """
 

@@ -7,18 +7,21 @@ levels share what lies between.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from moireid.badge import Badge, Cell, Code, Grating
 from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
+from moireid.designer.link import link_budget
 from moireid.designer.payload import FAMILY_BYTES
 from moireid.designer.request import Request, clean_name
 from moireid.errors import CodeError, DesignError
 from moireid.idcodes import family_named
 from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
-from moireid.idcodes.spacing import PHASE_LEVELS
+from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
+from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 from moireid.optics import rear_pitch_for_beat_mm
 from moireid.profiles import MM_PER_INCH, Printer, lens_named
 
@@ -218,6 +221,12 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
             ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each"),
             ("a cell, far end", f"{far * size[0]:.1f} x {far * size[1]:.1f} pixels"),
         ]
+        word = WordCode((badge.payload_bits or 0) // 8, min(count // CELLS_PER_BYTE, MAX_WORD_BYTES))
+        for metres in dict.fromkeys(badge.range_m):
+            link = link_budget(min(size), DESIGN_FOCAL_PX / (1000.0 * metres), word)
+            chance = f"{link.decode_probability:.4f}" if link.decode_probability < 0.9999 else "above 0.9999"
+            figures = f"phase error of a cell {link.phase_error_rad:.2f} rad of {math.pi / PHASE_LEVELS:.2f}"
+            rows.append((f"reading all at {metres:g} m", f"probability {chance}, {figures}"))
     return [
         *rows,
         ("marker, far end", f"{far * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
