@@ -124,7 +124,9 @@ def _design(request: Request, payload: bytes | None, registry: Registry | None) 
         return design_badge(request, payload)
     attempts = 64
     for attempt in range(attempts):
-        badge = design_badge(request, payload_for_name(request.name, attempt=attempt, family=request.family))
+        badge = design_badge(
+            request, payload_for_name(request.name, attempt=attempt, family=request.family or "spacing")
+        )
         holder = registry.by_id(badge.id or "") if registry else None
         if holder is None:
             return badge

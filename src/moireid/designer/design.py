@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass
 
 from moireid.badge import Badge, Cell, Code, Grating
-from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
+from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import link_budget
 from moireid.designer.payload import FAMILY_BYTES
@@ -65,14 +65,16 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         CodeError where the payload does not fit.
     """
     name = clean_name(request.name)
-    _check_payload(request, payload)
-    lens, layout, family = lens_named(request.lens), lay_out(request), family_named(request.family)
-    spacing = request.family == "spacing"
-    beats = choose_beats(request, layout, lens.pitch_mm, SPACING_LEVELS if spacing else PITCH_LEVELS)
-    px_per_mm = DESIGN_FOCAL_PX / (1000.0 * request.range_m[1])
-    grid = choose_grid(layout, len(payload), px_per_mm) if spacing else bands(layout, BANDS)
-    _check_sight(request, layout, grid, px_per_mm)
-    blank = tuple(_blank_grating(request, layout, k, grid, beats, len(payload)) for k in range(len(layout.fields_mm)))
+    family = family_named(_family_for(request, payload))
+    lens, layout, spacing = lens_named(request.lens), lay_out(request), family.name == "spacing"
+    grid = choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS)
+    levels = SPACING_LEVELS if spacing else PITCH_LEVELS
+    _check_range(request, layout, grid, lens.pitch_mm, levels)
+    beats = choose_beats(layout, request.range_m[1], lens.pitch_mm, levels)
+    blank = tuple(
+        _blank_grating(family.name, lens.pitch_mm, layout, k, grid, beats, len(payload))
+        for k in range(len(layout.fields_mm))
+    )
     _check_printer(request, blank[0].pitch_mm)
     gratings = tuple(
         Grating(g.rect_mm, g.axis, _reference_pitch_mm(g, cells), g.family, cells, g.code)
@@ -93,12 +95,11 @@ def design_badge(request: Request, payload: bytes) -> Badge:
 
 
 def _blank_grating(
-    request: Request, layout: Layout, field: int, grid: Grid, beats: Beats, payload_bytes: int
+    family: str, lens_pitch_mm: float, layout: Layout, field: int, grid: Grid, beats: Beats, payload_bytes: int
 ) -> Grating:
     """A grating whose cells have their places and roles but no identity yet."""
     axis, rect = layout.fields_mm[field]
-    lens_pitch_mm = lens_named(request.lens).pitch_mm
-    spacing = request.family == "spacing"
+    spacing = family == "spacing"
     wanted = (1.0 - 1.0 / REFERENCE_RATIO) / lens_pitch_mm
     level = min(max(round((wanted - beats.slowest_per_mm) / beats.step_per_mm), 0), beats.levels - 1)
     reference = -(beats.slowest_per_mm + level * beats.step_per_mm)
@@ -113,7 +114,7 @@ def _blank_grating(
         reference_level=None if spacing else level,
         phase_levels=PHASE_LEVELS if spacing else None,
     )
-    return Grating(rect, "x" if axis == "x" else "y", pitch_mm, request.family, cells, code)
+    return Grating(rect, "x" if axis == "x" else "y", pitch_mm, family, cells, code)
 
 
 def _reference_pitch_mm(grating: Grating, cells: tuple[Cell, ...]) -> float:
@@ -121,57 +122,73 @@ def _reference_pitch_mm(grating: Grating, cells: tuple[Cell, ...]) -> float:
     return float(cells[grating.code.reference_cell].pitch_mm)
 
 
-def _check_payload(request: Request, payload: bytes) -> None:
-    allowed = FAMILY_BYTES.get(request.family, ())
+def _family_for(request: Request, payload: bytes) -> str:
+    """The family asked for, or the one that carries a payload of this length; checked to fit."""
+    fitting = [name for name, sizes in FAMILY_BYTES.items() if len(payload) in sizes]
+    name = request.family or (fitting[0] if fitting else "spacing")
+    allowed = FAMILY_BYTES.get(name, ())
     if allowed and len(payload) not in allowed:
         digits = " or ".join(str(2 * count) for count in allowed)
         raise CodeError(
-            f"a payload of {8 * len(payload)} bits does not fit; the {request.family} code carries {digits} hex digits"
+            f"a payload of {8 * len(payload)} bits does not fit; the {name} code carries {digits} hex digits"
         )
+    return name
 
 
-def choose_beats(request: Request, layout: Layout, lens_pitch_mm: float, levels: int) -> Beats:
+def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int) -> Beats:
     """Beat frequencies that the range's far end resolves and the tolerances cannot push to zero.
 
-    Convention: magnitudes.  Source: module docstring; camera `DESIGN_FOCAL_PX`.
-    Raises: DesignError that names a range or a size that would work.
+    Convention: magnitudes.  Source: module docstring; camera `DESIGN_FOCAL_PX`.  `_reach_m` says how far it goes.
     """
-    width_mm = min(rect[2] - rect[0] if axis == "x" else rect[3] - rect[1] for axis, rect in layout.fields_mm)
-    px_per_mm = DESIGN_FOCAL_PX / (1000.0 * request.range_m[1])
+    width_mm = _fringe_length_mm(layout)
     tolerance = PITCH_TOLERANCE / lens_pitch_mm
     slowest = tolerance + MIN_FRINGES / width_mm
-    fastest = px_per_mm / MIN_PX_PER_FRINGE - tolerance
-    step = (fastest - slowest) / (levels - 1)
-    if step * width_mm < MIN_STEP_FRINGES:
-        needed = slowest + (levels - 1) * MIN_STEP_FRINGES / width_mm + tolerance
-        reach_m = DESIGN_FOCAL_PX / (needed * MIN_PX_PER_FRINGE) / 1000.0
-        raise DesignError(
-            f"at {request.range_m[1]:g} m a grating of {width_mm:.0f} mm has no room for {levels} beat frequencies; "
-            f"end the range at {_below(reach_m)} m or give a wider board",
-            reach_m=reach_m,
-        )
-    return Beats(slowest, min(step, MAX_STEP_FRINGES / width_mm), levels)
+    fastest = DESIGN_FOCAL_PX / (1000.0 * far_m) / MIN_PX_PER_FRINGE - tolerance
+    return Beats(slowest, min((fastest - slowest) / (levels - 1), MAX_STEP_FRINGES / width_mm), levels)
 
 
-def _check_sight(request: Request, layout: Layout, grid: Grid, px_per_mm: float) -> None:
-    """Markers and bands must be seen at the far end, the whole board at the near end."""
-    band_mm = grid.row_mm
-    for what, size_mm, least in (("marker", layout.markers.size_mm, MIN_MARKER_PX), ("band", band_mm, MIN_BAND_PX)):
-        if size_mm * px_per_mm < least:
-            reach_m = DESIGN_FOCAL_PX * size_mm / least / 1000.0
-            raise DesignError(
-                f"at {request.range_m[1]:g} m a {what} of {size_mm:.1f} mm is {size_mm * px_per_mm:.1f} pixels, fewer "
-                f"than the {least:g} it needs; end the range at {_below(reach_m)} m or give a larger board",
-                reach_m=reach_m,
-            )
+def _fringe_length_mm(layout: Layout) -> float:
+    """Length along which the fringes of the shortest field run."""
+    return min(rect[2] - rect[0] if axis == "x" else rect[3] - rect[1] for axis, rect in layout.fields_mm)
+
+
+def _check_range(request: Request, layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> None:
+    """The whole board must be in the picture at the near end, and everything large enough at the far end.
+
+    Raises: DesignError that names the range that this board has, or a board that has one.
+    """
     board = (layout.board_mm[2] - layout.board_mm[0], layout.board_mm[3] - layout.board_mm[1])
-    near_m = max(side * DESIGN_FOCAL_PX / image for side, image in zip(board, DESIGN_IMAGE_PX, strict=True)) / 1000.0
-    if request.range_m[0] < near_m:
+    near = max(side * DESIGN_FOCAL_PX / image for side, image in zip(board, DESIGN_IMAGE_PX, strict=True)) / 1000.0
+    reaches = _reach_m(layout, grid, lens_pitch_mm, levels)
+    what = min(reaches, key=lambda name: reaches[name])
+    near_m, far_m = math.ceil(100 * near) / 100, math.floor(100 * reaches[what]) / 100
+    words = f"a board of {board[0]:g} x {board[1]:g} mm"
+    if near_m > far_m:
         raise DesignError(
-            f"at {request.range_m[0]:g} m a board of {board[0]:g} x {board[1]:g} mm overfills the picture; "
-            f"begin the range at {near_m + 0.005:.2f} m or give a smaller board",
-            near_m=near_m,
-        )
+            f"{words} fits the picture from {near_m:.2f} m on, but its {what} are too small beyond {far_m:.2f} m; "
+            "give a board such as 146x160",
+            near_m=near_m, far_m=far_m,
+        )  # fmt: skip
+    if request.range_m[0] < near_m or request.range_m[1] > far_m:
+        raise DesignError(
+            f"{words} is read at {near_m:.2f} to {far_m:.2f} m, not {request.range_m[0]:g} to {request.range_m[1]:g}: "
+            f"nearer it overfills the picture, beyond its {what} are too small; choose a range within "
+            f"{near_m:.2f}-{far_m:.2f} m, or give a larger board",
+            near_m=near_m, far_m=far_m,
+        )  # fmt: skip
+
+
+def _reach_m(layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> dict[str, float]:
+    """How far each part of the board can be read, metres."""
+    width_mm, tolerance = _fringe_length_mm(layout), PITCH_TOLERANCE / lens_pitch_mm
+    fastest = 2 * tolerance + (MIN_FRINGES + (levels - 1) * MIN_STEP_FRINGES) / width_mm
+    sizes = {
+        "markers": layout.markers.size_mm / MIN_MARKER_PX,
+        "rows": grid.row_mm / MIN_BAND_PX,
+        "cells": grid.cell_mm / MIN_CELL_PX,
+        "fringes": 1.0 / (fastest * MIN_PX_PER_FRINGE),
+    }
+    return {name: DESIGN_FOCAL_PX * size / 1000.0 for name, size in sizes.items()}
 
 
 def _check_printer(request: Request, pitch_mm: float) -> None:
@@ -184,11 +201,6 @@ def _check_printer(request: Request, pitch_mm: float) -> None:
             f"{MIN_DOTS_PER_LINE:g}; print at {least} dpi or more, or take a coarser lens",
             least_dpi=least,
         )
-
-
-def _below(metres: float) -> str:
-    """A distance rounded down to centimetres, so that the advice itself works."""
-    return f"{int(metres * 100) / 100:.2f}"
 
 
 def explain(badge: Badge) -> list[tuple[str, str]]:

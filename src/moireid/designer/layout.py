@@ -46,7 +46,7 @@ def lay_out(request: Request) -> Layout:
         raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
     page_mm = PAPERS_MM[request.paper]
     width, height = request.size_mm
-    room = tuple(side - 2 * PAPER_MARGIN_MM for side in page_mm)
+    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in page_mm)
     if width > room[0] or height > room[1]:
         raise DesignError(
             f"a board of {width:g} x {height:g} mm does not fit {request.paper}; at most {room[0]:g} x {room[1]:g} mm "

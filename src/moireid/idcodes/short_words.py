@@ -53,9 +53,12 @@ def decode_word(symbols: Sequence[int | None]) -> tuple[bytes, int] | None:
         return None
     octets = bytes(high << 4 | low for high, low in zip(data[::2], data[1::2], strict=True))
     payload = octets[:PAYLOAD_BYTES]
-    if octets[PAYLOAD_BYTES:] != _check(payload):
+    changed = sum(read != sent for read, sent in zip(symbols, full, strict=True))
+    # The library mends one error beside an erasure too, which two parity symbols cannot promise.
+    beyond = 2 * (changed - len(erased)) + len(erased) > PARITY_SYMBOLS
+    if beyond or octets[PAYLOAD_BYTES:] != _check(payload):
         return None
-    return payload, sum(read != sent for read, sent in zip(symbols, full, strict=True))
+    return payload, changed
 
 
 def _check(payload: bytes) -> bytes:

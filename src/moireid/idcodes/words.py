@@ -79,6 +79,11 @@ class WordCode:
         except reedsolo.ReedSolomonError:
             return None
         payload = bytes(data[: self.payload_bytes])
+        lost = set(erased)
+        errors = sum(read != sent for k, (read, sent) in enumerate(zip(word, full, strict=True)) if k not in lost)
+        # The library goes beyond what the parity can promise where errors stand beside erasures.
+        if 2 * errors + len(erased) > self.parity_bytes:
+            return None
         if bytes(data[self.payload_bytes :]) != check(payload):
             return None
         return payload, sum(read != sent for read, sent in zip(word, full, strict=True))

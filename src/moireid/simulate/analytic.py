@@ -206,17 +206,19 @@ def _trace(
                     depth = -(centre[2] + shown[2]) - g
                     fx = (lens_x - centre[0] - shown[0]) / depth
                     fy = (lens_y - centre[1] - shown[1]) / depth
+                    # Across and along change places on a grating of the other axis, and so does the sense of a twist.
+                    turn_sine = sin_twist if gratings[k, 4] == 0 else -sin_twist
                     ax, ay = (lens_x, lens_y) if gratings[k, 4] == 0 else (lens_y, lens_x)
                     bx, by = (fx, fy) if gratings[k, 4] == 0 else (fy, fx)
-                    sx, sy = ax * cos_twist + ay * sin_twist - offset, ay * cos_twist - ax * sin_twist
+                    sx, sy = ax * cos_twist + ay * turn_sine - offset, ay * cos_twist - ax * turn_sine
                     lx, ly, through = _land(
-                        sx, sy, bx * cos_twist + by * sin_twist, by * cos_twist - bx * sin_twist, lens
+                        sx, sy, bx * cos_twist + by * turn_sine, by * cos_twist - bx * turn_sine, lens
                     )
                     if not through:
                         value = ink
                         break
                     lx += offset
-                    across, along = lx * cos_twist - ly * sin_twist, ly * cos_twist + lx * sin_twist
+                    across, along = lx * cos_twist - ly * turn_sine, ly * cos_twist + lx * turn_sine
                     across, along = across / scale, along / scale
                     px, py = (across, along) if gratings[k, 4] == 0 else (along, across)
                     value = paper

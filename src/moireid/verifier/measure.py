@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
-from moireid.verifier.camera import CameraFit, fit_camera, smooth_camera
+from moireid.verifier.camera import CameraFit, fit_camera, smooth_camera, stretches
 from moireid.verifier.fringe import StripPhase, measure_strip
 from moireid.verifier.markers import marker_corners_mm
 from moireid.verifier.predict import strip_law
@@ -142,7 +142,7 @@ def _combine(
     common = predicted.mean(axis=0)
     power = float(common @ common)
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
-    segments = _segments(times_s)
+    segments = stretches(times_s, GAP_S)
     signal = _unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
     for _ in range(4):
         expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
@@ -166,12 +166,6 @@ def _combine(
         / grating.pitch_mm
     )
     return GratingSignal(signal - signal.mean(), common, phase_sd, float(pose_sd), wander)
-
-
-def _segments(times_s: Array) -> list[NDArray[np.int64]]:
-    """Frames grouped into stretches without a gap of more than `GAP_S`."""
-    cuts = np.flatnonzero(np.diff(times_s) > GAP_S) + 1
-    return np.split(np.arange(len(times_s)), cuts)
 
 
 def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
