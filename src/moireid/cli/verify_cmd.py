@@ -73,8 +73,9 @@ def verify_command(
 
         with open_registry(registry_url, create=False) as registry:
             record = registry.find(claim or "")
-        badge, revoked = record.badge, record.revoked_reason
-        as_built = as_built_from_json(record.as_built) if record.as_built else None
+        badge, revoked = record.badge, getattr(record, "revoked_reason", None)
+        enrolled = getattr(record, "as_built", None)
+        as_built = as_built_from_json(enrolled) if enrolled else None
     if report_folder is not None:
         from moireid.verifier.report import report_paths
 
