@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+import unicodedata
 from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib import resources
@@ -75,16 +76,26 @@ class Cell:
 class Code:
     """How a grating's cells carry an identity; its meaning belongs to the family's module in `idcodes`.
 
-    reference_cell: index of the cell that carries no symbol; frequency_step_per_mm: beat frequency between
-    neighbouring symbols, cycles per mm of page; levels: number of symbols; base_frequency_per_mm: the reference
-    cell's signed design beat frequency on the page, and first_level: how many steps from it symbol 0 lies.
+    roles: one a cell, in order: "reference" (uniform, read first), "beat" (uniform, told by its beat frequency against
+    the reference) or "phase" (lines shifted by a share of the pitch); payload_bits: carried by the whole badge.
+    A beat level L has the signed design frequency base_frequency_per_mm + L frequency_step_per_mm, cycles per mm of
+    page, for L below `levels`; reference_level: that of the reference cells, None where it is part of the identity.
+    phase_levels: steps to a full turn of a phase cell.
     """
 
-    reference_cell: int
-    frequency_step_per_mm: float
+    roles: tuple[Literal["reference", "beat", "phase"], ...]
+    payload_bits: int
     levels: int
     base_frequency_per_mm: float
-    first_level: int
+    frequency_step_per_mm: float
+    reference_level: int | None = None
+    phase_levels: int | None = None
+
+    @property
+    def reference_cell(self) -> int:
+        """Index of the reference cell nearest to the middle of the list."""
+        places = [index for index, role in enumerate(self.roles) if role == "reference"]
+        return places[len(places) // 2]
 
 
 @dataclass(frozen=True)
@@ -163,11 +174,11 @@ def load_badge(path: Path | str) -> Badge:
 def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
     """Parse the text of a badge.json; `source` names it in messages.  Raises: SpecError, as `load_badge`."""
     try:
-        document = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
+        document = json.loads(text, parse_constant=_no_constant, parse_float=_finite, parse_int=_small)
+    except (ValueError, RecursionError) as error:
         raise SpecError(f"{source} is not JSON ({error}); give a file that print-your-badge wrote") from error
     _validate(document, source)
-    lens = Lens(**{key: document["lens"].get(key) for key in Lens.__dataclass_fields__})
+    lens = _lens(document["lens"])
     gratings = tuple(_grating(entry) for entry in document["gratings"])
     markers = document["markers"]
     centers = tuple((float(x), float(y)) for x, y in markers["centers_mm"])
@@ -187,13 +198,41 @@ def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
     return badge
 
 
+def _lens(entry: dict[str, Any]) -> Lens:
+    """The lens from its JSON object, figures as floats."""
+    figures = {key: float(entry[key]) for key in Lens.__dataclass_fields__ if key in entry and key != "kind"}
+    return Lens(entry["kind"], **figures)
+
+
+def _no_constant(word: str) -> float:
+    raise ValueError(f"{word} is no number in JSON")
+
+
+def _finite(digits: str) -> float:
+    value = float(digits)
+    if not math.isfinite(value):
+        raise ValueError(f"{digits[:40]} is no finite number")
+    # A whole number is the same badge however it is written, and an index must be an integer.
+    return int(value) if value.is_integer() and abs(value) < 2**53 else value
+
+
+def _small(digits: str) -> int:
+    if len(digits) > 18:
+        raise ValueError(f"{digits[:18]}… has too many digits for a number here")
+    return int(digits)
+
+
 def _grating(entry: dict[str, Any]) -> Grating:
     """One grating from its JSON object."""
     cells = tuple(
         Cell(tuple(map(float, c["rect_mm"])), float(c["pitch_mm"]), float(c["edge_mm"]), float(c["duty"]))  # type: ignore[arg-type]
         for c in entry["cells"]
     )
-    code = Code(**{key: entry["code"][key] for key in Code.__dataclass_fields__}) if "code" in entry else None
+    code = None
+    if "code" in entry:
+        given = {key: entry["code"][key] for key in Code.__dataclass_fields__ if key in entry["code"]}
+        floats = {key: float(given[key]) for key in ("base_frequency_per_mm", "frequency_step_per_mm")}
+        code = Code(**(given | floats | {"roles": tuple(given["roles"])}))
     return Grating(
         tuple(map(float, entry["rect_mm"])),  # type: ignore[arg-type]
         entry["axis"], float(entry["pitch_mm"]), entry["family"], cells, code,
@@ -212,7 +251,8 @@ def _to_document(badge: Badge) -> dict[str, Any]:
         "markers": asdict(badge.markers),
     }
     for grating in document["gratings"]:
-        if grating["code"] is None:
+        grating["code"] = {key: value for key, value in (grating["code"] or {}).items() if value is not None}
+        if not grating["code"]:
             del grating["code"]
     optional = {
         "payload_bits": badge.payload_bits,
@@ -235,6 +275,10 @@ def _validator() -> Any:
 
 def _validate(document: object, source: str) -> None:
     """Hold `document` against the schema, and name the first fault."""
+    if isinstance(document, dict) and document.get("format", FORMAT) != FORMAT:
+        raise SpecError(
+            f"{source}: format: {document['format']!r} is not known to this version; it reads format {FORMAT}"
+        )
     errors = sorted(_validator().iter_errors(document), key=lambda error: list(map(str, error.absolute_path)))
     if errors:
         where = ".".join(map(str, errors[0].absolute_path)) or "the file"
@@ -244,6 +288,16 @@ def _validate(document: object, source: str) -> None:
 
 def _check_geometry(badge: Badge, source: str) -> None:
     """Hold what a schema cannot say: rectangles in order and on the page, cells within gratings, markers apart."""
+    if badge.id is not None and badge.id != badge.id.strip():
+        raise SpecError(f"{source}: id: {badge.id!r} holds space; give hex digits alone")
+    if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in badge.name):
+        raise SpecError(
+            f"{source}: name: {badge.name[:40]!r} holds control characters or half letters; give plain text"
+        )
+    if badge.range_m and badge.range_m[0] > badge.range_m[1]:
+        raise SpecError(
+            f"{source}: range_m: {list(badge.range_m)} runs from far to near; give the nearer distance first"
+        )
     page: Rect = (0.0, 0.0, *badge.page_mm)
     if badge.board_mm:
         _check_rect(badge.board_mm, page, "board.rect_mm", source)
@@ -251,16 +305,37 @@ def _check_geometry(badge: Badge, source: str) -> None:
         _check_rect(grating.rect_mm, page, f"gratings.{g}.rect_mm", source)
         for c, cell in enumerate(grating.cells):
             _check_rect(cell.rect_mm, grating.rect_mm, f"gratings.{g}.cells.{c}.rect_mm", source)
-        if grating.code and not 0 <= grating.code.reference_cell < len(grating.cells):
+        if grating.code and (len(grating.code.roles) != len(grating.cells) or "reference" not in grating.code.roles):
             raise SpecError(
-                f"{source}: gratings.{g}.code.reference_cell={grating.code.reference_cell} is no index of its "
-                f"{len(grating.cells)} cells"
+                f"{source}: gratings.{g}.code.roles must name one role for each of the {len(grating.cells)} cells, and "
+                f"one of them reference; got {len(grating.code.roles)}"
             )
     if len(set(badge.markers.ids)) != 4:
         raise SpecError(f"{source}: markers.ids {list(badge.markers.ids)} repeat one; give four different ids")
+    _check_markers(badge.markers, source)
     half = badge.markers.size_mm / 2
     for m, (x, y) in enumerate(badge.markers.centers_mm):
         _check_rect((x - half, y - half, x + half, y + half), page, f"markers.centers_mm.{m}", source)
+
+
+def _check_markers(markers: Markers, source: str) -> None:
+    """Ids must be in the dictionary; the four squares apart, and in the order that the contract names."""
+    count = int(markers.dictionary.rsplit("_", 1)[1])
+    if max(markers.ids) >= count:
+        raise SpecError(
+            f"{source}: markers.ids: {list(markers.ids)} exceed {markers.dictionary}, which ends at {count - 1}"
+        )
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = markers.centers_mm
+    turning = (bx - ax) * (cy - by) - (by - ay) * (cx - bx), (cx - bx) * (dy - cy) - (cy - by) * (dx - cx)
+    apart = min(
+        max(abs(p[0] - q[0]), abs(p[1] - q[1]))
+        for k, p in enumerate(markers.centers_mm) for q in markers.centers_mm[:k]
+    )  # fmt: skip
+    if apart < markers.size_mm or min(turning) <= 0:
+        raise SpecError(
+            f"{source}: markers.centers_mm: {[list(c) for c in markers.centers_mm]} must be four places a marker's "
+            "size or more apart, top left, top right, bottom right, bottom left"
+        )
 
 
 def _check_rect(rect: Rect, outer: Rect, where: str, source: str) -> None:

@@ -138,7 +138,10 @@ def view_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
     tan_y = np.linspace(0.0, MAX_TANGENT, 13)
     response = view_response(lens, rear_pitch_mm, half[:, None], tan_y[None, :])
     # Straight on in x the symmetric lens adds a phase of 0 or pi; unwrapping starts there, and mirrors.
-    phase = np.unwrap(np.angle(response), axis=0)
+    angle = np.angle(response)
+    # A lens beyond its focus shows pi there, whose two names +pi and -pi must not alternate along tan_y.
+    angle[0] = np.unwrap(angle[0])
+    phase = np.unwrap(angle, axis=0)
     odd = phase[1:] - phase[0]
     phase = np.vstack([phase[0] - odd[::-1], phase])
     contrast = np.abs(np.vstack([response[:0:-1], response]))

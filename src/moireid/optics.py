@@ -66,7 +66,7 @@ def rear_pitch_for_beat_mm(front_pitch_mm: float, beat_frequency: ArrayLike) -> 
     Source: p_r = 1 / (1/p_f + f_b).
     """
     rear_frequency = 1.0 / front_pitch_mm + np.asarray(beat_frequency, float)
-    if np.any(rear_frequency <= 0):
+    if not np.all(np.isfinite(rear_frequency)) or np.any(rear_frequency <= 0):
         raise DesignError(
             f"no printed pitch beats at {beat_frequency!r} cycles/mm under {front_pitch_mm:g} mm; "
             f"ask for more than {-1 / front_pitch_mm:.4g}"

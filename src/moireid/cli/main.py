@@ -7,6 +7,7 @@ import sys
 import click
 
 from moireid import __version__
+from moireid.cli.bench_cmd import bench_command
 from moireid.cli.common import BAD_INPUT
 from moireid.cli.enroll_cmd import enroll_command, registry_group
 from moireid.cli.print_cmd import print_command
@@ -29,7 +30,15 @@ def moireid() -> None:
     """
 
 
-for command in (print_command, enroll_command, verify_command, identify_command, simulate_command, registry_group):
+for command in (
+    print_command,
+    enroll_command,
+    verify_command,
+    identify_command,
+    simulate_command,
+    registry_group,
+    bench_command,
+):
     moireid.add_command(command)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import friendly, json_option, overwrite_option, say, show_json
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
@@ -24,7 +24,16 @@ if TYPE_CHECKING:
 @click.option(
     "--registry", "registry_url", metavar="URL", help="Also issue the badge in this registry (SQLAlchemy URL)."
 )
-@click.option("--payload", metavar="HEX", help="The identity, 6 hex digits; without it one is derived from the name.")
+@click.option("--payload", metavar="HEX", help="The identity, 16 or 32 hex digits; else it is derived from the name.")
+@click.option(
+    "--key",
+    "key_file",
+    type=click.Path(path_type=Path),
+    help="Make the fingerprint of this public key (PEM) the identity.",
+)
+@click.option(
+    "--code", type=click.Choice(["spacing", "pitch"]), default="spacing", show_default=True, help="Code family."
+)
 @click.option("--lens", default="50lpi", show_default=True, help="Lenticular sheet: 40lpi, 50lpi, 60lpi or 75lpi.")
 @click.option("--front", type=click.Choice(["lens"]), default="lens", show_default=True, help="Front layer.")
 @click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
@@ -33,7 +42,7 @@ if TYPE_CHECKING:
     "--range", "range_text", default="0.8-2.5", show_default=True, metavar="M-M", help="Camera distances, metres."
 )
 @click.option(
-    "--axes", type=click.Choice(["x"]), default="x", show_default=True, help="Directions that the fringes sense."
+    "--axes", type=click.Choice(["x", "xy"]), default="x", show_default=True, help="Directions that the fringes sense."
 )
 @click.option("--size", "size_text", default="146x160", show_default=True, metavar="WxH", help="Board, mm.")
 @click.option("--mount", type=click.Choice(["lanyard", "none"]), default="lanyard", show_default=True)
@@ -42,23 +51,33 @@ if TYPE_CHECKING:
 @json_option
 @friendly
 def print_command(
-    name: str, folder: Path, registry_url: str | None, payload: str | None, lens: str, front: str, printer_dpi: int,
-    paper: str, range_text: str, axes: str, size_text: str, mount: str, explain: bool, overwrite: bool, as_json: bool,
+    name: str, folder: Path, registry_url: str | None, payload: str | None, key_file: Path | None, code: str, lens: str,
+    front: str, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, mount: str, explain: bool,
+    overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount to 3D-print.
 
     The identity is derived from the name, so the same name gives the same badge; with --registry an identity that
     somebody else holds is never given twice.
     """
-    from moireid.designer import Request
+    from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
     from moireid.fabrication.package import print_badge
 
-    request = Request(clean_name(name), lens, printer_dpi, paper, parse_range_m(range_text), parse_size_mm(size_text))
+    if payload is not None and key_file is not None:
+        raise SpecError("give --payload or --key, not both")
+    request = Request(
+        clean_name(name), lens, printer_dpi, paper, parse_range_m(range_text), parse_size_mm(size_text), code, axes
+    )
+    chosen = None
+    if payload is not None:
+        chosen = payload_from_hex(payload, family=code)
+    elif key_file is not None:
+        chosen = payload_from_key(key_file)
 
     def work(registry: Registry | None) -> None:
-        badge = _design(request, payload, registry)
+        badge = _design(request, chosen, registry)
         issue = (lambda: registry.enroll(badge)) if registry else None
         printed = print_badge(
             badge,
@@ -97,15 +116,17 @@ def print_command(
         work(registry)
 
 
-def _design(request: Request, payload_hex: str | None, registry: Registry | None) -> Badge:
+def _design(request: Request, payload: bytes | None, registry: Registry | None) -> Badge:
     """The badge for the request; with a registry, one whose id nobody else holds."""
-    from moireid.designer import design_badge, payload_for_name, payload_from_hex
+    from moireid.designer import design_badge, payload_for_name
 
-    if payload_hex is not None:
-        return design_badge(request, payload_from_hex(payload_hex))
+    if payload is not None:
+        return design_badge(request, payload)
     attempts = 64
     for attempt in range(attempts):
-        badge = design_badge(request, payload_for_name(request.name, attempt=attempt))
+        badge = design_badge(
+            request, payload_for_name(request.name, attempt=attempt, family=request.family or "spacing")
+        )
         holder = registry.by_id(badge.id or "") if registry else None
         if holder is None:
             return badge

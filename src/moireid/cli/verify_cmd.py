@@ -43,29 +43,39 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 @click.option(
     "--report", "report_folder", type=click.Path(path_type=Path, file_okay=False), help="Write report.html here."
 )
+@click.option(
+    "--require-original",
+    is_flag=True,
+    help="Reject a copy of the badge that was enrolled; asks for an enrolled capture.",
+)
 @overwrite_option
 @json_option
 @friendly
 def verify_command(
     video: Path, claim: str | None, registry_url: str | None, badge_json: Path | None, focal_px: float | None,
-    report_folder: Path | None, overwrite: bool, as_json: bool,
+    report_folder: Path | None, require_original: bool, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
+    from moireid.asbuilt import as_built_from_json
     from moireid.badge import load_badge
     from moireid.files import planned
 
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
+    as_built, revoked = None, None
     if badge_json is not None:
         badge = load_badge(badge_json)
     else:
         from moireid.registry import open_registry
 
         with open_registry(registry_url, create=False) as registry:
-            badge = registry.find(claim or "").badge
+            record = registry.find(claim or "")
+        badge, revoked = record.badge, getattr(record, "revoked_reason", None)
+        enrolled = getattr(record, "as_built", None)
+        as_built = as_built_from_json(enrolled) if enrolled else None
     if report_folder is not None:
         from moireid.verifier.report import report_paths
 
@@ -73,7 +83,10 @@ def verify_command(
     from moireid.verifier import verify
 
     with progress_bar("reading the film") as progress:
-        report = verify(video, badge, claimed_id=badge.id, focal_px=focal_px, progress=progress)
+        report = verify(
+            video, badge, claimed_id=badge.id, focal_px=focal_px, as_built=as_built,
+            require_original=require_original, revoked=revoked, progress=progress,
+        )  # fmt: skip
     if report_folder is not None:
         from moireid.verifier.report import write_report
 

@@ -2,12 +2,14 @@
 
 request.py   what a person asks for
 payload.py   the payload of a name, or the one given
-layout.py    where markers, grating and bands lie on the page
+layout.py    where markers and gratings lie on the page
+grid.py      how a grating is cut into rows and cells
+link.py      the link budget: will the whole payload be read?
 design.py    the choice of beat frequencies, and the Badge
 """
 
 from moireid.designer.design import design_badge, explain
-from moireid.designer.payload import payload_for_name, payload_from_hex
+from moireid.designer.payload import payload_for_name, payload_from_hex, payload_from_key
 from moireid.designer.request import Request
 
-__all__ = ["Request", "design_badge", "explain", "payload_for_name", "payload_from_hex"]
+__all__ = ["Request", "design_badge", "explain", "payload_for_name", "payload_from_hex", "payload_from_key"]

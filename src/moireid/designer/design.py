@@ -1,20 +1,27 @@
-"""The choice of beat frequencies, and the Badge.
+"""The choice of beat frequencies and cells, and the Badge.
 
 The slowest beat must keep enough fringes in the grating to be told from shading even if print scale and lens pitch
-are off by their tolerances; the fastest must keep enough pixels in a fringe at the far end of the range.  Sixteen
-symbols share what lies between.
+are off by their tolerances; the fastest must keep enough pixels in a fringe at the far end of the range.  The beat
+levels share what lies between.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from moireid.badge import Badge, Cell, Code, Grating
+from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
+from moireid.designer.link import link_budget
+from moireid.designer.payload import FAMILY_BYTES
 from moireid.designer.request import Request, clean_name
 from moireid.errors import CodeError, DesignError
-from moireid.idcodes.pitch import BANDS, LEVELS, PitchFamily
-from moireid.idcodes.words import PAYLOAD_BYTES
+from moireid.idcodes import family_named
+from moireid.idcodes.pitch import BANDS
+from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
+from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
+from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 from moireid.optics import rear_pitch_for_beat_mm
 from moireid.profiles import MM_PER_INCH, Printer, lens_named
 
@@ -26,7 +33,7 @@ PITCH_TOLERANCE = 0.008
 #: Fewest fringes across the grating that fit and shading share without confusion, and pixels that a fringe needs.
 MIN_FRINGES = 2.0
 MIN_PX_PER_FRINGE = 5.0
-#: Least and most spacing of symbols, in fringes across the grating.  At 0.4 a symbol's half step is a fifth of a
+#: Least and most spacing of levels, in fringes across the grating.  At 0.4 a level's half step is a fifth of a
 #: fringe; more than 0.55 only shortens the fringes.
 MIN_STEP_FRINGES = 0.40
 MAX_STEP_FRINGES = 0.55
@@ -34,18 +41,19 @@ MIN_BAND_PX = 4.0
 MIN_MARKER_PX = 14.0
 #: A printed line narrower than this many dots has no dependable width.
 MIN_DOTS_PER_LINE = 3.0
-DUTY = 0.5
-#: The published prototype's printed pitch is 1.0236 lens pitches; the reference band keeps its ratio where it can.
+#: Beat levels of the spacing family's uniform rows.
+SPACING_LEVELS = 8
+#: The published prototype's printed pitch is 1.0236 lens pitches; the pitch family's reference keeps near that ratio.
 REFERENCE_RATIO = 0.52 / 0.508
 
 
 @dataclass(frozen=True)
 class Beats:
-    """The chosen beat frequencies, cycles per mm of page, as magnitudes: slowest symbol, step, and reference."""
+    """The chosen beat frequencies, cycles per mm of page, as magnitudes: slowest level and step."""
 
     slowest_per_mm: float
     step_per_mm: float
-    reference_level: int
+    levels: int
 
 
 def design_badge(request: Request, payload: bytes) -> Badge:
@@ -57,86 +65,130 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         CodeError where the payload does not fit.
     """
     name = clean_name(request.name)
-    if len(payload) != PAYLOAD_BYTES:
-        raise CodeError(f"a payload of {len(payload)} bytes does not fit; the pitch code carries {PAYLOAD_BYTES}")
-    lens = lens_named(request.lens)
-    layout = lay_out(request)
-    beats = choose_beats(request, layout, lens.pitch_mm)
-    reference = -(beats.slowest_per_mm + beats.reference_level * beats.step_per_mm)
-    reference_pitch_mm = float(rear_pitch_for_beat_mm(lens.pitch_mm, reference))
-    _check_printer(request, reference_pitch_mm)
-    code = Code(
-        reference_cell=BANDS // 2,
-        frequency_step_per_mm=-beats.step_per_mm,
-        levels=LEVELS,
-        base_frequency_per_mm=reference,
-        first_level=-beats.reference_level,
+    family = family_named(_family_for(request, payload))
+    lens, layout, spacing = lens_named(request.lens), lay_out(request), family.name == "spacing"
+    grid = choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS)
+    levels = SPACING_LEVELS if spacing else PITCH_LEVELS
+    _check_range(request, layout, grid, lens.pitch_mm, levels)
+    beats = choose_beats(layout, request.range_m[1], lens.pitch_mm, levels)
+    blank = tuple(
+        _blank_grating(family.name, lens.pitch_mm, layout, k, grid, beats, len(payload))
+        for k in range(len(layout.fields_mm))
     )
-    family = PitchFamily()
-    blank = tuple(Cell(rect, reference_pitch_mm, 0.0, DUTY) for rect in layout.bands_mm)
-    grating = Grating(layout.grating_mm, "x", reference_pitch_mm, family.name, blank, code)
-    cells = family.write(payload, grating, lens.pitch_mm)
+    _check_printer(request, blank[0].pitch_mm)
+    gratings = tuple(
+        Grating(g.rect_mm, g.axis, _reference_pitch_mm(g, cells), g.family, cells, g.code)
+        for g, cells in zip(blank, family.write(payload, blank, lens.pitch_mm), strict=True)
+    )
     return Badge(
         id=payload.hex(),
         name=name,
         page_mm=layout.page_mm,
         lens=lens,
-        gratings=(Grating(grating.rect_mm, "x", reference_pitch_mm, family.name, cells, code),),
+        gratings=gratings,
         markers=layout.markers,
-        payload_bits=family.payload_bits(grating),
+        payload_bits=8 * len(payload),
         board_mm=layout.board_mm,
         range_m=request.range_m,
         print={"dpi": request.printer_dpi, "paper": request.paper, "form": "vector", "lens": request.lens},
     )
 
 
-def choose_beats(request: Request, layout: Layout, lens_pitch_mm: float) -> Beats:
+def _blank_grating(
+    family: str, lens_pitch_mm: float, layout: Layout, field: int, grid: Grid, beats: Beats, payload_bytes: int
+) -> Grating:
+    """A grating whose cells have their places and roles but no identity yet."""
+    axis, rect = layout.fields_mm[field]
+    spacing = family == "spacing"
+    wanted = (1.0 - 1.0 / REFERENCE_RATIO) / lens_pitch_mm
+    level = min(max(round((wanted - beats.slowest_per_mm) / beats.step_per_mm), 0), beats.levels - 1)
+    reference = -(beats.slowest_per_mm + level * beats.step_per_mm)
+    pitch_mm = float(rear_pitch_for_beat_mm(lens_pitch_mm, reference))
+    cells, roles = cells_and_roles(rect, axis, grid, pitch_mm, field)
+    code = Code(
+        roles=roles,
+        payload_bits=8 * payload_bytes,
+        levels=beats.levels,
+        base_frequency_per_mm=-beats.slowest_per_mm,
+        frequency_step_per_mm=-beats.step_per_mm,
+        reference_level=None if spacing else level,
+        phase_levels=PHASE_LEVELS if spacing else None,
+    )
+    return Grating(rect, "x" if axis == "x" else "y", pitch_mm, family, cells, code)
+
+
+def _reference_pitch_mm(grating: Grating, cells: tuple[Cell, ...]) -> float:
+    assert grating.code is not None
+    return float(cells[grating.code.reference_cell].pitch_mm)
+
+
+def _family_for(request: Request, payload: bytes) -> str:
+    """The family asked for, or the one that carries a payload of this length; checked to fit."""
+    fitting = [name for name, sizes in FAMILY_BYTES.items() if len(payload) in sizes]
+    name = request.family or (fitting[0] if fitting else "spacing")
+    allowed = FAMILY_BYTES.get(name, ())
+    if allowed and len(payload) not in allowed:
+        digits = " or ".join(str(2 * count) for count in allowed)
+        raise CodeError(
+            f"a payload of {8 * len(payload)} bits does not fit; the {name} code carries {digits} hex digits"
+        )
+    return name
+
+
+def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int) -> Beats:
     """Beat frequencies that the range's far end resolves and the tolerances cannot push to zero.
 
-    Convention: magnitudes.  Source: module docstring; camera `DESIGN_FOCAL_PX`.
-    Raises: DesignError that names a range or a size that would work.
+    Convention: magnitudes.  Source: module docstring; camera `DESIGN_FOCAL_PX`.  `_reach_m` says how far it goes.
     """
-    width_mm = layout.grating_mm[2] - layout.grating_mm[0]
-    far_mm = 1000.0 * request.range_m[1]
-    px_per_mm = DESIGN_FOCAL_PX / far_mm
-    _check_sight(request, layout, px_per_mm)
+    width_mm = _fringe_length_mm(layout)
     tolerance = PITCH_TOLERANCE / lens_pitch_mm
     slowest = tolerance + MIN_FRINGES / width_mm
-    fastest = px_per_mm / MIN_PX_PER_FRINGE - tolerance
-    step = (fastest - slowest) / (LEVELS - 1)
-    if step * width_mm < MIN_STEP_FRINGES:
-        needed = slowest + (LEVELS - 1) * MIN_STEP_FRINGES / width_mm + tolerance
-        reach_m = DESIGN_FOCAL_PX / (needed * MIN_PX_PER_FRINGE) / 1000.0
-        raise DesignError(
-            f"at {request.range_m[1]:g} m a grating of {width_mm:.0f} mm has no room for {LEVELS} beat frequencies; "
-            f"end the range at {_below(reach_m)} m or give a wider board",
-            reach_m=reach_m,
-        )
-    step = min(step, MAX_STEP_FRINGES / width_mm)
-    wanted = (1.0 - 1.0 / REFERENCE_RATIO) / lens_pitch_mm
-    reference_level = min(max(round((wanted - slowest) / step), 0), LEVELS - 1)
-    return Beats(slowest, step, reference_level)
+    fastest = DESIGN_FOCAL_PX / (1000.0 * far_m) / MIN_PX_PER_FRINGE - tolerance
+    return Beats(slowest, min((fastest - slowest) / (levels - 1), MAX_STEP_FRINGES / width_mm), levels)
 
 
-def _check_sight(request: Request, layout: Layout, px_per_mm: float) -> None:
-    """Markers and bands must be seen at the far end, the whole board at the near end."""
-    band_mm = layout.bands_mm[0][3] - layout.bands_mm[0][1]
-    for what, size_mm, least in (("marker", layout.markers.size_mm, MIN_MARKER_PX), ("band", band_mm, MIN_BAND_PX)):
-        if size_mm * px_per_mm < least:
-            reach_m = DESIGN_FOCAL_PX * size_mm / least / 1000.0
-            raise DesignError(
-                f"at {request.range_m[1]:g} m a {what} of {size_mm:.1f} mm is {size_mm * px_per_mm:.1f} pixels, fewer "
-                f"than the {least:g} it needs; end the range at {_below(reach_m)} m or give a larger board",
-                reach_m=reach_m,
-            )
+def _fringe_length_mm(layout: Layout) -> float:
+    """Length along which the fringes of the shortest field run."""
+    return min(rect[2] - rect[0] if axis == "x" else rect[3] - rect[1] for axis, rect in layout.fields_mm)
+
+
+def _check_range(request: Request, layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> None:
+    """The whole board must be in the picture at the near end, and everything large enough at the far end.
+
+    Raises: DesignError that names the range that this board has, or a board that has one.
+    """
     board = (layout.board_mm[2] - layout.board_mm[0], layout.board_mm[3] - layout.board_mm[1])
-    near_m = max(side * DESIGN_FOCAL_PX / image for side, image in zip(board, DESIGN_IMAGE_PX, strict=True)) / 1000.0
-    if request.range_m[0] < near_m:
+    near = max(side * DESIGN_FOCAL_PX / image for side, image in zip(board, DESIGN_IMAGE_PX, strict=True)) / 1000.0
+    reaches = _reach_m(layout, grid, lens_pitch_mm, levels)
+    what = min(reaches, key=lambda name: reaches[name])
+    near_m, far_m = math.ceil(100 * near) / 100, math.floor(100 * reaches[what]) / 100
+    words = f"a board of {board[0]:g} x {board[1]:g} mm"
+    if near_m > far_m:
         raise DesignError(
-            f"at {request.range_m[0]:g} m a board of {board[0]:g} x {board[1]:g} mm overfills the picture; "
-            f"begin the range at {near_m + 0.005:.2f} m or give a smaller board",
-            near_m=near_m,
-        )
+            f"{words} fits the picture from {near_m:.2f} m on, but its {what} are too small beyond {far_m:.2f} m; "
+            "give a board such as 146x160",
+            near_m=near_m, far_m=far_m,
+        )  # fmt: skip
+    if request.range_m[0] < near_m or request.range_m[1] > far_m:
+        raise DesignError(
+            f"{words} is read at {near_m:.2f} to {far_m:.2f} m, not {request.range_m[0]:g} to {request.range_m[1]:g}: "
+            f"nearer it overfills the picture, beyond its {what} are too small; choose a range within "
+            f"{near_m:.2f}-{far_m:.2f} m, or give a larger board",
+            near_m=near_m, far_m=far_m,
+        )  # fmt: skip
+
+
+def _reach_m(layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> dict[str, float]:
+    """How far each part of the board can be read, metres."""
+    width_mm, tolerance = _fringe_length_mm(layout), PITCH_TOLERANCE / lens_pitch_mm
+    fastest = 2 * tolerance + (MIN_FRINGES + (levels - 1) * MIN_STEP_FRINGES) / width_mm
+    sizes = {
+        "markers": layout.markers.size_mm / MIN_MARKER_PX,
+        "rows": grid.row_mm / MIN_BAND_PX,
+        "cells": grid.cell_mm / MIN_CELL_PX,
+        "fringes": 1.0 / (fastest * MIN_PX_PER_FRINGE),
+    }
+    return {name: DESIGN_FOCAL_PX * size / 1000.0 for name, size in sizes.items()}
 
 
 def _check_printer(request: Request, pitch_mm: float) -> None:
@@ -151,28 +203,44 @@ def _check_printer(request: Request, pitch_mm: float) -> None:
         )
 
 
-def _below(metres: float) -> str:
-    """A distance rounded down to centimetres, so that the advice itself works."""
-    return f"{int(metres * 100) / 100:.2f}"
-
-
 def explain(badge: Badge) -> list[tuple[str, str]]:
     """Why the badge is as it is: rows of (what, figure with unit) for a table."""
     grating = badge.gratings[0]
-    assert grating.code is not None and badge.range_m is not None
-    width_mm = grating.rect_mm[2] - grating.rect_mm[0]
-    band_mm = grating.cells[0].rect_mm[3] - grating.cells[0].rect_mm[1]
-    beats = [1.0 / badge.lens.pitch_mm - 1.0 / cell.pitch_mm for cell in grating.cells]
-    far_px_per_mm = DESIGN_FOCAL_PX / (1000.0 * badge.range_m[1])
-    dot_mm = Printer(int((badge.print or {}).get("dpi", 1200))).dot_mm
-    return [
-        ("identity", f"{badge.id}, {badge.payload_bits} bits"),
-        ("lens", f"pitch {badge.lens.pitch_mm:.4f} mm, {badge.lens.thickness_mm:g} mm thick"),
-        ("reference band", f"pitch {grating.pitch_mm:.5f} mm, beat {1 / beats[grating.code.reference_cell]:.1f} mm"),
-        ("slowest and fastest band", f"beat {1 / min(beats):.1f} and {1 / max(beats):.1f} mm"),
-        ("symbol step", f"{abs(grating.code.frequency_step_per_mm) * width_mm:.2f} fringes across {width_mm:g} mm"),
-        ("fastest fringe, far end", f"{far_px_per_mm / max(beats):.1f} pixels at {badge.range_m[1]:g} m"),
-        ("band height, far end", f"{far_px_per_mm * band_mm:.1f} pixels of {band_mm:g} mm"),
-        ("marker, far end", f"{far_px_per_mm * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
-        ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (edges placed absolutely, in vectors)"),
+    code = grating.code
+    assert code is not None and badge.range_m is not None
+    along = 0 if grating.axis == "x" else 1
+    length_mm = grating.rect_mm[along + 2] - grating.rect_mm[along]
+    middle = grating.cells[code.reference_cell]
+    beats = [
+        1.0 / badge.lens.pitch_mm - 1.0 / cell.pitch_mm
+        for cell, role in zip(grating.cells, code.roles, strict=True) if role != "phase"
     ]  # fmt: skip
+    far = DESIGN_FOCAL_PX / (1000.0 * badge.range_m[1])
+    dot_mm = Printer(int((badge.print or {}).get("dpi", 1200))).dot_mm
+    rows = [
+        ("identity", f"{badge.id}, {badge.payload_bits} bits, {grating.family} code"),
+        ("lens", f"pitch {badge.lens.pitch_mm:.4f} mm, {badge.lens.thickness_mm:g} mm thick"),
+        ("reference row", f"pitch {middle.pitch_mm:.5f} mm, beat {1 / beats[len(beats) // 2]:.1f} mm"),
+        ("slowest and fastest row", f"beat {1 / min(beats):.1f} and {1 / max(beats):.1f} mm"),
+        ("level step", f"{abs(code.frequency_step_per_mm) * length_mm:.2f} fringes across {length_mm:g} mm"),
+        ("fastest fringe, far end", f"{far / max(beats):.1f} pixels at {badge.range_m[1]:g} m"),
+    ]
+    phases = [cell for cell, role in zip(grating.cells, code.roles, strict=True) if role == "phase"]
+    if phases:
+        size = [phases[0].rect_mm[k + 2] - phases[0].rect_mm[k] for k in (0, 1)]
+        count = sum(role == "phase" for g in badge.gratings if g.code for role in g.code.roles)
+        rows += [
+            ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each"),
+            ("a cell, far end", f"{far * size[0]:.1f} x {far * size[1]:.1f} pixels"),
+        ]
+        word = WordCode((badge.payload_bits or 0) // 8, min(count // CELLS_PER_BYTE, MAX_WORD_BYTES))
+        for metres in dict.fromkeys(badge.range_m):
+            link = link_budget(min(size), DESIGN_FOCAL_PX / (1000.0 * metres), word)
+            chance = f"{link.decode_probability:.4f}" if link.decode_probability < 0.9999 else "above 0.9999"
+            figures = f"phase error of a cell {link.phase_error_rad:.2f} rad of {math.pi / PHASE_LEVELS:.2f}"
+            rows.append((f"reading all at {metres:g} m", f"probability {chance}, {figures}"))
+    return [
+        *rows,
+        ("marker, far end", f"{far * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
+        ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (edges placed absolutely, in vectors)"),
+    ]

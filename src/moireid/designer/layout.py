@@ -1,8 +1,9 @@
-"""Where markers, grating and bands lie on the page.
+"""Where markers and gratings lie on the page.
 
 The board stands in the middle of the page, so that the camera that looks at the page's centre looks at the badge's.
-Four markers stand in its corners; the grating runs from edge to edge between the upper and the lower pair, because
-its width is what separates beat frequencies; the name stands between the upper markers.
+Four markers stand in its corners; the gratings fill the field from edge to edge between the upper and the lower pair,
+because a grating's width is what separates beat frequencies; the name stands between the upper markers.  A badge of
+two axes has its field halved, the left half sensing x and the right half y.
 """
 
 from __future__ import annotations
@@ -12,7 +13,6 @@ from dataclasses import dataclass
 from moireid.badge import Markers, Rect
 from moireid.designer.request import Request
 from moireid.errors import DesignError
-from moireid.idcodes.pitch import BANDS
 from moireid.profiles import PAPERS_MM
 
 #: The published prototype's marker is 26 mm on a 146 mm board; other boards keep the proportion.
@@ -25,14 +25,18 @@ MARGIN_MM = 5.0
 PAPER_MARGIN_MM = 12.0
 
 
+#: Paper between the two sheets of a badge of two axes.
+GAP_MM = 4.0
+MIN_FIELD_MM = 12.0
+
+
 @dataclass(frozen=True)
 class Layout:
-    """Rectangles in page coordinates, mm; bands from top to bottom."""
+    """Rectangles in page coordinates, mm; fields: one a grating, with its axis."""
 
     page_mm: tuple[float, float]
     board_mm: Rect
-    grating_mm: Rect
-    bands_mm: tuple[Rect, ...]
+    fields_mm: tuple[tuple[str, Rect], ...]
     markers: Markers
 
 
@@ -42,7 +46,7 @@ def lay_out(request: Request) -> Layout:
         raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
     page_mm = PAPERS_MM[request.paper]
     width, height = request.size_mm
-    room = tuple(side - 2 * PAPER_MARGIN_MM for side in page_mm)
+    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in page_mm)
     if width > room[0] or height > room[1]:
         raise DesignError(
             f"a board of {width:g} x {height:g} mm does not fit {request.paper}; at most {room[0]:g} x {room[1]:g} mm "
@@ -52,17 +56,27 @@ def lay_out(request: Request) -> Layout:
     x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
     board: Rect = (x0, y0, x0 + width, y0 + height)
     quiet_mm = QUIET_MODULES * marker_mm / 6
-    top = y0 + MARGIN_MM + marker_mm + quiet_mm
-    band_mm = int(100 * (board[3] - MARGIN_MM - marker_mm - quiet_mm - top) / BANDS) / 100
-    if band_mm <= 0.5 or width < 3 * marker_mm:
+    top, bottom = y0 + MARGIN_MM + marker_mm + quiet_mm, board[3] - MARGIN_MM - marker_mm - quiet_mm
+    if bottom - top < MIN_FIELD_MM or width < 3 * marker_mm:
         raise DesignError(f"a board of {width:g} x {height:g} mm leaves no room for the fringes; give at least 60x66")
-    top = (board[1] + board[3] - BANDS * band_mm) / 2
     left, right = board[0] + MARGIN_MM, board[2] - MARGIN_MM
-    bands = tuple((left, top + k * band_mm, right, top + (k + 1) * band_mm) for k in range(BANDS))
+    field: Rect = (round(left, 3), round(top, 3), round(right, 3), round(bottom, 3))
     inset = MARGIN_MM + marker_mm / 2
     centers = (
         (board[0] + inset, board[1] + inset), (board[2] - inset, board[1] + inset),
         (board[2] - inset, board[3] - inset), (board[0] + inset, board[3] - inset),
     )  # fmt: skip
-    grating: Rect = (left, top, right, top + BANDS * band_mm)
-    return Layout(page_mm, board, grating, bands, Markers(DICTIONARY, marker_mm, (0, 1, 2, 3), centers))
+    markers = Markers(DICTIONARY, marker_mm, (0, 1, 2, 3), centers)
+    return Layout(page_mm, board, _fields(field, request.axes), markers)
+
+
+def _fields(field: Rect, axes: str) -> tuple[tuple[str, Rect], ...]:
+    """The field as one grating, or as two halves of either axis."""
+    if axes == "x":
+        return (("x", field),)
+    if axes != "xy":
+        raise DesignError(f"axes {axes!r} is not possible; choose x or xy")
+    middle = (field[0] + field[2]) / 2
+    left: Rect = (field[0], field[1], round(middle - GAP_MM / 2, 3), field[3])
+    right: Rect = (round(middle + GAP_MM / 2, 3), field[1], field[2], field[3])
+    return (("x", left), ("y", right))

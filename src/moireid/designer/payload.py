@@ -8,28 +8,48 @@ the first choice to somebody else.
 from __future__ import annotations
 
 import hashlib
+from pathlib import Path
 
 from moireid.designer.request import clean_name
-from moireid.errors import CodeError
-from moireid.idcodes.words import PAYLOAD_BYTES
+from moireid.errors import CodeError, SpecError
+
+#: Payload bytes of each code family, the usual one first.
+FAMILY_BYTES = {"spacing": (8, 16), "pitch": (3,)}
 
 
-def payload_for_name(name: str, *, attempt: int = 0) -> bytes:
-    """The first bytes of SHA-256 over the cleaned name and the attempt: `PAYLOAD_BYTES` of them."""
-    seed = f"moireid/pitch/{attempt}/{clean_name(name)}"
-    return hashlib.sha256(seed.encode()).digest()[:PAYLOAD_BYTES]
+def payload_for_name(name: str, *, attempt: int = 0, family: str = "spacing") -> bytes:
+    """The first bytes of SHA-256 over the cleaned name and the attempt, as many as the family usually carries."""
+    seed = f"moireid/{family}/{attempt}/{clean_name(name)}"
+    return hashlib.sha256(seed.encode()).digest()[: FAMILY_BYTES[family][0]]
 
 
-def payload_from_hex(text: str) -> bytes:
-    """The payload that hex digits name.  Raises: CodeError where they are not the digits of a pitch code."""
-    digits = PAYLOAD_BYTES * 2
+def payload_from_hex(text: str, *, family: str = "spacing") -> bytes:
+    """The payload that hex digits name.  Raises: CodeError where they are not the digits of that family's code."""
+    allowed = [2 * count for count in FAMILY_BYTES[family]]
     try:
-        payload = bytes.fromhex(text) if len(text) == digits else b""
+        payload = bytes.fromhex(text) if len(text) in allowed else b""
     except ValueError:
         payload = b""
-    if not payload:
+    # bytes.fromhex lets spaces pass, which would make a shorter payload.
+    if 2 * len(payload) not in allowed:
+        digits = " or ".join(map(str, allowed))
         raise CodeError(
-            f"payload {text[:40]!r} is not possible; the pitch code carries {digits * 4} bits, so give {digits} hex "
-            "digits such as 3fa20c"
+            f"payload {text[:40]!r} is not possible; the {family} code takes {digits} hex digits such as "
+            f"{hashlib.sha256(b'example').hexdigest()[: allowed[0]]}"
         )
     return payload
+
+
+def payload_from_key(path: Path) -> bytes:
+    """The fingerprint of a public key as a payload of 128 bits, so that the badge names its key.
+
+    Source: first 16 bytes of SHA-256 over the key's DER SubjectPublicKeyInfo (RFC 5280, section 4.1).
+    Raises: SpecError where the file is no public key in PEM.
+    """
+    from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat, load_pem_public_key
+
+    try:
+        key = load_pem_public_key(path.read_bytes())
+    except (OSError, ValueError) as error:
+        raise SpecError(f"{path} is no public key in PEM; make one with: openssl pkey -in KEY.pem -pubout") from error
+    return hashlib.sha256(key.public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)).digest()[:16]

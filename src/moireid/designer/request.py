@@ -10,6 +10,10 @@ from moireid.errors import SpecError
 
 #: A name longer than this cannot be set on a badge, nor usefully typed as a claim.
 NAME_LIMIT = 200
+#: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
+#: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
+UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
+JOINERS = "\u200c\u200d"
 
 
 @dataclass(frozen=True)
@@ -17,7 +21,8 @@ class Request:
     """A wish for a badge: whose, on which sheet and printer, of what size, read from how far.
 
     size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
-    `moireid.profiles`.
+    `moireid.profiles`; family: a code family of `moireid.idcodes`, None for the
+    one that carries a payload of the given length; axes: directions that the fringes sense.
     """
 
     name: str
@@ -26,6 +31,8 @@ class Request:
     paper: str = "a4"
     range_m: tuple[float, float] = (0.8, 2.5)
     size_mm: tuple[float, float] = (146.0, 160.0)
+    family: str | None = None
+    axes: str = "x"
 
 
 def clean_name(name: str) -> str:
@@ -38,8 +45,9 @@ def clean_name(name: str) -> str:
         raise SpecError("the name is empty; give the name of the person who will wear the badge")
     if len(cleaned) > NAME_LIMIT:
         raise SpecError(f"the name has {len(cleaned)} characters, at most {NAME_LIMIT} fit; shorten it")
-    if any(unicodedata.category(letter) in ("Cc", "Cs", "Cn", "Co") for letter in cleaned):
-        raise SpecError("the name holds control or unassigned characters; give plain text")
+    visible = cleaned.strip(JOINERS)
+    if not visible or any(unicodedata.category(letter) in UNPRINTABLE and letter not in JOINERS for letter in visible):
+        raise SpecError("the name holds control, invisible or unassigned characters; give plain text")
     return cleaned
 
 

@@ -31,13 +31,17 @@ def write_assembly_pdf(badge: Badge, path: Path, *, mount: str) -> None:
 
 def _parts(badge: Badge, mount: str) -> list[str]:
     width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
-    sheet_height = badge.gratings[0].rect_mm[3] - badge.gratings[0].rect_mm[1]
     lens = badge.lens
-    parts = [
-        f"•  badge.pdf printed at 100 % on card, board {width:g} × {height:g} mm",
-        f"•  a lenticular sheet, {25.4 / lens.pitch_mm:.0f} lines per inch, {lens.thickness_mm:g} mm thick, "
-        f"cut to {width:g} × {sheet_height:.1f} mm, lenses upright (along the short side)",
-    ]
+    parts = [f"•  badge.pdf printed at 100 % on card, board {width:g} × {height:g} mm"]
+    for grating in badge.gratings:
+        sheet = [grating.rect_mm[2 + k] - grating.rect_mm[k] for k in (0, 1)]
+        if len(badge.gratings) == 1:
+            sheet[0] = width
+        way = "upright" if grating.axis == "x" else "level"
+        parts.append(
+            f"•  a lenticular sheet, {25.4 / lens.pitch_mm:.0f} lines per inch, {lens.thickness_mm:g} mm thick, cut to "
+            f"{sheet[0]:.1f} × {sheet[1]:.1f} mm, lenses {way}"
+        )
     if mount != "none":
         parts.append("•  the mount: mount.stl, 3D-printed with its back on the bed; a lanyard")
     return parts
@@ -49,7 +53,7 @@ def _steps(badge: Badge, mount: str) -> list[str]:
         "1.  Measure both scale bars on the print. Each must read 150.0 mm, give or take 0.5 mm.",
         "2.  Cut the board out along the crop marks.",
         "3.  Lay the lenticular sheet over the striped field: lenses up and parallel to the printed lines.",
-        "4.  Turn the sheet until the dark fringes stand upright and meet from band to band.",
+        "4.  Turn the sheet until the fringes of the plain rows (top, middle, bottom) stand upright.",
         f"5.  Fix the sheet flat on the paper with {hold}; no air between, markers uncovered.",
     ]
     if mount != "none":

@@ -7,6 +7,7 @@ error never adds up.  The TrimBox is the board; viewers are asked not to scale.
 
 from __future__ import annotations
 
+import unicodedata
 from pathlib import Path
 from typing import Any
 
@@ -38,7 +39,7 @@ class Sheet:
         self.canvas.setTitle(title)
         self.canvas.setCreator("moireid")
         self.canvas.setViewerPreference("PrintScaling", "None")
-        self.height_mm = page_mm[1]
+        self.page_mm, self.height_mm = page_mm, page_mm[1]
 
     def fill(self, rects: list[Rect], grey: float = 0.0) -> None:
         """Fill rectangles as one path, so that those that touch leave no seam."""
@@ -105,11 +106,14 @@ def write_badge_pdf(badge: Badge, path: Path) -> None:
 
 
 def printable(words: str) -> bool:
-    """Whether the badge's font has a glyph for every letter of the words."""
+    """Whether the badge's font can set the words right: a glyph for every letter, and none read from right to left.
+
+    PDF text is drawn in the order given and unjoined, which would spell Hebrew or Arabic wrong.
+    """
     from reportlab.pdfbase.ttfonts import TTFontFile
 
     glyphs = TTFontFile(str(font_file(bold=True))).charToGlyph
-    return all(ord(letter) in glyphs for letter in words)
+    return all(ord(letter) in glyphs and unicodedata.bidirectional(letter) not in ("R", "AL") for letter in words)
 
 
 def _write_name(sheet: Sheet, badge: Badge) -> None:
@@ -127,8 +131,10 @@ def _write_name(sheet: Sheet, badge: Badge) -> None:
 
 def _draw_scale_bars(sheet: Sheet, board: Rect) -> None:
     """A bar across below the board and one down beside it, each `SCALE_BAR_MM` long, ticked every 10 mm."""
-    middle_x, y = (board[0] + board[2]) / 2, board[3] + 14.0
-    middle_y, x = (board[1] + board[3]) / 2, board[0] - 14.0
+    # As far from the board as the paper lets them, up to 14 mm; printers leave a rim of 3 to 5 mm white.
+    page_mm = sheet.page_mm
+    middle_x, y = page_mm[0] / 2, min(board[3] + 14.0, page_mm[1] - 9.0)
+    middle_y, x = page_mm[1] / 2, max(board[0] - 14.0, 7.5)
     for k in range(int(SCALE_BAR_MM / 10) + 1):
         tick = 3.0 if k % 5 == 0 else 1.5
         along = 10.0 * k - SCALE_BAR_MM / 2
@@ -138,4 +144,4 @@ def _draw_scale_bars(sheet: Sheet, board: Rect) -> None:
     sheet.stroke(middle_x - half, y, middle_x + half, y)
     sheet.stroke(x, middle_y - half, x, middle_y + half)
     advice = f"Print at 100 % (no “fit to page”). Both bars must measure {SCALE_BAR_MM:.0f} mm."
-    sheet.text(middle_x, y + 7.0, advice, points=SMALL_POINTS)
+    sheet.text(middle_x, y + 5.6, advice, points=SMALL_POINTS)

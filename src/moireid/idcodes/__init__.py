@@ -2,10 +2,13 @@
 
 family.py   what every code family offers, and what a reader measures of a cell
 words.py    payload <-> code word: check and Reed-Solomon
-pitch.py    the beat-frequency identity: bands, each with its own pitch
+beats.py    uniform cells and their beat levels
+pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
+spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 """
 
 from moireid.idcodes.family import CellReading, CodeFamily, Decoded, family_named
 from moireid.idcodes.pitch import PitchFamily
+from moireid.idcodes.spacing import SpacingFamily
 
-__all__ = ["CellReading", "CodeFamily", "Decoded", "PitchFamily", "family_named"]
+__all__ = ["CellReading", "CodeFamily", "Decoded", "PitchFamily", "SpacingFamily", "family_named"]

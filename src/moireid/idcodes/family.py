@@ -18,8 +18,8 @@ from moireid.errors import CodeError
 class CellReading:
     """What a film tells of one cell, in page units, at infinite distance and zero parallax.
 
-    frequency_per_mm: signed beat frequency, cycles per mm; phase_rad: fringe phase at the cell's centre; each with
-    its standard deviation (infinite where it could not be read).
+    frequency_per_mm: signed beat frequency, cycles per mm; phase_rad: fringe phase against the reference cells' field;
+    each with its standard deviation, infinite where it was not or could not be read.
     """
 
     frequency_per_mm: float
@@ -32,15 +32,17 @@ class CellReading:
 class Decoded:
     """The outcome of decoding, made without looking at any claim.
 
-    payload: None where the readings spell no code word; symbols: as read, None for erased ones;
-    corrected: symbols that error correction changed or filled in; offsets: distance of each reading from its
-    symbol's place, in symbol steps, so 0.5 is the point of confusion.
+    payload: None where the readings spell no code word; unclear: symbols too vague to count; corrected: symbols (bytes
+    of a word) that error correction changed or filled in; margin: 1 where every symbol lies on its place, 0 where the
+    middle one is as near to its neighbour; beats_agree: whether the beat differences are those of the payload.
     """
 
     payload: bytes | None
-    symbols: tuple[int | None, ...]
+    symbols: int
+    unclear: int
     corrected: int
-    offsets: tuple[float, ...]
+    margin: float
+    beats_agree: bool = True
 
 
 class CodeFamily(Protocol):
@@ -48,21 +50,21 @@ class CodeFamily(Protocol):
 
     name: str
 
-    def payload_bits(self, grating: Grating) -> int:
-        """Bits that the grating's cells carry."""
+    def write(
+        self, payload: bytes, gratings: tuple[Grating, ...], front_pitch_mm: float
+    ) -> tuple[tuple[Cell, ...], ...]:
+        """The cells of all gratings with the payload written into their pitches and edges."""
 
-    def write(self, payload: bytes, grating: Grating, front_pitch_mm: float) -> tuple[Cell, ...]:
-        """The grating's cells with the payload written into their pitches and edges."""
-
-    def read(self, readings: Sequence[CellReading], grating: Grating) -> Decoded:
-        """The payload that the readings spell; only the grating's layout and code are looked at, not its pitches."""
+    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
+        """The payload that the readings spell; only the gratings' layout and code are looked at, not their pitches."""
 
 
 def family_named(name: str) -> CodeFamily:
     """The family of that name.  Raises: CodeError where this version has none."""
     from moireid.idcodes.pitch import PitchFamily
+    from moireid.idcodes.spacing import SpacingFamily
 
-    families: dict[str, CodeFamily] = {PitchFamily.name: PitchFamily()}
+    families: dict[str, CodeFamily] = {family.name: family for family in (PitchFamily(), SpacingFamily())}
     if name not in families:
         raise CodeError(f"code family {name!r} is not known to this version; it reads {', '.join(families)}")
     return families[name]

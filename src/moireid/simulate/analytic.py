@@ -183,7 +183,7 @@ def _trace(
     for row in prange(radiance.shape[0]):
         centre, turn = centres[row], turns[row]
         for column in range(radiance.shape[1]):
-            total, count = 0.0, 0
+            total, count, last = 0.0, 0, 0
             for ray in range(jitter.shape[0]):
                 u = (left + column + jitter[ray, 0] - cx) / focal
                 v = (top + row + jitter[ray, 1] - cy) / focal
@@ -206,25 +206,31 @@ def _trace(
                     depth = -(centre[2] + shown[2]) - g
                     fx = (lens_x - centre[0] - shown[0]) / depth
                     fy = (lens_y - centre[1] - shown[1]) / depth
+                    # Across and along change places on a grating of the other axis, and so does the sense of a twist.
+                    turn_sine = sin_twist if gratings[k, 4] == 0 else -sin_twist
                     ax, ay = (lens_x, lens_y) if gratings[k, 4] == 0 else (lens_y, lens_x)
                     bx, by = (fx, fy) if gratings[k, 4] == 0 else (fy, fx)
-                    sx, sy = ax * cos_twist + ay * sin_twist - offset, ay * cos_twist - ax * sin_twist
+                    sx, sy = ax * cos_twist + ay * turn_sine - offset, ay * cos_twist - ax * turn_sine
                     lx, ly, through = _land(
-                        sx, sy, bx * cos_twist + by * sin_twist, by * cos_twist - bx * sin_twist, lens
+                        sx, sy, bx * cos_twist + by * turn_sine, by * cos_twist - bx * turn_sine, lens
                     )
                     if not through:
                         value = ink
                         break
                     lx += offset
-                    across, along = lx * cos_twist - ly * sin_twist, ly * cos_twist + lx * sin_twist
+                    across, along = lx * cos_twist - ly * turn_sine, ly * cos_twist + lx * turn_sine
                     across, along = across / scale, along / scale
                     px, py = (across, along) if gratings[k, 4] == 0 else (along, across)
                     value = paper
-                    for c in range(int(gratings[k, 5]), int(gratings[k, 6])):
+                    # Rays of one pixel mostly land in the same cell, so the search goes on from the last one.
+                    first, end = int(gratings[k, 5]), int(gratings[k, 6])
+                    for step in range(end - first):
+                        c = first + (last - first + step) % (end - first)
                         if cells[c, 0] <= px < cells[c, 2] and cells[c, 1] <= py < cells[c, 3]:
                             place = (across - cells[c, 5]) / cells[c, 4]
                             if place - math.floor(place) < cells[c, 6]:
                                 value = ink
+                            last = c
                             break
                     break
                 if value < 0.0:

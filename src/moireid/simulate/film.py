@@ -63,9 +63,8 @@ def film(
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
     planned([video, truth_path(video)], overwrite=overwrite)
     times = np.arange(frames) / fps
-    middle = motion(times)
     half_shutter = scene.camera.shutter_s / 2
-    first, last = motion(np.abs(times - half_shutter)), motion(times + half_shutter)
+    first, middle, last = motion(times - half_shutter), motion(times), motion(times + half_shutter)
     shown = false_camera(forge, middle.camera_mm, fps, seed) if forge else middle.camera_mm
     renderer, sensor = AnalyticRenderer(scene), Sensor(scene.camera, seed)
     stages = dict.fromkeys(("render", "sensor", "encode"), 0.0)
@@ -150,7 +149,9 @@ class _Writer:
         """Encode one grey picture."""
         import av
 
-        planes = np.vstack([picture, self._grey])
+        # Video luma runs from 16 to 235; a player stretches it back.
+        luma = np.rint(16 + picture * np.float32(219 / 255)).astype(np.uint8)
+        planes = np.vstack([luma, self._grey])
         for packet in self._stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")):
             self._container.mux(packet)
 

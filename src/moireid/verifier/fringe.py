@@ -26,7 +26,7 @@ SAMPLE_INFLATION = 1.4
 
 @dataclass(frozen=True)
 class StripPhase:
-    """One strip over the film: phase at its middle (T,), its standard deviation (T,), contrast (T,) in counts.
+    """One strip over the film: phase at its middle and its standard deviation, contrast and level in counts, each (T,).
 
     frequency_per_mm is |f| with the sign of the search range; frequency_sd its standard deviation.
     """
@@ -34,6 +34,7 @@ class StripPhase:
     phase_rad: Array
     phase_sd_rad: Array
     contrast: Array
+    level: Array
     frequency_per_mm: float
     frequency_sd: float
 
@@ -61,7 +62,9 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     contrast = np.hypot(cosine, sine)
     with np.errstate(divide="ignore", invalid="ignore"):
         sd = SAMPLE_INFLATION * np.sqrt(variance) / contrast
-    return StripPhase(np.arctan2(-sine, cosine), np.nan_to_num(sd, nan=np.inf), contrast, frequency, spread)
+    return StripPhase(
+        np.arctan2(-sine, cosine), np.nan_to_num(sd, nan=np.inf), contrast, coefficients[:, 0], frequency, spread
+    )
 
 
 def _part(law: StripLaw, frames: NDArray[np.int64]) -> StripLaw:

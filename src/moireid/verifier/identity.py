@@ -8,9 +8,10 @@ from typing import Any, Literal
 
 import numpy as np
 
-from moireid.badge import Badge, Grating
+from moireid.badge import Badge
 from moireid.idcodes import CellReading, Decoded, family_named
 from moireid.optics import beat_period_mm
+from moireid.verifier.cells import read_cells
 from moireid.verifier.measure import Measurement
 from moireid.verifier.reasons import Reason, json_number
 from moireid.verifier.track import Track
@@ -41,17 +42,19 @@ class Identity:
         return {"verdict": self.verdict, **{name: json_number(getattr(self, name)) for name in names}}
 
 
-def read_identity(track: Track, measurement: Measurement, badge: Badge) -> tuple[Decoded | None, list[CellReading]]:
-    """Decode the first grating that carries a code; readings are those of its cells.
+def read_identity(
+    track: Track, measurement: Measurement, badge: Badge
+) -> tuple[Decoded | None, list[list[CellReading]]]:
+    """Decode the gratings that carry a code; readings are those of every grating's cells.
 
-    Convention: only the layout of `badge` is used.  Returns: None and the first grating's readings where no grating
-    carries a code.
+    Convention: only the layout of `badge` is used.  Returns: None for the decoding where no grating carries a code.
     """
-    for index, grating in enumerate(badge.gratings):
-        if grating.code is not None:
-            readings = _cell_readings(track, measurement, grating, index)
-            return family_named(grating.family).read(readings, grating), readings
-    return None, _cell_readings(track, measurement, badge.gratings[0], 0)
+    readings = [_cell_readings(track, measurement, badge, index) for index in range(len(badge.gratings))]
+    coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
+    if not coded:
+        return None, readings
+    gratings = tuple(badge.gratings[index] for index in coded)
+    return family_named(gratings[0].family).read([readings[index] for index in coded], gratings), readings
 
 
 def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, claimed_id: str | None) -> Identity:
@@ -61,7 +64,8 @@ def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, clai
     worst one that was used is as near to its neighbour; negative for another identity.
     """
     decoded, readings = read_identity(track, measurement, badge)
-    coded = next((grating for grating in badge.gratings if grating.code), badge.gratings[0])
+    index = next((k for k, grating in enumerate(badge.gratings) if grating.code), 0)
+    coded = badge.gratings[index]
     reference = coded.code.reference_cell if coded.code else 0
     found = decoded.payload.hex() if decoded and decoded.payload else None
     verdict, reason, score = _compare(decoded, found, claimed_id)
@@ -70,7 +74,7 @@ def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, clai
         (reason,),
         decoded_id=found,
         claimed_id=claimed_id,
-        beat_period_mm=float(beat_period_mm(readings[reference].frequency_per_mm)),
+        beat_period_mm=float(beat_period_mm(readings[index][reference].frequency_per_mm)),
         expected_beat_period_mm=float(beat_period_mm(1 / coded.cells[reference].pitch_mm - 1 / badge.lens.pitch_mm)),
         symbol_errors_corrected=decoded.corrected if decoded else 0,
         score=score,
@@ -84,14 +88,18 @@ def _compare(
     if decoded is None:
         text = "The board carries no identity; none was asked for."
         return "not_claimed", Reason("identity", "note", None, None, "", text), None
-    margin = _margin(decoded)
+    margin = decoded.margin
     if claimed_id is None:
         text = f"The badge reads {found}." if found else "No identity can be read off the badge."
         return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
-        erased = sum(symbol is None for symbol in decoded.symbols)
-        text = f"The identity cannot be read: {erased} of {len(decoded.symbols)} symbols are unclear; film from nearer."
-        return "unreadable", Reason("identity", "undecided", erased, 2, "symbols", text), 0.0
+        text = (
+            f"The identity cannot be read: {decoded.unclear} symbols are unclear; film from nearer, with more motion."
+        )
+        return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0
+    if not decoded.beats_agree:
+        text = f"The line spacing reads {found}, but the beats of the rows are not that badge's."
+        return "mismatch", Reason("beats", "fail", found, claimed_id, "", text), -margin
     if found == claimed_id:
         text = f"The badge reads {found}, as claimed."
         return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
@@ -99,25 +107,22 @@ def _compare(
     return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
 
 
-def _margin(decoded: Decoded) -> float:
-    used = [abs(o) for o, symbol in zip(decoded.offsets, decoded.symbols, strict=True) if symbol is not None]
-    return 1.0 - 2.0 * max(used, default=0.5)
-
-
-def _cell_readings(track: Track, measurement: Measurement, grating: Grating, index: int) -> list[CellReading]:
-    """One reading a cell: its strips' mean, weighted by their error bars."""
+def _cell_readings(track: Track, measurement: Measurement, badge: Badge, index: int) -> list[CellReading]:
+    """One reading a cell of a grating; a uniform cell's strips are taken together, weighted by their error bars."""
+    shifted = read_cells(track, measurement, badge, index)
     readings = []
-    for cell in range(len(grating.cells)):
+    for cell in range(len(badge.gratings[index].cells)):
+        if cell in shifted:
+            readings.append(CellReading(math.nan, math.inf, shifted[cell].phase_rad, shifted[cell].phase_sd_rad))
+            continue
         own = [
             phase for strip, phase in zip(track.strips, measurement.strips, strict=True)
-            if (strip.grating, strip.cell) == (index, cell)
+            if strip.grating == index and strip.cells == (cell,) and phase is not None
         ]  # fmt: skip
         # An error bar from four blocks can come out small by luck; a millicycle over 100 mm is its floor.
         sd = np.array([max(phase.frequency_sd, 1e-5) for phase in own])
         weight = 1 / sd**2 if np.all(np.isfinite(sd)) else np.ones(len(own))
         frequency = float(np.average([phase.frequency_per_mm for phase in own], weights=weight))
-        turned = np.sum([np.exp(1j * phase.phase_rad).mean() for phase in own])
-        phase_sd = float(np.median([np.median(phase.phase_sd_rad) for phase in own]))
         frequency_sd = math.sqrt(1 / weight.sum()) if np.all(np.isfinite(sd)) else math.inf
-        readings.append(CellReading(frequency, frequency_sd, float(np.angle(turned)), phase_sd))
+        readings.append(CellReading(frequency, frequency_sd, math.nan, math.inf))
     return readings

@@ -29,6 +29,7 @@ MIN_EXCITATION_TO_ERROR = 4.0
 MIN_CORRELATION = 0.95
 #: A sheet's thickness and index as sold vary by about 10 %, the solved focal length by up to 5 %, pitch by 1 %.
 GAIN_TOLERANCE = 0.15
+GAIN_SDS = 3.0
 #: A residual is explained by: this floor (light and codec, as above), this share of the motion (sheet curvature and
 #: lens distortion, 3 % each), and three times the error of pose and phase.
 RESIDUAL_FLOOR_RAD = 0.12
@@ -119,7 +120,7 @@ def _figures(signal: GratingSignal) -> dict[str, float]:
         abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain,
         _slope_sd(residual, power), float(residual.std()), excitation, expected,
         float(signal.strip_residual_rad.max(initial=0.0)), 1.0 - unexplained,
-        float(np.sum(1 / signal.phase_sd_rad[used] ** 2)),
+        float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
     )  # fmt: skip
     return dict(zip(names, values, strict=True))
 
@@ -164,10 +165,15 @@ def _correlated(correlation: float) -> Reason:
 
 
 def _gain_right(gain: float, gain_sd: float) -> Reason:
-    limit = GAIN_TOLERANCE + 2 * min(gain_sd, GAIN_TOLERANCE / 2)
-    good = abs(gain - 1) <= limit
-    text = f"The fringes move {gain:.3f} times as far as the optics predict; 1 ± {limit:.2f} is allowed."
-    return Reason("gain", "pass" if good else "fail", gain, limit, "ratio", text)
+    """Pass within the tolerance; fail beyond it by three error bars; between, the film cannot tell."""
+    limit = GAIN_TOLERANCE + GAIN_SDS * gain_sd
+    words = f"The fringes move {gain:.3f} ± {gain_sd:.3f} times as far as the optics predict"
+    if abs(gain - 1) <= GAIN_TOLERANCE:
+        return Reason("gain", "pass", gain, GAIN_TOLERANCE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE:g} is allowed.")
+    if abs(gain - 1) > limit:
+        return Reason("gain", "fail", gain, limit, "ratio", f"{words}; 1 ± {limit:.2f} would be possible.")
+    advice = "give the focal length with --focal-px, or film with more motion"
+    return Reason("gain", "undecided", gain, limit, "ratio", f"{words}, too vague to tell from 1; {advice}.")
 
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
-from moireid.verifier.camera import CameraFit, fit_camera, smooth_camera
+from moireid.verifier.camera import CameraFit, fit_camera, smooth_camera, stretches
 from moireid.verifier.fringe import StripPhase, measure_strip
 from moireid.verifier.markers import marker_corners_mm
 from moireid.verifier.predict import strip_law
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 PITCH_TOLERANCE = 0.008
 #: Frames whose phase is vaguer than this tell nothing and are left out.
 MAX_PHASE_SD_RAD = 0.6
+#: A badge that is lost for longer than this may have moved by more than a turn of phase meanwhile.
+GAP_S = 0.3
 #: Share of a frame's pose error that smoothing leaves.  A hand's motion lets a dozen frames be averaged, but part of
 #: the error is common to neighbouring frames: 0.4 to 0.6 on films at 1 to 2 m whose true poses are known.
 SMOOTHED_SHARE = 0.5
@@ -47,12 +49,16 @@ class GratingSignal:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Everything measured of a film: camera, strips, and a signal a grating."""
+    """Everything measured of a film: camera, strips, and a signal a grating.
+
+    strips, predictions_rad: one a strip of the track; None for rows of phase cells, which are read with the identity.
+    """
 
     camera: CameraFit
     camera_mm: Array
     times_s: Array
-    strips: tuple[StripPhase, ...]
+    strips: tuple[StripPhase | None, ...]
+    predictions_rad: tuple[Array | None, ...]
     gratings: tuple[GratingSignal, ...]
     stages_s: dict[str, float] = field(default_factory=dict)
 
@@ -72,20 +78,32 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     camera = fit_camera(mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px)
     camera_mm = smooth_camera(camera.camera_mm, track.times_s)
     posed = time.perf_counter()
-    strips, predictions = [], []
+    strips: list[StripPhase | None] = []
+    predictions: list[Array | None] = []
     raw_noise = _pose_noise(camera.camera_mm, camera_mm)
     for index, strip in enumerate(track.strips):
+        if not strip.uniform:
+            strips.append(None)
+            predictions.append(None)
+            continue
         law = strip_law(badge, strip, camera_mm)
-        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cell)
-        strips.append(measure_strip(track.profiles[:, index].astype(float), law, strip.length_mm, band))
-        predictions.append(law.middle_phase_rad(strips[-1].frequency_per_mm))
+        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
+        found = measure_strip(track.profiles[:, index].astype(float), law, strip.length_mm, band)
+        strips.append(found)
+        predictions.append(law.middle_phase_rad(found.frequency_per_mm))
     gratings = []
     for g, grating in enumerate(badge.gratings):
-        own = [k for k, strip in enumerate(track.strips) if strip.grating == g]
+        own = [
+            (phase, prediction)
+            for strip, phase, prediction in zip(track.strips, strips, predictions, strict=True)
+            if strip.grating == g and phase is not None and prediction is not None
+        ]
         noise = float(raw_noise[0 if grating.axis == "x" else 1])
-        gratings.append(_combine([strips[k] for k in own], [predictions[k] for k in own], noise, badge, grating))
+        gratings.append(
+            _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
+        )
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
-    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(gratings), stages)
+    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
@@ -98,10 +116,7 @@ def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float
         own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
         return own - tolerance, own + tolerance
     code = grating.code
-    ends = [
-        code.base_frequency_per_mm + code.frequency_step_per_mm * (code.first_level + level)
-        for level in (0, code.levels - 1)
-    ] + [code.base_frequency_per_mm]
+    ends = [code.base_frequency_per_mm + code.frequency_step_per_mm * level for level in (0, code.levels - 1)]
     return min(ends) - tolerance, max(ends) + tolerance
 
 
@@ -112,7 +127,7 @@ def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
 
 
 def _combine(
-    strips: list[StripPhase], predictions: list[Array], raw_noise: float, badge: Badge, grating: Grating
+    strips: list[StripPhase], predictions: list[Array], raw_noise: float, badge: Badge, grating: Grating, times_s: Array
 ) -> GratingSignal:
     """One signal from several strips.
 
@@ -127,7 +142,8 @@ def _combine(
     common = predicted.mean(axis=0)
     power = float(common @ common)
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
-    signal = np.unwrap(phase[int(np.argmax(weight.sum(axis=1)))])
+    segments = stretches(times_s, GAP_S)
+    signal = _unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
     for _ in range(4):
         expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
         apart = phase - expected
@@ -135,7 +151,7 @@ def _combine(
         turned = np.angle(np.exp(1j * (apart - offset[:, None])))
         total = weight.sum(axis=0)
         correction = np.where(total > 0, (weight * turned).sum(axis=0) / np.maximum(total, 1e-12), 0.0)
-        signal = np.unwrap(signal + correction)
+        signal = _unwrap(signal + correction, common, segments)
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
@@ -150,3 +166,22 @@ def _combine(
         / grating.pitch_mm
     )
     return GratingSignal(signal - signal.mean(), common, phase_sd, float(pose_sd), wander)
+
+
+def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
+    """Phase without jumps of a turn.
+
+    Within a stretch each frame follows the one before, whatever the prediction says.  Whole turns between stretches
+    cannot be seen; there the number of turns is taken that lies nearest to the prediction, which gives a forger whole
+    turns a gap and nothing else.
+    """
+    unwrapped = np.empty_like(phase)
+    longest = max(segments, key=len)
+    for segment in segments:
+        unwrapped[segment] = np.unwrap(phase[segment])
+    anchor = float(np.mean(unwrapped[longest] - predicted[longest]))
+    for segment in segments:
+        if segment is not longest:
+            apart = float(np.mean(unwrapped[segment] - predicted[segment])) - anchor
+            unwrapped[segment] -= 2 * np.pi * np.round(apart / (2 * np.pi))
+    return unwrapped

@@ -39,10 +39,13 @@ class StripLaw:
         along += frequency_per_mm * (self.per_frequency - self.per_frequency_middle[:, None])
         return 2 * np.pi * along
 
+    def whole_phase_rad(self, frequency_per_mm: float) -> Array:
+        """Predicted phase over the strip, (T, N), less the constants that assembly decides."""
+        return np.asarray(2 * np.pi * (self.fixed + frequency_per_mm * self.per_frequency))
+
     def middle_phase_rad(self, frequency_per_mm: float) -> Array:
-        """Predicted phase at the strip's middle, less what does not change with the view, (T,)."""
-        moving = self.per_frequency_middle - self.per_frequency_middle.mean()
-        return np.asarray(2 * np.pi * (self.fixed_middle + frequency_per_mm * moving))
+        """Predicted phase at the strip's middle, (T,), less the constants that assembly decides."""
+        return np.asarray(2 * np.pi * (self.fixed_middle + frequency_per_mm * self.per_frequency_middle))
 
 
 def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
@@ -62,6 +65,9 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
     coarse = np.linspace(0, len(places) - 2, 24).astype(int)
     shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)
     shift = np.stack([np.interp(places, places[coarse], row) for row in shift_coarse])
-    lens_x = places[None, :] - badge.lens.thickness_mm * tangent
+    # Counted from the grating's middle, where the lines of all cells meet, so that phases of cells can be compared.
+    rect = badge.gratings[strip.grating].rect_mm
+    middle_mm = (rect[strip.axis] + rect[strip.axis + 2]) / 2
+    lens_x = places[None, :] - middle_mm - badge.lens.thickness_mm * tangent
     fixed, per_frequency = shift / badge.lens.pitch_mm, lens_x + shift
     return StripLaw(fixed[:, :-1], per_frequency[:, :-1], fixed[:, -1], per_frequency[:, -1])

@@ -13,6 +13,7 @@ import cv2
 import numpy as np
 
 from moireid.files import planned, write_text
+from moireid.verifier.identity import read_identity
 from moireid.verifier.verify import Report
 
 INK, PREDICTED, MEASURED, PALE = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6"
@@ -56,8 +57,12 @@ def _plots(report: Report) -> list[tuple[str, str]]:
     if report.measurement is None:
         return []
     plots = [("Fringe phase over time", _phase_plot(report)), ("Measured against predicted", _gain_plot(report))]
-    if report.identity.decoded_id or report.identity.verdict in ("mismatch", "unreadable", "match"):
-        plots.append(("Bands of the badge", _band_plot(report)))
+    coded = next((g for g in report.badge.gratings if g.code), None)
+    if coded and coded.code:
+        if "phase" in coded.code.roles:
+            plots.append(("Symbols of the cells", _symbol_plot(report)))
+        else:
+            plots.append(("Bands of the badge", _band_plot(report)))
     return plots
 
 
@@ -118,9 +123,10 @@ def _band_plot(report: Report) -> str:
     index = report.badge.gratings.index(grating)
     reference = grating.code.reference_cell if grating.code else 0
     own = [
-        (strip.cell, phase.frequency_per_mm)
-        for strip, phase in zip(report.track.strips, report.measurement.strips, strict=True) if strip.grating == index
-    ]  # fmt: skip
+        (strip.cells[0], phase.frequency_per_mm)
+        for strip, phase in zip(report.track.strips, report.measurement.strips, strict=True)
+        if strip.grating == index and phase is not None
+    ]
     seen = np.array([np.mean([f for c, f in own if c == cell]) for cell in range(len(grating.cells))])
     design = np.array([1 / cell.pitch_mm for cell in grating.cells])
     figure, axes = _figure(3.7, 3.0)
@@ -134,6 +140,25 @@ def _band_plot(report: Report) -> str:
     axes.set_xlabel("beat against reference, cycles/m")
     axes.set_ylabel("band, from the top")
     axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(-0.2, 1))
+    return _svg(figure)
+
+
+def _symbol_plot(report: Report) -> str:
+    """Phase of every cell on a circle; the spokes are where symbols lie, a dot's distance out is how sure it is."""
+    assert report.measurement is not None
+    _, readings = read_identity(report.track, report.measurement, report.badge)
+    found = [cell for row in readings for cell in row if np.isfinite(cell.phase_sd)]
+    phase = np.array([cell.phase_rad for cell in found])
+    sure = 1.0 / (1.0 + np.array([cell.phase_sd for cell in found]))
+    figure, axes = _figure(3.7, 3.0)
+    for turn in np.arange(4) * np.pi / 2:
+        axes.plot([0, 1.08 * np.cos(turn)], [0, 1.08 * np.sin(turn)], color=PREDICTED, alpha=0.55, linewidth=2.5)
+        between = turn + np.pi / 4
+        axes.plot([0, 1.08 * np.cos(between)], [0, 1.08 * np.sin(between)], color=PALE, linewidth=0.8, linestyle=":")
+    axes.plot(sure * np.cos(phase), sure * np.sin(phase), "o", color=MEASURED, markersize=3.5, alpha=0.6)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_title(f"{len(found)} cells; spokes: symbols, dotted: points of confusion", fontsize=8, color=INK)
     return _svg(figure)
 
 

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Grating
 
 MAX_STRIP_MM = 10.0
 #: Left out at a cell's border across and along the fringes' axis, mm: there the picture's blur mixes neighbours.
@@ -26,13 +26,22 @@ ROW_STEP_MM = 0.8
 
 @dataclass(frozen=True)
 class Strip:
-    """Part of a cell; along_mm: places along the grating's axis, (N,), page mm; across_mm: middle of the strip."""
+    """A row of cells, or part of one.
+
+    cells: indices in the grating, one for a uniform strip, several for a row of phase cells; along_mm: places along
+    the grating's axis, (N,), page mm; across_mm: middle of the strip.
+    """
 
     grating: int
-    cell: int
+    cells: tuple[int, ...]
     axis: int
     along_mm: NDArray[np.float64]
     across_mm: float
+
+    @property
+    def uniform(self) -> bool:
+        """Whether one pitch runs through it, so that its fringes can be read frame by frame."""
+        return len(self.cells) == 1
 
     @property
     def middle_mm(self) -> float:
@@ -50,30 +59,26 @@ class ProfileReader:
 
     def __init__(self, badge: Badge) -> None:
         self.strips: list[Strip] = []
-        longest = max(
-            cell.rect_mm[2 + axis] - cell.rect_mm[axis]
-            for grating in badge.gratings for axis in [0 if grating.axis == "x" else 1] for cell in grating.cells
-        )  # fmt: skip
+        rows = [(g, cells) for g, grating in enumerate(badge.gratings) for cells in cell_rows(grating)]
+        spans = [_span(badge.gratings[g], cells) for g, cells in rows]
+        longest = max(high - low for low, high, _, _ in spans)
         self.samples = int(np.clip(longest * SAMPLES_PER_MM, *SAMPLES_RANGE))
-        rows, self._row_counts = [], []
-        for g, grating in enumerate(badge.gratings):
-            axis = 0 if grating.axis == "x" else 1
-            for c, cell in enumerate(grating.cells):
-                low, high = cell.rect_mm[axis] + MARGIN_ALONG_MM, cell.rect_mm[axis + 2] - MARGIN_ALONG_MM
-                top, bottom = cell.rect_mm[1 - axis], cell.rect_mm[3 - axis]
-                margin = min(MARGIN_ACROSS_MM, 0.2 * (bottom - top))
-                top, bottom = top + margin, bottom - margin
-                parts = max(1, math.ceil((bottom - top) / MAX_STRIP_MM))
-                for part in range(parts):
-                    begin, end = (top + (bottom - top) * (part + k) / parts for k in (0, 1))
-                    along = np.linspace(low, high, self.samples)
-                    self.strips.append(Strip(g, c, axis, along, (begin + end) / 2))
-                    count = max(2, round((end - begin) / ROW_STEP_MM))
-                    across = begin + (np.arange(count) + 0.5) / count * (end - begin)
-                    grid = np.stack(np.meshgrid(along, across), axis=-1)
-                    rows.append(grid if axis == 0 else grid[..., ::-1])
-                    self._row_counts.append(count)
-        self._points = np.concatenate(rows)
+        points, self._row_counts = [], []
+        for (g, cells), (low, high, top, bottom) in zip(rows, spans, strict=True):
+            axis = 0 if badge.gratings[g].axis == "x" else 1
+            along = np.linspace(low + MARGIN_ALONG_MM, high - MARGIN_ALONG_MM, self.samples)
+            margin = min(MARGIN_ACROSS_MM, 0.2 * (bottom - top))
+            top, bottom = top + margin, bottom - margin
+            parts = max(1, math.ceil((bottom - top) / MAX_STRIP_MM)) if len(cells) == 1 else 1
+            for part in range(parts):
+                begin, end = (top + (bottom - top) * (part + k) / parts for k in (0, 1))
+                self.strips.append(Strip(g, cells, axis, along, (begin + end) / 2))
+                count = max(2, round((end - begin) / ROW_STEP_MM))
+                across = begin + (np.arange(count) + 0.5) / count * (end - begin)
+                grid = np.stack(np.meshgrid(along, across), axis=-1)
+                points.append(grid if axis == 0 else grid[..., ::-1])
+                self._row_counts.append(count)
+        self._points = np.concatenate(points)
         self._first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])
 
     def read(self, luma: NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -84,3 +89,28 @@ class ProfileReader:
         seen = cv2.remap(luma, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
         sums = np.add.reduceat(seen.astype(np.float32), self._first_rows, axis=0)
         return np.asarray(sums / np.array(self._row_counts, np.float32)[:, None])
+
+
+def cell_rows(grating: Grating) -> list[tuple[int, ...]]:
+    """Cells grouped into rows that share their extent across the fringes' axis, each from low to high along it.
+
+    A cell without a code, or a uniform one, is a row by itself.
+    """
+    along, across = (0, 1) if grating.axis == "x" else (1, 0)
+    roles = grating.code.roles if grating.code else ("reference",) * len(grating.cells)
+    rows: dict[tuple[float, float, int], list[int]] = {}
+    for index, (cell, role) in enumerate(zip(grating.cells, roles, strict=True)):
+        own = -1 if role == "phase" else index
+        key = (round(cell.rect_mm[across], 4), round(cell.rect_mm[across + 2], 4), own)
+        rows.setdefault(key, []).append(index)
+    return [tuple(sorted(row, key=lambda k: grating.cells[k].rect_mm[along])) for row in rows.values()]
+
+
+def _span(grating: Grating, cells: tuple[int, ...]) -> tuple[float, float, float, float]:
+    """Extent of a row: lowest and highest along the axis, then across it."""
+    along, across = (0, 1) if grating.axis == "x" else (1, 0)
+    rects = [grating.cells[k].rect_mm for k in cells]
+    return (
+        min(rect[along] for rect in rects), max(rect[along + 2] for rect in rects),
+        rects[0][across], rects[0][across + 2],
+    )  # fmt: skip

@@ -30,7 +30,8 @@ class Track:
     """The badge over the film: T tracked frames of the `frames_read` that were read.
 
     homographies (T, 3, 3) page mm -> px; profiles (T, S, N) counts; correlations (T,) of picture and print; snapshot:
-    the board of the best registered frame, straightened, for people to look at.
+    the board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the
+    badge mirror-wise (a self-view) and was turned back before it was measured.
     """
 
     frames_read: int
@@ -41,6 +42,7 @@ class Track:
     profiles: NDArray[np.float32]
     strips: tuple[Strip, ...]
     image_px: tuple[int, int]
+    mirrored: bool = False
     snapshot: NDArray[np.uint8] | None = None
     stages_s: dict[str, float] = field(default_factory=dict)
 
@@ -60,7 +62,9 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
     Source: `markers`, `register` and `strips`, in that order in each frame.
     """
     finder, registrar, reader = MarkerFinder(badge.markers), PageRegistrar(badge.markers), ProfileReader(badge)
-    numbers, times, homographies, correlations, profiles = [], [], [], [], []
+    numbers: list[int] = []
+    times: list[float] = []
+    homographies, correlations, profiles = [], [], []
     stages = dict.fromkeys(("decode", "find", "register", "profiles", "snapshot"), 0.0)
     clock = time.perf_counter()
 
@@ -70,25 +74,32 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
         stages[stage] += now - clock
         clock = now
 
-    read, snapshot, best = 0, None, 0.0
+    read, snapshot, best, mirrored = 0, None, 0.0, False
     for frame in film.frames():
         read += 1
         lap("decode")
-        start = finder.find(frame.luma)
+        luma = _mirror(frame.luma) if mirrored else frame.luma
+        start = finder.find(luma)
+        if start is None and not times:
+            # Until the badge is found for the first time, each frame is also looked at in the mirror.
+            turned = _mirror(frame.luma)
+            start = finder.find(turned)
+            luma, mirrored = (turned, True) if start is not None else (luma, False)
         lap("find")
-        registration = registrar.register(frame.luma, start) if start is not None else None
+        registration = registrar.register(luma, start) if start is not None else None
         finder.follow(registration.homography if registration else None)
+        mirrored = mirrored and (bool(times) or registration is not None)
         lap("register")
         if registration:
             numbers.append(frame.index)
             times.append(frame.time_s)
             homographies.append(registration.homography)
             correlations.append(registration.correlation)
-            profiles.append(reader.read(frame.luma, registration.homography))
+            profiles.append(reader.read(luma, registration.homography))
             lap("profiles")
             # A frame must be clearly better to be straightened anew, or a steady film would do it again and again.
             if registration.correlation > best + 0.003:
-                best, snapshot = registration.correlation, straighten(frame.luma, registration.homography, badge)
+                best, snapshot = registration.correlation, straighten(luma, registration.homography, badge)
                 lap("snapshot")
         if progress:
             progress(read, film.frames_expected)
@@ -102,9 +113,15 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
         profiles=np.array(profiles, np.float32).reshape(len(profiles) or 0, *shape[1:]),
         strips=tuple(reader.strips),
         image_px=(film.width, film.height),
+        mirrored=mirrored,
         snapshot=snapshot,
         stages_s=stages,
     )
+
+
+def _mirror(luma: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """The picture with left and right changed; the principal point, its centre, stays where it is."""
+    return np.ascontiguousarray(luma[:, ::-1])
 
 
 def straighten(luma: NDArray[np.uint8], homography: Array, badge: Badge) -> NDArray[np.uint8]:

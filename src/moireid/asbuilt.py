@@ -1,0 +1,94 @@
+"""AsBuilt: what a film can know of one built badge, measured when it was enrolled.
+
+Markers are printed with the lines, so everything is in page units: the beat of the reference cell (the ratio of page
+to lens pitch), the gain, and how the sheet lies on the page.  Print scale and lens pitch cannot be told apart, nor true
+millimetres seen; a ruler's reading of the scale bar may be kept beside.
+
+Convention: phases as `moireid.verifier.cells.Field`; every figure with its standard deviation.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict, dataclass
+
+from moireid.errors import SpecError
+
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class AsBuilt:
+    """Figures of one built badge.
+
+    beat_frequency_per_mm: of the reference cell, signed, cycles per mm of page, camera far away; offset_rad: fringe
+    phase in the middle of the first grating at zero parallax, where the lenses happen to lie over the lines;
+    twist_rad_per_mm: how that phase runs along the lenses; gain_ratio: measured over predicted motion;
+    captures: films that the figures come from; measured_scale: a ruler's reading over the printed length, or None.
+    """
+
+    badge_id: str
+    beat_frequency_per_mm: float
+    beat_frequency_sd: float
+    offset_rad: float
+    offset_sd: float
+    twist_rad_per_mm: float
+    twist_sd: float
+    gain_ratio: float
+    gain_sd: float
+    captures: int = 1
+    measured_scale: float | None = None
+
+    @property
+    def beat_period_mm(self) -> float:
+        """Beat period of the reference cell in page mm, always positive."""
+        return 1.0 / abs(self.beat_frequency_per_mm)
+
+    def to_json(self) -> str:
+        """As JSON text, with its format number."""
+        return json.dumps({"format": FORMAT} | asdict(self))
+
+
+def as_built_from_json(text: str) -> AsBuilt:
+    """Read the JSON text.  Raises: SpecError where it is not one of this format."""
+    try:
+        document = json.loads(text)
+        if document.pop("format") != FORMAT:
+            raise ValueError("another format")
+        found = AsBuilt(**document)
+        figures = [
+            value for key, value in asdict(found).items() if isinstance(value, float) and key != "measured_scale"
+        ]
+        if not all(map(math.isfinite, figures)) or found.beat_frequency_per_mm == 0:
+            raise ValueError("a figure that is not finite")
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise SpecError(
+            f"as-built figures are not readable ({error}); enroll the badge with a capture again"
+        ) from error
+    return found
+
+
+def merge(parts: list[AsBuilt]) -> AsBuilt:
+    """Several captures of one badge as one: weighted means, with error bars no smaller than their spread.
+
+    Raises: SpecError where they are of different badges, or there are none.
+    """
+    if not parts or len({part.badge_id for part in parts}) != 1:
+        raise SpecError("captures to merge must be of one badge, and at least one is needed")
+    figures: dict[str, float] = {}
+    for value, sd in (
+        ("beat_frequency_per_mm", "beat_frequency_sd"), ("offset_rad", "offset_sd"),
+        ("twist_rad_per_mm", "twist_sd"), ("gain_ratio", "gain_sd"),
+    ):  # fmt: skip
+        values = [getattr(part, value) for part in parts]
+        if value == "offset_rad":
+            # Offsets live on a circle; they are averaged as turns from the first one.
+            values = [values[0] + math.remainder(v - values[0], 2 * math.pi) for v in values]
+        weights = [1.0 / max(getattr(part, sd), 1e-12) ** 2 for part in parts]
+        mean = sum(w * v for w, v in zip(weights, values, strict=True)) / sum(weights)
+        spread = math.sqrt(sum(w * (v - mean) ** 2 for w, v in zip(weights, values, strict=True)) / sum(weights))
+        figures[value] = math.remainder(mean, 2 * math.pi) if value == "offset_rad" else mean
+        figures[sd] = max(1.0 / math.sqrt(sum(weights)), spread / math.sqrt(len(parts)))
+    scale = next((part.measured_scale for part in parts if part.measured_scale), None)
+    return AsBuilt(parts[0].badge_id, **figures, captures=sum(part.captures for part in parts), measured_scale=scale)

@@ -1,0 +1,8 @@
+"""`moireid bench SUITE`: figures with the command that prints them; this room may use all others, as the programs do.
+
+identity.py   does the whole identity come back, over distance, printing and assembly; original or copy?
+matching.py   false matches at symbol level, by an error model fitted to the films of `identity`
+output.py     table, JSON and plot of a suite
+"""
+
+SUITES = ("identity",)

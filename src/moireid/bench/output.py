@@ -1,0 +1,78 @@
+"""Table, JSON and plot of a suite."""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+from pathlib import Path
+from typing import Any
+
+from moireid import __version__
+from moireid.files import planned, whole_file, write_text
+
+
+def outputs(folder: Path, suite: str) -> list[Path]:
+    """The files that a suite writes."""
+    return [folder / f"{suite}.json", folder / f"{suite}.svg"]
+
+
+def write(folder: Path, result: dict[str, Any], *, overwrite: bool) -> list[Path]:
+    """Write the suite's JSON, with machine and versions, and its plot; whole or not at all."""
+    data, plot = outputs(folder, result["suite"])
+    planned([data, plot], overwrite=overwrite)
+    machine = {"processor": platform.machine(), "cores": os.cpu_count(), "python": platform.python_version()}
+    document = {"moireid": __version__, "machine": machine} | result
+    write_text(data, json.dumps(document, indent=1) + "\n")
+    with whole_file(plot) as temporary:
+        identity_plot(result).savefig(temporary, format="svg", metadata={"Date": None})
+    return [data, plot]
+
+
+def identity_table(result: dict[str, Any]) -> str:
+    """The identity suite as text."""
+    names = ("cell errors", "phase rms", "beat error", "decode s")
+    head = f"{'clips':<18}{'read':>9}{'wrong':>7}{'accepted':>10}" + "".join(f"{name:>13}" for name in names)
+    lines = [head]
+    for row in result["conditions"]:
+        lines.append(
+            f"{row['name']:<18}{row['read']:>5}/{row['clips']:<3}{row['wrong_payloads']:>7}{row['accepted']:>10}"
+            f"{row['wrong_cells']:>13.5f}{row['phase_rms_rad']:>13.4f}{row['beat_error_worst']:>13.5f}{row['identity_s']:>13.3f}"
+        )
+    lines.append("")
+    for kind, counts in result["built"].items():
+        told = ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.items())
+        lines.append(f"films of the {kind:<9} told as: {told}")
+    lines.append("")
+    for row in result["matching"]["rows"]:
+        lines.append(
+            f"phase errors x {row['factor']:<4g} FNMR {row['fnmr']:.4f} (at most {row['fnmr_interval'][1]:.4f}), "
+            f"FMR {row['fmr']:.1e} (at most {row['fmr_interval'][1]:.1e}) over {row['comparisons']:,} comparisons"
+        )
+    issued = result["matching"]["issued"]
+    lines.append(
+        f"{issued['payloads']} issued words differ in {issued['least_distance_bytes']} bytes or more; the code "
+        f"promises {issued['promised_bytes']}"
+    )
+    return "\n".join(lines)
+
+
+def identity_plot(result: dict[str, Any]) -> Any:
+    """Scatter of the cells' phase against distance, with the point of confusion."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6, 3.6), layout="constrained")
+    FigureCanvasSVG(figure)
+    axes = figure.add_subplot()
+    for bits, colour in ((64, "#1f6fb2"), (128, "#c2571a")):
+        rows = [row for row in result["conditions"] if row["name"].startswith(f"{bits} ")]
+        metres = [float(row["name"].split(", ")[1].removesuffix(" m")) for row in rows]
+        axes.semilogy(metres, [row["phase_rms_rad"] for row in rows], "o-", color=colour, label=f"{bits} bits")
+    axes.axhline(3.14159 / 4, color="#8a97a6", linestyle=":", label="point of confusion")
+    axes.set_xlabel("distance, m")
+    axes.set_ylabel("phase error of a cell, rad (RMS)")
+    axes.grid(color="#e4e8ed")
+    axes.legend(frameon=False)
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure

@@ -1,0 +1,39 @@
+"""bench: print and keep the figures that the project states of itself."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from moireid.cli.common import friendly, json_option, overwrite_option, progress_bar, say, show_json
+
+
+@click.command("bench")
+@click.argument("suite", type=click.Choice(["identity"]))
+@click.option(
+    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for JSON and plot."
+)
+@click.option("--quick", is_flag=True, help="A few clips only: minutes, not hours.")
+@click.option("--clips", type=click.IntRange(1, 10000), help="Clips a condition, instead of 100 (or 4 with --quick).")
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True)
+@overwrite_option
+@json_option
+@friendly
+def bench_command(
+    suite: str, folder: Path, quick: bool, clips: int | None, seed: int, overwrite: bool, as_json: bool
+) -> None:
+    """Measure SUITE on simulated films: a table, JSON and a plot."""
+    from moireid.bench import identity
+    from moireid.bench.output import identity_table, outputs, write
+    from moireid.files import planned
+
+    planned(outputs(folder, suite), overwrite=overwrite)
+    with progress_bar("clips") as progress:
+        result = identity.run(quick=quick, seed=seed, clips=clips, progress=progress)
+    for path in write(folder, result, overwrite=overwrite):
+        say(f"written: {path}")
+    if as_json:
+        show_json(result)
+    else:
+        click.echo(identity_table(result))

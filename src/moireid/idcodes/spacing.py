@@ -1,0 +1,176 @@
+"""Non-uniform line spacing: cells whose lines are shifted by quarters of the pitch, beside uniform rows.
+
+A line shift of s in a cell shifts its fringe by -2 pi s / p, wherever the camera is; so each cell's fringe is ahead of
+or behind the uniform rows' by its symbol.  Four cells make a byte of the word (first cell highest).  Cells of several
+gratings, in order, make one word.
+
+The uniform rows carry a personal beat besides: the middle row's level is drawn from the payload, and so are the
+others'; their differences must be the payload's, and the word and the beats must agree.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterable, Sequence
+
+from moireid.badge import Cell, Grating
+from moireid.errors import CodeError
+from moireid.idcodes.beats import UNCLEAR_BEYOND_STEPS, code_of, level_pitch_mm, line_up, steps_from_reference
+from moireid.idcodes.family import CellReading, Decoded
+from moireid.idcodes.words import WordCode
+
+#: Phases of a cell, two bits each; half a step is pi / 4.
+PHASE_LEVELS = 4
+CELLS_PER_BYTE = 4
+#: Order of symbols around the circle, such that neighbours differ in one bit (Gray).
+_GRAY = (0, 1, 3, 2)
+#: A phase nearer than this to the point of confusion, in steps, or with such an error bar, is unclear.
+UNCLEAR_BEYOND_TURNS = 0.35
+
+
+class SpacingFamily:
+    """Cells of shifted lines between uniform rows of a personal beat."""
+
+    name = "spacing"
+
+    def write(
+        self, payload: bytes, gratings: tuple[Grating, ...], front_pitch_mm: float
+    ) -> tuple[tuple[Cell, ...], ...]:
+        """The cells of all gratings with the payload written in.
+
+        Convention: symbol place k of `PHASE_LEVELS` moves the lines by -k / `PHASE_LEVELS` of the pitch, which moves
+        the fringe phase by +2 pi k / `PHASE_LEVELS`.
+        Source: module docstring.  Raises: CodeError where the payload or the number of cells does not fit.
+        """
+        word = iter(_word(gratings).encode(payload))
+        places: list[int] = []
+        written = []
+        for index, grating in enumerate(gratings):
+            code, levels = code_of(grating), beat_levels(payload, gratings, index)
+            uniform = iter(levels)
+            reference = level_pitch_mm(code, levels[_middle(grating)], front_pitch_mm)
+            cells = []
+            for role, cell in zip(code.roles, grating.cells, strict=True):
+                if role != "phase":
+                    cells.append(line_up(cell, grating, level_pitch_mm(code, next(uniform), front_pitch_mm)))
+                    continue
+                if not places:
+                    places = _places(next(word, 0))
+                cells.append(line_up(cell, grating, reference, -places.pop(0) / PHASE_LEVELS))
+            written.append(tuple(cells))
+        return tuple(written)
+
+    def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
+        """Decode one reading a cell: nearest phase, doubts by distance and error bar, the word, then the beats.
+
+        Convention: a reading's phase is against the field of the reference row.
+        Source: `words`; `beats.steps_from_reference` for the beats.
+        """
+        word = _word(gratings)
+        cells = [
+            (reading.phase_rad, reading.phase_sd)
+            for grating, row in zip(gratings, readings, strict=True)
+            for role, reading in zip(code_of(grating).roles, row, strict=True)
+            if role == "phase"
+        ]
+        used = CELLS_PER_BYTE * word.word_bytes
+        found, doubts = _decode(word, cells[:used])
+        middle = sorted(doubts)[used // 2]
+        margin = 1.0 - 2.0 * min(middle, 0.5)
+        unclear = sum(doubt > UNCLEAR_BEYOND_TURNS for doubt in doubts)
+        if found is None:
+            return Decoded(None, word.word_bytes, unclear, 0, margin)
+        payload, corrected = found
+        return Decoded(payload, word.word_bytes, unclear, corrected, margin, _beats_agree(payload, readings, gratings))
+
+
+def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> list[int]:
+    """Beat levels of the uniform cells of one grating, drawn from the payload by SHA-256."""
+    code = code_of(gratings[index])
+    digest = hashlib.sha256(b"moireid/beats/1/" + bytes([index]) + payload).digest()
+    uniform = sum(role != "phase" for role in code.roles)
+    # The phase cells share the reference row's beat; the slow half of the levels blurs least in a small picture.
+    middle = _middle(gratings[index])
+    return [digest[k] % (code.levels // 2 if k == middle else code.levels) for k in range(uniform)]
+
+
+def _beats_agree(payload: bytes, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> bool:
+    """Whether each clearly read uniform cell has the beat difference that the payload says."""
+    for index, grating in enumerate(gratings):
+        code, levels = code_of(grating), beat_levels(payload, gratings, index)
+        reference = levels[_middle(grating)]
+        steps = steps_from_reference(readings[index], grating)
+        uniform = [found for role, found in zip(code.roles, steps, strict=True) if role != "phase"]
+        for level, (measured, sd) in zip(levels, uniform, strict=True):
+            if sd <= UNCLEAR_BEYOND_STEPS and abs(measured - (level - reference)) > 0.5:
+                return False
+    return True
+
+
+def _middle(grating: Grating) -> int:
+    """Place of the reference cell among the uniform cells."""
+    code = code_of(grating)
+    return sum(role != "phase" for role in code.roles[: code.reference_cell])
+
+
+def _word(gratings: tuple[Grating, ...]) -> WordCode:
+    cells = sum(role == "phase" for grating in gratings for role in code_of(grating).roles)
+    bits = {code_of(grating).payload_bits for grating in gratings}
+    phases = {code_of(grating).phase_levels for grating in gratings}
+    if len(bits) != 1 or phases != {PHASE_LEVELS}:
+        raise CodeError(f"a spacing code has cells of {PHASE_LEVELS} phases and one payload over all gratings")
+    return WordCode(bits.pop() // 8, min(cells // CELLS_PER_BYTE, 255))
+
+
+def _places(octet: int) -> list[int]:
+    """Places on the circle of the four symbols of a byte, first symbol highest."""
+    return [_GRAY.index(octet >> shift & 3) for shift in (6, 4, 2, 0)]
+
+
+def _octet(places: Sequence[int]) -> int:
+    """The byte of four places: inverse of `_places`."""
+    value = 0
+    for place in places:
+        value = value << 2 | _GRAY[place]
+    return value
+
+
+def word_places(word: WordCode, payload: bytes) -> list[int]:
+    """Places on the circle of all symbols of the word that spells the payload, in the order of the cells."""
+    return [place for octet in word.encode(payload) for place in _places(octet)]
+
+
+def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple[int, int], float]:
+    """The phase that each used cell should read, by (grating, cell): for benches that know what was printed."""
+    cells = [
+        (index, cell)
+        for index, grating in enumerate(gratings)
+        for cell, role in enumerate(code_of(grating).roles) if role == "phase"
+    ]  # fmt: skip
+    places = word_places(_word(gratings), payload)
+    return {cell: 2 * math.pi * place / PHASE_LEVELS for cell, place in zip(cells, places, strict=False)}
+
+
+def decode_phases(word: WordCode, phase_rad: Iterable[float], phase_sd: Iterable[float]) -> bytes | None:
+    """The payload that phases spell, one a cell in the order of the word, or None."""
+    found, _ = _decode(word, list(zip(phase_rad, phase_sd, strict=True)))
+    return found[0] if found else None
+
+
+def _decode(word: WordCode, cells: Sequence[tuple[float, float]]) -> tuple[tuple[bytes, int] | None, list[float]]:
+    """Payload and bytes mended, if any, and the doubt of each cell."""
+    nearest = [_nearest(phase, sd) for phase, sd in cells]
+    places, doubts = [place for place, _ in nearest], [doubt for _, doubt in nearest]
+    groups = range(0, len(cells), CELLS_PER_BYTE)
+    octets = bytes(_octet(places[k : k + CELLS_PER_BYTE]) for k in groups)
+    return word.decode(octets, [max(doubts[k : k + CELLS_PER_BYTE]) for k in groups]), doubts
+
+
+def _nearest(phase_rad: float, phase_sd: float) -> tuple[int, float]:
+    """Nearest place of a phase, and its doubt: distance and error bar in steps, infinite where it was not read."""
+    if not math.isfinite(phase_sd):
+        return 0, math.inf
+    steps = float(phase_rad) / (2 * math.pi) * PHASE_LEVELS
+    nearest = round(steps)
+    return nearest % PHASE_LEVELS, abs(steps - nearest) + float(phase_sd) / (2 * math.pi) * PHASE_LEVELS

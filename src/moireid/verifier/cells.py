@@ -1,0 +1,179 @@
+"""Phase cells: how far each cell's fringe is ahead of the uniform rows', over the whole film.
+
+Every sample of a cell sees level + contrast cos(field + symbol), where the field is that of the uniform rows: their
+measured beat, the view geometry, and their *measured* motion.  So the reading needs no pose to be exact, and holds on
+a film whose fringes move by another law too.  What assembly leaves unknown is solved for: the sheet's offset and twist
+from the uniform rows, and once more from the cells themselves when their symbols are nearly clear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge
+from moireid.verifier.measure import Measurement
+from moireid.verifier.predict import strip_law
+from moireid.verifier.strips import Strip
+from moireid.verifier.track import Track
+from moireid.verifier.waveform import Complex, learn_waveform, match_phase
+
+Array = NDArray[np.float64]
+#: Left out at a cell's ends, mm, or a fifth of it: there the picture's blur mixes neighbours.
+MARGIN_MM = 1.2
+#: Frames that the fringe's shape is learnt from.
+SHAPE_FRAMES = 48
+#: Samples of a cell are not independent: 1.4 in space, as in `fringe`, and coded pictures repeat their noise in time.
+#: On outside films the scatter of clear symbols is 2 to 4 times what independent samples would give.
+NOISE_INFLATION = 3.0
+#: A reading is never better than this: lens pitch and sheet thickness vary that much over a sheet.
+FLOOR_RAD = 0.05
+
+
+@dataclass(frozen=True)
+class CellPhase:
+    """Phase of one cell against the uniform rows' field, its standard deviation, and its middle, page mm."""
+
+    phase_rad: float
+    phase_sd_rad: float
+    along_mm: float
+    across_mm: float
+
+
+@dataclass(frozen=True)
+class Field:
+    """The uniform rows' field of one grating.
+
+    clock_rad (T,): measured less predicted motion with the sheet's offset; twist_rad_per_mm: phase along the lenses;
+    level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across.
+    """
+
+    clock_rad: Array
+    twist_rad_per_mm: float
+    level: Array
+    contrast: Array
+    frequency_per_mm: float
+    middle_mm: float
+
+
+def read_cells(track: Track, measurement: Measurement, badge: Badge, grating: int) -> dict[int, CellPhase]:
+    """Phases of all phase cells of one grating, by cell index.
+
+    Convention: phase positive where the cell's fringe is ahead, that is where its lines are shifted back.
+    Returns: empty where the grating has none.
+    Source: least squares of each cell over all frames and samples, with a prior on the level.
+    """
+    rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
+    if not rows:
+        return {}
+    field = uniform_field(track, measurement, badge, grating)
+    shape = _shape(track, measurement, badge, grating, field)
+    found: dict[int, CellPhase] = {}
+    for index, strip in rows:
+        phase = _field_phase(badge, strip, measurement.camera_mm, field)
+        seen = _in_contrasts(track, index, field)
+        for cell in strip.cells:
+            inside = _samples_of(badge, strip, cell)
+            value, sd = match_phase(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
+            sd = math.hypot(sd, FLOOR_RAD)
+            found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
+    return _flatten(found, field, badge.gratings[grating].code.phase_levels or 4)  # type: ignore[union-attr]
+
+
+def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field) -> Array:
+    """Phase of the uniform rows' field at a strip's samples, (T, N)."""
+    law = strip_law(badge, strip, camera_mm)
+    along = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[:, None]
+    return along + field.twist_rad_per_mm * (strip.across_mm - field.middle_mm)
+
+
+def _in_contrasts(track: Track, index: int, field: Field) -> Array:
+    """Profiles of a strip about the picture's level, in units of its contrast, (T, N)."""
+    return np.asarray((track.profiles[:, index] - field.level[:, None]) / np.maximum(field.contrast, 1.0)[:, None])
+
+
+def _shape(track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field) -> Complex:
+    """The fringe's shape, learnt from the reference rows, whose beat the cells share."""
+    code = badge.gratings[grating].code
+    assert code is not None
+    frames = np.unique(np.linspace(0, track.tracked - 1, min(SHAPE_FRAMES, track.tracked)).astype(int))
+    seen, phases = [], []
+    for index, strip in enumerate(track.strips):
+        if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
+            seen.append(_in_contrasts(track, index, field)[frames].ravel())
+            phases.append(_field_phase(badge, strip, measurement.camera_mm, field)[frames].ravel())
+    return learn_waveform(np.concatenate(seen), np.concatenate(phases))
+
+
+def uniform_field(track: Track, measurement: Measurement, badge: Badge, grating: int) -> Field:
+    """The field of a grating's uniform rows.
+
+    Convention: clock + twist (across - middle) + law is the phase of a uniform row anywhere on the grating.
+    Source: circular mean over the rows, weighted by their Fisher information; the twist makes the rows agree most.
+    """
+    code = badge.gratings[grating].code
+    assert code is not None
+    rect, axis = badge.gratings[grating].rect_mm, 0 if badge.gratings[grating].axis == "x" else 1
+    middle = (rect[1 - axis] + rect[3 - axis]) / 2
+    uniform = [
+        (strip, phase, prediction)
+        for strip, phase, prediction in zip(track.strips, measurement.strips, measurement.predictions_rad, strict=True)
+        if strip.grating == grating and phase is not None and prediction is not None
+    ]
+    apart = np.array([phase.phase_rad - prediction for _, phase, prediction in uniform])
+    weight = np.array([1 / np.maximum(phase.phase_sd_rad, 1e-3) ** 2 for _, phase, _ in uniform])
+    across = np.array([strip.across_mm - middle for strip, _, _ in uniform])
+    # Offsets of the rows against one another, free of the clock: a row's mean turn against the weighted mean of all.
+    common = np.angle((weight * np.exp(1j * apart)).sum(axis=0))
+    offset = np.angle((weight * np.exp(1j * (apart - common))).sum(axis=1))
+    twist = _twist(offset, across, weight.sum(axis=1))
+    clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
+    reference = [k for k, (strip, _, _) in enumerate(uniform) if code.roles[strip.cells[0]] == "reference"]
+    frequency = float(np.mean([uniform[k][1].frequency_per_mm for k in reference]))
+    share = weight / np.maximum(weight.sum(axis=0), 1e-12)
+    level = (share * np.array([phase.level for _, phase, _ in uniform])).sum(axis=0)
+    contrast = (share * np.array([phase.contrast for _, phase, _ in uniform])).sum(axis=0)
+    return Field(clock, twist, level, contrast, frequency, middle)
+
+
+def _twist(offset: Array, across: Array, weight: Array) -> float:
+    """Phase per mm across that makes the rows' offsets agree; sought within 0.35 degrees of twist on a 0.5 mm sheet."""
+    if len(offset) < 2:
+        return 0.0
+    most = 2 * math.pi * math.radians(0.35) / 0.5
+    grid = np.linspace(-most, most, 801)
+    agreement = np.abs((weight[:, None] * np.exp(1j * (offset[:, None] - grid * across[:, None]))).sum(axis=0))
+    return float(grid[int(np.argmax(agreement))])
+
+
+def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
+    rect = badge.gratings[strip.grating].cells[cell].rect_mm
+    low, high = rect[strip.axis], rect[strip.axis + 2]
+    margin = min(MARGIN_MM, 0.2 * (high - low))
+    return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
+
+
+def _flatten(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, CellPhase]:
+    """Take out what is left of offset, tilt and beat: a plane through the distances from the nearest symbol."""
+    cells = list(found.values())
+    along = np.array([cell.along_mm for cell in cells])
+    place = np.column_stack([np.ones(len(cells)), along - along.mean(), [c.across_mm - field.middle_mm for c in cells]])
+    phase = np.array([cell.phase_rad for cell in cells])
+    weight = 1 / np.array([cell.phase_sd_rad for cell in cells])
+    weight[~np.isfinite(weight)] = 0.0
+    step = 2 * math.pi / levels
+    for _ in range(3):
+        apart = phase - step * np.round(phase / step)
+        # A distance beyond a third of a step may belong to the other symbol, so it has no say.
+        use = weight * (np.abs(apart) < step / 3)
+        if np.count_nonzero(use) < 8:
+            break
+        plane, *_ = np.linalg.lstsq(place * use[:, None], apart * use, rcond=None)
+        phase = phase - place @ plane
+    return {
+        index: CellPhase(float(p), cell.phase_sd_rad, cell.along_mm, cell.across_mm)
+        for (index, cell), p in zip(found.items(), phase, strict=True)
+    }
