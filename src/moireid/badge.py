@@ -277,7 +277,7 @@ def _validate(document: object, source: str) -> None:
     """Hold `document` against the schema, and name the first fault."""
     if isinstance(document, dict) and document.get("format", FORMAT) != FORMAT:
         raise SpecError(
-            f"{source}: format: {document['format']!r} is not known to this version; it reads format {FORMAT}"
+            f"{source}: format: format {document['format']!r} is not known to this version; it reads format {FORMAT}"
         )
     errors = sorted(_validator().iter_errors(document), key=lambda error: list(map(str, error.absolute_path)))
     if errors:
@@ -322,9 +322,7 @@ def _check_markers(markers: Markers, source: str) -> None:
     """Ids must be in the dictionary; the four squares apart, and in the order that the contract names."""
     count = int(markers.dictionary.rsplit("_", 1)[1])
     if max(markers.ids) >= count:
-        raise SpecError(
-            f"{source}: markers.ids: {list(markers.ids)} exceed {markers.dictionary}, which ends at {count - 1}"
-        )
+        raise SpecError(f"{source}: markers.ids: {list(markers.ids)} must be below {count} in {markers.dictionary}")
     (ax, ay), (bx, by), (cx, cy), (dx, dy) = markers.centers_mm
     turning = (bx - ax) * (cy - by) - (by - ay) * (cx - bx), (cx - bx) * (dy - cy) - (cy - by) * (dx - cx)
     apart = min(

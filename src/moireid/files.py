@@ -15,17 +15,19 @@ from pathlib import Path
 from moireid.errors import SpecError
 
 
-def planned(paths: Iterable[Path], *, overwrite: bool) -> None:
+def planned(paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True) -> None:
     """Check that every output can be written, before the work that makes it.
 
+    Parameters: make_folders: make the folders that are absent; else nothing on the disk changes.
     Raises: SpecError where a file exists and `overwrite` is false, or where its folder cannot be made or written.
     """
+    paths = list(paths)
     for path in paths:
         if path.is_dir():
             raise SpecError(f"{path} is a folder, but a file of that name is to be written; choose another output")
         if path.exists() and not overwrite:
             raise SpecError(f"{path} exists already; add --overwrite to replace it, or choose another output")
-        folder = path.parent
+    for folder in dict.fromkeys(path.parent for path in paths) if make_folders else ():
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import json
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator
@@ -13,6 +14,18 @@ from typing import Any, NoReturn
 import click
 
 from moireid.errors import MoireIdError
+
+
+class FiniteRange(click.FloatRange):
+    """A range of numbers that lets no NaN through, as comparing with NaN never fails."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The number, if it is one."""
+        number = super().convert(value, param, ctx)
+        if not math.isfinite(number):
+            self.fail(f"{value!r} is not a finite number.", param, ctx)
+        return number
+
 
 ACCEPT, REJECT, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
 VERDICT_EXIT = {"accept": ACCEPT, "reject": REJECT, "inconclusive": INCONCLUSIVE}
@@ -42,6 +55,8 @@ def friendly(command: Callable[..., Any]) -> Callable[..., Any]:
             return command(*args, **kwargs)
         except MoireIdError as error:
             fail(" ".join(str(error).split()))
+        except BrokenPipeError:
+            raise
         except OSError as error:
             name = f" ({error.filename})" if error.filename else ""
             fail(f"the system says: {error.strerror or error}{name}; check the path, the rights and the free space")
@@ -52,14 +67,16 @@ def friendly(command: Callable[..., Any]) -> Callable[..., Any]:
         # The one place where everything is caught: a person must get a sentence, whatever went wrong.
         except Exception as error:  # noqa: BLE001
             kind = type(error).__name__
-            fail(f"something went wrong inside moireid ({kind}: {error}); set MOIREID_TRACEBACK=1 and report it")
+            words = " ".join(str(error).split())[:300]
+            fail(f"something went wrong inside moireid ({kind}: {words}); set MOIREID_TRACEBACK=1 and report it")
 
     return wrapped
 
 
 def show_json(document: dict[str, Any]) -> None:
     """Print one JSON object on stdout."""
-    click.echo(json.dumps(document, ensure_ascii=False, allow_nan=False))
+    ascii_only = (getattr(sys.stdout, "encoding", None) or "utf-8").lower().replace("-", "") != "utf8"
+    click.echo(json.dumps(document, ensure_ascii=ascii_only, allow_nan=False))
 
 
 def say(message: str) -> None:

@@ -17,9 +17,17 @@ from moireid.cli.common import friendly, json_option, registry_option, show_json
 def enroll_command(badge_json: Path, registry_url: str | None, as_json: bool) -> None:
     """Enter the badge in BADGE_JSON into the registry; doing it again changes nothing."""
     from moireid.badge import load_badge
+    from moireid.errors import SpecError
+    from moireid.idcodes import spells_its_id
     from moireid.registry import open_registry
 
     badge = load_badge(badge_json)
+    if badge.id is None or not any(grating.code for grating in badge.gratings):
+        raise SpecError(f"{badge_json} is a board without an identity; print a badge with print-your-badge")
+    if not spells_its_id(badge):
+        raise SpecError(
+            f"{badge_json}: its lines do not spell its id {badge.id}, so no film could bear it out; print it anew"
+        )
     with open_registry(registry_url, create=True) as registry:
         record = registry.enroll(badge)
         if as_json:

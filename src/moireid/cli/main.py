@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
+import os
 import sys
+from typing import NoReturn
 
 import click
 
@@ -53,19 +57,35 @@ def print_your_badge() -> None:
 
 
 def _run(command: click.Command, name: str) -> None:
-    """Run a command; wrong usage is one sentence, and an interrupt is quiet."""
+    """Run a command; wrong usage is one sentence, an interrupt is quiet, and output that nobody takes is no fault."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A terminal that lacks a letter gets an escape in its place, not an error after the work is done.
+            stream.reconfigure(errors="backslashreplace")
     try:
-        sys.exit(command.main(prog_name=name, standalone_mode=False) or 0)
+        code = command.main(prog_name=name, standalone_mode=False) or 0
+        sys.stdout.flush()
+        sys.exit(code)
     except click.exceptions.NoArgsIsHelpError as error:
-        click.echo(error.format_message(), err=True)
-        sys.exit(BAD_INPUT)
+        _leave(error.format_message(), BAD_INPUT)
     except click.UsageError as error:
         at = f"{error.ctx.command_path} --help" if error.ctx else f"{name} --help"
-        click.echo(f"error: {error.format_message()} See '{at}'.", err=True)
-        sys.exit(BAD_INPUT)
+        _leave(f"error: {error.format_message()} See '{at}'.", BAD_INPUT)
     except click.ClickException as error:
-        click.echo(f"error: {error.format_message()}", err=True)
-        sys.exit(BAD_INPUT)
+        _leave(f"error: {error.format_message()}", BAD_INPUT)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted; nothing half-written is left", err=True)
-        sys.exit(130)
+        _leave("interrupted; nothing half-written is left", 130)
+    except BrokenPipeError:
+        _leave("", 141)
+    except OSError as error:
+        _leave(f"error: the output cannot be written ({error.strerror})", BAD_INPUT)
+
+
+def _leave(message: str, code: int) -> NoReturn:
+    """Say why on stderr, and leave without another try at a stdout that may be gone."""
+    if message:
+        click.echo(" ".join(message.split("\n")) if message.startswith("error") else message, err=True)
+    with contextlib.suppress(OSError, ValueError):
+        sys.stderr.flush()
+    sys.stdout = open(os.devnull, "w")  # noqa: SIM115 - Python flushes it at exit.
+    sys.exit(code)

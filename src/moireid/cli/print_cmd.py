@@ -63,7 +63,8 @@ def print_command(
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
-    from moireid.fabrication.package import print_badge
+    from moireid.fabrication.package import file_names, print_badge
+    from moireid.files import planned
 
     if payload is not None and key_file is not None:
         raise SpecError("give --payload or --key, not both")
@@ -107,9 +108,12 @@ def print_command(
                 click.echo(f"  {what:<26} {figure}")
         click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
 
+    # A wish that cannot be is refused before a registry is made for it.
+    _design(request, chosen, None)
     if registry_url is None:
         work(None)
         return
+    planned([folder / name for name in file_names(mount)], overwrite=overwrite, make_folders=False)
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=True) as registry:

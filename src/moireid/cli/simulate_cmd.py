@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import friendly, json_option, overwrite_option, progress_bar, show_json
+from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
 
 #: The kinds of `moireid.simulate.forge`, written again because importing that room costs a second; a test compares.
 FORGERIES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed")
@@ -22,11 +22,9 @@ FORGERIES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "
     metavar="NAME|CSV",
     help="linear, sway, handheld, static, or a file.",
 )
-@click.option(
-    "--distance", type=click.FloatRange(0.1, 100), default=1.4, show_default=True, help="Camera to badge, metres."
-)
+@click.option("--distance", type=FiniteRange(0.1, 100), default=1.4, show_default=True, help="Camera to badge, metres.")
 @click.option("--frames", type=click.IntRange(2, 1_000_000), default=300, show_default=True)
-@click.option("--fps", type=click.FloatRange(1, 1000), default=60.0, show_default=True, help="Frames a second.")
+@click.option("--fps", type=FiniteRange(1, 1000), default=60.0, show_default=True, help="Frames a second.")
 @click.option("--forge", type=click.Choice(FORGERIES), help="Make the fringes move by another law.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of all that is random.")
 @overwrite_option

@@ -13,6 +13,7 @@ from moireid.cli.common import (
     INCONCLUSIVE,
     REJECT,
     VERDICT_EXIT,
+    FiniteRange,
     friendly,
     json_option,
     overwrite_option,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
     from moireid.verifier.reasons import Reason
 
 focal_option = click.option(
-    "--focal-px", type=click.FloatRange(50, 100000), help="Focal length in pixels; solved over the film if not given."
+    "--focal-px", type=FiniteRange(50, 100000), help="Focal length in pixels; solved over the film if not given."
 )
 MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 

@@ -42,7 +42,7 @@ def print_badge(
     Returns: Printed.
     Raises: SpecError where a file is in the way; FabricationError where one fails its check.
     """
-    names = [*_SHEETS, *(_MOUNT if mount != "none" else ()), "badge.json"]
+    names = file_names(mount)
     planned([folder / name for name in names], overwrite=overwrite)
     say = progress or (lambda name: None)
     mass_g = None
@@ -66,3 +66,8 @@ def print_badge(
         for name in names:
             (aside / name).replace(folder / name)
     return Printed({name: folder / name for name in names}, mass_g)
+
+
+def file_names(mount: str) -> list[str]:
+    """Names of the files that `print_badge` writes; badge.json is the last."""
+    return [*_SHEETS, *(_MOUNT if mount != "none" else ()), "badge.json"]

@@ -133,7 +133,7 @@ def _draw_scale_bars(sheet: Sheet, board: Rect) -> None:
     """A bar across below the board and one down beside it, each `SCALE_BAR_MM` long, ticked every 10 mm."""
     # As far from the board as the paper lets them, up to 14 mm; printers leave a rim of 3 to 5 mm white.
     page_mm = sheet.page_mm
-    middle_x, y = page_mm[0] / 2, min(board[3] + 14.0, page_mm[1] - 9.0)
+    middle_x, y = page_mm[0] / 2, min(board[3] + 14.0, page_mm[1] - 11.5)
     middle_y, x = page_mm[1] / 2, max(board[0] - 14.0, 7.5)
     for k in range(int(SCALE_BAR_MM / 10) + 1):
         tick = 3.0 if k % 5 == 0 else 1.5
@@ -144,4 +144,4 @@ def _draw_scale_bars(sheet: Sheet, board: Rect) -> None:
     sheet.stroke(middle_x - half, y, middle_x + half, y)
     sheet.stroke(x, middle_y - half, x, middle_y + half)
     advice = f"Print at 100 % (no “fit to page”). Both bars must measure {SCALE_BAR_MM:.0f} mm."
-    sheet.text(middle_x, y + 5.6, advice, points=SMALL_POINTS)
+    sheet.text(middle_x, y + 6.6, advice, points=SMALL_POINTS)

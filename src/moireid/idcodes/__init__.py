@@ -7,8 +7,8 @@ pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
 spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 """
 
-from moireid.idcodes.family import CellReading, CodeFamily, Decoded, family_named
+from moireid.idcodes.family import CellReading, CodeFamily, Decoded, family_named, spells_its_id
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
 
-__all__ = ["CellReading", "CodeFamily", "Decoded", "PitchFamily", "SpacingFamily", "family_named"]
+__all__ = ["CellReading", "CodeFamily", "Decoded", "PitchFamily", "SpacingFamily", "family_named", "spells_its_id"]

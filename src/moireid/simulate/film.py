@@ -42,7 +42,9 @@ class FilmReport:
 
 
 def truth_path(video: Path) -> Path:
-    """Where the truth of a film lies: VIDEO.truth.csv."""
+    """Where the truth of a film lies: VIDEO.truth.csv.  Raises: SpecError for a path that names no file."""
+    if not video.name:
+        raise SpecError(f"{str(video)!r} is a folder and names no film; give a file name such as film.mp4")
     return video.with_name(video.name + ".truth.csv")
 
 
@@ -70,7 +72,7 @@ def film(
     stages = dict.fromkeys(("render", "sensor", "encode"), 0.0)
     label = f"forged:{forge}" if forge else "genuine"
     with whole_file(video) as temporary:
-        writer = _Writer(temporary, scene, fps, crf)
+        writer = _Writer(temporary, video.name, scene, fps, crf)
         for k in range(frames):
             begun = time.perf_counter()
             board = renderer.render(Instant(_one(first, k), _one(last, k), shown[k]))
@@ -131,7 +133,7 @@ def _one(poses: Poses, k: int) -> Poses:
 class _Writer:
     """An H.264 file, frame by frame."""
 
-    def __init__(self, path: Path, scene: Scene, fps: float, crf: int) -> None:
+    def __init__(self, path: Path, name: str, scene: Scene, fps: float, crf: int) -> None:
         import av
 
         try:
@@ -139,7 +141,7 @@ class _Writer:
             rate = Fraction(fps).limit_denominator(1001)
             self._stream = self._container.add_stream("libx264", rate=rate)
         except (av.error.FFmpegError, ValueError) as error:
-            raise MediaError(f"film {path.name} cannot be written as H.264 ({error}); name it .mp4 or .mkv") from error
+            raise MediaError(f"film {name} cannot be written as H.264 ({error}); name it .mp4 or .mkv") from error
         self._stream.width, self._stream.height = scene.camera.width, scene.camera.height
         self._stream.pix_fmt = "yuv420p"
         self._stream.options = {"crf": str(crf), "preset": "veryfast"}

@@ -122,17 +122,11 @@ def from_csv(path: Path, distance_mm: float) -> Motion:
 def _spline(text: str, source: str, distance_mm: float) -> Motion:
     """Interpolate the rows of a motion file; times beyond the end run back."""
     reader = csv.DictReader(text.splitlines())
-    if not reader.fieldnames or not set(COLUMNS) <= set(reader.fieldnames):
-        raise MediaError(f"{source} lacks columns; a motion file has {', '.join(COLUMNS)}")
     try:
-        rows = np.array([[float(row[name]) for name in COLUMNS] for row in reader])
-    except (TypeError, ValueError) as error:
-        raise MediaError(f"{source} holds a value that is no number; correct that row") from error
-    if len(rows) < 4 or not np.all(np.isfinite(rows)) or not np.all(np.diff(rows[:, 0]) > 0):
-        raise MediaError(f"{source} has {len(rows)} rows; a motion needs 4 or more, finite, with rising times")
-    if np.any(np.linalg.norm(rows[:, 4:], axis=1) < 1e-6):
-        raise MediaError(f"{source} holds a quaternion of length 0; correct that row")
-    turn = Rotation.from_quat(rows[:, 4:])
+        rows = _rows(reader, source)
+    except csv.Error as error:
+        raise MediaError(f"{source} is not readable as CSV ({error}); correct it") from error
+    turn = Rotation.from_quat(rows[:, 4:] / np.linalg.norm(rows[:, 4:], axis=1, keepdims=True))
     mean = turn.mean()
     way = mean.inv().apply(rows[:, 1:4] - rows[:, 1:4].mean(axis=0)) + np.array([0.0, 0.0, -distance_mm])
     place = CubicSpline(rows[:, 0], way)
@@ -145,6 +139,24 @@ def _spline(text: str, source: str, distance_mm: float) -> Motion:
         return Poses(place(clock), facing(clock).inv().as_matrix())
 
     return poses
+
+
+def _rows(reader: csv.DictReader[str], source: str) -> Array:
+    """The figures of a motion file, (T, 8), checked.  Raises: MediaError."""
+    if not reader.fieldnames or not set(COLUMNS) <= set(reader.fieldnames):
+        raise MediaError(f"{source} lacks columns; a motion file has {', '.join(COLUMNS)}")
+    try:
+        rows = np.array([[float(row[name]) for name in COLUMNS] for row in reader])
+    except (TypeError, ValueError) as error:
+        raise MediaError(f"{source} holds a value that is no number; correct that row") from error
+    if len(rows) < 4 or not np.all(np.isfinite(rows)) or not np.all(np.diff(rows[:, 0]) > 1e-6):
+        raise MediaError(f"{source} has {len(rows)} rows; a motion needs 4 or more, finite, with rising times")
+    if np.abs(rows[:, 0]).max() > 1e6 or np.abs(rows[:, 1:4]).max() > 1e6:
+        raise MediaError(f"{source} holds a time beyond 1e6 s or a place beyond 1 km; correct its units")
+    sizes = np.linalg.norm(rows[:, 4:], axis=1)
+    if sizes.min() < 0.5 or sizes.max() > 2.0:
+        raise MediaError(f"{source} holds a quaternion of length {sizes.min():.3g}; each must be of length 1")
+    return rows
 
 
 def _aimed(camera_mm: Array, error_rad: Array) -> Poses:

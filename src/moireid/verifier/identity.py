@@ -85,6 +85,9 @@ def _compare(
     decoded: Decoded | None, found: str | None, claimed_id: str | None
 ) -> tuple[IdentityVerdict, Reason, float | None]:
     """Verdict, reason and score of what was read against what is claimed."""
+    if decoded is None and claimed_id is not None:
+        text = f"{claimed_id} is claimed, but the board carries no code that could bear it out."
+        return "unreadable", Reason("identity", "undecided", None, claimed_id, "", text), 0.0
     if decoded is None:
         text = "The board carries no identity; none was asked for."
         return "not_claimed", Reason("identity", "note", None, None, "", text), None

@@ -15,6 +15,13 @@ from numpy.typing import NDArray
 
 from moireid.errors import MediaError
 
+#: Demuxers of films.  FFmpeg reads playlists, text and pictures as "video" too, and a playlist may name other files.
+FORMATS = frozenset(
+    {"mov", "mp4", "m4a", "3gp", "3g2", "mj2", "matroska", "webm", "avi", "mpegts", "mpeg", "mpegvideo", "ogg", "flv"}
+    | {"asf", "gif", "mxf", "nut", "h264", "hevc", "ivf", "obu", "yuv4mpegpipe", "mjpeg", "apng", "dv", "wtv", "rm"}
+)
+#: No film may make the reader open an address.
+LOCAL = {"protocol_whitelist": "file"}
 ADVICE = "give a film that a video player can play, such as an .mp4"
 
 
@@ -39,7 +46,10 @@ class Film:
         if path.stat().st_size == 0:
             raise MediaError(f"video {path} is empty; {ADVICE}")
         try:
-            with av.open(str(path)) as container:
+            with av.open(str(path), options=LOCAL) as container:
+                kinds = set(container.format.name.split(","))
+                if not kinds & FORMATS:
+                    raise MediaError(f"{path} is read as {container.format.name}, which is no film; {ADVICE}")
                 if not container.streams.video:
                     raise MediaError(f"{path} holds no video stream; {ADVICE}")
                 stream = container.streams.video[0]
@@ -61,7 +71,7 @@ class Film:
 
         count = 0
         try:
-            with av.open(str(self.path)) as container:
+            with av.open(str(self.path), options=LOCAL) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
                 for picture in container.decode(stream):
