@@ -87,9 +87,12 @@ def fit_camera(
         long_side = max(image_px)
         zoom = (np.log(0.4 * long_side), np.log(2.5 * long_side), np.log(guess), FOCAL_PRIOR_SD)
         log_focal, log_sd = _minimise(lambda x: poses(float(np.exp(x)), shutter_s).least_error_px, *zoom)
+        if abs(log_focal - np.log(guess)) > 0.1:
+            # The shutter was sought at the guessed focal length; a zoom far from it calls for a second look at both.
+            focal = float(np.exp(log_focal))
+            shutter_s, _ = _minimise(lambda s: poses(focal, s).least_error_px, *shutter)
+            log_focal, log_sd = _minimise(lambda x: poses(float(np.exp(x)), shutter_s).least_error_px, *zoom)
         focal = float(np.exp(log_focal))
-        # The shutter was sought at the guessed focal length; a zoom far from it calls for a second look.
-        shutter_s, _ = _minimise(lambda s: poses(focal, s).least_error_px, *shutter)
     final = start_poses(plane, unrolled(shutter_s), focal, centre)
     camera, errors = _choose(final)
     tangent_sd = (0.0, 0.0)
