@@ -25,14 +25,18 @@ FORGERIES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "
 @click.option("--distance", type=FiniteRange(0.1, 100), default=1.4, show_default=True, help="Camera to badge, metres.")
 @click.option("--frames", type=click.IntRange(2, 1_000_000), default=300, show_default=True)
 @click.option("--fps", type=FiniteRange(1, 1000), default=60.0, show_default=True, help="Frames a second.")
+@click.option(
+    "--backend", type=click.Choice(["analytic", "mitsuba"]), default="analytic", show_default=True,
+    help="Renderer; mitsuba is the reference, and takes a second a frame.",
+)  # fmt: skip
 @click.option("--forge", type=click.Choice(FORGERIES), help="Make the fringes move by another law.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of all that is random.")
 @overwrite_option
 @json_option
 @friendly
 def simulate_command(
-    badge_json: Path, video: Path, motion: str, distance: float, frames: int, fps: float, forge: str | None, seed: int,
-    overwrite: bool, as_json: bool,
+    badge_json: Path, video: Path, motion: str, distance: float, frames: int, fps: float, backend: str,
+    forge: str | None, seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Film the badge in BADGE_JSON as a phone would; the truth lies beside the film as VIDEO.truth.csv.
 
@@ -50,7 +54,16 @@ def simulate_command(
     scene = Scene(badge, Build.typical(seed))
     with progress_bar("filming") as progress:
         report = film(
-            scene, course, video, frames=frames, fps=fps, forge=forge, seed=seed, overwrite=overwrite, progress=progress
+            scene,
+            course,
+            video,
+            frames=frames,
+            fps=fps,
+            forge=forge,
+            seed=seed,
+            backend=backend,
+            overwrite=overwrite,
+            progress=progress,
         )
     if as_json:
         stages = {name: round(seconds, 3) for name, seconds in report.stages_s.items()}

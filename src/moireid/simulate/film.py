@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from moireid.errors import MediaError, SpecError
 from moireid.files import planned, whole_file, write_text
 from moireid.lenticule import view_law
-from moireid.simulate.analytic import AnalyticRenderer
+from moireid.simulate.analytic import AnalyticRenderer, Rendered
 from moireid.simulate.forge import false_camera
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Instant, Scene
@@ -50,12 +50,13 @@ def truth_path(video: Path) -> Path:
 
 def film(
     scene: Scene, motion: Motion, video: Path, *, frames: int, fps: float, forge: str | None = None, seed: int = 0,
-    crf: int = 23, overwrite: bool = False, progress: Callable[[int, int], None] | None = None,
+    crf: int = 23, backend: str = "analytic", overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:  # fmt: skip
     """Film a scene to an H.264 file with its truth beside it, both whole or not at all.
 
     Parameters: frames, fps: length and rate; forge: a kind of `forge.KINDS`, None for a true film; crf: quality of
-        x264; progress: called with frames done and in all.
+        x264; backend: "analytic", or "mitsuba", the slow reference, which knows no rolling shutter; progress: called with frames done and in all.
     Convention: times are those of the middle row; the truth's poses are board -> camera, board frame of `motion`.
     Returns: FilmReport.
     Raises: SpecError where nothing would be filmed; MediaError where the file cannot be written.
@@ -68,14 +69,14 @@ def film(
     half_shutter = scene.camera.shutter_s / 2
     first, middle, last = motion(times - half_shutter), motion(times), motion(times + half_shutter)
     shown = false_camera(forge, middle.camera_mm, fps, seed) if forge else middle.camera_mm
-    renderer, sensor = AnalyticRenderer(scene), Sensor(scene.camera, seed)
+    render, sensor = _renderer(scene, backend, seed), Sensor(scene.camera, seed)
     stages = dict.fromkeys(("render", "sensor", "encode"), 0.0)
     label = f"forged:{forge}" if forge else "genuine"
     with whole_file(video) as temporary:
         writer = _Writer(temporary, video.name, scene, fps, crf)
         for k in range(frames):
             begun = time.perf_counter()
-            board = renderer.render(Instant(_one(first, k), _one(last, k), shown[k]))
+            board = render(Instant(_one(first, k), _one(last, k), shown[k]))
             rendered = time.perf_counter()
             picture = sensor.expose(board, middle.rotation[k], float(times[k]))
             exposed = time.perf_counter()
@@ -93,6 +94,17 @@ def film(
     write_text(truth_path(video), truth_csv(scene, times, middle, shown, label))
     left_out = ("colour", "Fresnel losses and glare", "direction of the light", "the mount", "the printed name")
     return FilmReport(video, truth_path(video), frames, label, stages, left_out)
+
+
+def _renderer(scene: Scene, backend: str, seed: int) -> Callable[[Instant], Rendered | None]:
+    """What renders one frame of the scene."""
+    if backend == "analytic":
+        return AnalyticRenderer(scene).render
+    if backend != "mitsuba":
+        raise SpecError(f"backend {backend!r} is not known; choose analytic or mitsuba")
+    from moireid.simulate.mitsuba_scene import render_frame
+
+    return lambda instant: render_frame(scene, instant, seed=seed)
 
 
 def truth_csv(scene: Scene, times_s: Array, poses: Poses, shown_mm: Array, label: str) -> str:
