@@ -2,45 +2,96 @@
 
 from __future__ import annotations
 
+import json
+import sys
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import friendly, json_option, registry_option, show_json
+from moireid.cli.common import (
+    ACCEPT,
+    REJECT,
+    FiniteRange,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    registry_option,
+    say,
+    show_json,
+)
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.registry import Audit, Import, Record
+
+#: Findings that the audit prints for people; --json holds more.
+SHOWN = 20
 
 
 @click.command("enroll")
 @click.argument("badge_json", type=click.Path(path_type=Path))
 @registry_option
+@click.option(
+    "--capture", "captures", type=click.Path(path_type=Path), multiple=True,
+    help="A film of the badge as built, moved sideways; may be given several times.",
+)  # fmt: skip
+@click.option("--measured-scale", type=FiniteRange(0.9, 1.1), help="What a ruler read off the scale bar, over 150 mm.")
+@click.option("--focal-px", type=FiniteRange(50, 100000), help="Focal length of the captures in pixels, if known.")
 @json_option
 @friendly
-def enroll_command(badge_json: Path, registry_url: str | None, as_json: bool) -> None:
-    """Enter the badge in BADGE_JSON into the registry; doing it again changes nothing."""
+def enroll_command(
+    badge_json: Path, registry_url: str | None, captures: tuple[Path, ...], measured_scale: float | None,
+    focal_px: float | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Enter the badge in BADGE_JSON into the registry; doing it again changes nothing.
+
+    With --capture the badge is also measured as built, so that verify can tell it from a copy made of the same files.
+    """
     from moireid.badge import load_badge
-    from moireid.errors import SpecError
-    from moireid.idcodes import spells_its_id
     from moireid.registry import open_registry
 
     badge = load_badge(badge_json)
-    if badge.id is None or not any(grating.code for grating in badge.gratings):
-        raise SpecError(f"{badge_json} is a board without an identity; print a badge with print-your-badge")
-    if not spells_its_id(badge):
-        raise SpecError(
-            f"{badge_json}: its lines do not spell its id {badge.id}, so no film could bear it out; print it anew"
-        )
+    _check_identity(badge, badge_json)
+    as_built = None
+    if captures:
+        from moireid.verifier.capture import capture_as_built
+
+        with progress_bar("reading the captures") as progress:
+            as_built = capture_as_built(
+                list(captures), badge, focal_px=focal_px, measured_scale=measured_scale, progress=progress
+            )
     with open_registry(registry_url, create=True) as registry:
         record = registry.enroll(badge)
+        if as_built is not None:
+            record = registry.store_as_built(record.id, as_built.to_json())
         if as_json:
-            show_json(
-                {"id": record.id, "name": record.name, "issued_at": record.issued_at, "registry": registry.shown_url}
-            )
+            measured = json.loads(record.as_built) if record.as_built else None
+            show_json(_summary(record) | {"registry": registry.shown_url, "as_built": measured})
         else:
             click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
+            if as_built is not None:
+                beat = f"{as_built.beat_period_mm:.2f} mm"
+                click.echo(f"as built: beat {beat}, gain {as_built.gain_ratio:.3f}, from {as_built.captures} film(s)")
+        if record.revoked_at is not None:
+            say(f"note: this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked")
+
+
+def _check_identity(badge: Badge, source: Path) -> None:
+    """Raise unless the badge has an identity, and its lines spell it."""
+    from moireid.errors import SpecError
+    from moireid.idcodes import spells_its_id
+
+    if badge.id is None or not any(grating.code for grating in badge.gratings):
+        raise SpecError(f"{source} is a board without an identity; print a badge with print-your-badge")
+    if not spells_its_id(badge):
+        raise SpecError(f"{source}: its lines do not spell its id {badge.id}; enroll the badge.json as it was printed")
 
 
 @click.group("registry")
 def registry_group() -> None:
-    """Look at the registry of issued badges."""
+    """Look at the registry of issued badges, revoke some, audit, export and import it."""
 
 
 @registry_group.command("init")
@@ -48,15 +99,20 @@ def registry_group() -> None:
 @json_option
 @friendly
 def registry_init(registry_url: str | None, as_json: bool) -> None:
-    """Make an empty registry; an existing one is left as it is."""
+    """Make an empty registry and its key; an existing one is left as it is."""
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=True) as registry:
-        count = registry.count()
+        count, head, key = registry.count(), registry.head(), registry.key_path
         if as_json:
-            show_json({"registry": registry.shown_url, "badges": count})
+            document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
+            show_json(document | {"head": head, "key": str(key) if key.exists() else None})
+            return
+        click.echo(f"{registry.shown_url} is ready and holds {count} badges")
+        if key.exists():
+            click.echo(f"its private key is {key}: keep a copy, and show it to nobody")
         else:
-            click.echo(f"{registry.shown_url} is ready and holds {count} badges")
+            click.echo(f"its private key is not here ({key}), so it can only be read")
 
 
 @registry_group.command("list")
@@ -69,11 +125,11 @@ def registry_list(registry_url: str | None, as_json: bool) -> None:
 
     with open_registry(registry_url, create=False) as registry:
         if as_json:
-            rows = [{"id": r.id, "name": r.name, "issued_at": r.issued_at} for r in registry.records()]
-            show_json({"registry": registry.shown_url, "badges": rows})
+            show_json({"registry": registry.shown_url, "badges": [_summary(record) for record in registry.records()]})
             return
         for record in registry.records():
-            click.echo(f"{record.id}  {record.issued_at}  {record.name}")
+            revoked = f"  revoked {record.revoked_at}" if record.revoked_at else ""
+            click.echo(f"{record.id}  {record.issued_at}  {record.name}{revoked}")
 
 
 @registry_group.command("show")
@@ -88,9 +144,122 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=False) as registry:
-        record = registry.find(claim)
+        record, fingerprint = registry.find(claim), registry.fingerprint
     if as_json:
-        badge = json.loads(record.badge.to_json())
-        show_json({"id": record.id, "name": record.name, "issued_at": record.issued_at, "badge": badge})
+        document = _summary(record) | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
+        measured = None if record.as_built is None else json.loads(record.as_built)
+        show_json(document | {"as_built_at": record.as_built_at, "as_built": measured})
+        return
+    click.echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
+    if record.revoked_at is not None:
+        click.echo(f"revoked on {record.revoked_at}: {record.revoked_reason}")
+    if record.as_built is not None:
+        click.echo(f"measured as built on {record.as_built_at}")
+    click.echo(f"signed by authority {fingerprint}")
+
+
+@registry_group.command("revoke")
+@click.argument("claim", metavar="NAME|ID")
+@click.option("--reason", required=True, metavar="TEXT", help="Why, on one line; it is shown to whoever checks.")
+@registry_option
+@json_option
+@friendly
+def registry_revoke(claim: str, reason: str, registry_url: str | None, as_json: bool) -> None:
+    """Revoke the badge of one person, by name or id, for good."""
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry:
+        record = registry.revoke(claim, reason)
+        if as_json:
+            show_json(_summary(record) | {"registry": registry.shown_url})
+        else:
+            click.echo(f"badge {record.id} of {record.name} is revoked since {record.revoked_at}")
+
+
+@registry_group.command("audit")
+@click.option("--expected-head", metavar="SEQ:HASH", help="A head noted earlier, which the log must still contain.")
+@registry_option
+@json_option
+@friendly
+def registry_audit(expected_head: str | None, registry_url: str | None, as_json: bool) -> None:
+    """Check every signature and the whole log; note the head somewhere else, and give it next time.
+
+    Exit code 0: sound; 1: something does not hold; 2: bad input.
+    """
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry, progress_bar("checking the registry") as progress:
+        seen, shown = registry.audit(expected_head, progress), registry.shown_url
+    if as_json:
+        show_json(_audit_json(seen) | {"registry": shown})
     else:
-        click.echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
+        click.echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
+        click.echo(
+            f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
+        )
+        for finding in seen.findings[:SHOWN]:
+            click.echo(f"  ✗ {finding.text}")
+        if seen.found > SHOWN:
+            click.echo(f"  and {seen.found - SHOWN} more")
+        click.echo(f"head: {seen.head or 'none to be believed'}")
+    sys.exit(ACCEPT if seen.sound else REJECT)
+
+
+@registry_group.command("export")
+@click.argument("path", type=click.Path(path_type=Path, dir_okay=False))
+@registry_option
+@overwrite_option
+@json_option
+@friendly
+def registry_export(path: Path, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
+    """Write the records, the log and the public key to the JSON file PATH."""
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry, progress_bar("exporting") as progress:
+        count = registry.export_json(path, overwrite=overwrite, progress=progress)
+        if as_json:
+            show_json({"registry": registry.shown_url, "badges": count, "file": str(path)})
+        else:
+            click.echo(f"{count} badges of {registry.shown_url} are in {path}")
+
+
+@registry_group.command("import")
+@click.argument("path", type=click.Path(path_type=Path, dir_okay=False))
+@registry_option
+@json_option
+@friendly
+def registry_import(path: Path, registry_url: str | None, as_json: bool) -> None:
+    """Take in what `export` wrote to PATH, all of it or nothing; a registry that is absent is made."""
+    from moireid.registry import import_registry, open_registry
+
+    done = import_registry(path, registry_url)
+    with open_registry(registry_url, create=False) as registry:
+        if as_json:
+            show_json(_import_json(done) | {"registry": registry.shown_url, "fingerprint": registry.fingerprint})
+            return
+        click.echo(
+            f"{registry.shown_url}: {done.added} badges are new, {done.changed} changed, {done.unchanged} as before"
+        )
+        if not registry.key_path.exists():
+            click.echo(f"it can only be read here: the authority's private key is not at {registry.key_path}")
+
+
+def _summary(record: Record) -> dict[str, Any]:
+    """What every command says of a record in JSON."""
+    return {
+        "id": record.id,
+        "name": record.name,
+        "issued_at": record.issued_at,
+        "revoked_at": record.revoked_at,
+        "revoked_reason": record.revoked_reason,
+    }
+
+
+def _audit_json(seen: Audit) -> dict[str, Any]:
+    findings = [{"code": f.code, "text": f.text, "subject": f.subject} for f in seen.findings]
+    counts = {"badges": seen.records, "revoked": seen.revoked, "entries": seen.entries, "found": seen.found}
+    return {"sound": seen.sound, "head": seen.head, "fingerprint": seen.fingerprint, **counts, "findings": findings}
+
+
+def _import_json(done: Import) -> dict[str, Any]:
+    return {"added": done.added, "changed": done.changed, "unchanged": done.unchanged}

@@ -74,9 +74,8 @@ def verify_command(
 
         with open_registry(registry_url, create=False) as registry:
             record = registry.find(claim or "")
-        badge, revoked = record.badge, getattr(record, "revoked_reason", None)
-        enrolled = getattr(record, "as_built", None)
-        as_built = as_built_from_json(enrolled) if enrolled else None
+        badge, revoked = record.badge, record.revoked_reason
+        as_built = as_built_from_json(record.as_built) if record.as_built else None
     if report_folder is not None:
         from moireid.verifier.report import report_paths
 
@@ -118,7 +117,12 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
 
     Film(video)
     with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
-        outcome = identify(video, registry.layouts(), registry.is_taken, focal_px=focal_px, progress=progress)
+
+        def is_held(badge_id: str) -> bool:
+            found = registry.by_id(badge_id)
+            return found is not None and found.revoked_at is None
+
+        outcome = identify(video, registry.layouts(), is_held, focal_px=focal_px, progress=progress)
         record = registry.by_id(outcome.found_id) if outcome.found_id else None
     name = record.name if record else None
     if as_json:

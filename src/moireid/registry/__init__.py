@@ -1,12 +1,37 @@
 """Who was issued which badge, in a database that SQLAlchemy can reach: an SQLite file unless told otherwise.
 
-url.py      the registry's URL: the default one, reading one, showing one without its password
-engine.py   from a URL to connections: SQLite's habits, and the database's errors in our words
-schema.py   the tables, their version, and the look at them on opening
-store.py    the Registry: enroll, find, list
+Each record bears the signature of the registry's authority, and everything done stands in a chained, signed log.
+
+url.py         the registry's URL: the default one, reading one, showing one without its password
+engine.py      from a URL to connections: SQLite's habits, and the database's errors in our words
+keys.py        the authority's key pair, and signatures by kind of thing signed
+canonical.py   documents as bytes: one spelling for signing, packed for storing
+record.py      the Record, what of it is signed, and the look at its signature on reading
+log.py         the log's entries, their chain, and the head
+schema.py      the tables, their version, and the look at them on opening
+ledger.py      transactions that write table and log together, one writer after the other
+claims.py      from a name or an id to the one record it means
+store.py       the Registry: enroll, find, list, revoke, and the doors to the rest
+batch.py       many badges at once
+audit.py       everything held against everything; what cannot show is listed there
+export.py      records, log and key to a JSON file, and back: load.py (with jsonstream.py), merge.py
 """
 
-from moireid.registry.store import Record, Registry, open_registry
+from moireid.registry.audit import Audit, Finding
+from moireid.registry.batch import Batch
+from moireid.registry.merge import Import
+from moireid.registry.record import Record
+from moireid.registry.store import Registry, import_registry, open_registry
 from moireid.registry.url import default_url
 
-__all__ = ["Record", "Registry", "default_url", "open_registry"]
+__all__ = [
+    "Audit",
+    "Batch",
+    "Finding",
+    "Import",
+    "Record",
+    "Registry",
+    "default_url",
+    "import_registry",
+    "open_registry",
+]

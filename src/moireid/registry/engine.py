@@ -79,6 +79,17 @@ def writing(engine: Engine) -> Iterator[Connection]:
 
 
 @contextmanager
+def snapshot(engine: Engine) -> Iterator[Connection]:
+    """A transaction that only reads, and sees one state of the database however many queries it makes.
+
+    SQLite does so always, and writers wait meanwhile; PostgreSQL has to be asked, and nobody waits.
+    """
+    level = {"isolation_level": "REPEATABLE READ"} if engine.dialect.name == "postgresql" else {}
+    with engine.execution_options(**level).begin() as connection:
+        yield connection
+
+
+@contextmanager
 def translated(url: URL) -> Iterator[None]:
     """Turn what SQLAlchemy raises inside into a RegistryError of one sentence that names the registry."""
     try:

@@ -1,77 +1,61 @@
-"""The Registry: enroll, find, list.
+"""The Registry: enroll, find, list, revoke; and the doors to audit, export and import.
 
-Convention: names are compared exactly after Unicode NFC, ids in lower case; nothing else is folded or trimmed.
-An issued record is never changed: enrolling the very same badge again returns the record there is.
+An issued badge is never changed: enrolling the very same badge again returns the record there is, revoked or not.
+What is added later, a revocation or measured figures, is signed and logged like the issue itself.
 """
 
 from __future__ import annotations
 
-import unicodedata
-from collections.abc import Iterator
-from dataclasses import dataclass
-from datetime import UTC, datetime
+import json
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import replace
+from pathlib import Path
 from types import TracebackType
 
-from sqlalchemy import Engine, Row, Select, and_, func, insert, or_, select
-from sqlalchemy.engine import URL
-from sqlalchemy.exc import IntegrityError
+from sqlalchemy import ColumnElement, and_, func, or_, select
 
-from moireid.badge import Badge, badge_from_json
-from moireid.errors import RegistryError, SpecError
-from moireid.registry.engine import connect, translated, writing
-from moireid.registry.schema import badges, prepare
-from moireid.registry.url import default_url, read_url, show_url, sqlite_file
+from moireid.badge import Badge
+from moireid.errors import RegistryError
+from moireid.registry.audit import Audit, audit
+from moireid.registry.batch import Batch, enroll_many, same_or_conflict
+from moireid.registry.canonical import utc_now
+from moireid.registry.claims import as_id, find_row
+from moireid.registry.export import export_json
+from moireid.registry.keys import key_path
+from moireid.registry.ledger import Ledger, Transaction, open_ledger
+from moireid.registry.merge import Import, checked_copy, import_json, merge
+from moireid.registry.record import Record, new_record, storable, storable_json
+from moireid.registry.schema import badges, select_layouts, select_records
+from moireid.registry.url import default_url, read_url
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
-#: More matches than this are counted, not listed, in a message.
-LISTED = 10
+
+Progress = Callable[[int, int | None], None]
 
 
-@dataclass(frozen=True)
-class Record:
-    """One issued badge.
-
-    id: lower-case hex; name: as it is matched, in NFC; issued_at: UTC, ISO 8601 to the second, such as
-    2026-01-31T12:00:00Z; layout_key: `badge.layout_key()` at the time of issue.
-    """
-
-    id: str
-    name: str
-    badge: Badge
-    issued_at: str
-    layout_key: str
-
-
-def open_registry(url: str | None, *, create: bool) -> Registry:
+def open_registry(url: str | None, *, create: bool, make_authority: bool = True) -> Registry:
     """The registry at an SQLAlchemy URL, or at `default_url()` for None.
 
-    With `create` the folder, file and tables are made where they are absent; without it nothing is ever made.
+    With `create` the folder, file, tables and the authority's key pair are made where they are absent; without it
+    nothing is ever made.  Without `make_authority` a new registry has no key of its own and awaits an import.
     Raises: RegistryError where the URL is none, its driver is not installed, the registry is absent, or what is
-        there cannot be opened, is no registry, or has another schema version.
+        there cannot be opened, is no registry, or has another schema version; or where no key can be written.
     """
     parsed = read_url(default_url() if url is None else url)
-    _look_for_file(parsed, create=create)
-    engine = connect(parsed)
-    try:
-        with translated(parsed):
-            prepare(engine, show_url(parsed), create=create)
-    except RegistryError:
-        engine.dispose()
-        raise
-    return Registry(engine, parsed)
+    return Registry(open_ledger(parsed, create=create, make_authority=make_authority))
 
 
 class Registry:
     """An open registry; a context manager that closes its connections.
 
-    Every method raises RegistryError where the database fails, and where a stored record is damaged.
+    Every method raises RegistryError where the database fails, and where a record that it would return is not as the
+    authority signed it, or is not the version that the log has last.  Those that write need the private key.
     """
 
-    def __init__(self, engine: Engine, url: URL) -> None:
-        self._engine = engine
-        self._url = url
-        self.shown_url = show_url(url)
+    def __init__(self, ledger: Ledger) -> None:
+        self._ledger = ledger
+        self.shown_url = ledger.shown
 
     def __enter__(self) -> Registry:
         return self
@@ -83,29 +67,94 @@ class Registry:
 
     def close(self) -> None:
         """Close the connections."""
-        self._engine.dispose()
+        self._ledger.engine.dispose()
+
+    @property
+    def fingerprint(self) -> str:
+        """The fingerprint of the authority's public key, 32 hex digits."""
+        return self._ledger.authority.fingerprint
+
+    @property
+    def key_path(self) -> Path:
+        """Where the authority's private key is looked for; it need not be there."""
+        return key_path(self._ledger.authority)
+
+    def head(self) -> str:
+        """The log's last entry, SEQUENCE:HASH: noted elsewhere, it tells a registry put back from one that grew."""
+        return str(self._ledger.head())
 
     def enroll(self, badge: Badge) -> Record:
-        """Issue `badge`; the very same badge again returns the first record, unchanged.
+        """Issue `badge`; the very same badge again returns the first record, unchanged, and revoked if it was.
 
         Raises: RegistryError where the badge has no id, or a name that cannot be claimed, or where its id is issued
             already to another name or with another badge; SpecError where the badge breaks its own schema.
         """
-        record = _new_record(badge, self.shown_url)
-        values = {
-            "id": record.id,
-            "name_nfc": record.name,
-            "layout_key": record.layout_key,
-            "badge_json": record.badge.to_json(),
-            "issued_at": record.issued_at,
-        }
-        with translated(self._url):
-            try:
-                # The database's unique id decides who was first: to look before writing would let two look at once.
-                with writing(self._engine) as connection:
-                    connection.execute(insert(badges).values(values))
-            except IntegrityError as error:
-                return self._same_or_conflict(record, error)
+        record = new_record(badge, self.shown_url, utc_now())
+        holder = self.by_id(record.id)
+        if holder is None:
+            self._ledger.signer()
+            with self._ledger.writing() as transaction:
+                # Looked up again where nobody else can write: else two could find the id free at once.
+                holders = transaction.records(select_records().where(badges.c.id == record.id))
+                if not holders:
+                    transaction.enter([record], "enroll")
+                    return record
+                holder = holders[0]
+        return same_or_conflict(record, holder)
+
+    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None) -> Batch:
+        """Issue many badges, a thousand at a time; what is enrolled already stays as it is, so a batch that was
+        interrupted can be run again.  `progress` is told (done, of); of is None where `issued` has no length.
+
+        Raises: as `enroll`, of the first badge that cannot be issued; those before it are.
+        """
+        return enroll_many(self._ledger, issued, progress)
+
+    def revoke(self, claim: str, reason: str) -> Record:
+        """Revoke the badge that `claim` means, for good.
+
+        Raises: RegistryError where nobody or more than one is meant, the reason is empty, or it is revoked already.
+        """
+        if not reason.strip() or not storable(reason):
+            raise RegistryError(
+                f"the reason {reason[:80]!r} cannot be recorded; give one in plain words on a single line"
+            )
+        record = self.find(claim)
+        with self._ledger.writing() as transaction:
+            record = _locked(transaction, record)
+            if record.revoked_at is not None:
+                raise RegistryError(
+                    f"badge {record.id} of {record.name!r} was revoked already on {record.revoked_at} "
+                    f"({record.revoked_reason}); nothing is changed",
+                    id=record.id,
+                    revoked_at=record.revoked_at,
+                )
+            record = replace(record, revoked_at=utc_now(), revoked_reason=reason.strip())
+            transaction.change(record, "revoke")
+        return record
+
+    def store_as_built(self, badge_id: str, document_json: str) -> Record:
+        """Hold `document_json`, an object, as the newest measured figures of a badge; the same again changes nothing.
+
+        Raises: RegistryError where the id is not issued, or the text is no JSON object that can be stored.
+        """
+        try:
+            document = json.loads(document_json)
+        except (json.JSONDecodeError, RecursionError) as error:
+            raise RegistryError(f"the measured figures of {badge_id[:40]!r} are not JSON ({error})") from error
+        if not isinstance(document, dict):
+            raise RegistryError(f"the measured figures of {badge_id[:40]!r} are no JSON object; give one")
+        text = storable_json(document, f"the document of measured figures of {badge_id[:40]!r}", "measure anew")
+        record = self.by_id(badge_id)
+        if record is None:
+            raise RegistryError(
+                f"no badge of id {badge_id[:40]!r} is in registry {self.shown_url}; enroll it before its figures"
+            )
+        with self._ledger.writing() as transaction:
+            record = _locked(transaction, record)
+            if record.as_built != text:
+                record = replace(record, as_built=text, as_built_at=utc_now())
+                transaction.change(record, "as_built")
         return record
 
     def find(self, claim: str) -> Record:
@@ -113,159 +162,82 @@ class Registry:
 
         Raises: RegistryError where there is none, or more than one; `error.details["ids"]` lists those.
         """
-        name = unicodedata.normalize("NFC", claim)
-        matches = []
-        if _storable(name):
-            query = _SELECT.where(or_(badges.c.name_nfc == name, badges.c.id == _id(claim))).order_by(badges.c.id)
-            matches = self._rows(query)
-        if not matches:
-            raise RegistryError(
-                f"nobody named {name[:80]!r} and no such id is in registry {self.shown_url}; "
-                "`moireid registry list` shows who is",
-                claim=claim,
-                ids=[],
-            )
-        if len(matches) > 1:
-            raise _ambiguous(claim, name, matches)
-        return self._record(matches[0])
+        return self._ledger.record(find_row(claim, self._ledger.rows, self.shown_url))
 
     def by_id(self, badge_id: str) -> Record | None:
         """The record of an id, hex digits of any case, or None."""
-        rows = self._rows(_SELECT.where(badges.c.id == _id(badge_id))) if _storable(badge_id) else []
-        return self._record(rows[0]) if rows else None
+        query = select_records().where(badges.c.id == as_id(badge_id))
+        rows = self._ledger.rows(query) if storable(badge_id) else []
+        return self._ledger.record(rows[0]) if rows else None
 
     def is_taken(self, badge_id: str) -> bool:
-        """Whether an id, hex digits of any case, is issued."""
-        return _storable(badge_id) and bool(self._rows(select(badges.c.id).where(badges.c.id == _id(badge_id))))
+        """Whether an id, hex digits of any case, is issued; whether its record is sound, `by_id` tells."""
+        query = select(badges.c.id).where(badges.c.id == as_id(badge_id))
+        return storable(badge_id) and bool(self._ledger.rows(query))
 
     def records(self) -> Iterator[Record]:
         """All records by name, then id; what is enrolled meanwhile may or may not be among them."""
-        page = _SELECT.order_by(badges.c.name_nfc, badges.c.id).limit(PAGE)
-        rows = self._rows(page)
+        page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(PAGE)
+        rows = self._ledger.rows(page)
         while rows:
-            yield from map(self._record, rows)
-            last = rows[-1]
-            same_name = and_(badges.c.name_nfc == last.name_nfc, badges.c.id > last.id)
-            rows = self._rows(page.where(or_(badges.c.name_nfc > last.name_nfc, same_name)))
+            for row in rows:
+                yield self._ledger.record(row)
+            name, badge_id = rows[-1].name_nfc, rows[-1].id
+            rows = self._ledger.rows(page.where(_after(name, badge_id))) if len(rows) == PAGE else []
 
     def layouts(self) -> list[Badge]:
         """One badge of each distinct layout, that of the lowest id: all that a reader needs to read any of them."""
-        firsts = select(func.min(badges.c.id)).group_by(badges.c.layout_key)
-        rows = self._rows(_SELECT.where(badges.c.id.in_(firsts)).order_by(badges.c.id))
-        return [self._record(row).badge for row in rows]
+        return [self._ledger.record(row).badge for row in self._ledger.rows(select_layouts())]
 
     def count(self) -> int:
         """The number of records."""
-        return int(self._rows(select(func.count()).select_from(badges))[0][0])
+        return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
 
-    def _same_or_conflict(self, record: Record, refusal: IntegrityError) -> Record:
-        """The record that holds the id of `record`, if of the very same badge.  Raises: RegistryError if not."""
-        holder = self.by_id(record.id)
-        if holder is None:
-            raise refusal
-        if holder.badge == record.badge:
-            return holder
-        other = "with another badge " if holder.name == record.name else ""
-        raise RegistryError(
-            f"id {record.id} is issued already to {holder.name!r} {other}({holder.issued_at}), so {record.name!r} "
-            "cannot have this badge; print one with another --payload",
-            id=record.id,
-            holder=holder.name,
-            issued_at=holder.issued_at,
-        ) from refusal
+    def audit(self, expected_head: str | None = None, progress: Progress | None = None) -> Audit:
+        """Walk over the whole log and all records, and report what does not hold; see audit.py for what cannot show.
 
-    def _rows(self, query: Select) -> list[Row]:
-        """All rows of a query, in a transaction of its own."""
-        with translated(self._url), self._engine.connect() as connection:
-            return list(connection.execute(query))
+        `expected_head` is a head noted earlier, SEQUENCE:HASH; `progress` is told (entries and records done, of).
+        Raises: RegistryError where `expected_head` is none.
+        """
+        return audit(self._ledger, expected_head, progress)
 
-    def _record(self, row: Row) -> Record:
-        """The record of a row.  Raises: RegistryError where the badge in it is none, or is not that of its columns."""
-        try:
-            badge = badge_from_json(row.badge_json, source=f"the badge of id {row.id}")
-        except SpecError as error:
-            raise RegistryError(
-                f"registry {self.shown_url} is damaged ({error}); restore it from a copy", id=row.id
-            ) from error
-        if (badge.id, unicodedata.normalize("NFC", badge.name)) != (row.id, row.name_nfc):
-            raise RegistryError(
-                f"registry {self.shown_url} is damaged (the row of id {row.id}, {row.name_nfc!r}, holds the badge "
-                f"of id {badge.id}, {badge.name!r}); restore it from a copy",
-                id=row.id,
-            )
-        return Record(row.id, row.name_nfc, badge, row.issued_at, row.layout_key)
+    def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
+        """Write records, log and public key to a JSON file, whole or not at all; returns the number of records.
+
+        Raises: RegistryError where something in the registry is not as signed; SpecError where the file exists and
+            `overwrite` is false, or cannot be written.
+        """
+        return export_json(self._ledger, Path(path), overwrite=overwrite, progress=progress)
+
+    def import_json(self, path: Path | str) -> Import:
+        """Take in what `export_json` wrote, all of it or nothing; the same again changes nothing.  See merge.py.
+
+        Raises: RegistryError where the file is damaged or not sound, is another authority's and this registry is not
+            empty, or says otherwise than this registry; or where records must be signed and the private key is absent.
+        """
+        return import_json(self._ledger, Path(path))
 
 
-_SELECT = select(badges)
+def import_registry(path: Path | str, url: str | None) -> Import:
+    """As `Registry.import_json`, and makes the registry at `url` where it is absent, which then has no key of its own.
+
+    Raises: RegistryError as that and `open_registry`; nothing is made where the file is at fault.
+    """
+    with (
+        checked_copy(Path(path)) as copy,
+        open_registry(url, create=True, make_authority=False) as registry,
+    ):
+        return merge(copy, registry._ledger)
 
 
-def _look_for_file(url: URL, *, create: bool) -> None:
-    """Where `url` is an SQLite file's: make its folder, or see that the file is there, before SQLite makes it."""
-    path = sqlite_file(url)
-    if path is None:
-        return
-    try:
-        if create:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        else:
-            path.stat()
-    except (OSError, ValueError) as error:
-        if not create and isinstance(error, (FileNotFoundError, NotADirectoryError)):
-            raise RegistryError(
-                f"there is no registry at {show_url(url)}; enroll someone first, or run `moireid registry init`"
-            ) from error
-        reason = error.strerror if isinstance(error, OSError) else error
-        what = f"folder {path.parent} cannot be made" if create else f"registry {show_url(url)} cannot be reached"
-        raise RegistryError(f"{what} ({reason}); give another URL") from error
+def _locked(transaction: Transaction, record: Record) -> Record:
+    """The record as it is now that nobody else can write."""
+    holders = transaction.records(select_records().where(badges.c.id == record.id))
+    if not holders:
+        raise RegistryError(f"badge {record.id} was taken out of registry {transaction.ledger.shown} meanwhile")
+    return holders[0]
 
 
-def _new_record(badge: Badge, shown: str) -> Record:
-    """The record of a badge that is about to be issued, as it will be read back."""
-    if badge.id is None:
-        raise RegistryError(
-            f"the badge of {badge.name[:80]!r} has no id, so registry {shown} cannot hold it; enroll one that "
-            "print-your-badge made"
-        )
-    name = unicodedata.normalize("NFC", badge.name)
-    if not name.strip() or not _storable(name):
-        raise RegistryError(
-            f"the badge of id {badge.id[:40]} bears the name {name[:80]!r}, which nobody can type as a claim; "
-            "print it with a plain name"
-        )
-    text = badge.to_json()
-    try:
-        text.encode()
-    except UnicodeEncodeError as error:
-        raise RegistryError(
-            f"the badge of {name[:80]!r} holds text that is not Unicode ({error.reason}); print it anew"
-        ) from error
-    # JSON has one kind of number where Python has two.  Only what has gone through it compares with what is stored.
-    read_back = badge_from_json(text, source=f"the badge of {name[:80]!r}")
-    issued_at = datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    return Record(badge.id, name, read_back, issued_at, read_back.layout_key())
-
-
-def _ambiguous(claim: str, name: str, matches: list[Row]) -> RegistryError:
-    """The error that tells apart the several records which a claim names."""
-    ids = [row.id for row in matches]
-    named = [row.id for row in matches if row.name_nfc == name]
-    listed = ", ".join(named[:LISTED]) + (f" and {len(named) - LISTED} more" if len(named) > LISTED else "")
-    of_id = [row for row in matches if row.id not in named]
-    if not of_id:
-        message = f"{len(named)} people are named {name[:80]!r}, with ids {listed}; claim one of these ids"
-    else:
-        message = (
-            f"{name[:80]!r} is the id of {of_id[0].name_nfc!r} and also the name on {listed}; "
-            f"claim the name {of_id[0].name_nfc!r}, or the id {named[0]}"
-        )
-    return RegistryError(message, claim=claim, ids=ids)
-
-
-def _id(claim: str) -> str:
-    """A claim as an id is written."""
-    return claim.lower()
-
-
-def _storable(text: str) -> bool:
-    """Whether every database can hold `text`, and a person type it: no control characters, no lone surrogates."""
-    return not any(unicodedata.category(letter) in ("Cc", "Cs") for letter in text)
+def _after(name: str, badge_id: str) -> ColumnElement[bool]:
+    """The condition of rows that come later in the order of `Registry.records`."""
+    return or_(badges.c.name_nfc > name, and_(badges.c.name_nfc == name, badges.c.id > badge_id))

@@ -56,7 +56,8 @@ def film(
     """Film a scene to an H.264 file with its truth beside it, both whole or not at all.
 
     Parameters: frames, fps: length and rate; forge: a kind of `forge.KINDS`, None for a true film; crf: quality of
-        x264; backend: "analytic", or "mitsuba", the slow reference, which knows no rolling shutter; progress: called with frames done and in all.
+        x264; backend: "analytic", or "mitsuba", the slow reference, which knows no rolling shutter; progress: called
+        with frames done and in all.
     Convention: times are those of the middle row; the truth's poses are board -> camera, board frame of `motion`.
     Returns: FilmReport.
     Raises: SpecError where nothing would be filmed; MediaError where the file cannot be written.

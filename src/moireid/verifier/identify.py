@@ -46,7 +46,7 @@ def identify(
 ) -> Identification:
     """Find the enrolled badge that a film shows.
 
-    Parameters: layouts: one badge for each layout enrolled; is_enrolled: whether an id was issued.
+    Parameters: layouts: one badge for each layout enrolled; is_enrolled: whether an id was issued and is not revoked.
     Convention: "found" needs a decoded, enrolled id *and* the invariant; "nobody" a readable badge that is not
         enrolled, or fringes that break the law.
     Returns: Identification, of the layout that says most.
@@ -77,7 +77,12 @@ def _judge(report: Report, is_enrolled: Callable[[str], bool]) -> Identification
         return Identification("inconclusive", None, (*report.reasons, reason), report)
     if not is_enrolled(decoded):
         reason = Reason(
-            "enrolled", "fail", decoded, None, "", f"The badge reads {decoded}, which was issued to nobody here."
+            "enrolled",
+            "fail",
+            decoded,
+            None,
+            "",
+            f"The badge reads {decoded}, which nobody holds here: not issued, or revoked.",
         )
         return Identification("nobody", None, (*invariant.reasons, reason), report)
     reason = Reason("enrolled", "pass", decoded, None, "", f"The badge reads {decoded}, which is enrolled.")

@@ -1,0 +1,167 @@
+"""The audit: the whole log and all records, held against each other and against the authority's key.
+
+1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature.
+2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain.
+3. Each record bears the signature, and is the version that the log has last; none is without an entry.
+4. Each record that the log enters is there.
+
+Pages are read in transactions of their own, each of which holds records together with their entries: others may write
+meanwhile, and nothing found is an artefact of that.
+
+What it cannot find by itself:
+- the whole registry, head included, put back to an earlier state: it was sound then.  Note `Audit.head` elsewhere, and
+  give it as `expected_head`: the log must still contain it.
+- a whole registry made anew under another key.  The first entry names the key, so a head noted elsewhere, or the
+  fingerprint, tells that too.
+- what is done by one who has the private key, in the authority's name: enrolled, revoked, and, as long as no head was
+  noted elsewhere, rewritten from the first entry on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+from sqlalchemy import Select, func, select
+
+from moireid.registry.ledger import Ledger, last_entry
+from moireid.registry.log import GENESIS, Head, check_entry, check_head
+from moireid.registry.record import Fault, record_of
+from moireid.registry.schema import authority, badges, log, select_records
+
+PAGE = 500
+#: Findings beyond this many are counted, not kept: a table torn to pieces must not fill the memory.
+KEPT = 1000
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What does not hold: `code` for programs, `text` for people, and the id or the entry that it is about, or None."""
+
+    code: str
+    text: str
+    subject: str | None
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What an audit saw: how many of each, the head it ended at (SEQUENCE:HASH, None where there is none to believe),
+    and what does not hold, the first `KEPT` of `found`."""
+
+    fingerprint: str
+    records: int
+    revoked: int
+    entries: int
+    head: str | None
+    findings: tuple[Finding, ...]
+    found: int
+
+    @property
+    def sound(self) -> bool:
+        """Whether everything holds."""
+        return self.found == 0
+
+
+@dataclass
+class _Tally:
+    """What is counted on the way."""
+
+    progress: Callable[[int, int | None], None] | None
+    total: int
+    records: int = 0
+    revoked: int = 0
+    entries: int = 0
+    found: int = 0
+    findings: list[Finding] = field(default_factory=list)
+
+    def tell(self, code: str, text: str, subject: object = None) -> None:
+        """Keep a finding."""
+        self.found += 1
+        if len(self.findings) < KEPT:
+            self.findings.append(Finding(code, text, None if subject is None else str(subject)))
+
+    def step(self) -> None:
+        """Say how far this is."""
+        if self.progress:
+            self.progress(self.records + self.entries, self.total)
+
+
+def audit(
+    ledger: Ledger, expected_head: str | None, progress: Callable[[int, int | None], None] | None = None
+) -> Audit:
+    """What `Registry.audit` does."""
+    expected = None if expected_head is None else Head.parse(expected_head)
+    counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
+    tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
+    head = _audit_log(ledger, expected, tally)
+    _audit_records(ledger, tally)
+    return Audit(
+        ledger.authority.fingerprint, tally.records, tally.revoked, tally.entries, None if head is None else str(head),
+        tuple(tally.findings), tally.found,
+    )  # fmt: skip
+
+
+def _audit_log(ledger: Ledger, expected: Head | None, tally: _Tally) -> Head | None:
+    """Walk over the log from its first entry; returns the head, or None where it is not to be believed."""
+    last, passed = Head(0, GENESIS), expected is None
+    for row in _pages(ledger, last, tally):
+        try:
+            last = check_entry(row, last, ledger.authority)
+        except Fault as fault:
+            tally.tell(fault.code, fault.text, row.seq)
+            # Go on from what this entry says of itself, so that one fault is one finding.
+            last = Head(row.seq, row.hash)
+        if row.action in ("enroll", "import") and row.holder is None:
+            tally.tell(
+                "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
+            )
+        if expected is not None and row.seq == expected.seq:
+            passed = True
+            if row.hash != expected.hash:
+                tally.tell("head_expected", f"log entry {row.seq} is not the one that was noted elsewhere", row.seq)
+    if expected is not None and not passed:
+        tally.tell(
+            "rolled_back",
+            f"the log ends at entry {last.seq}, but entry {expected.seq} was noted elsewhere: an earlier state was put "
+            "back",
+            expected.seq,
+        )
+    try:
+        with ledger.snapshot() as connection:
+            row = connection.execute(select(authority)).first()
+            end = connection.execute(last_entry()).first()
+        if row is None or row.public_key != ledger.authority.public_hex:
+            raise Fault("public_key", "the registry has come under another authority since it was opened")
+        return check_head(row, None if end is None else Head(end.seq, end.hash), ledger.authority)
+    except Fault as fault:
+        tally.tell(fault.code, fault.text)
+        return None
+
+
+def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator:
+    """The rows of the log in order, each with `holder`, the id of the record that it is about, where there is one."""
+    query = select(log, badges.c.id.label("holder")).outerjoin(badges, badges.c.id == log.c.subject)
+    query = query.order_by(log.c.seq).limit(PAGE)
+    rows = ledger.rows(query)
+    while rows:
+        for row in rows:
+            tally.entries += 1
+            yield row
+        tally.step()
+        rows = ledger.rows(query.where(log.c.seq > rows[-1].seq))
+
+
+def _audit_records(ledger: Ledger, tally: _Tally) -> None:
+    """Hold each record against its signature and its newest entry."""
+    query: Select = select_records().order_by(badges.c.id).limit(PAGE)
+    rows = ledger.rows(query)
+    while rows:
+        for row in rows:
+            tally.records += 1
+            tally.revoked += row.revoked_at is not None
+            try:
+                record_of(row, ledger.authority)
+            except Fault as fault:
+                tally.tell(fault.code, fault.text, row.id)
+        tally.step()
+        rows = ledger.rows(query.where(badges.c.id > rows[-1].id))

@@ -1,0 +1,191 @@
+"""Many badges at once: a thousand to a transaction, and one full check for each layout.
+
+Badges of one layout differ in their id, name, line spacings and line edges alone.  So the first of each layout goes
+the whole way, through JSON and the schema (2 to 12 ms), and is kept as a mould; the next ones are poured into it: their
+own figures in the place of the mould's.  What is not plainly within the mould, a spacing that is no float say, goes
+the whole way as well, and is refused there if it is wrong.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence, Sized
+from dataclasses import dataclass, fields, replace
+from operator import attrgetter
+from typing import Any
+
+from moireid.badge import Badge, Cell, Grating
+from moireid.errors import MoireIdError, RegistryError
+from moireid.registry.canonical import utc_now
+from moireid.registry.ledger import Ledger
+from moireid.registry.record import Record, claimable_name, new_record, storable_json
+from moireid.registry.schema import badges, select_records
+
+#: Records to a transaction: others who want to write wait for about half a second.
+CHUNK = 1000
+#: Moulds kept; a batch of more layouts than this is merely slower.
+MOULDS = 256
+#: Within these no schema objects, whatever the mould: letters of a name, mm of spacing, mm of an edge.
+NAME_LETTERS, PITCH_MM, EDGE_MM = 200, (0.05, 10.0), 1000.0
+
+_CELL_LAYOUT = attrgetter(*[field.name for field in fields(Cell) if field.name not in ("pitch_mm", "edge_mm")])
+_GRATING_LAYOUT = attrgetter(*[field.name for field in fields(Grating) if field.name not in ("pitch_mm", "cells")])
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What became of a batch: how many records are new, how many were there, and how many of those are revoked."""
+
+    enrolled: int
+    unchanged: int
+    revoked: int
+
+
+@dataclass(frozen=True)
+class _Mould:
+    """A badge that went the whole way: its record, and its document as it is read back."""
+
+    record: Record
+    document: dict[str, Any]
+
+
+class Issuer:
+    """Makes records of badges, cheaply for those of a layout it has seen."""
+
+    def __init__(self, shown: str) -> None:
+        self._shown = shown
+        self._moulds: dict[Hashable, _Mould] = {}
+
+    def record(self, badge: Badge, issued_at: str) -> Record:
+        """The record of a badge that is about to be issued; the same as `new_record` makes, and raises as that does."""
+        try:
+            layout = _layout(badge)
+            mould = self._moulds.get(layout)
+        except TypeError:
+            # A list where a tuple should be cannot be looked up; whether it can be issued, the whole way tells.
+            return new_record(badge, self._shown, issued_at)
+        if mould is not None and _fits(badge, mould):
+            name = claimable_name(badge, self._shown)
+            text = storable_json(_pour(badge, mould), f"the badge of {name[:80]!r}", "print it anew")
+            return replace(mould.record, id=str(badge.id), name=name, badge_json=text, issued_at=issued_at)
+        record = new_record(badge, self._shown, issued_at)
+        if len(self._moulds) >= MOULDS:
+            self._moulds.clear()
+        self._moulds[layout] = _Mould(record, json.loads(record.badge_json))
+        return record
+
+
+def enroll_many(ledger: Ledger, issued: Iterable[Badge], progress: Callable[[int, int | None], None] | None) -> Batch:
+    """What `Registry.enroll_many` does."""
+    total = len(issued) if isinstance(issued, Sized) else None
+    enrolled = unchanged = revoked = 0
+    for records, refusal in _chunks(issued, Issuer(ledger.shown)):
+        new, holders, conflict = _enter(ledger, records)
+        enrolled += new
+        unchanged += len(holders)
+        revoked += sum(holder.revoked_at is not None for holder in holders)
+        if progress:
+            progress(enrolled + unchanged, total)
+        if conflict or refusal:
+            raise conflict or refusal  # type: ignore[misc]
+    return Batch(enrolled, unchanged, revoked)
+
+
+def same_or_conflict(record: Record, holder: Record) -> Record:
+    """The record that holds the id of `record`, if of the very same badge.  Raises: RegistryError if not."""
+    # Texts of one badge may differ where a whole number is written with or without its point.
+    if holder.badge_json == record.badge_json or holder.badge == record.badge:
+        return holder
+    other = "with another badge " if holder.name == record.name else ""
+    raise RegistryError(
+        f"id {record.id} is issued already to {holder.name!r} {other}({holder.issued_at}), so {record.name!r} "
+        "cannot have this badge; print one with another --payload",
+        id=record.id,
+        holder=holder.name,
+        issued_at=holder.issued_at,
+    )
+
+
+def _chunks(issued: Iterable[Badge], issuer: Issuer) -> Iterator[tuple[list[Record], MoireIdError | None]]:
+    """Records in chunks; the last chunk ends before the first badge that cannot be issued, with the reason why."""
+    records: list[Record] = []
+    for badge in issued:
+        try:
+            records.append(issuer.record(badge, utc_now()))
+        except MoireIdError as refusal:
+            yield records, refusal
+            return
+        if len(records) == CHUNK:
+            yield records, None
+            records = []
+    yield records, None
+
+
+def _enter(ledger: Ledger, records: Sequence[Record]) -> tuple[int, list[Record], RegistryError | None]:
+    """Enter those records that are new, up to the first conflict.
+
+    Returns: the number entered, the records that were there, and the conflict or None.
+    """
+    if not records:
+        return 0, [], None
+    new: list[Record] = []
+    there: list[Record] = []
+    conflict = None
+    with ledger.writing() as transaction:
+        ids = [record.id for record in records]
+        holders = {holder.id: holder for holder in transaction.records(select_records().where(badges.c.id.in_(ids)))}
+        for record in records:
+            holder = holders.setdefault(record.id, record)
+            if holder is record:
+                new.append(record)
+                continue
+            try:
+                there.append(same_or_conflict(record, holder))
+            except RegistryError as error:
+                conflict = error
+                break
+        transaction.enter(new, "enroll")
+    return len(new), there, conflict
+
+
+def _layout(badge: Badge) -> Hashable:
+    """All of a badge that its mould must share: everything but what `_pour` puts in, whatever fields there are."""
+    bare = replace(badge, id=None, name="", gratings=(), print=None)
+    # Where a grating carries no code its spacings are its layout.
+    gratings = tuple(
+        (_GRATING_LAYOUT(grating), tuple(map(_CELL_LAYOUT, grating.cells)) if grating.code else grating.cells)
+        for grating in badge.gratings
+    )
+    return bare, gratings, repr(badge.print)
+
+
+def _fits(badge: Badge, mould: _Mould) -> bool:
+    """Whether the figures that `_pour` puts in are plainly such as the schema allows."""
+    digits = len(mould.record.id)
+    if not isinstance(badge.id, str) or not re.fullmatch(f"[0-9a-f]{{{digits}}}", badge.id):
+        return False
+    cells = [cell for grating in badge.gratings for cell in grating.cells]
+    pitches_mm = [grating.pitch_mm for grating in badge.gratings] + [cell.pitch_mm for cell in cells]
+    return (
+        len(badge.name) <= NAME_LETTERS
+        and _all_floats(pitches_mm, *PITCH_MM)
+        and _all_floats([cell.edge_mm for cell in cells], -EDGE_MM, EDGE_MM)
+    )
+
+
+def _all_floats(values: list[float], least: float, most: float) -> bool:
+    """Whether all values are floats, not whole numbers, from `least` to `most`."""
+    return all(type(value) is float for value in values) and least <= min(values) and max(values) <= most
+
+
+def _pour(badge: Badge, mould: _Mould) -> dict[str, Any]:
+    """The document of a badge that has its mould's layout."""
+    gratings = []
+    for grating, cast in zip(badge.gratings, mould.document["gratings"], strict=True):
+        cells = [
+            cell_cast | {"pitch_mm": cell.pitch_mm, "edge_mm": cell.edge_mm}
+            for cell, cell_cast in zip(grating.cells, cast["cells"], strict=True)
+        ]
+        gratings.append(cast | {"pitch_mm": grating.pitch_mm, "cells": cells})
+    return mould.document | {"id": badge.id, "name": badge.name, "gratings": gratings}

@@ -1,0 +1,149 @@
+"""The authority's key pair: the public half lies in the registry, the private half in a file of its own.
+
+Ed25519.  The file is PEM PKCS #8, readable by its owner alone, named by the public key's fingerprint, in the folder
+that MOIREID_KEYS names, or in `keys` of the user's data folder.  Nothing ever writes a private key to a registry, an
+export or a log.
+
+Convention: every signature is over a domain, a line that names the kind of thing signed and its version, and then the
+content; so a signed record can never pass for a signed log entry, nor one of a later version for one of this.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+from cryptography.exceptions import InvalidSignature
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey, Ed25519PublicKey
+from platformdirs import user_data_path
+
+from moireid.errors import RegistryError
+from moireid.registry.canonical import sha256_hex
+
+KEYS_VARIABLE = "MOIREID_KEYS"
+
+RECORD = b"moireid registry record 1\n"
+ENTRY = b"moireid registry log entry 1\n"
+HEAD = b"moireid registry log head 1\n"
+
+#: Hex digits of a fingerprint: 128 bits, beyond reach of whoever wants a second key with the same one.
+FINGERPRINT_DIGITS = 32
+
+
+class Authority:
+    """The public half: says whether a signature is the authority's."""
+
+    def __init__(self, public_hex: str) -> None:
+        """Raises: ValueError where `public_hex` is not 64 lower-case hex digits of a key."""
+        content = bytes.fromhex(public_hex)
+        if content.hex() != public_hex:
+            raise ValueError("the key is not in lower-case hex digits")
+        self._key = Ed25519PublicKey.from_public_bytes(content)
+        self.public_hex = public_hex
+        self.fingerprint = sha256_hex(content)[:FINGERPRINT_DIGITS]
+
+    def signed(self, domain: bytes, content: bytes, signature_hex: object) -> bool:
+        """Whether `signature_hex`, 128 lower-case hex digits, is the authority's over `content` in `domain`."""
+        if not isinstance(signature_hex, str):
+            return False
+        try:
+            signature = bytes.fromhex(signature_hex)
+            if signature.hex() != signature_hex:
+                return False
+            self._key.verify(signature, domain + content)
+        except (InvalidSignature, ValueError):
+            return False
+        return True
+
+
+class Signer:
+    """The private half: signs in the authority's name."""
+
+    def __init__(self, key: Ed25519PrivateKey) -> None:
+        self._key = key
+        self.authority = Authority(key.public_key().public_bytes_raw().hex())
+
+    def sign(self, domain: bytes, content: bytes) -> str:
+        """The signature over `content` in `domain`, 128 hex digits; the same content gives the same one."""
+        return self._key.sign(domain + content).hex()
+
+
+def keys_folder() -> Path:
+    """Where private keys are looked for; nothing is made."""
+    given = os.environ.get(KEYS_VARIABLE)
+    return Path(given).expanduser().absolute() if given else user_data_path("moireid", appauthor=False) / "keys"
+
+
+def key_path(authority: Authority) -> Path:
+    """The file of an authority's private key."""
+    return keys_folder() / f"{authority.fingerprint}.pem"
+
+
+def make_key() -> tuple[Signer, Path]:
+    """A new key pair, its private half on the disk before anything is signed with it.
+
+    Raises: RegistryError where the folder cannot be made or written.
+    """
+    key = Ed25519PrivateKey.generate()
+    content = key.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+    signer = Signer(key)
+    path = key_path(signer.authority)
+    try:
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        _write_private(path, content)
+    except OSError as error:
+        raise RegistryError(
+            f"the registry's private key cannot be written to {path.parent} ({error.strerror}); "
+            f"set {KEYS_VARIABLE} to a folder that you may write"
+        ) from error
+    return signer, path
+
+
+def load_signer(authority: Authority, shown: str) -> Signer:
+    """The private half of a registry's authority; `shown` names the registry in messages.
+
+    Raises: RegistryError where it is not in the keys folder, or the file there holds no such key.
+    """
+    path = key_path(authority)
+    try:
+        key = serialization.load_pem_private_key(path.read_bytes(), password=None)
+    except FileNotFoundError as error:
+        raise RegistryError(
+            f"registry {shown} can only be read here: the private key of its authority is looked for at {path}, and is "
+            f"not there; bring that file, or set {KEYS_VARIABLE} to the folder that holds it",
+            fingerprint=authority.fingerprint,
+            path=str(path),
+        ) from error
+    except (OSError, TypeError, ValueError) as error:
+        reason = error.strerror if isinstance(error, OSError) else "it holds no plain PEM key"
+        raise RegistryError(f"private key {path} cannot be read ({reason}); restore it from a copy") from error
+    if not isinstance(key, Ed25519PrivateKey) or Signer(key).authority.public_hex != authority.public_hex:
+        raise RegistryError(
+            f"private key {path} is not that of registry {shown}; put the key with fingerprint "
+            f"{authority.fingerprint} there"
+        )
+    return Signer(key)
+
+
+def _write_private(path: Path, content: bytes) -> None:
+    """Write a file that only its owner may read, from its first byte on, whole or not at all."""
+    handle, name = tempfile.mkstemp(prefix=".key-", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            stream.write(content)
+            stream.flush()
+            os.fsync(stream.fileno())
+        os.replace(name, path)
+    finally:
+        Path(name).unlink(missing_ok=True)
+    if os.name == "posix":
+        # The folder's entry too: a registry that outlives a power cut is of no use without its key.
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)

@@ -1,0 +1,210 @@
+"""The ledger: a database with its authority, and the transactions that write to both tables and log.
+
+Whoever writes goes through `Ledger.writing`: it locks the head, holds it against the log, and hands out a
+`Transaction`, which signs each record, chains an entry to the log and moves the head, all of it or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from sqlalchemy import Column, Connection, Engine, Row, Select, delete, insert, select, update
+from sqlalchemy.engine import URL
+
+from moireid.errors import RegistryError
+from moireid.registry import schema
+from moireid.registry.engine import connect, snapshot, translated, writing
+from moireid.registry.keys import Authority, Signer, load_signer
+from moireid.registry.log import Head, check_head, head_row, next_rows
+from moireid.registry.record import Fault, Record, read_record, tampered
+from moireid.registry.url import show_url, sqlite_file
+
+#: Rows fetched at a time by whoever reads them all.
+PAGE = 500
+
+
+def open_ledger(url: URL, *, create: bool, make_authority: bool) -> Ledger:
+    """What `open_registry` opens, at a URL that `read_url` has read."""
+    _look_for_file(url, create=create)
+    engine = connect(url)
+    try:
+        with translated(url):
+            public_key = schema.prepare(engine, show_url(url), create=create, make_authority=make_authority)
+        return Ledger(engine, url, public_key)
+    except RegistryError:
+        engine.dispose()
+        raise
+
+
+class Ledger:
+    """A database, and the authority whose signatures count in it."""
+
+    def __init__(self, engine: Engine, url: URL, public_key: str | None) -> None:
+        """Raises: RegistryError where `public_key` is no key; None stands for a registry that awaits an import."""
+        self.engine = engine
+        self.url = url
+        self.shown = show_url(url)
+        self._signer: Signer | None = None
+        self._authority: Authority | None = None
+        if public_key is not None:
+            self.adopt(public_key)
+
+    def adopt(self, public_key: str) -> None:
+        """Take `public_key`, 64 hex digits, for the authority's.  Raises: RegistryError where it is no key."""
+        try:
+            self._authority = Authority(public_key)
+        except (TypeError, ValueError) as error:
+            raise tampered(self.shown, Fault("public_key", "its public key is none")) from error
+        self._signer = None
+
+    @property
+    def authority(self) -> Authority:
+        """Whose signatures count.  Raises: RegistryError where the registry awaits an import."""
+        if self._authority is None:
+            raise RegistryError(
+                f"registry {self.shown} has no authority yet; run `moireid registry init`, or import an export"
+            )
+        return self._authority
+
+    @property
+    def has_authority(self) -> bool:
+        """Whether there is an authority, which only a registry that awaits an import lacks."""
+        return self._authority is not None
+
+    def signer(self) -> Signer:
+        """The private key, read once.  Raises: RegistryError where it is not on this machine."""
+        if self._signer is None:
+            self._signer = load_signer(self.authority, self.shown)
+        return self._signer
+
+    def rows(self, query: Select) -> list[Row]:
+        """All rows of a query, in a transaction of its own."""
+        with translated(self.url), self.engine.connect() as connection:
+            return list(connection.execute(query))
+
+    def record(self, row: Row) -> Record:
+        """The record of a row of `select_records`.  Raises: RegistryError where it is not as it was signed."""
+        return read_record(row, self.authority, self.shown)
+
+    def head(self) -> Head:
+        """The log's head.  Raises: RegistryError where its signature is wrong, or it is not the end of the log."""
+        with self.snapshot() as connection:
+            return self._head(connection)
+
+    @contextmanager
+    def snapshot(self) -> Iterator[Connection]:
+        """A connection that sees one state of the registry, whatever is written meanwhile."""
+        with translated(self.url), snapshot(self.engine) as connection:
+            yield connection
+
+    @contextmanager
+    def writing(self) -> Iterator[Transaction]:
+        """A transaction, alone among those that write; committed at the end, undone where an exception leaves it."""
+        with translated(self.url), writing(self.engine) as connection:
+            yield Transaction(self, connection, self._head(connection, lock=True))
+
+    @contextmanager
+    def clearing(self, successor: Authority) -> Iterator[Connection]:
+        """A transaction in which the tables are bare, for another authority's content to be put in.
+
+        Raises: RegistryError where the registry holds more than the first entry of its log.
+        """
+        with translated(self.url), writing(self.engine) as connection:
+            row = connection.execute(select(schema.authority).with_for_update()).first()
+            own = self._authority.public_hex if self._authority else None
+            if (row.public_key if row else None) != own:
+                raise self._other_authority()
+            last = connection.execute(last_entry()).first()
+            if (last is not None and last.seq > 1) or connection.execute(select(schema.badges.c.id).limit(1)).first():
+                raise RegistryError(
+                    f"registry {self.shown} holds records of authority {self.authority.fingerprint}, and this export "
+                    f"is of {successor.fingerprint}; import it into an empty registry"
+                )
+            for table in (schema.authority, schema.log, schema.badges):
+                connection.execute(delete(table))
+            yield connection
+
+    def _head(self, connection: Connection, *, lock: bool = False) -> Head:
+        """The head, held against the log; with `lock` no other writer passes until this transaction ends."""
+        query = select(schema.authority)
+        row = connection.execute(query.with_for_update() if lock else query).first()
+        if row is None or row.public_key != self.authority.public_hex:
+            raise self._other_authority()
+        last = connection.execute(last_entry()).first()
+        try:
+            return check_head(row, None if last is None else Head(last.seq, last.hash), self.authority)
+        except Fault as fault:
+            raise tampered(self.shown, fault) from fault
+
+    def _other_authority(self) -> RegistryError:
+        return RegistryError(
+            f"registry {self.shown} has come under another authority since it was opened; open it again"
+        )
+
+
+class Transaction:
+    """Records entered and changed, and the log of it, in one transaction of the database."""
+
+    def __init__(self, ledger: Ledger, connection: Connection, head: Head) -> None:
+        self.ledger = ledger
+        self.connection = connection
+        self.head = head
+
+    def records(self, query: Select) -> list[Record]:
+        """The records of a query made by `select_records`, none of which another process can change now."""
+        return [self.ledger.record(row) for row in self.connection.execute(query)]
+
+    def enter(self, records: Sequence[Record], action: str) -> None:
+        """Sign and store records whose ids are free, with an entry of `action` for each."""
+        if records:
+            signer = self.ledger.signer()
+            self.connection.execute(insert(schema.badges), [record.row(signer) for record in records])
+            self._log([(action, record.id, record.digest()) for record in records])
+
+    def change(self, record: Record, action: str) -> None:
+        """Sign and store a record in the place of the one of its id, with an entry of `action`."""
+        values = record.row(self.ledger.signer())
+        self.connection.execute(update(schema.badges).where(schema.badges.c.id == values.pop("id")).values(values))
+        self._log([(action, record.id, record.digest())])
+
+    def _log(self, done: list[tuple[str, str, str]]) -> None:
+        """Chain entries to the log and move the head."""
+        signer = self.ledger.signer()
+        rows, self.head = next_rows(signer, self.head, done)
+        self.connection.execute(insert(schema.log), rows)
+        self.connection.execute(update(schema.authority).values(head_row(signer, self.head)))
+
+
+def last_entry() -> Select:
+    """The sequence number and hash of the log's last entry."""
+    return select(schema.log.c.seq, schema.log.c.hash).order_by(schema.log.c.seq.desc()).limit(1)
+
+
+def pages(connection: Connection, query: Select, key: Column) -> Iterator[Row]:
+    """The rows of a query in the order of its unique column `key`, fetched page by page within one transaction."""
+    page = query.order_by(key).limit(PAGE)
+    rows = list(connection.execute(page))
+    while rows:
+        yield from rows
+        rows = list(connection.execute(page.where(key > rows[-1]._mapping[key.name])))
+
+
+def _look_for_file(url: URL, *, create: bool) -> None:
+    """Where `url` is an SQLite file's: make its folder, or see that the file is there, before SQLite makes it."""
+    path = sqlite_file(url)
+    if path is None:
+        return
+    try:
+        if create:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        else:
+            path.stat()
+    except (OSError, ValueError) as error:
+        if not create and isinstance(error, (FileNotFoundError, NotADirectoryError)):
+            raise RegistryError(
+                f"there is no registry at {show_url(url)}; enroll someone first, or run `moireid registry init`"
+            ) from error
+        reason = error.strerror if isinstance(error, OSError) else error
+        what = f"folder {path.parent} cannot be made" if create else f"registry {show_url(url)} cannot be reached"
+        raise RegistryError(f"{what} ({reason}); give another URL") from error

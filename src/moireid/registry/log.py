@@ -1,0 +1,138 @@
+"""The log: everything done to the registry, each entry chained to the one before and signed.
+
+An entry's hash is SHA-256 of its canonical JSON, in which stands the hash of the entry before; so an entry cannot be
+changed, dropped or put in without changing all that follow, and each hash is signed.  The head, sequence and hash of
+the last entry, is signed as such: an old entry's signature does not make it a head, so the log's tail cannot be cut
+without a trace.  `authority` holds the head, and whoever writes locks that row first, one after the other.
+
+Only a whole registry put back to an earlier state bears no trace; a head noted elsewhere tells.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import Row
+
+from moireid.errors import RegistryError
+from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
+from moireid.registry.keys import ENTRY, HEAD, Authority, Signer
+from moireid.registry.record import Fault
+
+#: Stands for the hash before the first entry.
+GENESIS = "0" * 64
+#: What is hashed of an entry.
+HASHED = ("action", "previous", "record_sha256", "seq", "subject", "time")
+
+
+@dataclass(frozen=True)
+class Head:
+    """The last entry of a log, and with it all before: its sequence number (the first is 1) and hash (hex)."""
+
+    seq: int
+    hash: str
+
+    def __str__(self) -> str:
+        return f"{self.seq}:{self.hash}"
+
+    @classmethod
+    def parse(cls, text: str) -> Head:
+        """The head that `text` writes as SEQUENCE:HASH.  Raises: RegistryError where it is none."""
+        match = re.fullmatch(r"([1-9]\d{0,17}):([0-9a-f]{64})", text.strip().lower(), re.ASCII)
+        if match is None:
+            raise RegistryError(
+                f"head {text[:80]!r} is none; give what `moireid registry audit` printed, a number, a colon and 64 hex "
+                "digits"
+            )
+        return cls(int(match[1]), match[2])
+
+
+def entry_hash(entry: Mapping[str, Any]) -> str:
+    """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError where a field cannot be JSON."""
+    return sha256_hex(ENTRY + canonical_json({key: entry[key] for key in HASHED}).encode())
+
+
+def head_row(signer: Signer, head: Head) -> dict[str, Any]:
+    """The columns of `authority` that hold the head, signed."""
+    return {
+        "head_seq": head.seq,
+        "head_hash": head.hash,
+        "head_signature": signer.sign(HEAD, str(head).encode()),
+    }
+
+
+def next_rows(signer: Signer, head: Head, done: Iterable[tuple[str, str, str]]) -> tuple[list[dict[str, Any]], Head]:
+    """Rows of `log` for what was done after `head`, each (action, subject, SHA-256 of the record), and the new head."""
+    now, rows = utc_now(), []
+    for action, subject, digest in done:
+        entry: dict[str, Any] = {
+            "seq": head.seq + 1,
+            "time": now,
+            "action": action,
+            "subject": subject,
+            "record_sha256": digest,
+            "previous": head.hash,
+        }
+        head = Head(head.seq + 1, entry_hash(entry))
+        rows.append(entry | {"hash": head.hash, "signature": signer.sign(ENTRY, head.hash.encode())})
+    return rows, head
+
+
+def first_rows(signer: Signer) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The row of `authority` and the first row of `log`, which names the key: a head vouches for the key as well."""
+    authority = signer.authority
+    rows, head = next_rows(signer, Head(0, GENESIS), [("init", authority.fingerprint, key_digest(authority))])
+    return {"one": 1, "public_key": authority.public_hex} | head_row(signer, head), rows[0]
+
+
+def key_digest(authority: Authority) -> str:
+    """What the first entry holds in the place of a record's digest: SHA-256 of the public key's bytes."""
+    return sha256_hex(bytes.fromhex(authority.public_hex))
+
+
+def check_entry(entry: Row, before: Head, authority: Authority) -> Head:
+    """Hold an entry against the one before it; returns it as the head so far.
+
+    Raises: Fault where its number, chain, hash or signature is wrong, or the first one does not name the key.
+    """
+    row: dict[str, Any] = dict(entry._mapping)
+    what = f"log entry {row['seq']}"
+    if row["seq"] != before.seq + 1:
+        raise Fault("entry_missing", f"the log goes from entry {before.seq} to {row['seq']}")
+    if row["previous"] != before.hash:
+        raise Fault("entry_chain", f"{what} does not follow from the entry before it")
+    try:
+        right = entry_hash(row)
+    except (TypeError, ValueError) as error:
+        raise Fault("entry_hash", f"{what} is damaged ({error})") from error
+    if row["hash"] != right:
+        raise Fault("entry_hash", f"{what} was changed: its hash is that of another content")
+    if not authority.signed(ENTRY, right.encode(), row["signature"]):
+        raise Fault("entry_signature", f"{what} does not bear the authority's signature")
+    names_key = (row["action"], row["subject"], row["record_sha256"]) == (
+        "init", authority.fingerprint, key_digest(authority),
+    )  # fmt: skip
+    if before.seq == 0 and not names_key:
+        raise Fault("first_entry", "the log does not begin with this authority's key")
+    return Head(row["seq"], right)
+
+
+def check_head(row: Row, last: Head | None, authority: Authority) -> Head:
+    """The head in the row of `authority`, held against the log's last entry.
+
+    Raises: Fault where its signature is wrong, or the log ends before or after it.
+    """
+    head = Head(row.head_seq, row.head_hash)
+    if not authority.signed(HEAD, str(head).encode(), row.head_signature):
+        raise Fault("head_signature", "the log's head does not bear the authority's signature")
+    if last is None or last.seq < head.seq:
+        ends = "is empty" if last is None else f"ends at entry {last.seq}"
+        raise Fault("log_cut", f"the log {ends}, but its signed head is entry {head.seq}: its end was cut off")
+    if last.seq > head.seq:
+        raise Fault("log_longer", f"the log ends at entry {last.seq}, but its signed head is entry {head.seq}")
+    if last.hash != head.hash:
+        raise Fault("head_hash", f"log entry {last.seq} is not the one that the signed head names")
+    return head

@@ -1,0 +1,184 @@
+"""The Record, what of it is signed, and the look at its signature on reading.
+
+What is signed names the badge and the measured figures by the SHA-256 of their canonical JSON: one record has one
+text, whichever way a document spells its keys, and no document can pose as another field of the record.
+"""
+
+from __future__ import annotations
+
+import json
+import unicodedata
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from sqlalchemy import Row
+
+from moireid.badge import Badge, badge_from_json
+from moireid.errors import RegistryError, SpecError
+from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
+from moireid.registry.keys import RECORD, Authority, Signer
+
+
+@dataclass(frozen=True)
+class Record:
+    """One issued badge, as the authority signed it.
+
+    id: lower-case hex; name: as it is matched, in NFC; badge_json: the badge's canonical JSON; layout_key:
+    `badge.layout_key()` at the time of issue; as_built: canonical JSON of the newest measured figures, or None.
+    Times (issued_at, revoked_at, as_built_at) are UTC, ISO 8601 to the second, such as 2026-01-31T12:00:00Z; None for
+    what has not happened.
+    """
+
+    id: str
+    name: str
+    badge_json: str
+    issued_at: str
+    layout_key: str
+    revoked_at: str | None = None
+    revoked_reason: str | None = None
+    as_built: str | None = None
+    as_built_at: str | None = None
+
+    @cached_property
+    def badge(self) -> Badge:
+        """The badge, made on first use: a look-up among many need not read what nobody asks for."""
+        try:
+            return badge_from_json(self.badge_json, source=f"the badge of id {self.id}")
+        except SpecError as error:
+            # Only a valid badge is ever signed, so this one was signed by another moireid's idea of valid.
+            raise RegistryError(
+                f"{error}, although the registry's authority signed it; read it with the moireid that issued it",
+                id=self.id,
+            ) from error
+
+    @cached_property
+    def signed_text(self) -> bytes:
+        """What the authority signs: canonical JSON of all fields, documents by their SHA-256."""
+        fields = {
+            "as_built_at": self.as_built_at,
+            "as_built_sha256": None if self.as_built is None else sha256_hex(self.as_built.encode()),
+            "badge_sha256": sha256_hex(self.badge_json.encode()),
+            "id": self.id,
+            "issued_at": self.issued_at,
+            "layout_key": self.layout_key,
+            "name": self.name,
+            "revoked_at": self.revoked_at,
+            "revoked_reason": self.revoked_reason,
+        }
+        return canonical_json(fields).encode()
+
+    def digest(self) -> str:
+        """SHA-256 of the signed text, which the log holds."""
+        return sha256_hex(self.signed_text)
+
+    def row(self, signer: Signer) -> dict[str, Any]:
+        """The row of table `badges`, signed."""
+        return {
+            "id": self.id,
+            "name_nfc": self.name,
+            "badge": pack(self.badge_json),
+            "issued_at": self.issued_at,
+            "layout_key": self.layout_key,
+            "revoked_at": self.revoked_at,
+            "revoked_reason": self.revoked_reason,
+            "as_built": None if self.as_built is None else pack(self.as_built),
+            "as_built_at": self.as_built_at,
+            "signature": signer.sign(RECORD, self.signed_text),
+        }
+
+
+class Fault(Exception):
+    """Why a stored record or log entry is not to be believed: `code` for programs, `text` for people."""
+
+    def __init__(self, code: str, text: str) -> None:
+        super().__init__(text)
+        self.code, self.text = code, text
+
+
+def record_of(row: Row, authority: Authority) -> Record:
+    """The record of a row that holds the columns of `badges`, and as `newest` what the log's newest entry says of it.
+
+    Raises: Fault where the row is damaged, not signed by the authority, or not the version that the log has last.
+    """
+    try:
+        record = Record(
+            row.id, row.name_nfc, unpack(row.badge), row.issued_at, row.layout_key, row.revoked_at, row.revoked_reason,
+            None if row.as_built is None else unpack(row.as_built), row.as_built_at,
+        )  # fmt: skip
+        text = record.signed_text
+    except (TypeError, ValueError) as error:
+        raise Fault("record_damaged", f"the record of id {row.id} is damaged ({error})") from error
+    if not authority.signed(RECORD, text, row.signature):
+        raise Fault(
+            "record_signature", f"the record of id {record.id} was changed: the authority's signature does not fit it"
+        )
+    if row.newest is None:
+        raise Fault("record_unlogged", f"the log has no entry for the record of id {record.id}")
+    if row.newest != sha256_hex(text):
+        raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
+    return record
+
+
+def read_record(row: Row, authority: Authority, shown: str) -> Record:
+    """The record of a row, for those who use it; `shown` names the registry.  Raises: RegistryError for each Fault."""
+    try:
+        return record_of(row, authority)
+    except Fault as fault:
+        raise tampered(shown, fault) from fault
+
+
+def tampered(shown: str, fault: Fault) -> RegistryError:
+    """The error that tells of a fault in a registry."""
+    return RegistryError(
+        f"registry {shown} was tampered with or is damaged: {fault.text}; restore it from a copy, and look at the rest "
+        "with `moireid registry audit`",
+        code=fault.code,
+    )
+
+
+def new_record(badge: Badge, shown: str, issued_at: str) -> Record:
+    """The record of a badge that is about to be issued, its JSON as it will be read back.
+
+    Raises: RegistryError where the badge has no id, or text that cannot be claimed or stored; SpecError where it
+        breaks its own schema.
+    """
+    name = claimable_name(badge, shown)
+    # JSON has one kind of number where Python has two.  Only what has gone through it compares with what is stored.
+    read_back = badge_from_json(badge.to_json(), source=f"the badge of {name[:80]!r}")
+    text = storable_json(json.loads(read_back.to_json()), f"the badge of {name[:80]!r}", "print it anew")
+    assert read_back.id is not None
+    return Record(read_back.id, name, text, issued_at, read_back.layout_key())
+
+
+def storable_json(document: object, what: str, remedy: str) -> str:
+    """Canonical JSON that every reader takes.  Raises: RegistryError where it holds surrogates, NaN or infinity."""
+    try:
+        text = canonical_json(document)
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise RegistryError(f"{what} holds text that is not Unicode ({error.reason}); {remedy}") from error
+    except ValueError as error:
+        raise RegistryError(f"{what} holds a number that is not finite; {remedy}") from error
+    return text
+
+
+def claimable_name(badge: Badge, shown: str) -> str:
+    """The name of a badge as claims are compared with it.  Raises: RegistryError where nobody can type it."""
+    if badge.id is None:
+        raise RegistryError(
+            f"the badge of {badge.name[:80]!r} has no id, so registry {shown} cannot hold it; enroll one that "
+            "print-your-badge made"
+        )
+    name = unicodedata.normalize("NFC", badge.name)
+    if not name.strip() or not storable(name):
+        raise RegistryError(
+            f"the badge of id {badge.id[:40]} bears the name {name[:80]!r}, which nobody can type as a claim; "
+            "print it with a plain name"
+        )
+    return name
+
+
+def storable(text: str) -> bool:
+    """Whether every database can hold `text`, and a person type it: no control characters, no lone surrogates."""
+    return not any(unicodedata.category(letter) in ("Cc", "Cs") for letter in text)

@@ -1,0 +1,149 @@
+"""What the registry's tests share: URLs, badges, a hand in the database, and a PostgreSQL server of their own."""
+
+from __future__ import annotations
+
+import os
+import pwd
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+import pytest
+from sqlalchemy import create_engine, text
+
+from moireid.badge import Badge
+
+TABLES = {"badges": "id", "log": "seq", "authority": "one", "schema_version": "version"}
+
+
+def url_of(path: Path, **options: object) -> str:
+    query = "&".join(f"{key}={value}" for key, value in options.items())
+    return f"sqlite:///{path}" + ("?" + query if query else "")
+
+
+def badge_of(name: str, payload: bytes | None = None, **request: object) -> Badge:
+    # Here, because the processes that the tests start import this module and design nothing.
+    from moireid.designer import Request, design_badge, payload_for_name
+
+    return design_badge(Request(name, **request), payload or payload_for_name(name))  # type: ignore[arg-type]
+
+
+def tamper(url: str, *statements: str, **values: object) -> int:
+    """Change the database behind the registry's back; returns how many rows the last statement changed."""
+    engine = create_engine(url)
+    try:
+        with engine.begin() as connection:
+            for statement in statements:
+                names = {name: value for name, value in values.items() if f":{name}" in statement}
+                changed = connection.execute(text(statement), names).rowcount
+        return changed
+    finally:
+        engine.dispose()
+
+
+def rows_of(url: str, query: str) -> list[dict[str, object]]:
+    engine = create_engine(url)
+    try:
+        with engine.connect() as connection:
+            return [dict(row._mapping) for row in connection.execute(text(query))]
+    finally:
+        engine.dispose()
+
+
+def state_of(url: str) -> dict[str, list[dict[str, object]]]:
+    """Everything in the registry's tables."""
+    return {table: rows_of(url, f"SELECT * FROM {table} ORDER BY {key}") for table, key in TABLES.items()}
+
+
+class Server:
+    """A PostgreSQL server that somebody started; each call of `fresh` gives the URL of an empty schema."""
+
+    def __init__(self, socket: Path) -> None:
+        self._url = f"postgresql+psycopg://moireid@/postgres?host={socket}"
+        self._made = 0
+
+    def fresh(self) -> str:
+        # A schema, because a database of its own takes twenty times as long.
+        self._made += 1
+        tamper(self._url, f"CREATE SCHEMA people{self._made}")
+        return f"{self._url}&options=-csearch_path%3Dpeople{self._made}"
+
+
+def no_server(reason: str) -> NoReturn:
+    """Leave the test: failed where CI is set, because there a server is part of what is tested; else skipped."""
+    if os.environ.get("CI"):
+        pytest.fail(f"{reason}; CI must test PostgreSQL", pytrace=False)
+    pytest.skip(reason)
+
+
+@contextmanager
+def running_server() -> Iterator[Server]:
+    """A throw-away server in a temporary folder, on a Unix socket in it, under an account that is not root's."""
+    binaries = _binaries()
+    if binaries is None:
+        no_server("no PostgreSQL server is installed (Debian: apt-get install postgresql)")
+    prefix, owner = _account()
+    # Not pytest's folder: that one is closed to other accounts, and its path too long for a socket's.
+    folder = Path(tempfile.mkdtemp(prefix="moireid-pg-"))
+    try:
+        if owner is not None:
+            os.chown(folder, *owner)
+        data = folder / "data"
+        make = [binaries / "initdb", "-D", data, "-U", "moireid", "-A", "trust", "-E", "UTF8", "--locale=C", "-N"]
+        _run(prefix, *make, folder=folder)
+        # Nothing here outlives the tests, so nothing need reach the disk.
+        options = f"-k {folder} -c listen_addresses='' -c fsync=off -c max_connections=50"
+        control = (binaries / "pg_ctl", "-D", data, "-w", "-l", folder / "server.log")
+        _run(prefix, *control, "-o", options, "start", folder=folder)
+        try:
+            yield Server(folder)
+        finally:
+            _run(prefix, *control, "-m", "immediate", "stop", folder=folder)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def _binaries() -> Path | None:
+    """The folder of the newest server's programs."""
+    versions = [path for path in Path("/usr/lib/postgresql").glob("*/bin") if (path / "initdb").exists()]
+    if versions:
+        return max(versions, key=lambda path: float(path.parent.name))
+    found = shutil.which("initdb")
+    return Path(found).resolve().parent if found else None
+
+
+def _account() -> tuple[list[str], tuple[int, int] | None]:
+    """What to put before a command so that it does not run as root, which the server refuses; and whose folder then."""
+    if os.getuid() != 0:
+        return [], None
+    for name in ("postgres", "nobody"):
+        try:
+            entry = pwd.getpwnam(name)
+        except KeyError:
+            continue
+        if shutil.which("setpriv"):
+            ids = [f"--reuid={entry.pw_uid}", f"--regid={entry.pw_gid}", "--clear-groups"]
+            return ["setpriv", *ids], (entry.pw_uid, entry.pw_gid)
+        if shutil.which("runuser"):
+            return ["runuser", "-u", name, "--"], (entry.pw_uid, entry.pw_gid)
+    no_server("the PostgreSQL server cannot run as root, and there is no other account to run it under")
+
+
+def _run(prefix: list[str], *command: object, folder: Path) -> None:
+    """Run a command; where it fails, so does the test, with what it said."""
+    # No pipe: the server would inherit it, and whoever reads to its end would wait for the server.
+    said = folder.with_suffix(".said")
+    with said.open("wb") as stream:
+        done = subprocess.run(
+            [*prefix, *map(str, command)], cwd="/", stdin=subprocess.DEVNULL, stdout=stream, stderr=stream, check=False
+        )
+    text = said.read_text(errors="replace")
+    said.unlink()
+    if done.returncode:
+        log = folder / "server.log"
+        text += log.read_text(errors="replace") if log.exists() else ""
+        pytest.fail(f"{Path(str(command[0])).name} failed: {text[-2000:]}", pytrace=False)
