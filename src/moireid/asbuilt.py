@@ -57,10 +57,9 @@ def as_built_from_json(text: str) -> AsBuilt:
         if document.pop("format") != FORMAT:
             raise ValueError("another format")
         found = AsBuilt(**document)
-        figures = [
-            value for key, value in asdict(found).items() if isinstance(value, float) and key != "measured_scale"
-        ]
-        if not all(map(math.isfinite, figures)) or found.beat_frequency_per_mm == 0:
+        figures = [value for key, value in asdict(found).items() if key not in ("badge_id", "measured_scale")]
+        numbers = all(isinstance(value, (int, float)) and math.isfinite(value) for value in figures)
+        if not numbers or found.beat_frequency_per_mm == 0:
             raise ValueError("a figure that is not finite")
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise SpecError(
