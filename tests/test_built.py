@@ -19,8 +19,9 @@ ONE = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 
 def test_json_comes_back_and_wrong_json_is_refused():
     assert as_built_from_json(ONE.to_json()) == ONE
     document = json.loads(ONE.to_json())
-    for wrong in ("{", "[]", json.dumps(document | {"format": 2}), json.dumps(document | {"gain_ratio": None}),
-                  ONE.to_json().replace("0.995", "NaN"), json.dumps({k: v for k, v in document.items() if k != "offset_rad"})):  # fmt: skip
+    wrongs = [json.dumps(document | {"format": 2}), json.dumps(document | {"gain_ratio": None})]
+    wrongs.append(json.dumps({key: value for key, value in document.items() if key != "offset_rad"}))
+    for wrong in ("{", "[]", ONE.to_json().replace("0.995", "NaN"), *wrongs):
         with pytest.raises(SpecError):
             as_built_from_json(wrong)
 

@@ -45,7 +45,7 @@ BUILT = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.4), print_scale=1.00
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace", family="pitch"))
 
 
 @pytest.fixture

@@ -27,13 +27,28 @@ def planned(paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True
             raise SpecError(f"{path} is a folder, but a file of that name is to be written; choose another output")
         if path.exists() and not overwrite:
             raise SpecError(f"{path} exists already; add --overwrite to replace it, or choose another output")
-    for folder in dict.fromkeys(path.parent for path in paths) if make_folders else ():
+    for folder in dict.fromkeys(path.parent for path in paths):
+        if not make_folders:
+            _could_be_made(folder)
+            continue
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise SpecError(f"folder {folder} cannot be made ({error.strerror}); choose another output") from error
         if not os.access(folder, os.W_OK | os.X_OK):
             raise SpecError(f"folder {folder} is not writable; choose another output")
+
+
+def _could_be_made(folder: Path) -> None:
+    """Raise where the nearest thing on the way to a folder is no folder or may not be written, or the name too long."""
+    try:
+        above = next(step for step in (folder, *folder.absolute().parents) if step.exists())
+    except OSError as error:
+        raise SpecError(f"folder {folder} cannot be made ({error.strerror}); choose another output") from error
+    if not above.is_dir():
+        raise SpecError(f"folder {folder} cannot be made ({above} is a file); choose another output")
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise SpecError(f"folder {above} is not writable; choose another output")
 
 
 @contextmanager

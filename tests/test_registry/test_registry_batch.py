@@ -99,7 +99,7 @@ def with_cell(badge: Badge, **figures: object) -> Badge:
         (lambda badge: replace(badge, name="a" * 1001), SpecError),
         (lambda badge: with_cell(badge, pitch_mm=-0.5), SpecError),
         (lambda badge: with_cell(badge, pitch_mm=1e9), SpecError),
-        (lambda badge: with_cell(badge, pitch_mm=math.nan), RegistryError),
+        (lambda badge: with_cell(badge, pitch_mm=math.nan), (RegistryError, SpecError)),
         (lambda badge: with_cell(badge, edge_mm=math.inf), SpecError),
         (lambda badge: with_cell(badge, edge_mm=-1e5), SpecError),
         (lambda badge: with_cell(badge, edge_mm="x"), SpecError),

@@ -67,8 +67,8 @@ def enroll_command(
         if as_built is not None:
             record = registry.store_as_built(record.id, as_built.to_json())
         if as_json:
-            measured = json.loads(record.as_built) if record.as_built else None
-            show_json(_summary(record) | {"registry": registry.shown_url, "as_built": measured})
+            measured = {"as_built": json.loads(record.as_built)} if record.as_built else {}
+            show_json(_summary(record) | {"registry": registry.shown_url} | measured)
         else:
             click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
             if as_built is not None:

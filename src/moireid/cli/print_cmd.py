@@ -134,7 +134,7 @@ def _design(request: Request, payload: bytes | None, registry: Registry | None) 
         holder = registry.by_id(badge.id or "") if registry else None
         if holder is None:
             return badge
-        if holder.badge == badge:
+        if holder.badge == badge and holder.revoked_at is None:
             say(
                 f"note: this very badge was issued to {holder.name} on {holder.issued_at[:10]}; for another person of "
                 "that name give --payload"

@@ -21,6 +21,7 @@ Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `s
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -265,6 +266,7 @@ def _lens_mesh(mi: Any, scene: Scene, axis: str, room: tuple[float, ...], segmen
 
     Convention: s is measured across the lenses from the axis of lenticule 0, in the sheet's own twisted frame.
     """
+    scene = _seen_along(scene, axis)
     lens, pitch = scene.badge.lens, scene.badge.lens.pitch_mm * scene.build.lens_scale
     assert lens.radius_mm is not None
     if pitch > 2 * lens.radius_mm:
@@ -283,6 +285,7 @@ def _lens_mesh(mi: Any, scene: Scene, axis: str, room: tuple[float, ...], segmen
 
 def _mask_meshes(mi: Any, scene: Scene, axis: str, room: tuple[float, ...]) -> dict[str, Any]:
     """A line mask: dark strips, and clear ones of a flat slab between them, centred where lenses have their axes."""
+    scene = _seen_along(scene, axis)
     lens, pitch = scene.badge.lens, scene.badge.lens.pitch_mm * scene.build.lens_scale
     assert lens.open_fraction is not None
     meshes: dict[str, Any] = {}
@@ -297,6 +300,13 @@ def _mask_meshes(mi: Any, scene: Scene, axis: str, room: tuple[float, ...]) -> d
             "bsdf": _glass(mi, lens.refractive_index)}  # fmt: skip
         meshes[name] = _mesh(mi, axis, across, along, np.full(across.shape, -lens.thickness_mm), parts)
     return meshes
+
+
+def _seen_along(scene: Scene, axis: str) -> Scene:
+    """The scene with its twist told from across to along: on a grating of the other axis these change places."""
+    if axis == "x":
+        return scene
+    return replace(scene, build=replace(scene.build, twist_rad=-scene.build.twist_rad))
 
 
 def _walls(mi: Any, scene: Scene, axis: str, room: tuple[float, ...]) -> Any:

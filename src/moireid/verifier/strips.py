@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
+from moireid.errors import SpecError
 
 MAX_STRIP_MM = 10.0
 #: Left out at a cell's border across and along the fringes' axis, mm: there the picture's blur mixes neighbours.
@@ -22,6 +23,7 @@ MARGIN_ACROSS_MM, MARGIN_ALONG_MM = 0.9, 1.5
 SAMPLES_PER_MM = 2.0
 SAMPLES_RANGE = (48, 400)
 ROW_STEP_MM = 0.8
+MIN_ROW_MM = 0.5
 
 
 @dataclass(frozen=True)
@@ -66,6 +68,11 @@ class ProfileReader:
         points, self._row_counts = [], []
         for (g, cells), (low, high, top, bottom) in zip(rows, spans, strict=True):
             axis = 0 if badge.gratings[g].axis == "x" else 1
+            if high - low <= 4 * MARGIN_ALONG_MM or bottom - top <= MIN_ROW_MM:
+                raise SpecError(
+                    f"a row of grating {g} is {high - low:g} x {bottom - top:g} mm, too small to be read; it needs "
+                    f"more than {4 * MARGIN_ALONG_MM:g} x {MIN_ROW_MM:g} mm"
+                )
             along = np.linspace(low + MARGIN_ALONG_MM, high - MARGIN_ALONG_MM, self.samples)
             margin = min(MARGIN_ACROSS_MM, 0.2 * (bottom - top))
             top, bottom = top + margin, bottom - margin

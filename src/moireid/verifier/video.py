@@ -46,7 +46,7 @@ class Film:
         if path.stat().st_size == 0:
             raise MediaError(f"video {path} is empty; {ADVICE}")
         try:
-            with av.open(str(path), options=LOCAL) as container:
+            with av.open(str(path.absolute()), options=LOCAL) as container:
                 kinds = set(container.format.name.split(","))
                 if not kinds & FORMATS:
                     raise MediaError(f"{path} is read as {container.format.name}, which is no film; {ADVICE}")
@@ -71,7 +71,7 @@ class Film:
 
         count = 0
         try:
-            with av.open(str(self.path), options=LOCAL) as container:
+            with av.open(str(self.path.absolute()), options=LOCAL) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
                 for picture in container.decode(stream):

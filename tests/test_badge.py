@@ -1,0 +1,368 @@
+"""badge.json: what goes in comes out, and what is wrong is refused by one sentence that names the place."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import FrozenInstanceError, replace
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+
+from moireid.badge import Badge, Cell, Grating, Lens, Markers, badge_from_json, load_badge
+from moireid.designer import Request, design_badge
+from moireid.errors import SpecError
+
+Document = dict[str, Any]
+
+
+def by_hand() -> Document:
+    """A board described by hand, asymmetric in all it can be, with every key that the contract names."""
+    return {
+        "format": 1,
+        "id": None,
+        "name": "Tafel Übung",
+        "page": {"width_mm": 150, "height_mm": 130.5},
+        "lens": {"kind": "lenticular", "pitch_mm": 0.508, "thickness_mm": 1, "refractive_index": 1.56},
+        "gratings": [
+            {
+                "rect_mm": [30, 40, 120, 90], "axis": "x", "pitch_mm": 0.52, "family": "uniform",
+                "cells": [{"rect_mm": [30, 40, 120, 62], "pitch_mm": 0.52, "edge_mm": 30.1, "duty": 0.4}],
+            },
+            {
+                "rect_mm": [30, 95, 120, 110], "axis": "y", "pitch_mm": 0.53, "family": "uniform",
+                "cells": [{"rect_mm": [30, 95, 120, 110], "pitch_mm": 0.53, "edge_mm": -7, "duty": 0.6}],
+            },
+        ],
+        "markers": {
+            "dictionary": "DICT_5X5_100", "size_mm": 20, "ids": [7, 3, 99, 0],
+            "centers_mm": [[15, 16], [135, 16], [134, 114], [15, 114]],
+        },
+    }  # fmt: skip
+
+
+def issued(badge: Badge) -> Document:
+    return json.loads(badge.to_json())
+
+
+def leaves(value: Any, path: tuple[str | int, ...] = ()) -> Iterator[tuple[tuple[str | int, ...], Any]]:
+    """Every number, text and null of a document, with its place; of lists the first two entries."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield from leaves(inner, (*path, key))
+    elif isinstance(value, list):
+        for k, inner in enumerate(value[:2]):
+            yield from leaves(inner, (*path, k))
+    else:
+        yield path, value
+
+
+def put(document: Document, path: tuple[str | int, ...], value: Any) -> str:
+    """The document's text with one value changed."""
+    changed = copy.deepcopy(document)
+    inner: Any = changed
+    for key in path[:-1]:
+        inner = inner[key]
+    inner[path[-1]] = value
+    return json.dumps(changed)
+
+
+def refusal(text: str) -> str:
+    """The message with which the text is refused; any other exception is a failure."""
+    try:
+        badge_from_json(text, source="b.json")
+    except SpecError as error:
+        message = str(error)
+        assert "\n" not in message and len(message) < 600, message
+        return message
+    raise AssertionError(f"accepted: {text[:300]}")
+
+
+# There and back.
+
+
+def test_an_issued_badge_survives_its_json(ada: Badge) -> None:
+    """Catches: figures rounded on the way, keys lost, a file without its final newline."""
+    text = ada.to_json()
+    assert badge_from_json(text) == ada
+    assert badge_from_json(text).to_json() == text
+    assert text.endswith("}\n")
+    masked = replace(ada, lens=Lens("mask", 0.5, 1.0, 1.49, open_fraction=0.3), board_mm=None, range_m=None, print=None)
+    assert badge_from_json(masked.to_json()) == masked
+
+
+def test_every_key_of_the_contract_is_written(ada: Badge) -> None:
+    """Catches: a key renamed; outside programs read these."""
+    document = issued(ada)
+    assert {"format", "id", "name", "page", "lens", "gratings", "markers", "payload_bits", "print"} <= set(document)
+    assert set(document["page"]) == {"width_mm", "height_mm"}
+    assert {"kind", "pitch_mm", "thickness_mm", "refractive_index"} <= set(document["lens"])
+    assert {"rect_mm", "axis", "pitch_mm", "family", "cells"} <= set(document["gratings"][0])
+    assert {"rect_mm", "pitch_mm", "edge_mm", "duty"} <= set(document["gratings"][0]["cells"][0])
+    assert {"dictionary", "size_mm", "ids", "centers_mm"} <= set(document["markers"])
+    assert (document["format"], document["print"]["dpi"]) == (1, 1200)
+
+
+def test_a_board_described_by_hand_is_read_figure_by_figure() -> None:
+    """Catches: width and height, x and y, or the order of markers swapped; integers that stay integers."""
+    badge = badge_from_json(json.dumps(by_hand()))
+    assert (badge.id, badge.name, badge.page_mm) == (None, "Tafel Übung", (150.0, 130.5))
+    assert badge.outline_mm == (0.0, 0.0, 150.0, 130.5)
+    assert badge.gratings[1] == Grating(
+        (30.0, 95.0, 120.0, 110.0), "y", 0.53, "uniform", (Cell((30.0, 95.0, 120.0, 110.0), 0.53, -7.0, 0.6),)
+    )
+    assert badge.markers == Markers(
+        "DICT_5X5_100", 20.0, (7, 3, 99, 0), ((15.0, 16.0), (135.0, 16.0), (134.0, 114.0), (15.0, 114.0))
+    )
+    assert (badge.payload_bits, badge.print, badge.range_m) == (None, None, None)
+
+
+def test_the_published_prototype_is_read(prototype: Badge) -> None:
+    """Catches: a schema that refuses the contract's own example."""
+    assert (prototype.id, prototype.page_mm, prototype.gratings[0].pitch_mm) == (None, (146.0, 146.0), 0.52)
+
+
+def test_an_integer_and_its_float_are_one_badge() -> None:
+    """Catches: 1 and 1.0 in a file giving two layouts, or 3.0 as the id of a marker that no index finds."""
+    whole, split = by_hand(), by_hand()
+    split["lens"]["thickness_mm"], split["markers"]["ids"] = 1.0, [7.0, 3.0, 99.0, 0.0]
+    one, other = badge_from_json(json.dumps(whole)), badge_from_json(json.dumps(split))
+    assert one == other
+    assert one.layout_key() == other.layout_key()
+    assert [type(identity) for identity in other.markers.ids] == [int] * 4
+
+
+def test_whole_numbers_of_a_code_are_integers_however_they_are_written(ada: Badge) -> None:
+    """Catches: `range(8.0)`, and a layout that differs by how a number was written."""
+    document = issued(ada)
+    code = document["gratings"][0]["code"]
+    code.update({key: float(code[key]) for key in ("payload_bits", "levels", "phase_levels")})
+    badge = badge_from_json(json.dumps(document | {"payload_bits": 64.0}))
+    assert badge == ada
+    read = badge.gratings[0].code
+    assert read is not None
+    assert {type(n) for n in (read.payload_bits, read.levels, read.phase_levels, badge.payload_bits)} == {int}
+
+
+def test_unknown_keys_are_left_out(ada: Badge) -> None:
+    """Catches: a file of a later version that is refused for what it adds, or a Badge that carries it along."""
+    document = issued(ada)
+    document["later"] = document["lens"]["coating"] = document["gratings"][0]["cells"][0]["ink"] = {"a": [1]}
+    assert badge_from_json(json.dumps(document)) == ada
+
+
+def test_a_badge_is_frozen_and_has_a_hash(ada: Badge) -> None:
+    """Catches: a badge that is changed after issue, or a print record that makes it unhashable."""
+    with pytest.raises(FrozenInstanceError):
+        ada.name = "Eve"  # type: ignore[misc]
+    with pytest.raises(FrozenInstanceError):
+        ada.gratings[0].cells[0].pitch_mm = 0.5  # type: ignore[misc]
+    assert hash(ada) == hash(badge_from_json(ada.to_json()))
+
+
+def test_the_schema_that_is_shipped_is_one() -> None:
+    """Catches: a schema with a misspelt keyword value, which a validator would pass over."""
+    text = resources.files("moireid").joinpath("schema/badge.schema.json").read_text(encoding="utf-8")
+    jsonschema.Draft202012Validator.check_schema(json.loads(text))
+
+
+# The lens.
+
+
+def test_defaults_of_a_lens_are_those_of_the_contract() -> None:
+    """Catches: a focus at g / n or R = g (n - 1), and a mask that is open by another share than a half."""
+    assert Lens("lenticular", 0.508, 1.3, 1.5).radius_mm == pytest.approx(1.3 * 0.5 / 1.5)
+    assert Lens("lenticular", 0.508, 1.3, 1.5, radius_mm=0.9).radius_mm == 0.9
+    assert Lens("mask", 0.508, 1.3, 1.0).open_fraction == 0.5
+    assert Lens("mask", 0.508, 1.3, 1.0).radius_mm is None
+
+
+def test_a_lens_that_cannot_be_is_refused() -> None:
+    """Catches: cylinders that do not meet (g < 0.71 mm at 50 LPI), and a lens of air."""
+    with pytest.raises(SpecError, match="half the pitch"):
+        Lens("lenticular", 0.508, 0.70, 1.56)
+    assert Lens("lenticular", 0.508, 0.71, 1.56).radius_mm == pytest.approx(0.2549, abs=1e-4)
+    with pytest.raises(SpecError, match="cannot focus"):
+        Lens("lenticular", 0.508, 1.0, 1.0)
+
+
+# Layouts.
+
+
+def test_layout_key_tells_layouts_apart_and_people_not(ada: Badge) -> None:
+    """Catches: a key that forgets the optics or the markers, or that depends on what a reader cannot know yet."""
+    grating = ada.gratings[0]
+    assert grating.code is not None
+    same = [
+        replace(ada, id="000000", name="Bob", print={"dpi": 600}, range_m=(1.0, 2.0)),
+        design_badge(Request("Bob"), bytes(range(8))),
+        replace(ada, gratings=(replace(grating, cells=tuple(replace(c, edge_mm=0.0) for c in grating.cells)),)),
+    ]
+    assert {badge.layout_key() for badge in same} == {ada.layout_key()}
+    centers = ada.markers.centers_mm
+    other = [
+        replace(ada, lens=replace(ada.lens, thickness_mm=1.1)),
+        replace(ada, lens=replace(ada.lens, pitch_mm=0.5)),
+        replace(ada, markers=replace(ada.markers, ids=(0, 1, 3, 2))),
+        replace(ada, markers=replace(ada.markers, centers_mm=((50.1, 86.5), *centers[1:]))),
+        replace(ada, board_mm=None),
+        replace(ada, page_mm=(210.0, 298.0)),
+        replace(ada, gratings=(replace(grating, axis="y"),)),
+        replace(ada, gratings=(replace(grating, code=replace(grating.code, levels=7)),)),
+        replace(ada, gratings=(replace(grating, code=replace(grating.code, payload_bits=128)),)),
+        replace(ada, gratings=(replace(grating, cells=grating.cells[:-1]),)),
+        replace(ada, gratings=(replace(grating, cells=tuple(replace(c, duty=0.4) for c in grating.cells)),)),
+    ]
+    assert len({badge.layout_key() for badge in [ada, *other]}) == len(other) + 1
+
+
+def test_uniform_boards_of_different_pitch_are_different_layouts() -> None:
+    """Catches: pitches left out although no code says which they are."""
+    board = badge_from_json(json.dumps(by_hand()))
+    grating = board.gratings[0]
+    cells = (replace(grating.cells[0], pitch_mm=0.53),)
+    other = replace(board, gratings=(replace(grating, cells=cells), board.gratings[1]))
+    assert other.layout_key() != board.layout_key()
+
+
+# What is refused, and how.
+
+
+@pytest.mark.parametrize(
+    "value", [math.nan, math.inf, -math.inf, True, "1", [], {}, 10**400], ids=lambda v: repr(v)[:8]
+)
+def test_no_number_may_be_what_is_none(ada: Badge, value: Any) -> None:
+    """Catches: NaN, which passes every comparison of a schema and then poisons a registry for good; an integer too
+    large for a float; a boolean that counts as one."""
+    for document in (issued(ada), by_hand()):
+        numbers = [path for path, leaf in leaves(document) if isinstance(leaf, (int, float)) and path[0] != "print"]
+        assert len(numbers) > 25
+        for path in numbers:
+            refusal(put(document, path, value))
+
+
+def test_numbers_out_of_all_proportion_are_refused(ada: Badge) -> None:
+    """Catches: a field without limits."""
+    for value in (1e307, -1e307):
+        for path, leaf in leaves(issued(ada)):
+            if isinstance(leaf, (int, float)) and path[0] != "print":
+                refusal(put(issued(ada), path, value))
+
+
+@pytest.mark.parametrize("constant", ["NaN", "Infinity", "-Infinity", "1e999", "-1e999"])
+def test_what_is_no_json_number_is_refused_even_where_nothing_is_read(ada: Badge, constant: str) -> None:
+    """Catches: NaN carried along in `print` and written again into files that no other program can read."""
+    text = ada.to_json().replace('"dpi": 1200', f'"dpi": {constant}')
+    assert text != ada.to_json()
+    assert "NaN" in (message := refusal(text)) or "finite" in message or "number" in message
+
+
+def test_texts_may_not_be_numbers_and_required_keys_may_not_be_absent() -> None:
+    """Catches: a key that the contract requires and a default stands in for."""
+    for path, leaf in leaves(by_hand()):
+        if isinstance(leaf, str):
+            refusal(put(by_hand(), path, 5))
+    absent = [("format",), ("id",), ("name",), ("page",), ("page", "width_mm"), ("lens", "thickness_mm"), ("gratings",),
+              ("gratings", 0, "axis"), ("gratings", 1, "cells"), ("gratings", 0, "cells", 0, "duty"), ("markers",),
+              ("markers", "ids"), ("markers", "centers_mm")]  # fmt: skip
+    for path in absent:
+        document = by_hand()
+        inner: Any = document
+        for key in path[:-1]:
+            inner = inner[key]
+        del inner[path[-1]]
+        assert str(path[-1]) in refusal(json.dumps(document))
+
+
+def _grating(document: Document) -> Document:
+    return document["gratings"][0]
+
+
+def _code(roles: list[str] | None = None, **figures: float) -> Document:
+    """A code for the one cell of the first grating, sound but for what is given."""
+    sound = {"payload_bits": 64, "levels": 8, "base_frequency_per_mm": -0.03, "frequency_step_per_mm": -0.004}
+    return {"roles": roles or ["reference"]} | sound | figures
+
+
+WRONG: list[tuple[str, str, Callable[[Document], object]]] = [
+    ("cell off its grating", "gratings.0.cells.0", lambda d: _grating(d)["cells"][0].update(rect_mm=[29, 40, 120, 62])),
+    ("cell upside down", "gratings.0.cells.0", lambda d: _grating(d)["cells"][0].update(rect_mm=[30, 62, 120, 40])),
+    ("cell without width", "gratings.0.cells.0", lambda d: _grating(d)["cells"][0].update(rect_mm=[30, 40, 30, 62])),
+    ("grating off the page", "gratings.0.rect_mm", lambda d: _grating(d).update(rect_mm=[30, 40, 151, 90])),
+    ("board off the page", "board.rect_mm", lambda d: d.update(board={"rect_mm": [-1, 0, 150, 130]})),
+    ("marker off the page", "markers.centers_mm.3", lambda d: d["markers"]["centers_mm"].__setitem__(3, [9.9, 114])),
+    ("marker twice", "markers.ids", lambda d: d["markers"].update(ids=[7, 3, 7, 0])),
+    ("marker not in its dictionary", "markers.ids", lambda d: d["markers"].update(ids=[7, 3, 100, 0])),
+    ("markers on each other", "markers.centers_mm", lambda d: d["markers"]["centers_mm"].__setitem__(1, [34, 16])),
+    ("markers in another order", "markers.centers_mm", lambda d: d["markers"]["centers_mm"].reverse()),
+    ("unknown dictionary", "markers.dictionary", lambda d: d["markers"].update(dictionary="DICT_9X9_50")),
+    ("three markers", "markers.ids", lambda d: d["markers"].update(ids=[1, 2, 3])),
+    ("no gratings", "gratings", lambda d: d.update(gratings=[])),
+    ("diagonal axis", "gratings.0.axis", lambda d: _grating(d).update(axis="xy")),
+    ("duty of one", "gratings.0.cells.0.duty", lambda d: _grating(d)["cells"][0].update(duty=1)),
+    ("id in upper case", "id", lambda d: d.update(id="3FA20C")),
+    ("id of odd length", "id", lambda d: d.update(id="3fa20")),
+    ("id with a newline", "id", lambda d: d.update(id="3fa20c\n")),
+    ("name of half a letter", "name", lambda d: d.update(name="\ud800")),
+    ("name with a control character", "name", lambda d: d.update(name="a\x1b[31mb")),
+    ("name too long", "name", lambda d: d.update(name="x" * 1001)),
+    ("lens that cannot be", "half the pitch", lambda d: d["lens"].update(thickness_mm=0.5)),
+    ("range from far to near", "range_m", lambda d: d.update(range_m=[2.5, 0.8])),
+    ("roles for other cells", "gratings.0.code.roles", lambda d: _grating(d).update(code=_code(["reference", "beat"]))),
+    ("no reference", "gratings.0.code.roles", lambda d: _grating(d).update(code=_code(["beat"]))),
+    ("step of zero", "frequency_step_per_mm", lambda d: _grating(d).update(code=_code(frequency_step_per_mm=0.0))),
+    ("role that is none", "gratings.0.code.roles.0", lambda d: _grating(d).update(code=_code(["king"]))),
+    ("format of tomorrow", "format", lambda d: [d.update(format=2), d.pop("markers")]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("where", "change"), [(w, c) for _, w, c in WRONG], ids=[name for name, _, _ in WRONG])
+def test_what_is_wrong_is_refused_by_the_name_of_its_place(where: str, change: Callable[[Document], object]) -> None:
+    """Catches: a check that is absent, and a message that leaves the place to be guessed."""
+    document = by_hand()
+    badge_from_json(json.dumps(document))
+    coded = by_hand()
+    _grating(coded)["code"] = _code()
+    badge_from_json(json.dumps(coded))
+    change(document)
+    assert where in refusal(json.dumps(document))
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "null", "1", '"x"', "NaN", "{}", '{"format": 1}', "[" * 100000, "[" * 900 + "]" * 900,
+     '{"format": ' + "9" * 5000 + "}", "\ufeff{}", "\x00"],
+    ids=lambda text: ascii(text[:12]),
+)  # fmt: skip
+def test_what_is_no_badge_file_is_refused(text: str) -> None:
+    """Catches: JSON that is too deep or has too many digits for Python, and documents that are no object."""
+    assert refusal(text).startswith("b.json")
+
+
+def test_a_print_record_of_any_depth_does_no_harm(ada: Badge) -> None:
+    """Catches: a badge that is read but can never be written again."""
+    deep: Any = "end"
+    for _ in range(600):
+        deep = [deep]
+    text = json.dumps(issued(ada) | {"print": {"deep": deep}})
+    try:
+        badge = badge_from_json(text)
+    except SpecError:
+        return
+    assert json.loads(badge.to_json())["print"] is not None
+    assert len(badge.layout_key()) == 64
+
+
+def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    """Catches: a bare FileNotFoundError or UnicodeDecodeError."""
+    (tmp_path / "bytes.json").write_bytes(b"\xff\xfe\x00")
+    (tmp_path / "folder.json").mkdir()
+    for name, reason in (("none.json", "No such file"), ("bytes.json", "UTF-8"), ("folder.json", "directory")):
+        with pytest.raises(SpecError, match=reason) as refused:
+            load_badge(tmp_path / name)
+        assert name in str(refused.value)

@@ -1,0 +1,619 @@
+"""What the programs do with what is wrong: exit code 2, one sentence, nothing on stdout, nothing left behind.
+
+Most calls run `main()` in this process, with the file descriptors captured, so that also what C libraries write to
+stderr counts; a few run the programs as a person would.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import wave
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from moireid.badge import Badge
+from moireid.cli.main import main, print_your_badge
+from moireid.designer import Request, design_badge
+from moireid.fabrication import package
+from moireid.registry import open_registry
+from moireid.verifier.video import Film
+
+#: A warning of numpy would be one more line on a person's stderr, which pytest swallows.
+pytestmark = pytest.mark.filterwarnings("error::RuntimeWarning")
+
+BIN = Path(sys.executable).parent
+REGISTRY = "sqlite:///people.sqlite3"
+#: The identities of two people of one name, of either code family.
+BOBS = ("0102030405060708", "0a0b0c")
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a program ended: exit code and all that it wrote."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def document(self) -> Any:
+        """The one JSON object on stdout."""
+        assert len(self.out.splitlines()) == 1, self.out
+        return json.loads(self.out)
+
+
+Run = Callable[..., Outcome]
+
+
+def snapshot(folder: Path) -> dict[str, tuple[int, int] | None]:
+    """Every file and folder under a folder, hidden ones too, with size and time of change."""
+    return {
+        str(path.relative_to(folder)): (path.stat().st_size, path.stat().st_mtime_ns) if path.is_file() else None
+        for path in folder.rglob("*")
+    }
+
+
+@pytest.fixture(autouse=True)
+def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A home of its own, where the default registry and the keys of registries lie."""
+    monkeypatch.delenv("MOIREID_TRACEBACK", raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))
+    monkeypatch.setenv("HOME", str(tmp_path / "home"))
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]) -> Run:
+    """Run `moireid` (or another entry point) in an empty folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+    def call(*arguments: str, entry: Callable[[], None] = main) -> Outcome:
+        monkeypatch.setattr(sys, "argv", ["program", *arguments])
+        # A program that leaves may put its streams away; the next call must have them all the same.
+        streams = sys.stdout, sys.stderr
+        capfd.readouterr()
+        with pytest.raises(SystemExit) as left:
+            entry()
+        sys.stdout, sys.stderr = streams
+        out, err = capfd.readouterr()
+        code = left.value.code
+        return Outcome(code if isinstance(code, int) else int(code is not None), out, err)
+
+    return call
+
+
+@pytest.fixture
+def refused(run: Run, tmp_path: Path) -> Callable[..., str]:
+    """Run, hold the outcome against the contract for bad input, and hand back the sentence."""
+
+    def call(*arguments: str, entry: Callable[[], None] = main) -> str:
+        before = snapshot(tmp_path)
+        outcome = run(*arguments, entry=entry)
+        lines = [line for line in outcome.err.splitlines() if not line.startswith("making ")]
+        assert (outcome.code, outcome.out) == (2, ""), outcome
+        assert len(lines) == 1 and lines[0].startswith("error: "), outcome.err
+        # The net under everything is for surprises; whatever is tried here ought to have been expected.
+        assert "Traceback" not in outcome.err and "inside moireid" not in outcome.err, outcome.err
+        assert len(lines[0]) < 700, lines[0]
+        assert snapshot(tmp_path) == before, "something was left behind"
+        return lines[0]
+
+    return call
+
+
+@pytest.fixture
+def badge_file(tmp_path: Path, ada: Badge) -> Path:
+    path = tmp_path / "ada.json"
+    path.write_text(ada.to_json(), encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def people(tmp_path: Path, ada: Badge) -> None:
+    """A registry with Ada, and two people called Bob."""
+    with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as registry:
+        registry.enroll(ada)
+        for payload in BOBS:
+            registry.enroll(design_badge(Request("Bob"), bytes.fromhex(payload)))
+
+
+# print
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["", "   ", "a\x07b", "a\nb", "x" * 1000, "\udcff\udcfe", "\u200b", "a\u2028b", "\u202eabc"],
+    ids=lambda n: ascii(n[:6]),
+)
+def test_a_name_that_is_none_is_refused(refused: Callable[..., str], name: str) -> None:
+    """Catches: a folder made before the name was looked at, a name that prints as nothing or as another."""
+    assert "name" in refused(name, "--out", "new", "--mount", "none", entry=print_your_badge)
+
+
+@pytest.mark.parametrize("name", ["a/b", "..", "山田太郎", "שלום", "Zoe\u0308", "👩‍🔬", "x" * 200, "{}%s<b>"])
+def test_any_other_name_is_printed(run: Run, name: str) -> None:
+    """Catches: a name taken for a path, a format or markup, and a script that is not Latin."""
+    outcome = run("print", name, "--out", "new", "--mount", "none", "--json")
+    assert outcome.code == 0, outcome.err
+    document = outcome.document
+    assert document["name"] == ("Zoë" if name.startswith("Zo") else name)
+    assert sorted(os.listdir("new")) == sorted(document["files"])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--payload", "zz"], "16 or 32 hex"),
+        (["--payload", ""], "16 or 32 hex"),
+        (["--payload", "3f a2 0c 3f a2 0"], "16 or 32 hex"),
+        (["--payload", "3fa20c"], "16 or 32 hex"),
+        (["--payload", "3f a2 ", "--code", "pitch"], "6 hex"),
+        (["--payload", "3fa20c3fa20c3fa2", "--code", "pitch"], "6 hex"),
+        (["--payload", "3fa20c3fa20c3fa2", "--key", "key.pem"], "not both"),
+        (["--key", "none.pem"], "none.pem"),
+        (["--key", "."], "public key"),
+        (["--axes", "y"], "--axes"),
+        (["--range", "2.5-0.8"], "0.8-2.5"),
+        (["--range", "nan-1"], "0.8-2.5"),
+        (["--range", "0.8-1e308"], "range"),
+        (["--range", "1-2-3"], "0.8-2.5"),
+        (["--size", "0x0"], "146x160"),
+        (["--size", "1x1"], "60x66"),
+        (["--size", "12x160"], "board"),
+        (["--size", "infx160"], "146x160"),
+        (["--size", "999x999"], "a4"),
+        (["--printer-dpi", "100"], "293 dpi"),
+        (["--printer-dpi", "0"], "--printer-dpi"),
+        (["--lens", "55lpi"], "40lpi"),
+        (["--paper", "a3"], "letter"),
+        (["--mount", "no\nne"], "--mount"),
+        (["--front", "glass"], "--front"),
+        (["--no-such\noption"], "--no-such"),
+        (["--registry", "people.sqlite3"], "sqlite:///people.sqlite3"),
+        (["--registry", "sqlite:///new.sqlite3", "--size", "1x1"], "60x66"),
+        (["--registry", "sqlite:///new.sqlite3", "--payload", "zz"], "16 or 32 hex"),
+    ],
+    ids=lambda value: " ".join(value)[:30].replace("\n", "|") if isinstance(value, list) else "",
+)
+def test_a_wish_that_cannot_be_is_refused(refused: Callable[..., str], options: list[str], words: str) -> None:
+    """Catches: a refusal that comes after the folder, or an empty registry, was made; a message without a way out."""
+    mount = [] if "--mount" in options else ["--mount", "none"]
+    assert words in refused("print", "Ada", "--out", "new", *mount, *options, "--json")
+
+
+def test_outputs_that_cannot_be_written_are_refused(refused: Callable[..., str], tmp_path: Path) -> None:
+    """Catches: work that is done before the folder is looked at.  A path below a file stops even root."""
+    (tmp_path / "file").write_text("mine")
+    (tmp_path / "here").mkdir()
+    (tmp_path / "here/preview.png").write_text("mine")
+    assert "exists already; add --overwrite" in refused("print", "Ada", "--out", "here", "--mount", "none")
+    assert "cannot be made" in refused("print", "Ada", "--out", "file/x", "--mount", "none")
+    issue = ("--registry", "sqlite:///new.sqlite3")
+    assert "cannot be made" in refused("print", "Ada", "--out", "file/x", "--mount", "none", *issue)
+    assert "exists already" in refused("print", "Ada", "--out", "here", "--mount", "none", *issue)
+    assert "file" in refused("print", "Ada", "--out", "file", "--mount", "none")
+    assert "too long" in refused("print", "Ada", "--out", "y" * 300, "--mount", "none")
+    refused("print", "Ada")
+    refused("print")
+
+
+def test_an_identity_that_somebody_holds_is_not_printed_again(
+    refused: Callable[..., str], people: None, tmp_path: Path
+) -> None:
+    """Catches: files in place although the registry refused the badge."""
+    (tmp_path / "new").mkdir()
+    arguments = ("--out", "new", "--mount", "none", "--payload", BOBS[0], "--registry", REGISTRY)
+    assert "'Bob'" in refused("print", "Eve", *arguments)
+    assert os.listdir("new") == []
+
+
+def test_a_revoked_badge_is_not_printed_again(
+    run: Run, refused: Callable[..., str], people: None, ada: Badge, tmp_path: Path
+) -> None:
+    """Catches: a fresh print of a badge that every verification rejects, with nothing but a friendly note."""
+    assert run("registry", "revoke", "Ada Lovelace", "--reason", "lost", "--registry", REGISTRY).code == 0
+    printed = run("print", "Ada Lovelace", "--out", "new", "--mount", "none", "--registry", REGISTRY, "--json")
+    assert printed.code == 0 and printed.document["id"] != ada.id
+    (tmp_path / "more").mkdir()
+    arguments = ("--out", "more", "--mount", "none", "--payload", ada.id or "", "--registry", REGISTRY)
+    assert "revoked" in refused("print", "Ada Lovelace", *arguments)
+
+
+def test_an_interrupt_leaves_nothing(run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Catches: half the files of a badge, or a traceback, when a person presses Ctrl-C."""
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    (tmp_path / "new").mkdir()
+    monkeypatch.setattr(package, "write_preview", interrupt)
+    outcome = run("print", "Ada", "--out", "new", "--mount", "none", "--json")
+    assert (outcome.code, outcome.out) == (130, "")
+    assert outcome.err.splitlines()[-1].startswith("interrupted")
+    assert os.listdir("new") == []
+
+
+def test_a_surprise_is_one_line_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: the message of a foreign error handed on with its newlines (OpenCV's have several)."""
+
+    def surprise(*_: object, **__: object) -> None:
+        raise RuntimeError("one\n  two\nthree")
+
+    monkeypatch.setattr(package, "print_badge", surprise)
+    outcome = run("print", "Ada", "--out", "new", "--mount", "none")
+    assert (outcome.code, outcome.out, len(outcome.err.splitlines())) == (2, "", 1)
+    assert outcome.err.startswith("error: ") and "one two three" in outcome.err and "MOIREID_TRACEBACK" in outcome.err
+
+
+# Films
+
+
+def _write(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+
+
+def _sound(path: Path, films: Path) -> None:
+    with wave.open(str(path), "wb") as sound:
+        sound.setnchannels(1)
+        sound.setsampwidth(2)
+        sound.setframerate(8000)
+        sound.writeframes(bytes(16000))
+
+
+def _list_of_files(path: Path, films: Path) -> None:
+    shutil.copy(films / "genuine_1.0m.mp4", path.parent / "other.mp4")
+    _write(path, b"ffconcat version 1.0\nfile other.mp4\n")
+
+
+NO_FILMS: dict[str, Callable[[Path, Path], object]] = {
+    "missing.mp4": lambda path, films: None,
+    "folder.mp4": lambda path, films: path.mkdir(),
+    "empty.mp4": lambda path, films: _write(path, b""),
+    "cut.mp4": lambda path, films: _write(path, (films / "genuine_1.0m.mp4").read_bytes()[:60000]),
+    "text.mp4": lambda path, films: _write(path, b"hello world\n"),
+    "noise.mp4": lambda path, films: _write(path, bytes((i * i * 7919 >> 5) & 255 for i in range(5000))),
+    "sound.wav": _sound,
+    "drawing.nfo": lambda path, films: _write(path, b"a badge, drawn in letters\n" * 40),
+    "list.m3u8": lambda path, films: _write(path, b"#EXTM3U\n#EXTINF:1,\nother.mp4\n"),
+    "list.ffconcat": _list_of_files,
+    "badge.mp4": lambda path, films: shutil.copy(films / "badge.json", path),
+}
+
+
+@pytest.mark.parametrize("name", NO_FILMS)
+def test_what_is_no_film_is_refused(
+    refused: Callable[..., str], badge_file: Path, people: None, films: Path, tmp_path: Path, name: str
+) -> None:
+    """Catches: FFmpeg's own errors handed on; text that FFmpeg draws as a film; a list that names another film, whose
+    SHA-256 would then stand in the report for what was never looked at."""
+    NO_FILMS[name](tmp_path / name, films)
+    assert name in refused("verify", name, "--badge", "ada.json", "--json")
+    assert name in refused("identify", name, "--registry", REGISTRY, "--json")
+    assert name in refused("verify", name, "--claim", "Ada Lovelace", "--registry", REGISTRY, "--report", ".")
+
+
+@pytest.mark.parametrize("name", ["file:film.mp4", "http:film.mp4", "concat:a|b.mp4", "-film.mp4", "two\nlines.mp4"])
+def test_a_film_is_the_file_of_its_name(
+    tmp_path: Path, films: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    """Catches: a name that FFmpeg takes for a protocol, so that it plays another file than the one that is hashed."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(films / "genuine_1.0m.mp4", name)
+    assert (Film(Path(name)).width, next(Film(Path(name)).frames()).luma.shape) == (1920, (1080, 1920))
+
+
+def test_claims_that_nobody_answers_to_are_refused(
+    refused: Callable[..., str], badge_file: Path, people: None, films: Path, ada: Badge
+) -> None:
+    """Catches: the first of two namesakes taken; a claim matched by its beginning, in another case, or as a pattern."""
+    film = str(films / "genuine_1.0m.mp4")
+    for claim in ("Nobody", "", "ada lovelace", "Ada", "Ada%", "0102030405", "*", "a\nb"):
+        assert "nobody named" in refused("verify", film, "--claim", claim, "--registry", REGISTRY, "--json")
+    both = refused("verify", film, "--claim", "Bob", "--registry", REGISTRY)
+    assert BOBS[0] in both and BOBS[1] in both
+    assert "either" in refused("verify", film)
+    assert "either" in refused("verify", film, "--badge", "ada.json", "--claim", "Ada Lovelace")
+    assert "no registry" in refused("verify", film, "--claim", "Ada Lovelace", "--registry", "sqlite:///none.sqlite3")
+    assert "no registry" in refused("verify", film, "--claim", "Ada Lovelace")
+    assert "cannot be read" in refused("verify", film, "--badge", "none.json")
+
+
+@pytest.mark.parametrize("focal", ["nan", "inf", "0", "-1450", "x", "1e9"])
+def test_a_focal_length_that_is_none_is_refused(refused: Callable[..., str], badge_file: Path, focal: str) -> None:
+    """Catches: NaN, which click's ranges let pass."""
+    assert "--focal-px" in refused("verify", "film.mp4", "--badge", "ada.json", "--focal-px", focal)
+    assert "--focal-px" in refused("identify", "film.mp4", "--registry", REGISTRY, "--focal-px", focal)
+
+
+def test_a_report_in_the_way_is_seen_before_the_film(
+    refused: Callable[..., str], badge_file: Path, tmp_path: Path
+) -> None:
+    """Catches: minutes of work that end in "exists already".  The film is absent, which only who opens it finds out."""
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old/report.json").write_text("mine")
+    assert "report.json exists" in refused("verify", "none.mp4", "--badge", "ada.json", "--report", "old")
+    assert "cannot be made" in refused("verify", "none.mp4", "--badge", "ada.json", "--report", "ada.json/x")
+
+
+def test_a_claim_that_a_board_cannot_bear_out_is_not_accepted(
+    run: Run, prototype: Badge, films: Path, tmp_path: Path
+) -> None:
+    """Catches: a badge with an id but no code, whose film is accepted for its motion alone: whoever holds *any* board
+    of that kind would be whom the registry says.  Also: stdout holds one JSON object and nothing else, with a report.
+    """
+    (tmp_path / "b.json").write_text(replace(prototype, id="3fa20c3fa20c3fa2").to_json())
+    film = str(films / "genuine_1.0m.mp4")
+    outcome = run("verify", film, "--badge", "b.json", "--json", "--report", "report")
+    document = outcome.document
+    assert (document["identity"]["verdict"], document["verdict"]) == ("unreadable", "inconclusive")
+    assert outcome.code == 3
+    assert sorted(os.listdir("report")) == ["report.html", "report.json"]
+    assert [line.split(":")[0] for line in outcome.err.splitlines()] == ["report"]
+
+
+# badge.json
+
+
+def _set(*path: str | int, value: object) -> Callable[[dict[str, Any]], None]:
+    def change(document: Any) -> None:
+        for key in path[:-1]:
+            document = document[key]
+        document[path[-1]] = value
+
+    return change
+
+
+WRONG_BADGES: dict[str, Callable[[dict[str, Any]], object]] = {
+    "lens.pitch_mm": _set("lens", "pitch_mm", value="0.508"),
+    "lens": lambda d: d.pop("lens"),
+    "NaN": _set("gratings", 0, "cells", 0, "pitch_mm", value=float("nan")),
+    "Infinity": _set("print", "dpi", value=float("inf")),
+    "cells.0.rect_mm": _set("gratings", 0, "cells", 0, "rect_mm", value=[0, 0, 10, 10]),
+    "markers.ids": _set("markers", "ids", value=[0, 1, 2, 2]),
+    "markers.ids: [0": _set("markers", "ids", value=[0, 1, 2, 999]),
+    "markers.dictionary": _set("markers", "dictionary", value="DICT_9X9"),
+    "digits": _set("markers", "centers_mm", 0, 0, value=10**400),
+    "format 2": _set("format", value=2),
+}
+
+
+@pytest.mark.parametrize("words", WRONG_BADGES)
+def test_a_badge_file_that_is_wrong_is_refused_by_every_command(
+    refused: Callable[..., str], badge_file: Path, tmp_path: Path, films: Path, words: str
+) -> None:
+    """Catches: one command that reads badge files another way; a wrong badge entered into a registry for good."""
+    document = json.loads(badge_file.read_text(encoding="utf-8"))
+    WRONG_BADGES[words](document)
+    (tmp_path / "wrong.json").write_text(json.dumps(document))
+    assert words in refused("verify", str(films / "genuine_1.0m.mp4"), "--badge", "wrong.json")
+    assert words in refused("enroll", "wrong.json", "--registry", "sqlite:///new.sqlite3", "--json")
+    assert words in refused("simulate", "wrong.json", "--out", "new.mp4", "--frames", "2")
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"{", b"[]", b"\xff\xfe", b"[" * 100_000, b'{"format": ' + b"9" * 5000 + b"}"],
+    ids=["empty", "half", "list", "bytes", "deep", "digits"],
+)
+def test_a_file_that_is_no_badge_is_refused(refused: Callable[..., str], tmp_path: Path, content: bytes) -> None:
+    """Catches: JSON that brings Python to its limits."""
+    (tmp_path / "wrong.json").write_bytes(content)
+    assert "wrong.json" in refused("enroll", "wrong.json", "--registry", "sqlite:///new.sqlite3")
+    assert "wrong.json" in refused("simulate", "wrong.json", "--out", "new.mp4")
+
+
+def test_a_row_too_short_to_read_is_told_before_the_film_is_read(
+    refused: Callable[..., str], badge_file: Path, films: Path
+) -> None:
+    """Catches: an error from deep within numpy, after the whole film has been read."""
+    document = json.loads(badge_file.read_text(encoding="utf-8"))
+    x0, y0, _, _ = document["gratings"][0]["cells"][0]["rect_mm"]
+    document["gratings"][0]["cells"][0]["rect_mm"] = [x0, y0, x0 + 0.5, y0 + 5]
+    badge_file.write_text(json.dumps(document))
+    assert "grating 0" in refused("verify", str(films / "genuine_1.0m.mp4"), "--badge", "ada.json")
+
+
+def test_a_badge_that_could_never_be_verified_is_not_enrolled(
+    refused: Callable[..., str], badge_file: Path, films: Path, ada: Badge, tmp_path: Path
+) -> None:
+    """Catches: an id edited by hand, whose genuine films are all rejected; a board without identity; and the empty
+    registry that such a refusal would leave."""
+    badge_file.write_text(replace(ada, id="0000000000000001").to_json())
+    assert "0000000000000001" in refused("enroll", "ada.json", "--registry", "sqlite:///new.sqlite3")
+    assert "identity" in refused("enroll", str(films / "badge.json"), "--registry", "sqlite:///new.sqlite3")
+    uncoded = replace(ada, gratings=(replace(ada.gratings[0], code=None),))
+    badge_file.write_text(uncoded.to_json())
+    assert "identity" in refused("enroll", "ada.json", "--registry", "sqlite:///new.sqlite3")
+
+
+# simulate
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--out", "film"], "film film cannot"),
+        (["--out", "film.txt"], "film film.txt cannot"),
+        (["--out", "film.webm"], "name it .mp4 or .mkv"),
+        (["--out", ""], "folder"),
+        (["--out", "ada.json/film.mp4"], "cannot be made"),
+        (["--out", "ada.json"], "exists already"),
+        (["--out", "new.mp4", "--motion", "waltz"], "handheld"),
+        (["--out", "new.mp4", "--motion", "none.csv"], "none.csv"),
+        (["--out", "new.mp4", "--motion", "bad.csv"], "bad.csv"),
+        (["--out", "new.mp4", "--distance", "nan"], "--distance"),
+        (["--out", "new.mp4", "--distance", "0"], "--distance"),
+        (["--out", "new.mp4", "--fps", "nan"], "nan"),
+        (["--out", "new.mp4", "--frames", "1"], "--frames"),
+        (["--out", "new.mp4", "--forge", "magic"], "frozen"),
+        (["--out", "new.mp4", "--seed", "-1"], "--seed"),
+    ],
+    ids=lambda value: " ".join(value)[6:] if isinstance(value, list) else "",
+)
+def test_a_film_that_cannot_be_made_is_refused(
+    refused: Callable[..., str], badge_file: Path, tmp_path: Path, options: list[str], words: str
+) -> None:
+    """Catches: a half-made film or a temporary file, and a message that names the temporary file."""
+    (tmp_path / "bad.csv").write_text("t_s,x_mm\n0,1\n")
+    assert words in refused("simulate", "ada.json", *options)
+
+
+HEADER = "t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n"
+
+
+@pytest.mark.parametrize(
+    "row",
+    ["{k},0,0", "{k},a,0,0,0,0,0,1", "0,0,0,0,0,0,0,1", "{k},nan,0,0,0,0,0,1", "{k},0,0,0,0,0,0,0",
+     "{k},0,0,0,1e200,0,0,1e200", "{k},{k}e300,0,0,0,0,0,1", "{k}e-300,0,0,{k},0,0,0,1", "{k}e300,0,0,{k},0,0,0,1",
+     '{k},"' + "1" * 200_000],
+    ids=["short", "letter", "times", "nan", "turn", "huge turn", "huge place", "tiny times", "huge times", "field"],
+)  # fmt: skip
+def test_a_motion_that_is_none_is_refused(
+    refused: Callable[..., str], badge_file: Path, tmp_path: Path, row: str
+) -> None:
+    """Catches: splines that overflow, and warnings of numpy on stderr."""
+    (tmp_path / "m.csv").write_text(HEADER + "".join(row.format(k=k) + "\n" for k in range(6)))
+    assert "m.csv" in refused("simulate", "ada.json", "--out", "new.mp4", "--frames", "2", "--motion", "m.csv")
+
+
+# registry, usage, JSON
+
+
+def test_registry_commands_refuse_what_is_not_there(refused: Callable[..., str], people: None, tmp_path: Path) -> None:
+    """Catches: an empty registry made by merely looking for one."""
+    (tmp_path / "file").write_text("mine")
+    assert "no registry" in refused("registry", "list", "--registry", "sqlite:///none.sqlite3", "--json")
+    assert "no registry" in refused("registry", "list", "--json")
+    assert "nobody named" in refused("registry", "show", "Nobody", "--registry", REGISTRY, "--json")
+    assert BOBS[0] in refused("registry", "show", "Bob", "--registry", REGISTRY, "--json")
+    assert "cannot be used" in refused("registry", "list", "--registry", "sqlite:///file")
+    assert "cannot be made" in refused("registry", "init", "--registry", "sqlite:///file/x/people.sqlite3")
+    assert "URL" in refused("registry", "init", "--registry", "people.sqlite3")
+    assert "none.json" in refused("enroll", "none.json", "--registry", REGISTRY)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["dance"], "'dance'. See 'moireid --help'"),
+        (["--dance"], "moireid --help"),
+        (["verify"], "VIDEO"),
+        (["simulate", "a.json"], "--out"),
+        (["registry", "dance"], "'dance'. See 'moireid registry --help'"),
+        (["registry", "show"], "NAME|ID"),
+        (["two\nlines"], "two"),
+    ],
+    ids=lambda value: " ".join(value).replace("\n", "|") if isinstance(value, list) else "",
+)
+def test_wrong_usage_is_one_sentence(refused: Callable[..., str], arguments: list[str], words: str) -> None:
+    """Catches: click's three lines of usage, and a pointer to the help of another command."""
+    assert words in refused(*arguments)
+
+
+def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) -> None:
+    """Catches: progress or notes on stdout, JSON over several lines, keys that the contract names left out."""
+    url = ("--registry", REGISTRY, "--json")
+    printed = run("Zoë 山", "--out", "z", "--mount", "none", "--explain", *url, entry=print_your_badge)
+    assert printed.code == 0 and printed.document["issued"] is True
+    assert printed.err.splitlines() == ["making badge.pdf", "making preview.png", "making assembly.pdf"]
+    badge_id = printed.document["id"]
+    enrolled = run("enroll", "z/badge.json", *url)
+    assert (enrolled.code, enrolled.err) == (0, "")
+    assert (enrolled.document["id"], enrolled.document["name"]) == (badge_id, "Zoë 山")
+    assert run("registry", "init", *url).document["badges"] == 1
+    listed = run("registry", "list", *url).document["badges"]
+    assert [(row["id"], row["name"]) for row in listed] == [(badge_id, "Zoë 山")]
+    for claim in ("Zoë 山", "Zoe\u0308 山", badge_id, badge_id.upper()):
+        shown = run("registry", "show", claim, *url)
+        assert shown.code == 0 and shown.document["badge"] == json.loads((tmp_path / "z/badge.json").read_text())
+    again = run("print", "Zoë 山", "--out", "z2", "--mount", "none", *url)
+    assert again.document["id"] == badge_id and again.err.startswith("note: ")
+
+
+# As a person runs them
+
+
+def program(*arguments: str, folder: Path, **environment: str) -> subprocess.CompletedProcess[bytes]:
+    clean = {key: value for key, value in os.environ.items() if key not in ("MOIREID_TRACEBACK", "PYTHONIOENCODING")}
+    return subprocess.run(
+        [str(BIN / arguments[0]), *arguments[1:]], cwd=folder, env=clean | environment, capture_output=True, timeout=120
+    )
+
+
+def test_the_programs_themselves_fail_in_one_sentence(tmp_path: Path) -> None:
+    """Catches: an entry point that is wired otherwise than `main` is."""
+    for arguments in (
+        ["moireid", "verify", "none.mp4", "--badge", "none.json"],
+        ["print-your-badge", "", "--out", "x"],
+    ):
+        done = program(*arguments, folder=tmp_path)
+        assert (done.returncode, done.stdout, done.stderr.count(b"\n")) == (2, b"", 1), done.stderr
+        assert done.stderr.startswith(b"error: ")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_terminal_that_knows_no_such_letters_is_no_error(tmp_path: Path, people: None) -> None:
+    """Catches: UnicodeEncodeError after the work is done, on a pipe in Latin-1 (Windows), and JSON in that encoding."""
+    done = program("moireid", "registry", "list", "--registry", REGISTRY, folder=tmp_path, PYTHONIOENCODING="latin-1")
+    assert (done.returncode, done.stdout.count(b"\n")) == (0, 3)
+    arguments = ("print-your-badge", "山 ✓", "--out", "new", "--mount", "none")
+    for flags in ([], ["--json", "--overwrite"]):
+        done = program(*arguments, *flags, folder=tmp_path, PYTHONIOENCODING="latin-1")
+        assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout.decode("latin-1"))["name"] == "山 ✓"
+
+
+def test_output_that_nobody_takes_is_no_traceback(tmp_path: Path, people: None) -> None:
+    """Catches: a full disk under stdout of --help, and `moireid registry list | head -1`."""
+    for arguments in (["--help"], ["registry", "list", "--registry", REGISTRY]):
+        with open("/dev/full", "wb") as full:
+            done = subprocess.run(
+                [str(BIN / "moireid"), *arguments], cwd=tmp_path, stdout=full, stderr=subprocess.PIPE, timeout=120
+            )
+        assert done.returncode == 2 and b"Traceback" not in done.stderr and done.stderr.count(b"\n") == 1, done.stderr
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [str(BIN / "moireid"), "registry", "list", "--registry", REGISTRY],
+        cwd=tmp_path, stdout=writer, stderr=subprocess.PIPE, timeout=120,
+    )  # fmt: skip
+    os.close(writer)
+    assert (done.returncode != 0, done.stderr) == (True, b"")
+
+
+HEAVY = {"OCP", "build123d", "cadquery", "manifold3d", "matplotlib", "mitsuba", "numba", "scipy", "trimesh"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "spared"),
+    [
+        (["--help"], HEAVY | {"av", "cv2", "jsonschema", "numpy", "reportlab", "sqlalchemy"}),
+        (["print", "--help"], HEAVY | {"av", "cv2", "jsonschema", "numpy", "reportlab", "sqlalchemy"}),
+        (["print", "Ada", "--out", "new", "--mount", "none"], HEAVY | {"av", "sqlalchemy"}),
+        (["enroll", "ada.json", "--registry", REGISTRY], HEAVY | {"av", "cv2", "reportlab"}),
+        (["verify", "none.mp4", "--badge", "ada.json"], HEAVY - {"scipy"} | {"reportlab", "sqlalchemy"}),
+    ],
+    ids=lambda value: " ".join(value)[:12] if isinstance(value, list) else "",
+)
+def test_a_command_loads_no_package_that_it_does_not_need(
+    tmp_path: Path, badge_file: Path, arguments: list[str], spared: set[str]
+) -> None:
+    """Catches: an import at the top of a module that makes `--help` wait for build123d (5 s)."""
+    code = (
+        "import sys\n"
+        "from moireid.cli.main import main\n"
+        f"sys.argv = {['moireid', *arguments]!r}\n"
+        "try:\n    main()\nexcept SystemExit:\n    pass\n"
+        "print('LOADED', *{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=120)
+    loaded = set(done.stderr.splitlines()[-1].split())
+    assert "LOADED" in loaded and "click" in loaded, done.stderr
+    assert loaded & spared == set()

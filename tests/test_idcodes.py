@@ -1,0 +1,662 @@
+"""Identities as line spacing: the code words, the bands of the short code, and the cells of the long one."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+
+from moireid.badge import Badge, Cell, Code, Grating
+from moireid.designer import Request, design_badge
+from moireid.errors import CodeError
+from moireid.idcodes import CellReading, Decoded, PitchFamily, SpacingFamily, family_named
+from moireid.idcodes.beats import UNCLEAR_BEYOND_STEPS
+from moireid.idcodes.short_words import WORD_SYMBOLS, decode_word, encode_word
+from moireid.idcodes.words import CHECK_BYTES, WordCode
+
+PAYLOADS = [bytes.fromhex(text) for text in ("38c1c2", "000000", "ffffff", "0102f0", "a5000f")]
+FAMILY = PitchFamily()
+FRONT = 0.508
+SURE = 1e-4
+
+
+# The short word, written out again: GF(16) by x^4 + x + 1, generator (x - 1)(x - a), CRC-32 bit by bit.
+
+
+def times(a: int, b: int) -> int:
+    """Product in GF(16) with the polynomial x^4 + x + 1."""
+    product = 0
+    for bit in range(4):
+        if b >> bit & 1:
+            product ^= a << bit
+    for bit in (6, 5, 4):
+        if product >> bit & 1:
+            product ^= 0b10011 << (bit - 4)
+    return product
+
+
+def value_at(word: tuple[int, ...], x: int) -> int:
+    """The word as a polynomial, first symbol highest, at x (Horner)."""
+    value = 0
+    for symbol in word:
+        value = times(value, x) ^ symbol
+    return value
+
+
+def crc32_low_byte(data: bytes) -> int:
+    """Low byte of CRC-32 (ISO 3309), bit by bit."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0xEDB88320 if crc & 1 else 0)
+    return ~crc & 0xFF
+
+
+@pytest.mark.parametrize("payload", PAYLOADS, ids=bytes.hex)
+def test_word_is_payload_check_and_parity(payload: bytes) -> None:
+    """Catches: nibbles swapped, another check, another code than the documented one; old badges must stay legible."""
+    word = encode_word(payload)
+    check = crc32_low_byte(payload)
+    assert len(word) == WORD_SYMBOLS == 10
+    assert word[:8] == tuple(nibble for byte in (*payload, check) for nibble in divmod(byte, 16))
+    assert [value_at(word, root) for root in (1, 2)] == [0, 0]
+    assert decode_word(word) == (payload, 0)
+
+
+def test_words_of_two_payloads_differ_in_three_symbols_at_least(rng: np.random.Generator) -> None:
+    """Catches: parity that does not depend on some symbol."""
+    payloads = {bytes(row) for row in rng.integers(0, 256, (60, 3), dtype=np.uint8)}
+    payloads |= {bytes([a, b, c]) for a, b, c in itertools.product((0, 1, 16), repeat=3)}
+    words = [encode_word(payload) for payload in sorted(payloads)]
+    nearest = min(sum(x != y for x, y in zip(a, b, strict=True)) for a, b in itertools.combinations(words, 2))
+    assert nearest >= 3
+
+
+@pytest.mark.parametrize("payload", PAYLOADS, ids=bytes.hex)
+def test_every_single_wrong_symbol_is_mended(payload: bytes) -> None:
+    """Catches: positions that the decoder cannot reach, and a count of corrections that is not one."""
+    word = list(encode_word(payload))
+    for place, wrong in itertools.product(range(WORD_SYMBOLS), range(16)):
+        if wrong != word[place]:
+            assert decode_word([*word[:place], wrong, *word[place + 1 :]]) == (payload, 1)
+
+
+@pytest.mark.parametrize("payload", PAYLOADS, ids=bytes.hex)
+def test_every_one_or_two_erased_symbols_are_filled_in_and_three_are_not(payload: bytes) -> None:
+    """Catches: an erased symbol taken for a zero that was read, erasures not counted, a guess at three."""
+    word = encode_word(payload)
+    for count, mended in ((1, True), (2, True), (3, False)):
+        for places in itertools.combinations(range(WORD_SYMBOLS), count):
+            read = [None if place in places else symbol for place, symbol in enumerate(word)]
+            assert decode_word(read) == ((payload, count) if mended else None)
+
+
+def test_one_wrong_symbol_beside_an_erased_one_is_never_taken_for_the_payload(rng: np.random.Generator) -> None:
+    """Catches: a decoder that goes beyond its two parity symbols (2 errors + erasures <= 2)."""
+    payload = PAYLOADS[0]
+    word = encode_word(payload)
+    for erased, place in itertools.permutations(range(WORD_SYMBOLS), 2):
+        read: list[int | None] = list(word)
+        read[erased], read[place] = None, word[place] ^ int(rng.integers(1, 16))
+        outcome = decode_word(read)
+        assert outcome is None or outcome[0] != payload
+
+
+def test_two_wrong_symbols_never_give_the_payload_back(rng: np.random.Generator) -> None:
+    """Catches: a correction claimed beyond capacity.  Another word may be nearer, and says so by one correction."""
+    payload, strange = PAYLOADS[3], 0
+    word = encode_word(payload)
+    trials = 4000
+    for _ in range(trials):
+        read = list(word)
+        for place in rng.choice(WORD_SYMBOLS, 2, replace=False):
+            read[place] ^= int(rng.integers(1, 16))
+        outcome = decode_word(read)
+        if outcome is not None:
+            strange += 1
+            assert outcome[0] != payload and outcome[1] == 1
+    # The check byte lets one in 256 pass of those that the code takes for a neighbour's, which is no more than all.
+    assert strange <= binom.isf(1e-6, trials, 1 / 256)
+
+
+@pytest.mark.parametrize(
+    ("erased", "expected"), [(0, (1 + 10 * 15) / 16**2 / 256), (1, 1 / 16 / 256), (2, 1 / 256)], ids=["0", "1", "2"]
+)
+def test_random_words_are_accepted_as_rarely_as_the_code_allows(
+    erased: int, expected: float, rng: np.random.Generator
+) -> None:
+    """Catches: a check byte that is not held against the payload (0.59), a code that corrects nothing (1.5e-5), and one
+    erased symbol beside one wrong one "mended" though two parity symbols cannot (0.0025 in place of 0.00024).
+
+    Of the 16^10 words, each of 16^8 code words takes its 150 neighbours along; an erased symbol leaves one parity
+    symbol, which is spent on being held against, and two leave none.  The check byte passes one in 256.
+    """
+    if not erased:
+        assert expected == pytest.approx(0.0023, abs=5e-5)  # as the docstring of short_words.py says
+    trials, accepted = 15000, 0
+    for row in rng.integers(0, 16, (trials, WORD_SYMBOLS)):
+        places = rng.choice(WORD_SYMBOLS, erased, replace=False)
+        accepted += decode_word([None if k in places else int(s) for k, s in enumerate(row)]) is not None
+    assert binom.ppf(1e-6, trials, expected) <= accepted <= binom.isf(1e-6, trials, expected)
+
+
+def test_words_of_another_length_are_refused() -> None:
+    """Catches: a short payload padded in silence."""
+    for payload in (b"", b"ab", b"abcd"):
+        with pytest.raises(CodeError, match="6 hex digits"):
+            encode_word(payload)
+    for count in (0, 9, 11):
+        with pytest.raises(CodeError, match="10 symbols"):
+            decode_word([0] * count)
+
+
+# The bands of the short code.
+
+
+def grating(*, axis: str = "x", step: float = -0.004, reference_level: int = 3, reference: int = 4) -> Grating:
+    """Eleven bands that nothing is symmetric in: off the page's middle, duty 0.4, the reference not in the middle."""
+    rects = [(12.0, 30.0 + 5 * k, 131.0, 35.0 + 5 * k) for k in range(11)]
+    whole = (12.0, 30.0, 131.0, 85.0)
+    if axis == "y":
+        rects = [(y0, x0, y1, x1) for x0, y0, x1, y1 in rects]
+        whole = (30.0, 12.0, 85.0, 131.0)
+    cells = tuple(Cell(rect, 0.52, 0.0, 0.4) for rect in rects)
+    roles = tuple("reference" if band == reference else "beat" for band in range(11))
+    code = Code(roles, 24, 16, math.copysign(0.033, step), step, reference_level=reference_level)  # type: ignore[arg-type]
+    return Grating(whole, axis, 0.52, "pitch", cells, code)  # type: ignore[arg-type]
+
+
+def written(payload: bytes, **layout: object) -> Grating:
+    blank = grating(**layout)  # type: ignore[arg-type]
+    (cells,) = FAMILY.write(payload, (blank,), FRONT)
+    return replace(blank, cells=cells)
+
+
+def ideal(badge_grating: Grating, *, front: float = FRONT) -> list[CellReading]:
+    """Readings of a perfect reader: the beat of each band's pitch under the sheet as it really is."""
+    return [
+        CellReading(1 / cell.pitch_mm - 1 / front, SURE, math.nan, math.inf) for cell in badge_grating.cells
+    ]  # fmt: skip
+
+
+def read(readings: list[CellReading], bands: Grating) -> Decoded:
+    return FAMILY.read([readings], (bands,))
+
+
+def off(readings: list[CellReading], band: int, **changes: float) -> list[CellReading]:
+    """The readings with one band's frequency moved (`by`) or its error bar set (`sd`)."""
+    one = readings[band]
+    moved = replace(one, frequency_per_mm=one.frequency_per_mm + changes.get("by", 0.0))
+    return [*readings[:band], replace(moved, frequency_sd=changes.get("sd", one.frequency_sd)), *readings[band + 1 :]]
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+@pytest.mark.parametrize(("step", "reference_level"), [(-0.004, 3), (0.0035, 12), (-0.002, 0), (0.004, 15)])
+def test_what_is_written_is_read(axis: str, step: float, reference_level: int, rng: np.random.Generator) -> None:
+    """Catches: levels counted from the wrong end, a reference that carries a symbol, bands in another order."""
+    for _ in range(20):
+        payload = rng.bytes(3)
+        bands = written(payload, axis=axis, step=step, reference_level=reference_level)
+        decoded = read(ideal(bands), bands)
+        assert (decoded.payload, decoded.symbols, decoded.unclear, decoded.corrected) == (payload, 10, 0, 0)
+        assert decoded.margin == pytest.approx(1.0, abs=1e-9)
+
+
+def test_symbols_are_levels_of_beat_frequency() -> None:
+    """Catches: steps of pitch in place of frequency, the sign of the step dropped, the reference at level 0."""
+    bands = written(PAYLOADS[3], step=-0.004, reference_level=3, reference=4)
+    beats = [1 / cell.pitch_mm - 1 / FRONT for cell in bands.cells]
+    assert beats[4] == pytest.approx(-0.033 - 3 * 0.004)
+    others = [beat for band, beat in enumerate(beats) if band != 4]
+    assert others == pytest.approx([-0.033 - 0.004 * symbol for symbol in encode_word(PAYLOADS[3])])
+
+
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_every_band_has_a_dark_line_centred_on_the_gratings_middle(axis: str) -> None:
+    """Catches: bands aligned at an edge, whose fringes never line up, or along the wrong axis."""
+    bands = written(PAYLOADS[0], axis=axis)
+    for cell in bands.cells:
+        lines = (71.5 - (cell.edge_mm + cell.duty * cell.pitch_mm / 2)) / cell.pitch_mm
+        assert lines == pytest.approx(round(lines), abs=1e-9)
+        assert cell.duty == 0.4
+    assert [cell.rect_mm for cell in bands.cells] == [cell.rect_mm for cell in grating(axis=axis).cells]
+
+
+@pytest.mark.parametrize("scale", [0.992, 0.997, 1.003, 1.008])
+def test_print_scale_and_lens_pitch_drop_out(scale: float) -> None:
+    """Catches: absolute beats in place of differences.  In page units a print 0.5 % too large is a lens 0.5 % too fine;
+    at 0.8 % every beat moves by four of the steps."""
+    bands = written(PAYLOADS[4], step=-0.004)
+    readings = ideal(bands, front=FRONT * scale)
+    assert abs(readings[0].frequency_per_mm - ideal(bands)[0].frequency_per_mm) > 0.005
+    decoded = read(readings, bands)
+    assert (decoded.payload, decoded.corrected) == (PAYLOADS[4], 0)
+
+
+def test_a_camera_near_by_moves_no_symbol() -> None:
+    """Catches: a decoder that needs the distance: at 0.4 m every beat moves by 0.7 steps, differences by 0.15 %."""
+    bands = written(PAYLOADS[0], step=-0.004)
+    readings = [
+        CellReading((1 + 0.6 / 400.0) / cell.pitch_mm - 1 / FRONT, SURE, math.nan, math.inf) for cell in bands.cells
+    ]
+    decoded = read(readings, bands)
+    assert (decoded.payload, decoded.corrected) == (PAYLOADS[0], 0)
+    assert decoded.margin > 0.95
+
+
+def test_reading_does_not_look_at_the_pitches_of_the_badge_it_is_given() -> None:
+    """Catches: a decoder that peeks at the claimed badge and so finds what it is told to find."""
+    mine, claimed = written(PAYLOADS[0]), written(PAYLOADS[2])
+    assert read(ideal(mine), claimed).payload == PAYLOADS[0]
+
+
+def test_mirrored_fringes_do_not_read_as_the_payload() -> None:
+    """Catches: |f| in place of f, with which a mirrored film would pass."""
+    bands = written(PAYLOADS[0])
+    turned = [replace(reading, frequency_per_mm=-reading.frequency_per_mm) for reading in ideal(bands)]
+    assert read(turned, bands).payload != PAYLOADS[0]
+
+
+@pytest.mark.parametrize("band", [0, 3, 5, 10])
+def test_a_band_read_as_its_neighbour_is_mended_and_counted(band: int) -> None:
+    """Catches: corrections that are made but not told."""
+    bands = written(PAYLOADS[0], step=-0.004)
+    symbol = encode_word(PAYLOADS[0])[band - (band > 4)]
+    decoded = read(off(ideal(bands), band, by=-0.004 if symbol < 15 else 0.004), bands)
+    assert (decoded.payload, decoded.unclear, decoded.corrected) == (PAYLOADS[0], 0, 1)
+
+
+@pytest.mark.parametrize(("steps", "kept"), [(0.3, True), (-0.34, True), (0.36, False), (0.5, False), (-0.36, False)])
+def test_a_reading_near_the_point_of_confusion_is_erased(steps: float, kept: bool) -> None:
+    """Catches: rounding whatever comes."""
+    bands = written(PAYLOADS[0], step=-0.004)
+    decoded = read(off(ideal(bands), 7, by=-0.004 * steps), bands)
+    assert (decoded.payload, decoded.unclear, decoded.corrected) == (PAYLOADS[0], int(not kept), int(not kept))
+
+
+def test_margin_tells_how_far_the_middle_symbol_is_from_confusion() -> None:
+    """Catches: a margin of the best symbol, or one that a single bad band spoils."""
+    bands = written(PAYLOADS[0], step=-0.004)
+    for moved, margin in ((4, 1.0), (6, 0.5)):
+        readings = ideal(bands)
+        for band in [band for band in range(11) if band != 4][:moved]:
+            readings = off(readings, band, by=-0.004 * 0.25)
+        assert read(readings, bands).margin == pytest.approx(margin, abs=1e-6)
+
+
+def test_error_bars_erase_and_two_erased_bands_cost_nothing() -> None:
+    """Catches: error bars left out, so that a wrong reading with a large bar counts as a symbol."""
+    bands = written(PAYLOADS[1], step=-0.004)
+    readings = ideal(bands)
+    for band in (2, 9):
+        readings = off(readings, band, by=0.0113, sd=0.0041)
+    decoded = read(readings, bands)
+    assert (decoded.payload, decoded.unclear, decoded.corrected) == (PAYLOADS[1], 2, 2)
+    assert read(off(readings, 0, sd=math.inf), bands).payload is None
+    assert read(off(ideal(bands), 3, sd=0.0013), bands).corrected == 0  # under 0.35 steps
+
+
+def test_the_references_error_bar_is_everybodys() -> None:
+    """Catches: a reference that is trusted whatever its bar; the bars add as squares."""
+    bands = written(PAYLOADS[0], step=-0.004)
+    assert read(off(ideal(bands), 4, sd=0.0016), bands).unclear == 10
+    assert read(off(ideal(bands), 4, sd=0.0013), bands).payload == PAYLOADS[0]
+    both = [replace(reading, frequency_sd=0.0011) for reading in ideal(bands)]
+    assert read(both, bands).payload is None
+
+
+@pytest.mark.parametrize("steps", [1.0, -1.0, 0.5])
+def test_a_wrong_reference_never_reads_as_the_payload(steps: float) -> None:
+    """Catches: a reference that is not subtracted.  Off by one step it moves every symbol by one."""
+    bands = written(PAYLOADS[4], step=-0.004)
+    decoded = read(off(ideal(bands), 4, by=-0.004 * steps), bands)
+    assert decoded.payload != PAYLOADS[4]
+    if abs(steps) == 1.0:
+        moved = [symbol - int(steps) for symbol in encode_word(PAYLOADS[4])]
+        assert decoded.unclear == sum(not 0 <= symbol < 16 for symbol in moved)
+
+
+@pytest.mark.parametrize("frequency", [math.nan, math.inf, -math.inf, 1e308])
+def test_a_reading_that_is_no_number_is_erased(frequency: float) -> None:
+    """Catches: int(nan), and a symbol made of garbage."""
+    bands = written(PAYLOADS[0])
+    readings = ideal(bands)
+    readings[8] = replace(readings[8], frequency_per_mm=frequency)
+    decoded = read(readings, bands)
+    assert (decoded.payload, decoded.unclear) == (PAYLOADS[0], 1)
+    assert read([replace(r, frequency_sd=math.nan) for r in ideal(bands)], bands).payload is None
+
+
+def test_levels_beyond_the_alphabet_are_erased_not_wrapped() -> None:
+    """Catches: symbol -1 read as 15, or 16 as 0."""
+    for payload, first, away in ((PAYLOADS[1], 0, 0.004), (PAYLOADS[2], 15, -0.004)):
+        bands = written(payload, step=-0.004)
+        assert encode_word(payload)[0] == first
+        decoded = read(off(ideal(bands), 0, by=away), bands)
+        assert (decoded.payload, decoded.unclear) == (payload, 1)
+
+
+def test_gratings_that_carry_no_pitch_code_are_refused() -> None:
+    """Catches: a wrong number of bands or levels that is read off by one in silence."""
+    bands = written(PAYLOADS[0])
+    assert bands.code is not None
+    wrong = [
+        replace(bands, code=None),
+        replace(bands, cells=bands.cells[:-1], code=replace(bands.code, roles=bands.code.roles[:-1])),
+        replace(bands, code=replace(bands.code, levels=8)),
+        replace(bands, code=replace(bands.code, reference_level=None)),
+    ]
+    for one in wrong:
+        with pytest.raises(CodeError, match=r"16 levels|no code"):
+            FAMILY.write(b"abc", (one,), FRONT)
+        with pytest.raises(CodeError, match=r"16 levels|no code"):
+            read(ideal(one), one)
+
+
+# The long word.
+
+
+@pytest.fixture(params=[(8, 26), (16, 42), (8, 17)], ids=["64", "128", "short"])
+def long_word(request: pytest.FixtureRequest) -> WordCode:
+    return WordCode(*request.param)
+
+
+def test_a_long_word_is_payload_check_and_parity(long_word: WordCode, rng: np.random.Generator) -> None:
+    """Catches: a check that is no check, payload bytes that move: printed badges must stay legible.
+
+    The parity is held against the code's definition, roots 1 to 2^(n-1) of GF(256) by 0x11d, written out again.
+    """
+    payload = rng.bytes(long_word.payload_bytes)
+    word = long_word.encode(payload)
+    assert len(word) == long_word.word_bytes
+    assert word[: len(payload)] == payload
+    assert word[len(payload) : len(payload) + 5] == hashlib.sha256(b"moireid/word/1/" + payload).digest()[:5]
+    root = 1
+    for _ in range(long_word.word_bytes - long_word.payload_bytes - CHECK_BYTES):
+        value = 0
+        for byte in word:
+            value = times_256(value, root) ^ byte
+        assert value == 0
+        root = times_256(root, 2)
+    assert long_word.decode(word, [0.0] * len(word)) == (payload, 0)
+
+
+def times_256(a: int, b: int) -> int:
+    """Product in GF(256) with the polynomial 0x11d."""
+    product = 0
+    while b:
+        product ^= a * (b & 1)
+        a, b = (a << 1) ^ (0x11D if a & 0x80 else 0), b >> 1
+    return product
+
+
+def spoilt(word: bytes, places: np.ndarray, rng: np.random.Generator) -> bytes:
+    """The word with other bytes at those places."""
+    out = bytearray(word)
+    for place in places:
+        out[place] ^= int(rng.integers(1, 256))
+    return bytes(out)
+
+
+def test_half_the_parity_of_unknown_errors_is_mended(long_word: WordCode, rng: np.random.Generator) -> None:
+    """Catches: a code weaker than its parity, a count of corrections that is none, errors only where doubt is."""
+    payload = rng.bytes(long_word.payload_bytes)
+    word = long_word.encode(payload)
+    for _ in range(60):
+        places = rng.choice(long_word.word_bytes, long_word.parity_bytes // 2, replace=False)
+        read_ = spoilt(word, places, rng)
+        assert long_word.decode(read_, [0.0] * len(word)) == (payload, len(places))
+
+
+def test_nearly_all_the_parity_of_unread_bytes_is_filled_in(long_word: WordCode, rng: np.random.Generator) -> None:
+    """Catches: unread bytes taken for zeros that were read; words made up where no parity is left over."""
+    payload = rng.bytes(long_word.payload_bytes)
+    word = long_word.encode(payload)
+    most = long_word.parity_bytes - 2
+    for count, expected in ((most, payload), (most + 1, None), (long_word.word_bytes, None)):
+        places = rng.choice(long_word.word_bytes, count, replace=False)
+        doubts = [math.inf if k in places else 0.0 for k in range(long_word.word_bytes)]
+        found = long_word.decode(spoilt(word, places, rng), doubts)
+        assert (found[0] if found else None) == expected
+
+
+def test_doubts_mend_more_than_half_the_parity(rng: np.random.Generator) -> None:
+    """Catches: doubts that are not looked at, or looked at the wrong way round: the surest bytes erased first."""
+    code, payload = WordCode(8, 26), rng.bytes(8)
+    word = code.encode(payload)
+    for _ in range(40):
+        places = rng.choice(26, 10, replace=False)
+        read_ = spoilt(word, places, rng)
+        doubts = [0.8 + 0.1 * rng.random() if k in places else 0.3 * rng.random() for k in range(26)]
+        assert code.decode(read_, doubts) == (payload, 10)
+        assert code.decode(read_, [1 - doubt for doubt in doubts]) is None
+
+
+def test_random_long_words_are_never_accepted(rng: np.random.Generator) -> None:
+    """Catches: a check that is not held against the payload: 6 % of the short words lie within the code's reach."""
+    for code in (WordCode(8, 26), WordCode(8, 17)):
+        for _ in range(300):
+            word = rng.bytes(code.word_bytes)
+            assert code.decode(word, rng.random(code.word_bytes).tolist()) is None
+
+
+def test_errors_beside_erasures_beyond_capacity_are_not_mended(rng: np.random.Generator) -> None:
+    """Catches: the library's habit of mending more than 2 errors + erasures <= parity promise."""
+    code, payload = WordCode(8, 17), rng.bytes(8)  # four bytes of parity, so two at most are erased
+    word = code.encode(payload)
+    for _ in range(200):
+        places = rng.permutation(17)[:4]
+        doubts = [math.inf if k in places[:2] else 0.0 for k in range(17)]
+        found = code.decode(spoilt(word, places, rng), doubts)
+        assert found is None or 2 * (found[1] - 2) + 2 <= 4
+
+
+def test_long_words_that_cannot_be_are_refused() -> None:
+    """Catches: a word without room for its check, or longer than the field has elements."""
+    for payload_bytes, word_bytes in ((8, 15), (16, 23), (8, 256), (8, 0)):
+        with pytest.raises(CodeError, match="cannot carry"):
+            WordCode(payload_bytes, word_bytes)
+    with pytest.raises(CodeError, match="56 bits"):
+        WordCode(8, 26).encode(bytes(7))
+    for size, doubts in ((25, 26), (26, 25), (27, 27)):
+        with pytest.raises(CodeError, match="26 bytes"):
+            WordCode(8, 26).decode(bytes(size), [0.0] * doubts)
+
+
+# The cells of the long code.
+
+LONG = SpacingFamily()
+
+
+def design(payload: bytes, axes: str = "x") -> Badge:
+    return design_badge(Request("Ada", axes=axes, range_m=(0.8, 2.0)), payload)
+
+
+def cell_readings(badge: Badge, *, front_scale: float = 1.0) -> list[list[CellReading]]:
+    """What a perfect reader finds, from the drawn lines alone.
+
+    A line shift of s moves the fringe by -2 pi s / p; the beat is that of the row's pitch under the sheet as it is.
+    """
+    found = []
+    for grating in badge.gratings:
+        assert grating.code is not None
+        low, high = (0, 2) if grating.axis == "x" else (1, 3)
+        middle = (grating.rect_mm[low] + grating.rect_mm[high]) / 2
+        own = []
+        for role, cell in zip(grating.code.roles, grating.cells, strict=True):
+            beat = 1 / cell.pitch_mm - 1 / (badge.lens.pitch_mm * front_scale)
+            shift = cell.edge_mm + cell.duty * cell.pitch_mm / 2 - middle
+            phase = math.remainder(-2 * math.pi * shift / cell.pitch_mm, 2 * math.pi)
+            phased = role == "phase"
+            own.append(
+                CellReading(math.nan, math.inf, phase, 0.02) if phased else CellReading(beat, SURE, math.nan, math.inf)
+            )
+        found.append(own)
+    return found
+
+
+def phase_places(badge: Badge) -> list[tuple[int, int]]:
+    return [
+        (g, c)
+        for g, grating in enumerate(badge.gratings) if grating.code
+        for c, role in enumerate(grating.code.roles) if role == "phase"
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("axes", ["x", "xy"])
+@pytest.mark.parametrize("size", [8, 16])
+@pytest.mark.parametrize("front_scale", [0.992, 1.0, 1.008])
+def test_cells_that_are_written_are_read(axes: str, size: int, front_scale: float, rng: np.random.Generator) -> None:
+    """Catches: the sign of the shift, the order of cells or gratings, beats that need the true lens pitch."""
+    for _ in range(3):
+        payload = rng.bytes(size)
+        badge = design(payload, axes)
+        decoded = LONG.read(cell_readings(badge, front_scale=front_scale), badge.gratings)
+        assert (decoded.payload, decoded.unclear, decoded.corrected) == (payload, 0, 0)
+        assert decoded.beats_agree and decoded.margin > 0.9
+
+
+def test_phases_are_quarters_of_a_turn_and_neighbours_differ_in_one_bit() -> None:
+    """Catches: binary order around the circle, where the commonest misreading spoils two bits in place of one."""
+    badge = design(bytes(range(8)))
+    assert badge.gratings[0].code is not None
+    word = WordCode(8, len(phase_places(badge)) // 4).encode(bytes(range(8)))
+    readings = cell_readings(badge)
+    symbol_at: dict[int, int] = {}
+    for k, (g, c) in enumerate(phase_places(badge)[: 4 * len(word)]):
+        quarter = readings[g][c].phase_rad / (math.pi / 2)
+        assert quarter == pytest.approx(round(quarter), abs=1e-6)
+        symbol = word[k // 4] >> (6 - 2 * (k % 4)) & 3
+        assert symbol_at.setdefault(round(quarter) % 4, symbol) == symbol
+    assert sorted(symbol_at.values()) == [0, 1, 2, 3]
+    for place in range(4):
+        assert (symbol_at[place] ^ symbol_at[(place + 1) % 4]).bit_count() == 1
+
+
+def test_a_common_turn_of_all_phases_spells_nothing() -> None:
+    """Catches: phases taken against their own mean, which would make a sheet laid over elsewhere another identity."""
+    badge = design(bytes(range(8)))
+    readings = cell_readings(badge)
+    turned = [[replace(r, phase_rad=r.phase_rad + math.pi / 2) for r in row] for row in readings]
+    assert LONG.read(turned, badge.gratings).payload is None
+    whole = [[replace(r, phase_rad=r.phase_rad + 6 * math.pi) for r in row] for row in readings]
+    assert LONG.read(whole, badge.gratings).payload == bytes(range(8))
+
+
+def test_noise_within_the_budget_is_read_and_doubt_is_told(rng: np.random.Generator) -> None:
+    """Catches: a margin or a count of unclear cells that says nothing: at 0.3 rad an eighth of the cells is unclear."""
+    payload = rng.bytes(8)
+    badge = design(payload)
+    for sd in (0.1, 0.3):
+        noisy = [
+            [replace(r, phase_rad=r.phase_rad + sd * rng.standard_normal(), phase_sd=sd / 3) for r in row]
+            for row in cell_readings(badge)
+        ]
+        decoded = LONG.read(noisy, badge.gratings)
+        assert decoded.payload == payload
+        steps = sd / (math.pi / 2)
+        assert decoded.margin == pytest.approx(1 - 2 * (0.674 * steps + steps / 3), abs=0.1)
+        assert (decoded.unclear > 5) == (sd == 0.3)
+
+
+def test_unread_cells_are_erased_and_too_many_are_told(rng: np.random.Generator) -> None:
+    """Catches: a cell under glare read as symbol 0; NaN that makes a symbol."""
+    payload = rng.bytes(8)
+    badge = design(payload)
+    places = phase_places(badge)
+    for cells, expected in ((places[:20], payload), (places[: len(places) // 2 + 8], None)):
+        readings = cell_readings(badge)
+        for g, c in cells:
+            readings[g][c] = CellReading(math.nan, math.inf, math.nan, math.inf)
+        decoded = LONG.read(readings, badge.gratings)
+        assert decoded.payload == expected
+        assert decoded.unclear == len([cell for cell in cells if cell in places[: 4 * decoded.symbols]])
+
+
+def test_reading_cells_does_not_look_at_the_lines_of_the_badge_it_is_given() -> None:
+    """Catches: a decoder that peeks at the claimed badge and so finds what it is told to find."""
+    mine, claimed = design(bytes(range(8))), design(bytes(8))
+    decoded = LONG.read(cell_readings(mine), claimed.gratings)
+    assert decoded.payload == bytes(range(8)) and decoded.beats_agree
+
+
+def test_word_and_beats_must_be_of_one_badge() -> None:
+    """Catches: a forger's page whose cells are Ada's and whose rows beat as another's; and beats that veto unread."""
+    ada, bob = design(bytes(range(8))), design(bytes(range(1, 9)))
+    mixed = cell_readings(ada)
+    for k, role in enumerate(ada.gratings[0].code.roles):  # type: ignore[union-attr]
+        if role != "phase":
+            mixed[0][k] = cell_readings(bob)[0][k]
+    levels = [
+        [round(1000 * (1 / c.pitch_mm)) for c, r in zip(b.gratings[0].cells, b.gratings[0].code.roles, strict=True)
+         if r != "phase"]  # type: ignore[union-attr]
+        for b in (ada, bob)
+    ]  # fmt: skip
+    assert np.diff(levels[0]).tolist() != np.diff(levels[1]).tolist()
+    decoded = LONG.read(mixed, ada.gratings)
+    assert decoded.payload == bytes(range(8)) and not decoded.beats_agree
+    vague = [[replace(r, frequency_sd=UNCLEAR_BEYOND_STEPS) if r.frequency_sd == SURE else r for r in mixed[0]]]
+    assert LONG.read(vague, ada.gratings).beats_agree
+
+
+def test_personal_beats_follow_from_the_payload_alone() -> None:
+    """Catches: beats drawn by chance or from the name: the same payload must print the same badge for ever.
+
+    Golden: SHA-256 over "moireid/beats/1/", a zero byte and the payload, by sha256sum: the rows from top to bottom have
+    the levels of its first bytes, modulo 8, the middle one modulo 4.
+    """
+    payload = bytes(range(8))
+    badge = design(payload)
+    code = badge.gratings[0].code
+    assert code is not None
+    digest = hashlib.sha256(b"moireid/beats/1/\x00" + payload).digest()
+    rows = [cell for cell, role in zip(badge.gratings[0].cells, code.roles, strict=True) if role != "phase"]
+    levels = [
+        (1 / cell.pitch_mm - 1 / badge.lens.pitch_mm - code.base_frequency_per_mm) / code.frequency_step_per_mm
+        for cell in rows
+    ]
+    assert levels == pytest.approx([digest[0] % 8, digest[1] % 4, digest[2] % 8], abs=1e-6)
+    phased = {cell.pitch_mm for cell, role in zip(badge.gratings[0].cells, code.roles, strict=True) if role == "phase"}
+    assert phased == {rows[1].pitch_mm}
+
+
+def test_gratings_that_carry_no_spacing_code_are_refused() -> None:
+    """Catches: two gratings of different payloads joined, phases that are no quarters, cells too few for a word."""
+    badge = design(bytes(range(8)), "xy")
+    first, second = badge.gratings
+    assert first.code is not None and second.code is not None
+    few = [k for k, role in enumerate(first.code.roles) if role != "phase"][:2]
+    wrong = [
+        (replace(first, code=None), second),
+        (first, replace(second, code=replace(second.code, payload_bits=128))),
+        (first, replace(second, code=replace(second.code, phase_levels=8))),
+        (replace(first, cells=tuple(first.cells[k] for k in few),
+                 code=replace(first.code, roles=tuple(first.code.roles[k] for k in few))),),
+    ]  # fmt: skip
+    for gratings in wrong:
+        with pytest.raises(CodeError):
+            LONG.write(bytes(range(8)), gratings, FRONT)
+        with pytest.raises(CodeError):
+            LONG.read([[CellReading(0.0, SURE, 0.0, 0.1)] * len(g.cells) for g in gratings], gratings)
+    with pytest.raises(CodeError, match="128 bits"):
+        LONG.write(bytes(16), badge.gratings, FRONT)
+
+
+def test_families_are_found_by_name() -> None:
+    """Catches: any name that ends up with one family."""
+    assert isinstance(family_named("pitch"), PitchFamily)
+    assert isinstance(family_named("spacing"), SpacingFamily)
+    with pytest.raises(CodeError, match=r"'uniform' is not known.*pitch.*spacing"):
+        family_named("uniform")
+
+
+def test_the_default_badge_reads_as_its_own_id(ada: Badge) -> None:
+    """Catches: a designer that writes by another convention than the reader's."""
+    decoded = family_named(ada.gratings[0].family).read(cell_readings(ada, front_scale=1.004), ada.gratings)
+    assert decoded.payload is not None and decoded.payload.hex() == ada.id

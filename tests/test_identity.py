@@ -1,0 +1,295 @@
+"""From profiles to an identity, on films made of numbers alone.  Beside each test: the wrong implementation it catches.
+
+A film here is a homography a frame, from a known camera, and the brightness that the optics' own formula gives at each
+sample of each strip: psi = 2 pi [x (1/p_r - 1/p_f) + s(tan)/p_r], with the lines where the badge's cells print them.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from moireid.badge import Badge, Cell
+from moireid.designer import Request, design_badge, payload_for_name, payload_from_hex
+from moireid.lenticule import view_law
+from moireid.verifier.identity import Identity, judge_identity
+from moireid.verifier.measure import measure
+from moireid.verifier.strips import ProfileReader, Strip
+from moireid.verifier.track import Track
+
+FRAMES, FPS, FOCAL = 90, 30.0, 1450.0
+CENTRE = (959.5, 539.5)
+
+
+@dataclass(frozen=True)
+class Building:
+    """How a badge was built: page over lens scale, where the sheet lies (rad), its twist (rad/mm), and the light."""
+
+    scale: float = 1.0
+    offset_rad: float = 0.0
+    twist_rad_per_mm: float = 0.0
+    noise: float = 2.0
+    gain: float = 1.0
+
+
+def course(badge: Badge) -> np.ndarray:
+    """Camera centres (T, 3) in page mm: a hand's motion before the board's middle, 1.2 m away."""
+    t = np.arange(FRAMES) / FPS
+    x0, y0, x1, y1 = badge.outline_mm
+    x = (x0 + x1) / 2 + 230.0 * np.sin(2.3 * t) + 40.0 * np.sin(5.1 * t + 1.0)
+    y = (y0 + y1) / 2 + 60.0 * np.sin(1.7 * t + 0.5)
+    return np.column_stack([x, y, -1200.0 + 30.0 * np.sin(1.1 * t)])
+
+
+def homographies(camera: np.ndarray) -> np.ndarray:
+    """Page mm -> px of a camera that turns a little about all its axes as it moves."""
+    t = np.arange(FRAMES) / FPS
+    found = []
+    for k, place in enumerate(camera):
+        a, b, c = 0.12 * math.sin(2.0 * t[k]), 0.10 * math.sin(1.5 * t[k] + 1), 0.05 * math.sin(1.2 * t[k])
+        rx = np.array([[1, 0, 0], [0, math.cos(a), -math.sin(a)], [0, math.sin(a), math.cos(a)]])
+        ry = np.array([[math.cos(b), 0, math.sin(b)], [0, 1, 0], [-math.sin(b), 0, math.cos(b)]])
+        rz = np.array([[math.cos(c), -math.sin(c), 0], [math.sin(c), math.cos(c), 0], [0, 0, 1]])
+        turn = rz @ ry @ rx
+        matrix = np.array([[FOCAL, 0, CENTRE[0]], [0, FOCAL, CENTRE[1]], [0, 0, 1]])
+        whole = matrix @ np.column_stack([turn[:, 0], turn[:, 1], -turn @ place])
+        found.append(whole / whole[2, 2])
+    return np.array(found)
+
+
+def lines_seen(badge: Badge, strip: Strip, camera: np.ndarray, built: Building) -> np.ndarray:
+    """Fringe phase at a strip's samples (T, N); a dark line is shown where it is a whole turn."""
+    grating = badge.gratings[strip.grating]
+    away = np.abs(camera[:, 2:])
+    mean = camera[:, strip.axis].mean()
+    shown = mean + built.gain * (camera[:, strip.axis, None] - mean)
+    tangent = (strip.along_mm[None, :] - shown) / away
+    across = (strip.across_mm - camera[:, 1 - strip.axis, None]) / away
+    place = strip.along_mm[None, :] - badge.lens.thickness_mm * tangent
+    pitch = np.array([cell_at(badge, strip, x).pitch_mm for x in strip.along_mm])
+    edge = np.array([cell_at(badge, strip, x).edge_mm for x in strip.along_mm])
+    shift = view_law(badge.lens, grating.pitch_mm).phase_rad(tangent, across) * grating.pitch_mm / (2 * math.pi)
+    page = (place + shift - edge - pitch / 4) / pitch
+    lenses = place * built.scale / badge.lens.pitch_mm
+    return 2 * math.pi * (page - lenses) + built.offset_rad + built.twist_rad_per_mm * strip.across_mm
+
+
+def cell_at(badge: Badge, strip: Strip, along_mm: float) -> Cell:
+    cells = [badge.gratings[strip.grating].cells[k] for k in strip.cells]
+    low, high = strip.axis, strip.axis + 2
+    return next((c for c in cells if c.rect_mm[low] <= along_mm < c.rect_mm[high]), cells[-1])
+
+
+def filmed(badge: Badge, built: Building | None = None) -> Track:
+    """The track of a film of `badge`."""
+    built = built or Building()
+    rng = np.random.default_rng(11)
+    camera, strips = course(badge), tuple(ProfileReader(badge).strips)
+    profiles = np.empty((FRAMES, len(strips), len(strips[0].along_mm)), np.float32)
+    for index, strip in enumerate(strips):
+        turn = lines_seen(badge, strip, camera, built)
+        profiles[:, index] = 130.0 - 40.0 * (np.cos(turn) + 0.25 * np.cos(2 * turn)) + 0.1 * (strip.along_mm - 100.0)
+    profiles += built.noise * rng.standard_normal(profiles.shape).astype(np.float32)
+    times = np.arange(FRAMES) / FPS
+    return Track(
+        FRAMES, np.arange(FRAMES), times, homographies(camera), np.ones(FRAMES), profiles, strips, (1920, 1080)
+    )
+
+
+def judged(track: Track, layout: Badge, claimed_id: str | None = None) -> Identity:
+    """`layout` is the badge that is claimed, of which nothing but the layout may be used."""
+    return judge_identity(track, measure(track, layout, focal_px=FOCAL), layout, claimed_id=claimed_id)
+
+
+TYPICAL = Building(scale=1.003, offset_rad=2.1, twist_rad_per_mm=0.025)
+
+
+@pytest.fixture(scope="module")
+def other() -> Badge:
+    """Somebody else's badge of the same layout."""
+    return design_badge(Request("Grace Hopper"), payload_from_hex("0f5ac3962d784be1"))
+
+
+@pytest.fixture(scope="module")
+def bands() -> Badge:
+    """A badge of the pitch family: 24 bits in ten bands."""
+    return design_badge(Request("Ada", family="pitch"), payload_for_name("Ada", family="pitch"))
+
+
+@pytest.fixture(scope="module")
+def ada_track(ada) -> Track:
+    return filmed(ada, TYPICAL)
+
+
+# The four verdicts.
+
+
+def test_the_claimed_badge_matches(ada, ada_track):
+    """Catches: cells from the bottom or from the right; the sign of a shift; Gray code one way only; duty forgotten."""
+    outcome = judged(ada_track, ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("match", ada.id, ada.id)
+    assert outcome.built == "not_known" and outcome.symbol_errors_corrected == 0 and outcome.score > 0.8
+    assert [(reason.code, reason.level) for reason in outcome.reasons] == [("identity", "pass")]
+
+
+def test_another_badge_is_a_mismatch_that_names_it(ada, other):
+    """Catches: a decoder that looks at the claimed badge's lines, and so finds what it is told to find."""
+    outcome = judged(filmed(other, TYPICAL), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("mismatch", other.id, ada.id)
+    assert outcome.score < -0.8
+    assert [(reason.code, reason.level) for reason in outcome.reasons] == [("identity", "fail")]
+
+
+def test_cells_without_fringes_are_unreadable(ada, ada_track):
+    """Catches: a payload made up from noise; a rejection of whom nobody could read."""
+    rng = np.random.default_rng(3)
+    profiles = ada_track.profiles.copy()
+    blank = [k for k, strip in enumerate(ada_track.strips) if not strip.uniform]
+    profiles[:, blank] = 130.0 + 5.0 * rng.standard_normal((FRAMES, len(blank), profiles.shape[2]))
+    outcome = judged(replace(ada_track, profiles=profiles), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id, outcome.score) == ("unreadable", None, 0.0)
+    assert [reason.level for reason in outcome.reasons] == ["undecided"]
+    assert outcome.reasons[0].unit == "symbols" and outcome.reasons[0].measured > 10
+
+
+def test_without_a_claim_the_reading_is_only_noted(ada, ada_track):
+    """Catches: a match with nobody; a decoding that is left out where nothing is claimed."""
+    outcome = judged(ada_track, ada)
+    assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("not_claimed", ada.id, None)
+    assert [reason.level for reason in outcome.reasons] == ["note"]
+
+
+def test_a_board_without_a_code_claims_nothing(prototype):
+    """Catches: a code asked of the published prototype; a beat of the design in place of the film's."""
+    outcome = judged(filmed(prototype, Building(scale=1.001)), prototype)
+    assert (outcome.verdict, outcome.decoded_id, outcome.score) == ("not_claimed", None, None)
+    assert outcome.expected_beat_period_mm == pytest.approx(0.508 * 0.52 / 0.012)
+    assert outcome.beat_period_mm == pytest.approx(1 / (1.001 / 0.508 - 1 / 0.52), rel=2e-3)
+
+
+# What must not matter.
+
+
+@pytest.mark.parametrize(
+    "built",
+    [
+        Building(scale=0.9925), Building(scale=1.0075), Building(offset_rad=3.1), Building(twist_rad_per_mm=-0.06),
+        Building(gain=0.5), Building(gain=-1.0), Building(noise=12.0),
+    ],
+    ids=["page small", "page large", "laid over", "twisted", "half gain", "reversed", "noisy"],
+)  # fmt: skip
+def test_the_reading_survives_building_light_and_even_forgery(ada, built):
+    """Catches: absolute beats or phases; a twist that is not solved for; cells read by the predicted motion instead of
+    by the measured one, by which a forged film would hide whose badge it forges.
+    """
+    outcome = judged(filmed(ada, built), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("match", ada.id)
+    beat = outcome.beat_period_mm, outcome.expected_beat_period_mm
+    drift = (1 - built.scale) / ada.lens.pitch_mm
+    # Fringes of the wrong motion are fitted with the right motion's stretch, which moves their beat by up to a percent.
+    assert 1 / beat[0] == pytest.approx(1 / beat[1] - drift, rel=0.004 if built.gain == 1.0 else 0.02)
+
+
+def test_only_the_layout_of_the_claimed_badge_is_looked_at(ada, ada_track):
+    """Catches: any look at the claimed badge's own lines while decoding."""
+    grating = ada.gratings[0]
+    blank = replace(grating, cells=tuple(replace(c, pitch_mm=0.5, edge_mm=0.0, duty=0.3) for c in grating.cells))
+    outcome = judged(ada_track, replace(ada, gratings=(blank,), id="ff" * 8, name="Nobody"), "ff" * 8)
+    assert (outcome.verdict, outcome.decoded_id) == ("mismatch", ada.id)
+
+
+def test_a_long_payload_and_both_axes_are_read_too():
+    """Catches: a length that is fixed at 64 bits; a second grating's cells read along the first one's axis."""
+    payload = payload_from_hex("00112233445566778899aabbccddeeff")
+    for request in (Request("Long"), Request("Both", axes="xy", size_mm=(186.0, 200.0))):
+        badge = design_badge(request, payload)
+        assert {grating.axis for grating in badge.gratings} == set(request.axes)
+        outcome = judged(filmed(badge, TYPICAL), badge, badge.id)
+        assert (outcome.verdict, outcome.decoded_id) == ("match", payload.hex())
+
+
+# Errors, and deceit.
+
+
+def damaged(track: Track, rows: int) -> Track:
+    """The first rows of phase cells painted over with somebody else's fringes: shifted by half a turn."""
+    profiles = track.profiles.copy()
+    coded = [k for k, strip in enumerate(track.strips) if not strip.uniform][:rows]
+    profiles[:, coded] = 260.0 - profiles[:, coded]
+    return replace(track, profiles=profiles)
+
+
+def test_a_damaged_row_is_mended_and_counted(ada, ada_track):
+    """Catches: errors mended in silence; a count of rows instead of symbols."""
+    outcome = judged(damaged(ada_track, 1), ada, ada.id)
+    assert outcome.verdict == "match" and outcome.decoded_id == ada.id
+    assert outcome.symbol_errors_corrected >= 1
+
+
+def test_much_damage_never_reads_as_somebody_else(ada, ada_track):
+    """Catches: a decoder that always finds a word; half a badge of one person and half of another."""
+    for rows in (2, 3, 4):
+        outcome = judged(damaged(ada_track, rows), ada, ada.id)
+        assert outcome.decoded_id in (ada.id, None), rows
+
+
+def test_a_word_under_another_badge_s_beats_is_a_mismatch(ada, other):
+    """Catches: beats that are never compared: cells copied from one badge, between the rows of another."""
+    own, foreign = ada.gratings[0], other.gratings[0]
+    reference = foreign.cells[foreign.code.reference_cell].pitch_mm
+    cells = []
+    for role, mine, theirs in zip(own.code.roles, own.cells, foreign.cells, strict=True):
+        if role != "phase":
+            cells.append(theirs)
+            continue
+        # The same shift, as a share of the other reference row's pitch.
+        middle = (own.rect_mm[0] + own.rect_mm[2]) / 2
+        shift = (mine.edge_mm - middle) / mine.pitch_mm
+        cells.append(replace(mine, pitch_mm=reference, edge_mm=middle + shift * reference))
+    mixed = replace(ada, gratings=(replace(own, cells=tuple(cells)),))
+    outcome = judged(filmed(mixed, TYPICAL), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("mismatch", ada.id)
+    assert [(reason.code, reason.level) for reason in outcome.reasons] == [("beats", "fail")]
+
+
+# The pitch family.
+
+
+def test_bands_match_and_tell_another_s(bands):
+    """Catches: bands from the bottom; the reference band taken for a symbol; the sign of a step."""
+    track = filmed(bands, TYPICAL)
+    outcome = judged(track, bands, bands.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("match", bands.id) and outcome.score > 0.8
+    another = design_badge(Request("Grace", family="pitch"), payload_from_hex("0f5ac3", family="pitch"))
+    outcome = judged(track, another, another.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("mismatch", bands.id)
+
+
+@pytest.mark.parametrize("scale", [0.9925, 1.0075])
+def test_print_scale_drops_out_of_the_bands(bands, scale):
+    """Catches: absolute beats: this scale moves each by 3.6 steps."""
+    outcome = judged(filmed(bands, Building(scale=scale)), bands, bands.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("match", bands.id)
+
+
+def test_blank_bands_are_unreadable(bands):
+    """Catches: a guess where four of ten symbols are missing."""
+    track = filmed(bands, TYPICAL)
+    profiles = track.profiles.copy()
+    profiles[:, 1:5] = 130.0 + 6.0 * np.random.default_rng(5).standard_normal(profiles[:, 1:5].shape)
+    outcome = judged(replace(track, profiles=profiles), bands, bands.id)
+    assert outcome.verdict in ("unreadable", "mismatch") and outcome.decoded_id != bands.id
+
+
+def test_json_is_strict_and_complete(ada, ada_track, prototype):
+    """Catches: NaN in the JSON; a missing key of the contract."""
+    for outcome in (judged(ada_track, ada, ada.id), judged(filmed(prototype), prototype)):
+        document = json.loads(json.dumps(outcome.to_json(), allow_nan=False))
+        assert document.keys() >= {
+            "verdict", "decoded_id", "claimed_id", "beat_period_mm", "expected_beat_period_mm",
+            "symbol_errors_corrected", "built", "score",
+        }  # fmt: skip

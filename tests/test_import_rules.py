@@ -1,0 +1,196 @@
+"""The rooms of the house and who may enter which, held by a walk through the syntax tree.
+
+`verifier` never imports `simulate` or `fabrication`: a judge is not tested by its own accomplice.  The rules are those
+of the project's design; each entry of `MAY_IMPORT` is one row of its table of rooms.
+"""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import moireid
+from moireid.cli.simulate_cmd import FORGERIES
+from moireid.simulate.forge import KINDS
+
+ROOT = Path(moireid.__file__).parent
+#: What any room may import: the frozen data, the optics, the errors, and writing files.
+GROUND = {"asbuilt", "badge", "errors", "files", "lenticule", "optics", "profiles"}
+ROOMS = {"archive", "bench", "cli", "designer", "fabrication", "idcodes", "registry", "simulate", "verifier", "web"}
+MAY_IMPORT = {
+    "ground": GROUND,
+    "idcodes": GROUND,
+    "designer": GROUND | {"idcodes"},
+    "fabrication": GROUND,
+    "simulate": GROUND,
+    "verifier": GROUND | {"idcodes"},
+    "registry": GROUND,
+    # The bench plays all parts: it prints, films and verifies.  Nobody but the command line may lean on it.
+    "bench": GROUND | ROOMS - {"cli", "web"},
+    "cli": GROUND | ROOMS,
+    "web": GROUND | ROOMS,
+    "archive": GROUND | ROOMS,
+}
+#: `build123d` alone takes 5 s to import, so no module of ours may import these where it is merely loaded.
+HEAVY = {"OCP", "build123d", "cadquery", "drjit", "manifold3d", "mitsuba", "trimesh"}
+#: Imports that only a type checker sees.
+CHECKER_ONLY = {"TYPE_CHECKING", "typing.TYPE_CHECKING"}
+
+
+def room_of(module: str) -> str:
+    """The room of a module by its dotted name: moireid.verifier.track -> verifier, moireid.badge -> ground."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 and parts[1] in ROOMS else "ground"
+
+
+def imports(tree: ast.AST, module: str, *, package: bool) -> Iterator[str]:
+    """Every dotted name that a module imports, anywhere in it; `from x import y` gives x and x.y."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = module.split(".")
+            base = base[: len(base) - node.level + package] if node.level else []
+            origin = ".".join([*base, node.module] if node.module else base)
+            yield origin
+            yield from (f"{origin}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call):
+            # importlib.import_module("moireid.simulate") would be a way round.
+            called = ast.unparse(node.func).rsplit(".", 1)[-1]
+            if called in ("import_module", "__import__"):
+                yield from (a.value for a in node.args if isinstance(a, ast.Constant) and isinstance(a.value, str))
+
+
+def own_imports(tree: ast.AST, module: str, *, package: bool = False) -> set[str]:
+    """Names on moireid's second level that a module imports: rooms, and files of the ground."""
+    names = {name.split(".")[1] for name in imports(tree, module, package=package) if name.startswith("moireid.")}
+    return {name for name in names if name in ROOMS or (ROOT / f"{name}.py").exists() or name in GROUND}
+
+
+def at_loading(body: list[ast.stmt]) -> Iterator[ast.stmt]:
+    """The statements that run when a module is loaded: not those in functions, nor those for type checkers."""
+    for node in body:
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+            continue
+        if isinstance(node, ast.If) and ast.unparse(node.test) in CHECKER_ONLY:
+            yield from at_loading(node.orelse)
+            continue
+        yield node
+        for part in ("body", "orelse", "finalbody"):
+            yield from at_loading(getattr(node, part, []))
+        for handler in getattr(node, "handlers", []):
+            yield from at_loading(handler.body)
+
+
+def loaded_packages(tree: ast.Module) -> set[str]:
+    """Top-level packages that are imported by merely loading a module."""
+    found = set()
+    for node in at_loading(tree.body):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.split(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found.add((node.module or "").split(".")[0])
+    return found
+
+
+def modules() -> list[tuple[str, Path]]:
+    """Every module of ours with its dotted name."""
+    found = []
+    for path in sorted(ROOT.rglob("*.py")):
+        parts = ["moireid", *path.relative_to(ROOT).with_suffix("").parts]
+        found.append((".".join(parts[:-1] if parts[-1] == "__init__" else parts), path))
+    return found
+
+
+def parse(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+@pytest.mark.parametrize("room", MAY_IMPORT)
+def test_a_room_imports_only_what_it_may(room: str) -> None:
+    """Catches: a verifier that leans on the simulator, a registry that designs, an import of one room by another."""
+    broken = []
+    for name, path in modules():
+        if room_of(name) != room:
+            continue
+        allowed = MAY_IMPORT[room] | {room}
+        found = own_imports(parse(path), name, package=path.name == "__init__.py")
+        broken += [f"{name} imports {other}" for other in sorted(found - allowed)]
+    assert broken == []
+
+
+def test_every_folder_is_a_room_with_rules() -> None:
+    """Catches: a new room that nobody wrote rules for, which the test above would pass over."""
+    folders = {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    assert folders <= set(MAY_IMPORT)
+    assert {"verifier", "simulate", "fabrication", "registry", "designer", "idcodes", "cli"} <= folders
+    files = {path.stem for path in ROOT.glob("*.py")} - {"__init__", "__main__"}
+    assert files <= GROUND
+
+
+def test_heavy_packages_are_imported_within_functions_only() -> None:
+    """Catches: `import build123d` at the top of a module that a verify or a --help loads."""
+    broken = {name: sorted(loaded_packages(parse(path)) & HEAVY) for name, path in modules()}
+    assert {name: found for name, found in broken.items() if found} == {}
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("import moireid.simulate.film", {"simulate"}),
+        ("from moireid import simulate", {"simulate"}),
+        ("from moireid.simulate import film", {"simulate"}),
+        ("from ..simulate.film import film", {"simulate"}),
+        ("from .. import fabrication, badge", {"fabrication", "badge"}),
+        ("from . import track", {"verifier"}),
+        ("def f():\n    from moireid.fabrication.page import Sheet", {"fabrication"}),
+        (
+            "if True:\n    try:\n        import moireid.registry as r\n    except ImportError:\n        pass",
+            {"registry"},
+        ),
+        ("import importlib\nimportlib.import_module('moireid.simulate.forge')", {"simulate"}),
+        ("from moireid import __version__\nimport numpy.simulate", set()),
+    ],
+)
+def test_the_walk_sees_every_way_of_importing(source: str, found: set[str]) -> None:
+    """Catches: a walk that overlooks relative, nested, renamed or spelled-out imports, and so can never fail."""
+    assert own_imports(ast.parse(source), "moireid.verifier.verify") == found
+
+
+@pytest.mark.parametrize(
+    ("source", "found"),
+    [
+        ("import build123d as b", {"build123d"}),
+        ("try:\n    import mitsuba\nexcept ImportError:\n    import cadquery.func", {"mitsuba", "cadquery"}),
+        ("class A:\n    from build123d import Box", {"build123d"}),
+        ("with x:\n    import trimesh", {"trimesh"}),
+        ("def f():\n    import mitsuba\nclass A:\n    def g(self):\n        import cadquery", set()),
+        ("if TYPE_CHECKING:\n    import mitsuba\nelse:\n    import drjit", {"drjit"}),
+    ],
+)
+def test_the_walk_tells_loading_from_calling(source: str, found: set[str]) -> None:
+    """Catches: a walk that takes an import in a function for one at the top, or one in a class for none."""
+    assert loaded_packages(ast.parse(source)) & HEAVY == found
+
+
+def test_the_verifier_at_work_loads_neither_simulator_nor_workshop() -> None:
+    """Catches: an import by way of a third module, which the rules for single files let through."""
+    code = (
+        "import sys\n"
+        "import moireid.verifier, moireid.verifier.identify, moireid.verifier.report, moireid.registry\n"
+        "print(*sorted(m for m in sys.modules if m.startswith(('moireid.simulate', 'moireid.fabrication', "
+        "'build123d', 'mitsuba', 'cadquery', 'trimesh', 'numba', 'matplotlib'))))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_the_command_knows_the_forgeries_of_the_simulator() -> None:
+    """Catches: a forgery that --forge does not offer, or offers and nobody can make (the list is written twice)."""
+    assert FORGERIES == KINDS
+    assert len(set(KINDS)) == len(KINDS)

@@ -1,0 +1,298 @@
+"""The motion test on made-up signals: each of its parts must fail alone.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from moireid.verifier.camera import CameraFit
+from moireid.verifier.invariant import (
+    GAIN_TOLERANCE,
+    MIN_CORRELATION,
+    MIN_EXCITATION_RAD,
+    Invariant,
+    judge_invariant,
+    pearson,
+    window_correlation_mean,
+)
+from moireid.verifier.measure import GratingSignal, Measurement
+
+FRAMES = 180
+PHASE_SD, POSE_SD = 0.02, 0.01
+
+
+def course(seed: int = 1, frames: int = FRAMES) -> np.ndarray:
+    """A hand's course: smooth, mean 0, standard deviation 1."""
+    t = np.arange(frames) / 30.0
+    rng = np.random.default_rng(seed)
+    wave = sum(
+        np.sin(2 * np.pi * f * t + p) for f, p in zip(rng.uniform(0.2, 1.1, 4), rng.uniform(0, 6, 4), strict=True)
+    )
+    return (wave - wave.mean()) / wave.std()
+
+
+def unlike(predicted: np.ndarray, seed: int = 9) -> np.ndarray:
+    """Another course of standard deviation 1 that correlates with the first by nothing at all."""
+    other = course(seed, len(predicted))
+    other = other - predicted * (other @ predicted) / (predicted @ predicted)
+    other -= other.mean()
+    return other / other.std()
+
+
+def signal(
+    predicted: np.ndarray, measured: np.ndarray, *, phase_sd=PHASE_SD, pose_sd=POSE_SD, wander=0.05
+) -> GratingSignal:
+    sd = np.full(len(predicted), phase_sd) if np.isscalar(phase_sd) else phase_sd
+    return GratingSignal(
+        measured - measured.mean(), predicted - predicted.mean(), sd, pose_sd, np.array([0.5 * wander, wander])
+    )
+
+
+def judged(*signals: GratingSignal, tangent_sd: float = 0.0) -> Invariant:
+    count = len(signals[0].measured_rad)
+    camera = CameraFit(np.zeros((count, 3)), np.zeros(count), 1450.0, 0.0, False, 0.01, (tangent_sd, 0.0))
+    return judge_invariant(Measurement(camera, np.zeros((count, 3)), np.arange(count) / 30.0, (), (), tuple(signals)))
+
+
+def levels(outcome: Invariant) -> dict[str, str]:
+    return {reason.code: reason.level for reason in outcome.reasons}
+
+
+def failed(outcome: Invariant) -> list[str]:
+    return [code for code, level in levels(outcome).items() if level != "pass"]
+
+
+def genuine(excitation: float = 1.2, noise: float = 0.02) -> GratingSignal:
+    predicted = excitation * course()
+    return signal(predicted, predicted + noise * np.random.default_rng(4).standard_normal(FRAMES))
+
+
+# One thing broken at a time.
+
+
+def test_a_genuine_signal_is_accepted():
+    """Catches: a test that nothing passes; a sign turned round on the way."""
+    outcome = judged(genuine())
+    assert outcome.verdict == "accept" and failed(outcome) == []
+    assert levels(outcome).keys() == {"motion", "correlation", "gain", "residual", "agreement"}
+    assert outcome.gain_ratio == pytest.approx(1.0, abs=0.01) and outcome.correlation > 0.999
+    assert outcome.excitation_rad == pytest.approx(1.2) and outcome.score == pytest.approx(1.0, abs=0.01)
+    assert outcome.phase_residual_rad == pytest.approx(0.02, rel=0.2)
+
+
+@pytest.mark.parametrize("gain", [0.5, 1.5, -1.0, 0.0])
+def test_gain_fails_alone(gain):
+    """Catches: a verdict by correlation alone; |gain|, which accepts reversed fringes; a frozen fringe's noise."""
+    predicted = 1.2 * course()
+    leak = 0.2 * predicted if gain == 0.0 else gain * predicted
+    outcome = judged(signal(predicted, leak + 0.005 * unlike(predicted)))
+    assert outcome.verdict == "reject" and failed(outcome) == ["gain"]
+    assert outcome.gain_ratio == pytest.approx(gain or 0.2, abs=1e-6)
+    assert outcome.correlation > MIN_CORRELATION
+
+
+def test_correlation_fails_alone():
+    """Catches: a residual that is taken for enough.  Vague phases explain a wander that vague motion does not."""
+    predicted = 0.40 * course()
+    outcome = judged(signal(predicted, predicted + 0.18 * unlike(predicted), phase_sd=0.07, pose_sd=0.06))
+    assert outcome.verdict == "reject" and failed(outcome) == ["correlation"]
+    assert outcome.correlation == pytest.approx(0.40 / math.hypot(0.40, 0.18), abs=1e-6)
+
+
+def test_residual_fails_alone():
+    """Catches: a wander of 0.5 rad that great motion hides from the correlation (0.977 here)."""
+    predicted = 2.4 * course()
+    outcome = judged(signal(predicted, predicted + 0.5 * unlike(predicted)))
+    assert outcome.verdict == "reject" and failed(outcome) == ["residual"]
+    assert outcome.phase_residual_rad == pytest.approx(0.5, abs=1e-6)
+
+
+def test_agreement_fails_alone():
+    """Catches: strips that are averaged before anyone looks whether they agree; the mean strip's wander."""
+    outcome = judged(replace(genuine(), strip_residual_rad=np.array([0.02, 0.02, 0.9, 0.02])))
+    assert outcome.verdict == "reject" and failed(outcome) == ["agreement"]
+
+
+@pytest.mark.parametrize("measured_gain", [1.0, 0.5, -1.0])
+def test_too_little_motion_is_left_open_whatever_the_fringes_do(measured_gain):
+    """Catches: a rejection, or an acceptance, of a film that shows nothing."""
+    predicted = 0.6 * MIN_EXCITATION_RAD * course()
+    outcome = judged(signal(predicted, measured_gain * predicted))
+    assert outcome.verdict == "inconclusive" and levels(outcome) == {"motion": "undecided"}
+    assert outcome.gain_ratio == pytest.approx(measured_gain)
+
+
+def test_motion_must_also_stand_above_its_own_error():
+    """Catches: a fixed threshold, which a shaky pose passes by its shaking alone."""
+    predicted = 0.5 * course()
+    sure = judged(signal(predicted, predicted, pose_sd=0.05))
+    vague = judged(signal(predicted, predicted, pose_sd=0.2))
+    assert sure.verdict == "accept" and vague.verdict == "inconclusive"
+
+
+@pytest.mark.parametrize("shaking", [0.0, 1e-3])
+def test_nothing_that_moves_is_inconclusive(shaking):
+    """Catches: 0/0 in correlation or gain."""
+    still = shaking * course()
+    outcome = judged(signal(still, 0.01 * unlike(course())))
+    assert outcome.verdict == "inconclusive" and "pass" not in levels(outcome).values()
+    json.dumps(outcome.to_json(), allow_nan=False)
+
+
+def test_nothing_that_can_be_read_is_inconclusive():
+    """Catches: a genuine verdict, or a division by zero, where every frame's phase is vague."""
+    predicted = course()
+    for blind in (
+        signal(predicted, predicted, phase_sd=np.full(FRAMES, np.inf)),
+        signal(predicted[:20], predicted[:20]),
+    ):
+        outcome = judged(blind)
+        assert outcome.verdict == "inconclusive" and levels(outcome) == {"fringes": "undecided"}
+        assert outcome.correlation is None and outcome.to_json()["gain_ratio"] is None
+
+
+# The figures.
+
+
+def test_the_window_mean_is_the_plain_mean_over_thirty_frames():
+    """Catches: a stride, a median, a signed mean, a missing last window.  Against a loop with numpy's own."""
+    predicted = course()
+    measured = predicted + 0.6 * unlike(predicted) - 0.01 * np.arange(FRAMES)
+    loop = [abs(np.corrcoef(measured[k : k + 30], predicted[k : k + 30])[0, 1]) for k in range(FRAMES - 30 + 1)]
+    assert len(loop) == 151 and min(loop) < 0.5
+    assert window_correlation_mean(measured, predicted) == pytest.approx(np.mean(loop), abs=1e-9)
+    assert judged(signal(predicted, measured)).window_correlation_mean == pytest.approx(np.mean(loop), abs=1e-9)
+
+
+def test_pearson_is_numpy_s_and_zero_where_nothing_moves():
+    """Catches: series that are not centred; NaN for a constant."""
+    a, b = course(2) + 7.0, unlike(course(2)) + 0.4 * course(2) - 3.0
+    assert pearson(a, b) == pytest.approx(np.corrcoef(a, b)[0, 1])
+    assert pearson(a, -b) == -pearson(a, b) and pearson(a, np.full(FRAMES, 3.0)) == 0.0
+
+
+def test_the_gain_is_regressed_on_the_predicted_phase():
+    """Catches: regression the wrong way round, which reads 1 / gain and grows with the noise."""
+    predicted = course()
+    outcome = judged(signal(predicted, 0.9 * predicted + 0.3 * unlike(predicted)))
+    assert outcome.gain_ratio == pytest.approx(0.9, abs=1e-9)
+
+
+def test_an_offset_or_turns_of_the_phase_change_nothing():
+    """Catches: a constant of assembly that enters the verdict."""
+    here = genuine()
+    there = replace(here, measured_rad=here.measured_rad + 40.0, predicted_rad=here.predicted_rad - 7.0)
+    one, two = judged(here), judged(there)
+    for name in (
+        "correlation",
+        "gain_ratio",
+        "phase_residual_rad",
+        "excitation_rad",
+        "score",
+        "window_correlation_mean",
+    ):
+        assert getattr(one, name) == pytest.approx(getattr(two, name), abs=1e-9), name
+
+
+def test_the_score_falls_with_every_departure():
+    """Catches: a score that does not rise with genuineness."""
+    predicted = 1.2 * course()
+    other = 1.2 * unlike(predicted)
+    mixes = [(1.0, 0.0), (1.0, 0.2), (0.5, 0.0), (0.0, 0.0), (0.0, 1.0), (-1.0, 0.0)]
+    scores = [judged(signal(predicted, gain * predicted + share * other)).score for gain, share in mixes]
+    assert scores == sorted(scores, reverse=True) and len(set(scores)) == len(scores)
+    assert scores[0] == pytest.approx(1.0) and scores[-1] < -1.0
+
+
+def test_the_gain_s_error_bar_grows_with_residuals_that_last():
+    """Catches: residuals taken as independent: a slow wander tells less than white noise of its size."""
+    predicted = course()
+    white = 0.1 * np.random.default_rng(3).standard_normal(FRAMES)
+    slow = 0.1 * unlike(predicted)
+    quick, lasting = (judged(signal(predicted, predicted + r)).gain_sd for r in (white, slow))
+    assert quick == pytest.approx(0.1 / math.sqrt(FRAMES), rel=0.35)
+    assert lasting > 4 * quick
+
+
+def test_a_gain_that_is_off_fails_beyond_its_error_and_is_open_within():
+    """Catches: a bar that is not used; one that widens what passes, by which a vague film lets half the gain in."""
+    predicted = 1.2 * course()
+    off = signal(predicted, (1 + 1.5 * GAIN_TOLERANCE) * predicted)
+    assert judged(off).verdict == "reject" and failed(judged(off)) == ["gain"]
+    vague = judged(off, tangent_sd=0.06)
+    assert vague.verdict == "inconclusive" and levels(vague)["gain"] == "undecided"
+    half = signal(predicted, 0.5 * predicted)
+    assert judged(half, tangent_sd=0.1).verdict == "reject"
+    assert judged(half, tangent_sd=1.0).verdict == "inconclusive"
+    assert judged(genuine(), tangent_sd=0.1).verdict == "accept"
+
+
+def test_vague_frames_are_left_out():
+    """Catches: frames without a phase that count as zeros."""
+    full = genuine()
+    sd, measured = full.phase_sd_rad.copy(), full.measured_rad.copy()
+    sd[::7], measured[::7] = np.inf, 50.0
+    outcome = judged(replace(full, phase_sd_rad=sd, measured_rad=measured))
+    assert outcome.verdict == "accept" and outcome.gain_ratio == pytest.approx(1.0, abs=0.01)
+
+
+# Several gratings.
+
+
+def test_gratings_are_weighed_by_their_information():
+    """Catches: a plain mean; the best grating alone; weights of 1/sd; a grating that hardly moved and says as much."""
+    strong, weak = 1.2 * course(), 0.7 * course(5)
+    good = signal(strong, strong + 0.05 * unlike(strong), phase_sd=0.03)
+    poor = signal(weak, 0.9 * weak + 0.2 * unlike(weak), phase_sd=0.06)
+    alone = [judged(one) for one in (good, poor)]
+    both = judged(good, poor)
+    weight = np.array([1.2**2 / (0.03**2 + POSE_SD**2), 0.7**2 / (0.06**2 + POSE_SD**2)])
+    for name in ("correlation", "gain_ratio", "phase_residual_rad", "window_correlation_mean", "excitation_rad"):
+        wanted = np.average([getattr(one, name) for one in alone], weights=weight)
+        assert getattr(both, name) == pytest.approx(wanted, abs=1e-9), name
+    assert len(both.gratings) == 2
+    assert both.gratings[1]["gain_ratio"] == pytest.approx(0.9, abs=1e-5)
+
+
+def test_the_worst_strip_of_any_grating_counts():
+    """Catches: the first grating's strips alone; a mean by information, which a faint edited patch would slip past."""
+    steady, torn = genuine(), replace(genuine(), strip_residual_rad=np.array([0.9]))
+    assert failed(judged(steady, torn)) == ["agreement"]
+    assert failed(judged(torn, steady)) == ["agreement"]
+
+
+def test_a_blind_grating_does_not_spoil_a_good_one():
+    """Catches: zeros of an unread grating that enter the mean."""
+    blind = signal(course(), course(), phase_sd=np.full(FRAMES, np.inf), wander=0.0)
+    assert judged(genuine(), blind).verdict == "accept"
+    assert judged(blind, genuine()).gain_ratio == pytest.approx(1.0, abs=0.01)
+
+
+# What it says.
+
+
+def test_reasons_carry_figure_limit_and_unit():
+    """Catches: a limit that is not the one applied; a text without its figure."""
+    predicted = 1.2 * course()
+    reasons = {reason.code: reason for reason in judged(signal(predicted, 0.5 * predicted)).reasons}
+    gain = reasons["gain"]
+    assert gain.measured == pytest.approx(0.5) and gain.limit == pytest.approx(GAIN_TOLERANCE) and gain.unit == "ratio"
+    assert "0.500" in gain.text
+    assert reasons["motion"].limit == pytest.approx(MIN_EXCITATION_RAD) and reasons["motion"].unit == "rad"
+    assert reasons["correlation"].limit == MIN_CORRELATION
+    known = math.sqrt(0.12**2 + (0.05 * 1.2) ** 2 + (3 * math.hypot(PHASE_SD, POSE_SD)) ** 2)
+    assert reasons["residual"].limit == pytest.approx(known, rel=1e-6)
+
+
+def test_json_is_strict_and_complete():
+    """Catches: NaN or numpy figures in the JSON; a key of the contract that is missing."""
+    document = json.loads(json.dumps(judged(genuine()).to_json(), allow_nan=False))
+    assert document.keys() >= {
+        "verdict", "correlation", "window_correlation_mean", "gain_ratio", "phase_residual_rad", "excitation_rad",
+        "score", "gratings",
+    }  # fmt: skip
+    assert all(isinstance(value, float) for key, value in document.items() if key not in ("verdict", "gratings"))

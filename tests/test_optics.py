@@ -1,0 +1,226 @@
+"""The phase law in closed form: signs, limits, and the geometry that it stands for, written again here."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from moireid import optics
+from moireid.badge import Lens
+from moireid.errors import DesignError
+
+#: The published prototype: front and rear pitch in mm, and the effective gap that was traced for its sheet.
+FRONT, REAR, G_EFF = 0.508, 0.52, 0.60
+SHEET = Lens("lenticular", FRONT, 1.0, 1.56)
+#: A rear pitch finer than the lens: every sign of the prototype turned round.
+FINER = 0.497
+
+
+# The beat in space.
+
+
+def test_beat_of_the_prototype_is_the_textbook_fraction() -> None:
+    """Catches: |p_f - p_r| in place of a signed difference, or front and rear swapped."""
+    exact = 1 / Fraction("0.52") - 1 / Fraction("0.508")
+    beat = float(optics.beat_frequency_per_mm(FRONT, REAR))
+    assert beat == pytest.approx(float(exact), rel=1e-12)
+    assert beat == pytest.approx(-0.045427, abs=1e-6)
+    assert float(optics.beat_period_mm(beat)) == pytest.approx(FRONT * REAR / (REAR - FRONT), rel=1e-12)
+    assert float(optics.beat_period_mm(beat)) == pytest.approx(22.0, abs=0.05)
+
+
+def test_beat_changes_sign_with_the_order_of_the_layers() -> None:
+    """Catches: a sign that is dropped somewhere on the way."""
+    assert float(optics.beat_frequency_per_mm(REAR, FRONT)) == pytest.approx(
+        -float(optics.beat_frequency_per_mm(FRONT, REAR)), rel=1e-12
+    )
+    assert float(optics.beat_frequency_per_mm(FRONT, FINER)) > 0
+
+
+def test_equal_layers_have_no_beat_and_an_infinite_period() -> None:
+    """Catches: a division by zero, or a small epsilon in the denominator that makes up a period."""
+    assert float(optics.beat_frequency_per_mm(FRONT, FRONT)) == 0.0
+    with np.errstate(all="raise"):
+        assert optics.beat_period_mm([0.0, -0.25, 0.5]).tolist() == [math.inf, 4.0, 2.0]
+
+
+@pytest.mark.parametrize("rear", [REAR, FINER])
+@pytest.mark.parametrize("distance_mm", [300.0, 1000.0, 4200.0])
+def test_beat_at_a_distance_is_that_of_lines_drawn_from_the_camera(rear: float, distance_mm: float) -> None:
+    """Catches: (1 - g/D), or the correction on the front layer.
+
+    Two routes: neighbouring printed lines a gap behind the front plane are drawn onto it along sight lines from the
+    camera; they stand D / (D + g) as far apart there.
+    """
+    seen_pitch = rear * distance_mm / (distance_mm + G_EFF)
+    beat = optics.beat_frequency_per_mm(FRONT, rear, effective_gap_mm=G_EFF, distance_mm=distance_mm)
+    assert float(beat) == pytest.approx(1 / seen_pitch - 1 / FRONT, rel=1e-10)
+
+
+def test_a_nearer_camera_lengthens_the_prototypes_period_and_shortens_the_finer_ones() -> None:
+    """Catches: a distance correction of the wrong sign; physics: 2.5 % of the beat between 1 m and infinity."""
+    far = float(optics.beat_frequency_per_mm(FRONT, REAR))
+    near = float(optics.beat_frequency_per_mm(FRONT, REAR, effective_gap_mm=G_EFF, distance_mm=1000.0))
+    assert near / far == pytest.approx(1 - 0.025, abs=0.001)
+    finer_far = float(optics.beat_frequency_per_mm(FRONT, FINER))
+    finer_near = float(optics.beat_frequency_per_mm(FRONT, FINER, effective_gap_mm=G_EFF, distance_mm=1000.0))
+    assert finer_near > finer_far > 0
+
+
+def test_print_scale_of_a_tenth_of_a_percent_moves_the_beat_by_four() -> None:
+    """Catches: a beat formed from a rounded ratio; physics: 0.1 % moves it by 4 %, 0.5 % gives 18.2 mm."""
+    beats = np.asarray(optics.beat_frequency_per_mm(FRONT, [REAR, REAR * 1.001, REAR * 1.005]))
+    assert beats[1] / beats[0] == pytest.approx(1.042, abs=0.002)
+    assert optics.beat_period_mm(beats)[2] == pytest.approx(18.2, abs=0.05)
+
+
+@pytest.mark.parametrize("beat", [-0.0454, -1.2, 0.0, 0.03, 1.7])
+def test_rear_pitch_is_the_inverse_of_the_beat(beat: float) -> None:
+    """Catches: a pitch on the other side of the lens pitch."""
+    rear = optics.rear_pitch_for_beat_mm(FRONT, beat)
+    assert float(optics.beat_frequency_per_mm(FRONT, rear)) == pytest.approx(beat, abs=1e-12)
+    assert (float(rear) > FRONT) == (beat < 0)
+
+
+def test_pitches_and_beats_broadcast() -> None:
+    """Catches: a function that takes scalars only, or sums over the wrong axis."""
+    beats = optics.beat_frequency_per_mm(np.array([[0.5], [0.4]]), np.array([0.52, 0.45, 0.39]))
+    assert beats.shape == (2, 3)
+    assert beats[1, 2] == pytest.approx(1 / 0.39 - 1 / 0.4)
+    assert optics.rear_pitch_for_beat_mm(0.4, beats[1]) == pytest.approx([0.52, 0.45, 0.39])
+
+
+@pytest.mark.parametrize("pitch", [0.0, -0.5, math.nan, math.inf])
+def test_a_pitch_that_is_none_is_refused(pitch: float) -> None:
+    """Catches: a check of one layer only, or one that lets NaN pass."""
+    with pytest.raises(DesignError, match="pitches"):
+        optics.beat_frequency_per_mm(pitch, REAR)
+    with pytest.raises(DesignError, match="pitches"):
+        optics.beat_frequency_per_mm(FRONT, [REAR, pitch])
+
+
+@pytest.mark.parametrize("distance_mm", [0.0, -1.0, math.nan])
+def test_a_distance_that_is_none_is_refused(distance_mm: float) -> None:
+    """Catches: a camera in or behind the badge that gives a beat all the same."""
+    with pytest.raises(DesignError, match="distance_mm"):
+        optics.beat_frequency_per_mm(FRONT, REAR, effective_gap_mm=G_EFF, distance_mm=distance_mm)
+
+
+@pytest.mark.parametrize("beat", [-1 / FRONT, -5.0, math.nan, -math.inf])
+def test_a_beat_that_no_pitch_makes_is_refused(beat: float) -> None:
+    """Catches: a negative, infinite or NaN pitch handed back as if lines could be drawn with it."""
+    with pytest.raises(DesignError, match="no printed pitch"):
+        optics.rear_pitch_for_beat_mm(FRONT, [0.01, beat])
+
+
+# The view.
+
+
+def test_slab_near_the_axis_is_g_over_n() -> None:
+    """Catches: g n, g, or g (1 - 1/n), which is the apparent lift and not the shift."""
+    tangent = 1e-4
+    assert float(optics.slab_shift_mm(1.3, 1.56, tangent)) / tangent == pytest.approx(1.3 / 1.56, rel=1e-7)
+    assert optics.paraxial_effective_gap_mm(Lens("lenticular", FRONT, 1.3, 1.56)) == pytest.approx(1.3 / 1.56)
+
+
+def test_slab_at_45_degrees_is_exact() -> None:
+    """Catches: the small-angle law.  sin 45 / n refracted: tan = 1 / sqrt(2 n^2 - 1)."""
+    expected = 2.0 / math.sqrt(2 * 1.56**2 - 1)
+    assert float(optics.slab_shift_mm(2.0, 1.56, 1.0)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_slab_of_air_bends_nothing() -> None:
+    """Catches: an index that is always that of plastic, and a tan_y that meddles with a straight line."""
+    tan_x, tan_y = np.array([-1.4, 0.2, 3.0]), np.array([0.7, -2.0, 0.1])
+    assert optics.slab_shift_mm(1.7, 1.0, tan_x, tan_y) == pytest.approx(1.7 * tan_x, rel=1e-12)
+
+
+def test_slab_grazing_light_stays_within_the_critical_cone() -> None:
+    """Catches: a law that grows without bound."""
+    assert float(optics.slab_shift_mm(1.0, 1.56, 1e9)) == pytest.approx(1 / math.sqrt(1.56**2 - 1), rel=1e-9)
+
+
+@pytest.mark.parametrize(("tan_x", "tan_y"), [(0.3, 0.8), (-0.9, 0.4), (1.2, -1.1), (0.05, 1.5)])
+def test_slab_in_three_dimensions_bends_in_the_plane_of_incidence(tan_x: float, tan_y: float) -> None:
+    """Catches: Snell's law applied to x and y one by one.  Second route: bend in the plane of incidence."""
+    steepness = math.hypot(tan_x, tan_y)
+    bent = math.tan(math.asin(math.sin(math.atan(steepness)) / 1.56))
+    assert float(optics.slab_shift_mm(1.0, 1.56, tan_x, tan_y)) == pytest.approx(bent * tan_x / steepness, rel=1e-12)
+    assert float(optics.slab_shift_mm(1.0, 1.56, -tan_x, -tan_y)) == pytest.approx(-bent * tan_x / steepness, rel=1e-12)
+
+
+def test_slopes_of_the_small_angle_law_agree_with_its_phase() -> None:
+    """Catches: a slope without 2 pi, over p_f, or without the factor 1 + g/D; phase falls as the camera goes to +x."""
+
+    def phase(x: float, camera_x: float, distance: float) -> float:
+        tangent = (x - camera_x) / distance
+        law = optics.fringe_phase_rad(x, tangent, front_pitch_mm=FRONT, rear_pitch_mm=REAR, effective_gap_mm=G_EFF)
+        return float(law)
+
+    distance = 700.0
+    by_parallax = (phase(3.0, 71.0, distance) - phase(3.0, 1.0, distance)) / (70.0 / distance)
+    assert by_parallax == pytest.approx(-optics.parallax_slope_rad(G_EFF, REAR), rel=1e-9)
+    assert optics.parallax_slope_rad(G_EFF, REAR) == pytest.approx(2 * math.pi * 0.6 / 0.52)
+    along = (phase(9.0, 40.0, distance) - phase(2.0, 40.0, distance)) / 7.0
+    beat = optics.beat_frequency_per_mm(FRONT, REAR, effective_gap_mm=G_EFF, distance_mm=distance)
+    assert along == pytest.approx(2 * math.pi * float(beat), rel=1e-9)
+
+
+@pytest.mark.parametrize("rear", [REAR, FINER])
+def test_phase_law_is_what_the_lenses_sample_off_the_printed_lines(rear: float) -> None:
+    """Catches: any sign or factor of the law.  Second route: lens k shows the page under it, shifted by the view."""
+    lenses = np.arange(-80, 81) * FRONT
+    tangent = (lenses - 37.0) / 640.0
+    page_phase = 2 * np.pi * (lenses + G_EFF * tangent) / rear
+    law = optics.fringe_phase_rad(lenses, tangent, front_pitch_mm=FRONT, rear_pitch_mm=rear, effective_gap_mm=G_EFF)
+    assert np.exp(1j * law) == pytest.approx(np.exp(1j * page_phase), abs=1e-9)
+
+
+@pytest.mark.parametrize(("rear", "way"), [(REAR, -1), (FINER, 1)])
+def test_fringes_go_with_the_camera_where_the_beat_is_positive(rear: float, way: int) -> None:
+    """Catches: the reversed forgery taken for the law."""
+    places = np.linspace(-3.0, 3.0, 6001)
+
+    def dark_line(camera_x: float) -> float:
+        law = optics.fringe_phase_rad(
+            places, (places - camera_x) / 1000.0, front_pitch_mm=FRONT, rear_pitch_mm=rear, effective_gap_mm=G_EFF
+        )
+        return float(places[np.argmax(np.cos(law))])
+
+    assert dark_line(0.0) == pytest.approx(0.0, abs=0.002)
+    assert np.sign(dark_line(20.0)) == way
+    beat = optics.beat_frequency_per_mm(FRONT, rear, effective_gap_mm=G_EFF, distance_mm=1000.0)
+    assert dark_line(20.0) == pytest.approx(20.0 * G_EFF / 1000.0 / rear / float(beat), abs=0.002)
+
+
+def test_page_plane_slope_is_that_of_a_fixed_page_point() -> None:
+    """Catches: the correction's sign or thickness.  Second route: the sight line through a page point crosses the
+    lens plane one thickness higher, at another place for each camera."""
+    page_x, distance, thickness = 11.0, 2000.0, SHEET.thickness_mm
+
+    def phase(camera_x: float) -> float:
+        tangent = (page_x - camera_x) / distance
+        law = optics.fringe_phase_rad(
+            page_x - thickness * tangent, tangent, front_pitch_mm=FRONT, rear_pitch_mm=REAR, effective_gap_mm=G_EFF
+        )
+        return float(law)
+
+    slope = (phase(-30.0) - phase(50.0)) / (80.0 / distance)
+    assert optics.page_plane_slope_rad(SHEET, G_EFF, REAR) == pytest.approx(slope, rel=1e-9)
+
+
+def test_page_plane_slope_of_the_prototype_is_four_percent_higher() -> None:
+    """Catches: the effective gap in the correction in place of the true thickness.
+
+    physics.md says 3.8 % for the lens; its formula gives 3.94 % with its g_eff of 0.60.  A mask in air has the closed
+    form 2 pi g / p_f, which is 2.4 % higher, and a finer rear pitch gives less.
+    """
+    ratio = optics.page_plane_slope_rad(SHEET, G_EFF, REAR) / optics.parallax_slope_rad(G_EFF, REAR)
+    assert ratio == pytest.approx(1 + 1.0 / 0.60 * (0.52 / 0.508 - 1), rel=1e-12)
+    assert ratio == pytest.approx(1.038, abs=0.002)
+    mask = Lens("mask", FRONT, 1.0, 1.0)
+    assert optics.page_plane_slope_rad(mask, 1.0, REAR) == pytest.approx(2 * math.pi / FRONT, rel=1e-12)
+    assert optics.page_plane_slope_rad(SHEET, G_EFF, FINER) < optics.parallax_slope_rad(G_EFF, FINER)
