@@ -201,11 +201,12 @@ def test_what_the_focal_length_does_to_the_tangents_is_told(rng):
     times = np.arange(40) / FPS
     points = registered(project(*Course(rng, 2200.0, tilt_deg=4.0).pose(times), 1450.0), rng, 0.06)
     fit = fitted(points, times)
+    # A refit solves the shutter anew, so the two agree by half only.
     other = fitted(points, times, focal_px=fit.focal_px + fit.focal_sd_px)
     for axis in (0, 1):
         here, there = (tangents(f.camera_mm)[:, axis] for f in (fit, other))
         by_hand = abs(np.polyfit(here - here.mean(), there, 1)[0] - 1)
-        assert fit.tangent_sd[axis] == pytest.approx(by_hand, rel=0.3, abs=2e-3)
+        assert fit.tangent_sd[axis] == pytest.approx(by_hand, rel=0.6, abs=2e-3)
 
 
 # The rolling shutter.
@@ -237,6 +238,23 @@ def test_a_hand_s_tremor_does_not_lengthen_the_shutter(rng):
     course.pose = shaking
     fit = fitted(registered(rolled(course, times, 1450.0, 0.016), rng, 0.05), times, focal_px=1450.0)
     assert fit.shutter_s == pytest.approx(0.016, abs=0.002)
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_a_film_that_was_turned_gives_the_same_poses(rng, quarters):
+    """Catches: a shutter that can only run down the picture.  Programs turn upright films, and those of a phone that
+    was held upside down, and then it runs sideways or up: genuine films at 1 m were rejected for 0.19 rad of residual.
+    """
+    times = np.arange(90) / FPS
+    course = Course(rng, 900.0, sway_mm=220.0)
+    upright = registered(rolled(course, times, 1450.0, 0.016), rng, 0.05)
+    turned, size = upright, SIZE
+    for _ in range(quarters):
+        turned, size = np.stack([size[1] - 1 - turned[..., 1], turned[..., 0]], axis=-1), size[::-1]
+    one = fit_camera(upright, PAGE_MM, times, SIZE, focal_px=1450.0)
+    other = fit_camera(turned, PAGE_MM, times, size, focal_px=1450.0)
+    assert np.std(tangents(other.camera_mm) - tangents(one.camera_mm)) < 0.002
+    assert other.reprojection_px.mean() == pytest.approx(one.reprojection_px.mean(), rel=0.05)
 
 
 def test_undoing_the_shutter_straightens_the_tangents(rng):
@@ -292,6 +310,20 @@ def test_smoothing_takes_the_noise_out(rng):
     before = np.std((noisy[:, :2] - true[:, :2]) / true[:, 2:])
     after = np.std((smooth_camera(noisy, times)[:, :2] - true[:, :2]) / true[:, 2:])
     assert after < 0.6 * before
+
+
+def test_what_a_tremor_leaves_is_smoothed_too(rng):
+    """Catches: cross-validation that takes errors of 4 to 9 Hz for motion, because they last from frame to frame, and
+    then smooths nothing: on outside films of a hand at 2 m the poses came out twice as bad, and the error bar, which
+    is told from what smoothing takes away, ten times too good.
+    """
+    times, true, noisy = swaying(rng, 0.002, count=180)
+    for axis, hertz in ((0, (4.3, 6.1, 8.7)), (1, (5.2, 7.7))):
+        for f in hertz:
+            noisy[:, axis] += 0.003 * noisy[:, 2] * np.sin(2 * np.pi * f * times + rng.uniform(0, 6))
+    before = np.std((noisy[:, :2] - true[:, :2]) / true[:, 2:])
+    after = np.std((smooth_camera(noisy, times)[:, :2] - true[:, :2]) / true[:, 2:])
+    assert after < 0.5 * before
 
 
 def test_smoothing_follows_the_clock_not_the_frame_number(rng):

@@ -125,7 +125,13 @@ def _design(request: Request, payload: bytes | None, registry: Registry | None) 
     from moireid.designer import design_badge, payload_for_name
 
     if payload is not None:
-        return design_badge(request, payload)
+        badge = design_badge(request, payload)
+        holder = registry.by_id(badge.id or "") if registry else None
+        if holder is not None and holder.revoked_at is not None:
+            raise RegistryError(
+                f"badge {badge.id} of {holder.name!r} was revoked ({holder.revoked_reason}); give another --payload"
+            )
+        return badge
     attempts = 64
     for attempt in range(attempts):
         badge = design_badge(
