@@ -23,6 +23,8 @@ from typing import Any, Literal
 from moireid.errors import SpecError
 
 FORMAT = 1
+#: A step of beat frequency below this, cycles per mm, could not be read off any board, and would let every beat pass.
+MIN_STEP_PER_MM = 1e-5
 Rect = tuple[float, float, float, float]
 Point = tuple[float, float]
 
@@ -305,6 +307,11 @@ def _check_geometry(badge: Badge, source: str) -> None:
         _check_rect(grating.rect_mm, page, f"gratings.{g}.rect_mm", source)
         for c, cell in enumerate(grating.cells):
             _check_rect(cell.rect_mm, grating.rect_mm, f"gratings.{g}.cells.{c}.rect_mm", source)
+        if grating.code and abs(grating.code.frequency_step_per_mm) < MIN_STEP_PER_MM:
+            raise SpecError(
+                f"{source}: gratings.{g}.code.frequency_step_per_mm={grating.code.frequency_step_per_mm:g} is too "
+                f"small to be read; at least {MIN_STEP_PER_MM:g} is needed"
+            )
         if grating.code and (len(grating.code.roles) != len(grating.cells) or "reference" not in grating.code.roles):
             raise SpecError(
                 f"{source}: gratings.{g}.code.roles must name one role for each of the {len(grating.cells)} cells, and "

@@ -21,6 +21,7 @@ from moireid.cli.common import (
     say,
     show_json,
 )
+from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
@@ -55,6 +56,8 @@ def enroll_command(
     badge = load_badge(badge_json)
     _check_identity(badge, badge_json)
     as_built = None
+    if measured_scale is not None and not captures:
+        raise SpecError("--measured-scale is kept with the as-built figures; give a --capture too")
     if captures:
         from moireid.verifier.capture import capture_as_built
 
@@ -80,7 +83,6 @@ def enroll_command(
 
 def _check_identity(badge: Badge, source: Path) -> None:
     """Raise unless the badge has an identity, and its lines spell it."""
-    from moireid.errors import SpecError
     from moireid.idcodes import spells_its_id
 
     if badge.id is None or not any(grating.code for grating in badge.gratings):

@@ -14,6 +14,7 @@ from moireid.designer.request import clean_name
 from moireid.errors import CodeError, SpecError
 
 #: Payload bytes of each code family, the usual one first.
+KEY_FILE_LIMIT = 65536
 FAMILY_BYTES = {"spacing": (8, 16), "pitch": (3,)}
 
 
@@ -49,7 +50,10 @@ def payload_from_key(path: Path) -> bytes:
     from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat, load_pem_public_key
 
     try:
-        key = load_pem_public_key(path.read_bytes())
+        if not path.is_file():
+            raise ValueError("no file")
+        with path.open("rb") as stream:
+            key = load_pem_public_key(stream.read(KEY_FILE_LIMIT))
     except (OSError, ValueError) as error:
         raise SpecError(f"{path} is no public key in PEM; make one with: openssl pkey -in KEY.pem -pubout") from error
     return hashlib.sha256(key.public_bytes(Encoding.DER, PublicFormat.SubjectPublicKeyInfo)).digest()[:16]

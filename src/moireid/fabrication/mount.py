@@ -160,6 +160,14 @@ def _plan(badge: Badge, process: MountProcess) -> _Plan:
     sheet_top = process.card_mm + badge.lens.thickness_mm
     rim_top = sheet_top + process.depth_clearance_mm
     rim_mm = process.clearance_mm + process.wall_mm
+    # The tab's feet, and the fillets beside them, must stand on the tray's upper edge.
+    least_mm = process.slot_mm[0] + 10 * process.wall_mm - 2 * rim_mm
+    if x1 - x0 < least_mm - 1e-6:
+        raise FabricationError(
+            f"a board {x1 - x0:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more, "
+            "or no mount",
+            least_mm=least_mm,
+        )
     return _Plan(
         half_mm=half,
         out_x=half[0] + rim_mm,
