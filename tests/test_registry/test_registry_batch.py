@@ -66,6 +66,13 @@ def test_mould_is_used(monkeypatch):
     issued_alike(people(3) + people(3, lens="60lpi") + people(3))
 
 
+@pytest.mark.parametrize("text", ["\x00", "\x000", "\x005", '"\x005', "\x0099", "\\u00005", '"'])
+def test_badge_whose_text_looks_like_a_gap(text):
+    """Catches: another's name poured into a remark."""
+    issued_alike([replace(badge, print={"by": text}) for badge in people(3)])
+    issued_alike([replace(badge, name=f"Al \u2028 {text}") for badge in people(3) if "\x00" not in text])
+
+
 def whole_numbers(badge: Badge) -> Badge:
     """The badge with one line edge that is a whole number, and no float: 105.0 in JSON."""
     grating = badge.gratings[0]
