@@ -30,6 +30,8 @@ SHUTTER_LIMIT_S = 0.033
 SOLVE_FRAMES = 300
 #: Two frames further apart than this tell no velocity, and are not smoothed into one another.
 GAP_S = 0.15
+#: Tangents of 0.006 (a third of a degree) are what registration errs by at 1 m.
+POSE_ERROR = 0.006
 #: Cut-offs of smoothing.  A hand's path is slower than 2 Hz, of which the lowest leaves 83 %, and of 1 Hz 99 %.
 CUT_OFFS_HZ = (3.0, 4.0, 6.0, 9.0, 14.0)
 #: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
@@ -68,18 +70,27 @@ def fit_camera(
     middle = page_mm.mean(axis=0)
     plane = np.column_stack([page_mm - middle, np.zeros(len(page_mm))])
     velocity = _velocity_px_s(points_px, times_s)
-    rows = (points_px[..., 1:2] - points_px[..., 1:2].mean(axis=1, keepdims=True)) / image_px[1]
+    apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
+    # Programs turn films, so the shutter may run down, right, up or left through the picture as it is now.
+    directions = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
+    rows = directions[0]
     chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
 
     def unrolled(shutter_s: float, frames: NDArray[np.int64] | slice = slice(None)) -> Array:
         return points_px[frames] - velocity[frames] * rows[frames] * shutter_s
 
     guess = focal_px or FOCAL_PRIOR * max(image_px)
-    start = start_poses(plane, unrolled(SHUTTER_PRIOR_S, chosen), guess, centre)
+    start = start_poses(plane, points_px[chosen], guess, centre)
 
     def poses(focal: float, shutter_s: float) -> PlanePoses:
         return moved_poses(start, plane, unrolled(shutter_s, chosen), focal / guess, focal, centre)
 
+    tried = []
+    for direction in directions:
+        rows = direction
+        tried.append(poses(guess, SHUTTER_PRIOR_S).least_error_px)
+    scale = min(float(np.median(errors)) for errors in tried) or 1e-9
+    rows = directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
     shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
     shutter_s, _ = _minimise(lambda s: poses(guess, s).least_error_px, *shutter)
     focal, log_sd = float(guess), 0.0
@@ -202,12 +213,17 @@ def smooth_camera(camera_mm: Array, times_s: Array) -> Array:
     for stretch in stretches(times_s, GAP_S):
         if len(stretch) >= 8:
             for k in range(3):
-                columns[stretch, k] = _smooth(clock[stretch], columns[stretch, k])
+                explained = POSE_ERROR if k < 2 else 0.0
+                columns[stretch, k] = _smooth(clock[stretch], columns[stretch, k], explained)
     return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]])
 
 
-def _smooth(clock: Array, values: Array) -> Array:
-    """The smoothing spline of the cut-off that predicts left-out samples best."""
+def _smooth(clock: Array, values: Array, explained: float) -> Array:
+    """The smoothing spline of the lowest cut-off, if it leaves no more than `explained` (RMS).
+
+    Else that of the cut-off which predicts left-out samples best.  Errors that last over some frames would deceive
+    cross-validation, which takes them for motion; up to `explained` they are taken for errors.
+    """
     count, length = len(clock), float(clock[-1] - clock[0])
     best: tuple[float, Array] | None = None
     for cut_off in CUT_OFFS_HZ:
@@ -216,7 +232,10 @@ def _smooth(clock: Array, values: Array) -> Array:
         stiffness = count / length / (2 * np.pi * cut_off) ** 4
         course = np.asarray(make_smoothing_spline(clock, values, lam=stiffness)(clock))
         freedom = np.sum(1 / (1 + (np.arange(count) / (2 * length) / cut_off) ** 4))
-        score = float(np.sum((values - course) ** 2)) / (1 - freedom / count) ** 2
+        left = float(np.sum((values - course) ** 2))
+        if cut_off == CUT_OFFS_HZ[0] and np.sqrt(left / count) <= explained:
+            return course
+        score = left / (1 - freedom / count) ** 2
         if best is None or score < best[0]:
             best = score, course
     return best[1] if best else values
