@@ -168,7 +168,9 @@ def _gain_right(gain: float, gain_sd: float) -> Reason:
     """Pass within the tolerance; fail beyond it by three error bars; between, the film cannot tell."""
     limit = GAIN_TOLERANCE + GAIN_SDS * gain_sd
     words = f"The fringes move {gain:.3f} ± {gain_sd:.3f} times as far as the optics predict"
-    if abs(gain - 1) <= GAIN_TOLERANCE:
+    # A film that cannot tell a true gain from a half of it says nothing, wherever its best guess lies.
+    vague = GAIN_SDS * gain_sd >= 0.5
+    if abs(gain - 1) <= GAIN_TOLERANCE and not vague:
         return Reason("gain", "pass", gain, GAIN_TOLERANCE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE:g} is allowed.")
     if abs(gain - 1) > limit:
         return Reason("gain", "fail", gain, limit, "ratio", f"{words}; 1 ± {limit:.2f} would be possible.")
