@@ -18,9 +18,11 @@ EXPORTED = {
         "SpecError",
     ],
     "moireid.idcodes": [
+        "WRONG_PERSON",
         "CellReading",
         "CodeFamily",
         "Decoded",
+        "PartialWord",
         "PitchFamily",
         "SpacingFamily",
         "family_named",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sqlite3
 import time
 from dataclasses import FrozenInstanceError, replace
 from datetime import UTC, datetime
@@ -246,3 +247,33 @@ def test_layouts_are_one_badge_each(registry):
     assert len(layouts) == 2 and all(badge in enrolled for badge in layouts)
     lowest = [min(badge.id for badge in of_one) for of_one in (enrolled[:2] + enrolled[4:], enrolled[2:4])]
     assert [badge.id for badge in layouts] == sorted(lowest)
+
+
+# Ids that a spoilt reading is like.
+
+
+def test_ids_alike_share_a_part_in_its_place(registry):
+    """Catches: a part found anywhere in the id; parts that must all agree; an index that the query does not use."""
+    ids = ["0123456789abcdef", "ffff456700000000", "4567ffff11111111", "2222222222222222"]
+    for number, badge_id in enumerate(ids):
+        registry.enroll(badge_of(f"Person {number}", bytes.fromhex(badge_id)))
+    assert registry.ids_alike({1: "4567"}) == [ids[0], ids[1]]
+    assert registry.ids_alike({0: "4567", 3: "cdef"}) == sorted([ids[2], ids[0]])
+    assert registry.ids_alike({0: "0123", 1: "4567", 2: "89ab", 3: "cdef"}) == sorted([ids[0], ids[1]])
+    assert registry.ids_alike({2: "beef"}) == registry.ids_alike({}) == []
+
+
+def test_ids_alike_are_found_by_indexes(path):
+    """Catches: a scan of a million records for each spoilt reading."""
+    url = url_of(path)
+    with open_registry(url, create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+        statements = []
+        event.listen(registry._ledger.engine, "before_cursor_execute", lambda *given: statements.append(given[2:4]))
+        registry.ids_alike(dict.fromkeys(range(4), "0123"))
+    ((query, values),) = [given for given in statements if "substr" in given[0]]
+    connection = sqlite3.connect(path)
+    plan = [row[3] for row in connection.execute("EXPLAIN QUERY PLAN " + query, values)]
+    connection.close()
+    assert sum("USING INDEX badges_by_part" in step for step in plan) == 3
+    assert not [step for step in plan if step.startswith("SCAN")]

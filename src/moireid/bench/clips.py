@@ -5,20 +5,30 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.verifier.track import Track
 
 #: The picture is cut to what a swaying badge needs at 1 m; pixels to the millimetre are those of 1080p.
 WIDTH, HEIGHT, FOCAL_PX = 1024, 576, 1450.0
 FPS, CRF = 30.0, 28
+#: Lengths at which a clip is read again: 0.5 to 8 s.
+FRAMES = (15, 30, 60, 120, 240)
 
 
 @dataclass(frozen=True)
 class Clip:
-    """What to film: payload, distance, how the badge is built, and the seeds of build and motion."""
+    """What to film: payload, distance, how the badge is built, and the seeds of build and motion.
+
+    shorter: read it again as if it had ended earlier, with both decoders, to set error against time.
+    """
 
     payload: bytes
     distance_mm: float
@@ -26,6 +36,7 @@ class Clip:
     motion_seed: int
     assembly_seed: int | None = None
     frames: int = 240
+    shorter: bool = False
 
 
 def build_of(clip: Clip) -> Any:
@@ -67,11 +78,11 @@ def read_clip(clip: Clip) -> dict[str, Any]:
         film(scene, motion, video, frames=clip.frames, fps=FPS, seed=clip.motion_seed, crf=CRF)
         report = verify(video, badge, claimed_id=badge.id, focal_px=FOCAL_PX)
     row: dict[str, Any] = {
-        "verdict": report.verdict, "read": report.identity.decoded_id == badge.id,
+        "payload": clip.payload.hex(), "verdict": report.verdict, "read": report.identity.decoded_id == badge.id,
         "wrong": report.identity.decoded_id not in (None, badge.id), "tracked": report.track.tracked,
         "corrected": report.identity.symbol_errors_corrected, "phase_error_rad": [], "phase_sd_rad": [],
         "correlation": report.invariant.correlation, "gain": report.invariant.gain_ratio,
-        "identity_s": report.timing["stages"].get("identity"), "as_built": None, "beat_error": None,
+        "identity_s": report.timing["stages"].get("identity"), "as_built": None, "beat_error": None, "shorter": [],
     }  # fmt: skip
     if report.measurement is None:
         return row
@@ -86,7 +97,47 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale
     true_beat = 1 / badge.gratings[0].pitch_mm - 1 / lens_page_mm
     row["beat_error"] = as_built.beat_period_mm * abs(true_beat) - 1
+    if clip.shorter:
+        row["shorter"] = [read_shorter(report.track, badge, frames) for frames in FRAMES]
     return row
+
+
+def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
+    """The first frames of a track, read with soft and with hard decisions: cells wrong, payload read, seconds."""
+    from moireid.idcodes.spacing import decode_phases, true_phases_rad, word_of
+    from moireid.verifier.identity import read_identity
+    from moireid.verifier.measure import measure
+
+    kept = track.cell_frames < frames
+    short = replace(
+        track,
+        frame_numbers=track.frame_numbers[:frames], times_s=track.times_s[:frames],
+        homographies=track.homographies[:frames], correlations=track.correlations[:frames],
+        profiles=tuple(
+            profile[:frames] if strip.uniform else profile[kept]
+            for strip, profile in zip(track.strips, track.profiles, strict=True)
+        ),
+        cell_frames=track.cell_frames[kept],
+    )  # fmt: skip
+    clock = time.perf_counter()
+    measurement = measure(short, badge, focal_px=FOCAL_PX)
+    measured = time.perf_counter()
+    decoded, readings = read_identity(short, measurement, badge)
+    done = time.perf_counter()
+    true = true_phases_rad(bytes.fromhex(badge.id or ""), badge.gratings)
+    found = [readings[grating][cell] for grating, cell in true]
+    wrong = sum(
+        abs(math.remainder(reading.phase_rad - phase, 2 * math.pi)) > math.pi / 4
+        for reading, phase in zip(found, true.values(), strict=True)
+    )
+    phases, sds = [reading.phase_rad for reading in found], [reading.phase_sd for reading in found]
+    hard = decode_phases(word_of(badge.gratings), phases, sds, tries=1)
+    soft = decoded.payload if decoded else None
+    return {
+        "frames": short.tracked, "measure_s": measured - clock, "identity_s": done - measured,
+        "cells_wrong": wrong / len(found), "soft": None if soft is None else soft.hex() == badge.id,
+        "hard": None if hard is None else hard.hex() == badge.id,
+    }  # fmt: skip
 
 
 def one_thread() -> None:

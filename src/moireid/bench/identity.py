@@ -6,63 +6,103 @@ Numbers of clips are small enough for a morning; intervals say what they can mea
 
 from __future__ import annotations
 
+import json
 import math
 import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from moireid import __version__
 from moireid.asbuilt import as_built_from_json
 from moireid.bench.clips import Clip, one_thread, read_clip
 from moireid.bench.matching import matching_figures
+from moireid.bench.shorter import shorter_figures
 from moireid.bench.stats import interval
 from moireid.designer import Request, design_badge
 from moireid.verifier.built import compare_built
 
 CONDITIONS = ((64, 1000.0), (64, 2000.0), (64, 3000.0), (128, 2000.0), (128, 3000.0))
 CLIPS, QUICK_CLIPS = 100, 4
+#: Clips of a condition that are also read shortened.
+SHORTER_CLIPS = 20
 BUILT_DISTANCE_MM = 1000.0
 
 
 def run(
-    *, quick: bool, seed: int, clips: int | None = None, progress: Callable[[int, int | None], None]
-) -> dict[str, Any]:
-    """All figures of the suite as one JSON object."""
+    *, quick: bool, seed: int, clips: int | None = None, kept: Path | None = None,
+    progress: Callable[[int, int | None], None],
+) -> dict[str, Any]:  # fmt: skip
+    """All figures of the suite as one JSON object.
+
+    Parameters: kept: a file that rows are added to as clips are read; those in it already are not filmed again.
+    """
     count = clips or (QUICK_CLIPS if quick else CLIPS)
-    rng = np.random.default_rng(seed)
-    jobs: list[tuple[str, Clip]] = []
-    for bits, distance in CONDITIONS:
-        for _ in range(count):
-            payload = rng.bytes(bits // 8)
-            seeds = rng.integers(0, 2**31, 2)
-            jobs.append((f"{bits} bits, {distance / 1000:g} m", Clip(payload, distance, int(seeds[0]), int(seeds[1]))))
-    for _ in range(count):
-        payload, of_badge = rng.bytes(8), [int(s) for s in rng.integers(0, 2**31, 6)]
-        for kind, motion, assembly in (("enrolled", 1, None), ("original", 2, None), ("copy", 3, of_badge[4])):
-            jobs.append((kind, Clip(payload, BUILT_DISTANCE_MM, of_badge[0], of_badge[motion], assembly)))
-    rows = _read_all([clip for _, clip in jobs], progress)
+    jobs = _jobs(count, seed)
+    rows = _read_all([clip for _, clip in jobs], kept, progress)
     groups: dict[str, list[dict[str, Any]]] = {}
     for (name, _), row in zip(jobs, rows, strict=True):
         groups.setdefault(name, []).append(row)
     built = {name: groups.pop(name) for name in ("enrolled", "original", "copy")}
-    conditions = [_condition(name, found) for name, found in groups.items()]
-    payloads = [clip.payload for name, clip in jobs if name == "enrolled"]
-    far = [e for row in groups["64 bits, 3 m"] for e in row["phase_error_rad"]]
     return {
-        "suite": "identity", "seed": seed, "clips": count, "conditions": conditions,
-        "built": _built(payloads, built), "matching": matching_figures(np.array(far), quick=quick, seed=seed),
+        "suite": "identity", "seed": seed, "clips": count,
+        "conditions": [_condition(name, found) for name, found in groups.items()],
+        "shorter": shorter_figures(groups), "built": _built(built),
+        "matching": matching_figures(groups, quick=quick, seed=seed),
     }  # fmt: skip
 
 
-def _read_all(clips: list[Clip], progress: Callable[[int, int | None], None]) -> list[dict[str, Any]]:
+def _jobs(count: int, seed: int) -> list[tuple[str, Clip]]:
+    """All clips with the name of their condition, the first of every condition first; each has chance of its own."""
+    jobs: list[tuple[str, Clip]] = []
+    for k in range(count):
+        for place, (bits, distance) in enumerate(CONDITIONS):
+            rng = np.random.default_rng([seed, place, k])
+            payload, (build, motion) = rng.bytes(bits // 8), rng.integers(0, 2**31, 2).tolist()
+            clip = Clip(payload, distance, build, motion, shorter=k < SHORTER_CLIPS)
+            jobs.append((f"{bits} bits, {distance / 1000:g} m", clip))
+        rng = np.random.default_rng([seed, len(CONDITIONS), k])
+        payload, of_badge = rng.bytes(8), rng.integers(0, 2**31, 6).tolist()
+        for kind, motion, assembly in (("enrolled", 1, None), ("original", 2, None), ("copy", 3, of_badge[4])):
+            jobs.append((kind, Clip(payload, BUILT_DISTANCE_MM, of_badge[0], of_badge[motion], assembly)))
+    return jobs
+
+
+def _read_all(
+    clips: list[Clip], kept: Path | None, progress: Callable[[int, int | None], None]
+) -> list[dict[str, Any]]:
+    """One row a clip, in their order."""
+    rows = _rows_of(kept)
+    todo = [clip for clip in clips if _key(clip) not in rows]
     context = multiprocessing.get_context("spawn")
-    rows = []
     with ProcessPoolExecutor(max_workers=2, mp_context=context, initializer=one_thread) as pool:
-        for done, row in enumerate(pool.map(read_clip, clips), start=1):
-            rows.append(row)
-            progress(done, len(clips))
+        for clip, row in zip(todo, pool.map(read_clip, todo), strict=True):
+            rows[_key(clip)] = row
+            if kept is not None:
+                with kept.open("a", encoding="utf-8") as file:
+                    file.write(json.dumps({"clip": _key(clip), "row": row}) + "\n")
+            progress(sum(_key(clip) in rows for clip in clips), len(clips))
+    return [rows[_key(clip)] for clip in clips]
+
+
+def _key(clip: Clip) -> str:
+    """A clip and the version that read it, in words."""
+    return f"{__version__} {clip}"
+
+
+def _rows_of(kept: Path | None) -> dict[str, dict[str, Any]]:
+    """Rows of an earlier run; a last line that was cut off is passed over."""
+    rows = {}
+    if kept is not None and kept.exists():
+        for line in kept.read_text(encoding="utf-8").splitlines():
+            try:
+                entry = json.loads(line)
+            except json.JSONDecodeError:
+                continue
+            rows[entry["clip"]] = entry["row"]
     return rows
 
 
@@ -85,14 +125,14 @@ def _condition(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _built(payloads: list[bytes], rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
+def _built(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
     """How often the original and a copy were told as what they are, at `BUILT_DISTANCE_MM`."""
     counts = {kind: dict.fromkeys(("original", "copy", "not_known"), 0) for kind in ("original", "copy")}
-    for k, payload in enumerate(payloads):
-        badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), payload)
-        if rows["enrolled"][k]["as_built"] is None:
+    for k, row in enumerate(rows["enrolled"]):
+        if row["as_built"] is None:
             continue
-        enrolled = as_built_from_json(rows["enrolled"][k]["as_built"])
+        badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), bytes.fromhex(row["payload"]))
+        enrolled = as_built_from_json(row["as_built"])
         for kind, count in counts.items():
             if rows[kind][k]["as_built"] is not None:
                 found = as_built_from_json(rows[kind][k]["as_built"])

@@ -23,14 +23,20 @@ from moireid.cli.common import friendly, json_option, overwrite_option, progress
 def bench_command(
     suite: str, folder: Path, quick: bool, clips: int | None, seed: int, overwrite: bool, as_json: bool
 ) -> None:
-    """Measure SUITE on simulated films: a table, JSON and a plot."""
+    """Measure SUITE on simulated films: a table, JSON and a plot.
+
+    Figures of clips that were read are kept in clips.jsonl beside them, so that a run that was broken off goes on.
+    """
     from moireid.bench import identity
     from moireid.bench.output import identity_table, outputs, write
     from moireid.files import planned
 
     planned(outputs(folder, suite), overwrite=overwrite)
     with progress_bar("clips") as progress:
-        result = identity.run(quick=quick, seed=seed, clips=clips, progress=progress)
+        folder.mkdir(parents=True, exist_ok=True)
+        result = identity.run(
+            quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", progress=progress
+        )  # fmt: skip
     for path in write(folder, result, overwrite=overwrite):
         say(f"written: {path}")
     if as_json:

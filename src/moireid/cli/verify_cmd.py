@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +27,7 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.registry import Registry
     from moireid.verifier.reasons import Reason
 
 focal_option = click.option(
@@ -117,12 +120,7 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
 
     Film(video)
     with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
-
-        def is_held(badge_id: str) -> bool:
-            found = registry.by_id(badge_id)
-            return found is not None and found.revoked_at is None
-
-        outcome = identify(video, registry.layouts(), is_held, focal_px=focal_px, progress=progress)
+        outcome = identify(video, registry.layouts(), _People(registry), focal_px=focal_px, progress=progress)
         record = registry.by_id(outcome.found_id) if outcome.found_id else None
     name = record.name if record else None
     if as_json:
@@ -132,6 +130,20 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
         click.echo(f"{outcome.finding.upper()}: {who}")
         _show_reasons(outcome.reasons)
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
+
+
+@dataclass(frozen=True)
+class _People:
+    """A registry as identification sees it."""
+
+    registry: Registry
+
+    def holds(self, badge_id: str) -> bool:
+        found = self.registry.by_id(badge_id)
+        return found is not None and found.revoked_at is None
+
+    def alike(self, parts: Mapping[int, str]) -> list[str]:
+        return self.registry.ids_alike(parts)
 
 
 def _show_reasons(reasons: tuple[Reason, ...]) -> None:

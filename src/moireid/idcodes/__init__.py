@@ -1,14 +1,19 @@
 """Identities as line spacing: payload <-> symbols <-> cells of a grating.
 
 family.py   what every code family offers, and what a reader measures of a cell
-words.py    payload <-> code word: check and Reed-Solomon
+words.py    payload <-> code word: check and Reed-Solomon; short_words.py that of the pitch family
+partial.py  a word that cannot be mended, against those of people who are known
 beats.py    uniform cells and their beat levels
 pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
 spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 """
 
 from moireid.idcodes.family import CellReading, CodeFamily, Decoded, family_named, spells_its_id
+from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
 
-__all__ = ["CellReading", "CodeFamily", "Decoded", "PitchFamily", "SpacingFamily", "family_named", "spells_its_id"]
+__all__ = [
+    "WRONG_PERSON", "CellReading", "CodeFamily", "Decoded", "PartialWord", "PitchFamily", "SpacingFamily",
+    "family_named", "spells_its_id",
+]  # fmt: skip

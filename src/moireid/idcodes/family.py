@@ -12,6 +12,7 @@ from typing import Protocol
 
 from moireid.badge import Badge, Cell, Grating
 from moireid.errors import CodeError, MoireIdError
+from moireid.idcodes.partial import PartialWord
 
 
 @dataclass(frozen=True)
@@ -34,7 +35,8 @@ class Decoded:
 
     payload: None where the readings spell no code word; unclear: symbols too vague to count; corrected: symbols (bytes
     of a word) that error correction changed or filled in; margin: 1 where every symbol lies on its place, 0 where the
-    middle one is as near to its neighbour; beats_agree: whether the beat differences are those of the payload.
+    middle one is as near to its neighbour; beats_agree: whether the beat differences are those of the payload;
+    partial: the word as it was read, where a payload could not be made of it and the family can compare such words.
     """
 
     payload: bytes | None
@@ -43,6 +45,7 @@ class Decoded:
     corrected: int
     margin: float
     beats_agree: bool = True
+    partial: PartialWord | None = None
 
 
 class CodeFamily(Protocol):

@@ -13,12 +13,14 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterable, Sequence
+from functools import partial
 
 from moireid.badge import Cell, Grating
 from moireid.errors import CodeError
 from moireid.idcodes.beats import UNCLEAR_BEYOND_STEPS, code_of, level_pitch_mm, line_up, steps_from_reference
 from moireid.idcodes.family import CellReading, Decoded
-from moireid.idcodes.words import WordCode
+from moireid.idcodes.partial import PartialWord
+from moireid.idcodes.words import MAX_TRIES, WordCode
 
 #: Phases of a cell, two bits each; half a step is pi / 4.
 PHASE_LEVELS = 4
@@ -43,7 +45,7 @@ class SpacingFamily:
         the fringe phase by +2 pi k / `PHASE_LEVELS`.
         Source: module docstring.  Raises: CodeError where the payload or the number of cells does not fit.
         """
-        word = iter(_word(gratings).encode(payload))
+        word = iter(word_of(gratings).encode(payload))
         places: list[int] = []
         written = []
         for index, grating in enumerate(gratings):
@@ -67,7 +69,7 @@ class SpacingFamily:
         Convention: a reading's phase is against the field of the reference row.
         Source: `words`; `beats.steps_from_reference` for the beats.
         """
-        word = _word(gratings)
+        word = word_of(gratings)
         cells = [
             (reading.phase_rad, reading.phase_sd)
             for grating, row in zip(gratings, readings, strict=True)
@@ -80,7 +82,12 @@ class SpacingFamily:
         margin = 1.0 - 2.0 * min(middle, 0.5)
         unclear = sum(doubt > UNCLEAR_BEYOND_TURNS for doubt in doubts)
         if found is None:
-            return Decoded(None, word.word_bytes, unclear, 0, margin)
+            beats = partial(_beats_agree, readings=readings, gratings=gratings)
+            octets = tuple(
+                None if math.inf in doubts[k : k + CELLS_PER_BYTE] else octet
+                for k, octet in zip(range(0, used, CELLS_PER_BYTE), _octets(cells[:used]), strict=True)
+            )
+            return Decoded(None, word.word_bytes, unclear, 0, margin, partial=PartialWord(word, octets, beats))
         payload, corrected = found
         return Decoded(payload, word.word_bytes, unclear, corrected, margin, _beats_agree(payload, readings, gratings))
 
@@ -114,7 +121,8 @@ def _middle(grating: Grating) -> int:
     return sum(role != "phase" for role in code.roles[: code.reference_cell])
 
 
-def _word(gratings: tuple[Grating, ...]) -> WordCode:
+def word_of(gratings: tuple[Grating, ...]) -> WordCode:
+    """The code of the word that all phase cells of the gratings spell.  Raises: CodeError where they spell none."""
     cells = sum(role == "phase" for grating in gratings for role in code_of(grating).roles)
     bits = {code_of(grating).payload_bits for grating in gratings}
     phases = {code_of(grating).phase_levels for grating in gratings}
@@ -148,23 +156,31 @@ def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple
         for index, grating in enumerate(gratings)
         for cell, role in enumerate(code_of(grating).roles) if role == "phase"
     ]  # fmt: skip
-    places = word_places(_word(gratings), payload)
+    places = word_places(word_of(gratings), payload)
     return {cell: 2 * math.pi * place / PHASE_LEVELS for cell, place in zip(cells, places, strict=False)}
 
 
-def decode_phases(word: WordCode, phase_rad: Iterable[float], phase_sd: Iterable[float]) -> bytes | None:
-    """The payload that phases spell, one a cell in the order of the word, or None."""
-    found, _ = _decode(word, list(zip(phase_rad, phase_sd, strict=True)))
+def decode_phases(
+    word: WordCode, phase_rad: Iterable[float], phase_sd: Iterable[float], *, tries: int = MAX_TRIES
+) -> bytes | None:
+    """The payload that phases spell, one a cell in the order of the word, or None; one try is a hard decision."""
+    found, _ = _decode(word, list(zip(phase_rad, phase_sd, strict=True)), tries)
     return found[0] if found else None
 
 
-def _decode(word: WordCode, cells: Sequence[tuple[float, float]]) -> tuple[tuple[bytes, int] | None, list[float]]:
+def _decode(
+    word: WordCode, cells: Sequence[tuple[float, float]], tries: int = MAX_TRIES
+) -> tuple[tuple[bytes, int] | None, list[float]]:
     """Payload and bytes mended, if any, and the doubt of each cell."""
-    nearest = [_nearest(phase, sd) for phase, sd in cells]
-    places, doubts = [place for place, _ in nearest], [doubt for _, doubt in nearest]
-    groups = range(0, len(cells), CELLS_PER_BYTE)
-    octets = bytes(_octet(places[k : k + CELLS_PER_BYTE]) for k in groups)
-    return word.decode(octets, [max(doubts[k : k + CELLS_PER_BYTE]) for k in groups]), doubts
+    doubts = [_nearest(phase, sd)[1] for phase, sd in cells]
+    weakest = [max(doubts[k : k + CELLS_PER_BYTE]) for k in range(0, len(cells), CELLS_PER_BYTE)]
+    return word.decode(_octets(cells), weakest, tries), doubts
+
+
+def _octets(cells: Sequence[tuple[float, float]]) -> bytes:
+    """The bytes that phases and their error bars spell, each the nearest."""
+    places = [_nearest(phase, sd)[0] for phase, sd in cells]
+    return bytes(_octet(places[k : k + CELLS_PER_BYTE]) for k in range(0, len(cells), CELLS_PER_BYTE))
 
 
 def _nearest(phase_rad: float, phase_sd: float) -> tuple[int, float]:

@@ -54,7 +54,7 @@ class WordCode:
             )
         return bytes(_codec(self.parity_bytes).encode(payload + check(payload)))
 
-    def decode(self, word: bytes, doubts: Sequence[float]) -> tuple[bytes, int] | None:
+    def decode(self, word: bytes, doubts: Sequence[float], most_tries: int = MAX_TRIES) -> tuple[bytes, int] | None:
         """Payload and number of bytes mended, or None where the word spells none.
 
         Parameters: doubts: one a byte, the larger the more doubtful; infinite for a byte that was not read at all.
@@ -67,7 +67,7 @@ class WordCode:
         lost = sum(doubt == float("inf") for doubt in doubts)
         most = self.parity_bytes - SPARE_PARITY
         tries = range(lost, most + 1, max(2, -(-(most - lost + 1) // MAX_TRIES)))
-        for count in tries:
+        for count in tries[:most_tries]:
             found = self._try(word, weakest[:count])
             if found:
                 return found

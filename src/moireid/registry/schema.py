@@ -8,12 +8,14 @@ because old keys and signatures would no longer compare.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from sqlalchemy import (
     BigInteger,
     CheckConstraint,
     Column,
+    ColumnElement,
     Connection,
     Engine,
     Index,
@@ -23,9 +25,12 @@ from sqlalchemy import (
     Select,
     Table,
     Text,
+    and_,
     func,
     insert,
     inspect,
+    literal_column,
+    or_,
     select,
 )  # fmt: skip
 from sqlalchemy.exc import IntegrityError, ProgrammingError
@@ -71,6 +76,21 @@ badges = Table(
 # With the id behind them these indexes also serve the ordered list and the first id of each layout.
 Index("badges_by_name", badges.c.name_nfc, badges.c.id)
 Index("badges_by_layout", badges.c.layout_key, badges.c.id)
+#: An id is also found by any of its first parts of so many digits, which a spoilt reading may have right.
+PART_DIGITS, PARTS = 4, 4
+
+
+def id_part(place: int) -> ColumnElement[str]:
+    """Part `place` of an id, as the indexes hold it."""
+    begin: ColumnElement[int] = literal_column(str(1 + PART_DIGITS * place))
+    digits: ColumnElement[int] = literal_column(str(PART_DIGITS))
+    # Named as plain text, or an order of its own would be asked for where PostgreSQL's index takes none.
+    return func.substr(badges.c.id, begin, digits, type_=Text())
+
+
+# The first part needs none: it is the beginning of the primary key.
+for _place in range(1, PARTS):
+    Index(f"badges_by_part{_place}", id_part(_place))
 
 log = Table(
     "log",
@@ -110,6 +130,14 @@ def select_records() -> Select:
         .scalar_subquery()
     )
     return select(badges, newest.label("newest"))
+
+
+def select_alike(parts: Mapping[int, str]) -> Select:
+    """The ids of which some part, place -> digits, reads so."""
+    # The sign ~ sorts after all digits.
+    begins = [and_(badges.c.id >= digits, badges.c.id <= f"{digits}~") for place, digits in parts.items() if place == 0]
+    inside = [id_part(place) == digits for place, digits in parts.items() if place > 0]
+    return select(badges.c.id).where(or_(*begins, *inside)).order_by(badges.c.id)
 
 
 def select_layouts() -> Select:

@@ -7,7 +7,7 @@ What is added later, a revocation or measured figures, is signed and logged like
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -25,7 +25,7 @@ from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.merge import Import, checked_copy, import_json, merge
 from moireid.registry.record import Record, new_record, storable, storable_json
-from moireid.registry.schema import badges, select_layouts, select_records
+from moireid.registry.schema import badges, select_alike, select_layouts, select_records
 from moireid.registry.url import default_url, read_url
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
@@ -174,6 +174,13 @@ class Registry:
         """Whether an id, hex digits of any case, is issued; whether its record is sound, `by_id` tells."""
         query = select(badges.c.id).where(badges.c.id == as_id(badge_id))
         return storable(badge_id) and bool(self._ledger.rows(query))
+
+    def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
+        """The issued ids, revoked or not, of which at least one of the first four parts reads so.
+
+        `parts`: place 0 to 3 -> the four lower-case hex digits there.  Whether their records are sound, `by_id` tells.
+        """
+        return [row.id for row in self._ledger.rows(select_alike(parts))] if parts else []
 
     def records(self) -> Iterator[Record]:
         """All records by name, then id; what is enrolled meanwhile may or may not be among them."""

@@ -136,18 +136,18 @@ def _tables(scene: Scene) -> tuple[Array, Array]:
     return np.array(cells), np.array(gratings)
 
 
-@njit(cache=True, fastmath=False)
+@njit(cache=True, fastmath=True, error_model="numpy")
 def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float, float, bool]:  # pragma: no cover
     """Where a ray that crosses the apex plane at (x, y), across and along the lenses, lands; False if stopped."""
     pitch, g, n, radius = lens[0], lens[1], lens[2], lens[3]
     length2 = 1.0 + tx * tx + ty * ty
     if radius == 0.0:
         # A line mask: the openings are centred where a sheet would have its axes.
-        if abs(x / pitch - np.round(x / pitch)) > lens[7] / 2:
+        if abs(x / pitch - math.floor(x / pitch + 0.5)) > lens[7] / 2:
             return 0.0, 0.0, False
         depth_cosine = math.sqrt(n * n * length2 - tx * tx - ty * ty)
         return x + g * tx / depth_cosine, y + g * ty / depth_cosine, True
-    axis = np.round(x / pitch) * pitch
+    axis = math.floor(x / pitch + 0.5) * pitch
     way = 1.0 if tx >= 0 else -1.0
     a = 1.0 + tx * tx
     for _ in range(4):
@@ -171,7 +171,7 @@ def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float,
     return 0.0, 0.0, False
 
 
-@njit(cache=True, parallel=True, fastmath=False)
+@njit(cache=True, parallel=True, fastmath=True, error_model="numpy")
 def _trace(
     radiance: Any, coverage: Any, left: int, top: int, centres: Any, turns: Any, shown: Any, focal: float, cx: float,
     cy: float, jitter: Any, half: Any, lens: Any, gratings: Any, cells: Any, texture: Any, per_mm: float, ink: float,
@@ -181,9 +181,9 @@ def _trace(
     g, offset, scale = lens[1], lens[4], lens[6]
     cos_twist, sin_twist = math.cos(lens[5]), math.sin(lens[5])
     for row in prange(radiance.shape[0]):
-        centre, turn = centres[row], turns[row]
+        centre, turn, last = centres[row], turns[row], 0
         for column in range(radiance.shape[1]):
-            total, count, last = 0.0, 0, 0
+            total, count = 0.0, 0
             for ray in range(jitter.shape[0]):
                 u = (left + column + jitter[ray, 0] - cx) / focal
                 v = (top + row + jitter[ray, 1] - cy) / focal
@@ -222,15 +222,15 @@ def _trace(
                     across, along = across / scale, along / scale
                     px, py = (across, along) if gratings[k, 4] == 0 else (along, across)
                     value = paper
-                    # Rays of one pixel mostly land in the same cell, so the search goes on from the last one.
+                    # Rays next to one another mostly land in the same cell, so the search goes on from the last one.
                     first, end = int(gratings[k, 5]), int(gratings[k, 6])
                     for step in range(end - first):
-                        c = first + (last - first + step) % (end - first)
+                        c = first + (last + step) % (end - first)
                         if cells[c, 0] <= px < cells[c, 2] and cells[c, 1] <= py < cells[c, 3]:
                             place = (across - cells[c, 5]) / cells[c, 4]
                             if place - math.floor(place) < cells[c, 6]:
                                 value = ink
-                            last = c
+                            last = c - first
                             break
                     break
                 if value < 0.0:

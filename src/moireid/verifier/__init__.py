@@ -7,7 +7,8 @@ strips.py     brightness profiles of the grating          reasons.py    findings
 track.py      the pass over the film                      verify.py     the numbered steps, and the Report
 camera.py     focal length, shutter, poses                identify.py   no claim: who is it?
 predict.py    the phase that the optics say               report.py     the report for people: page and plots
-fringe.py     frequency and phase of a strip
+fringe.py     frequency and phase of a strip              cells.py      phases of the cells, shapes by waveform.py
+sample.py     a bounded sample of a long film             built.py      original or copy; capture.py enrols
 """
 
 from moireid.verifier.verify import Report, verify

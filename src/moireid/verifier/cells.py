@@ -64,7 +64,8 @@ def read_cells(track: Track, measurement: Measurement, badge: Badge, grating: in
 
     Convention: phase positive where the cell's fringe is ahead, that is where its lines are shifted back.
     Returns: empty where the grating has none.
-    Source: least squares of each cell over all frames and samples, with a prior on the level.
+    Source: least squares of each cell over the sampled frames, all samples, with a prior on the level.  The sample is
+    bounded, so a long film takes no more time or memory than one of 8 s.
     """
     rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
     if not rows:
@@ -73,8 +74,8 @@ def read_cells(track: Track, measurement: Measurement, badge: Badge, grating: in
     shape = _shape(track, measurement, badge, grating, field)
     found: dict[int, CellPhase] = {}
     for index, strip in rows:
-        phase = _field_phase(badge, strip, measurement.camera_mm, field)
-        seen = _in_contrasts(track, index, field)
+        phase = _field_phase(badge, strip, measurement.camera_mm, field, track.cell_frames)
+        seen = _in_contrasts(track.profiles[index], field, track.cell_frames)
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
             value, sd = match_phase(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
@@ -83,16 +84,16 @@ def read_cells(track: Track, measurement: Measurement, badge: Badge, grating: in
     return _flatten(found, field, badge.gratings[grating].code.phase_levels or 4)  # type: ignore[union-attr]
 
 
-def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field) -> Array:
-    """Phase of the uniform rows' field at a strip's samples, (T, N)."""
-    law = strip_law(badge, strip, camera_mm)
-    along = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[:, None]
+def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field, frames: NDArray[np.int64]) -> Array:
+    """Phase of the uniform rows' field at a strip's samples in some frames, (frames, N)."""
+    law = strip_law(badge, strip, camera_mm[frames])
+    along = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[frames, None]
     return along + field.twist_rad_per_mm * (strip.across_mm - field.middle_mm)
 
 
-def _in_contrasts(track: Track, index: int, field: Field) -> Array:
-    """Profiles of a strip about the picture's level, in units of its contrast, (T, N)."""
-    return np.asarray((track.profiles[:, index] - field.level[:, None]) / np.maximum(field.contrast, 1.0)[:, None])
+def _in_contrasts(profiles: NDArray[np.float32], field: Field, frames: NDArray[np.int64]) -> Array:
+    """Profiles of some frames about their pictures' level, in units of their contrast, (frames, N)."""
+    return np.asarray((profiles - field.level[frames, None]) / np.maximum(field.contrast[frames], 1.0)[:, None])
 
 
 def _shape(track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field) -> Complex:
@@ -103,8 +104,8 @@ def _shape(track: Track, measurement: Measurement, badge: Badge, grating: int, f
     seen, phases = [], []
     for index, strip in enumerate(track.strips):
         if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
-            seen.append(_in_contrasts(track, index, field)[frames].ravel())
-            phases.append(_field_phase(badge, strip, measurement.camera_mm, field)[frames].ravel())
+            seen.append(_in_contrasts(track.profiles[index][frames], field, frames).ravel())
+            phases.append(_field_phase(badge, strip, measurement.camera_mm, field, frames).ravel())
     return learn_waveform(np.concatenate(seen), np.concatenate(phases))
 
 

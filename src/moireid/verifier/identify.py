@@ -1,22 +1,35 @@
 """No claim: who is it, if anyone enrolled?
 
 The film is read once for each layout among the enrolled badges, usually one; the payload is decoded without looking
-at anybody's pitches, and then looked up.  A film whose fringes break the motion law shows nobody's badge.
+at anybody's pitches, and then looked up.  Where too many symbols are wrong to decode it, the symbols are held against
+the words of enrolled people who share a part of it.  A film whose fringes break the motion law shows nobody's badge.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from moireid.badge import Badge
+from moireid.idcodes import WRONG_PERSON, PartialWord
+from moireid.verifier.identity import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.track import Progress
 from moireid.verifier.verify import Report, verify
 
 Finding = Literal["found", "nobody", "inconclusive"]
+
+
+class Enrolled(Protocol):
+    """Who is enrolled, as far as identification must know."""
+
+    def holds(self, badge_id: str) -> bool:
+        """Whether that id is enrolled and not revoked."""
+
+    def alike(self, parts: Mapping[int, str]) -> Iterable[str]:
+        """The ids of which a part reads so, revoked or not; place -> hex digits, as `PartialWord.parts`."""
 
 
 @dataclass(frozen=True)
@@ -39,23 +52,23 @@ class Identification:
 def identify(
     video: Path,
     layouts: Iterable[Badge],
-    is_enrolled: Callable[[str], bool],
+    enrolled: Enrolled,
     *,
     focal_px: float | None = None,
     progress: Progress | None = None,
 ) -> Identification:
     """Find the enrolled badge that a film shows.
 
-    Parameters: layouts: one badge for each layout enrolled; is_enrolled: whether an id was issued and is not revoked.
-    Convention: "found" needs a decoded, enrolled id *and* the invariant; "nobody" a readable badge that is not
-        enrolled, or fringes that break the law.
+    Parameters: layouts: one badge for each layout enrolled.
+    Convention: "found" needs an enrolled id, decoded or told by `PartialWord`, *and* the invariant; "nobody" a
+        readable badge that is not enrolled, or fringes that break the law.
     Returns: Identification, of the layout that says most.
     Raises: MediaError where the film cannot be read.
     Source: `verify` without a claim, a layout at a time.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
     outcomes = [
-        _judge(verify(video, layout, claimed_id=None, focal_px=focal_px, progress=progress), is_enrolled)
+        judge(verify(video, layout, claimed_id=None, focal_px=focal_px, progress=progress), enrolled)
         for layout in layouts
     ]
     if not outcomes:
@@ -64,28 +77,54 @@ def identify(
     return min(outcomes, key=lambda outcome: order[outcome.finding])
 
 
-def _judge(report: Report, is_enrolled: Callable[[str], bool]) -> Identification:
-    """The finding of one layout's report."""
-    invariant, decoded = report.invariant, report.identity.decoded_id
+def judge(report: Report, enrolled: Enrolled) -> Identification:
+    """The finding of one layout's report, made without a claim."""
+    invariant = report.invariant
     if invariant.verdict == "reject":
-        reason = Reason(
-            "genuine", "fail", None, None, "", "The fringes break the motion law, so this is nobody's badge."
-        )
+        text = "The fringes break the motion law, so this is nobody's badge."
+        reason = Reason("genuine", "fail", None, None, "", text)
         return Identification("nobody", None, (*invariant.reasons, reason), report)
-    if decoded is None:
-        reason = Reason("identity", "undecided", None, None, "", "No identity can be read off the badge.")
-        return Identification("inconclusive", None, (*report.reasons, reason), report)
-    if not is_enrolled(decoded):
-        reason = Reason(
-            "enrolled",
-            "fail",
-            decoded,
-            None,
-            "",
-            f"The badge reads {decoded}, which nobody holds here: not issued, or revoked.",
-        )
-        return Identification("nobody", None, (*invariant.reasons, reason), report)
-    reason = Reason("enrolled", "pass", decoded, None, "", f"The badge reads {decoded}, which is enrolled.")
-    if invariant.verdict == "inconclusive":
-        return Identification("inconclusive", decoded, (*invariant.reasons, reason), report)
-    return Identification("found", decoded, (*invariant.reasons, reason), report)
+    found, reason = _whose(report.identity, enrolled)
+    # An absent badge leaves the invariant without reasons; what is known then stands in the report's.
+    reasons = (*(invariant.reasons or report.reasons), reason)
+    if reason.level == "fail":
+        return Identification("nobody", None, reasons, report)
+    if reason.level == "undecided" or invariant.verdict == "inconclusive":
+        return Identification("inconclusive", found, reasons, report)
+    return Identification("found", found, reasons, report)
+
+
+def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
+    """The enrolled id that was read, if any, and the reason."""
+    read = identity.decoded_id
+    if read is None:
+        return _nearest(identity.partial, enrolled)
+    if not enrolled.holds(read):
+        text = f"The badge reads {read}, which nobody holds here: not issued, or revoked."
+        return None, Reason("enrolled", "fail", read, None, "", text)
+    if not identity.beats_agree:
+        text = f"The line spacing reads {read}, but the beats of the rows are not that badge's."
+        return None, Reason("beats", "fail", read, None, "", text)
+    return read, Reason("enrolled", "pass", read, None, "", f"The badge reads {read}, which is enrolled.")
+
+
+def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, Reason]:
+    """The one enrolled id whose word agrees with the reading so well that chance is excluded."""
+    unread = Reason("identity", "undecided", None, None, "", "No identity can be read off the badge.")
+    if word is None:
+        return None, unread
+    near = {
+        candidate: agreeing
+        for candidate in enrolled.alike(word.parts())
+        if word.wrong_person(agreeing := word.agreeing(bytes.fromhex(candidate))) <= WRONG_PERSON
+        and word.beats_agree(bytes.fromhex(candidate))
+        and enrolled.holds(candidate)
+    }
+    if len(near) != 1:
+        return None, unread
+    found, agreeing = next(iter(near.items()))
+    text = (
+        f"Too many symbols are wrong to be mended, but {agreeing} of {len(word.octets)} are those of {found}, who is "
+        f"enrolled; a stranger's would agree so well with a chance of {word.wrong_person(agreeing):.0e} at most."
+    )
+    return found, Reason("enrolled", "pass", found, None, "", text)

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from moireid.badge import Badge
-from moireid.idcodes import CellReading, Decoded, family_named
+from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
 from moireid.optics import beat_period_mm
 from moireid.verifier.cells import read_cells
 from moireid.verifier.measure import Measurement
@@ -21,7 +21,10 @@ IdentityVerdict = Literal["match", "mismatch", "unreadable", "not_claimed"]
 
 @dataclass(frozen=True)
 class Identity:
-    """Outcome of the identity test; beat periods of the reference cell in page mm."""
+    """Outcome of the identity test; beat periods of the reference cell in page mm.
+
+    beats_agree: whether the rows' beats are those of the decoded id; partial: the word where none could be decoded.
+    """
 
     verdict: IdentityVerdict
     reasons: tuple[Reason, ...]
@@ -32,6 +35,8 @@ class Identity:
     symbol_errors_corrected: int = 0
     built: str = "not_known"
     score: float | None = None
+    beats_agree: bool = True
+    partial: PartialWord | None = None
 
     def to_json(self) -> dict[str, Any]:
         """As the `identity` object of `verify --json`."""
@@ -78,6 +83,8 @@ def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, clai
         expected_beat_period_mm=float(beat_period_mm(1 / coded.cells[reference].pitch_mm - 1 / badge.lens.pitch_mm)),
         symbol_errors_corrected=decoded.corrected if decoded else 0,
         score=score,
+        beats_agree=decoded.beats_agree if decoded else True,
+        partial=decoded.partial if decoded else None,
     )
 
 

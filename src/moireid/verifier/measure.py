@@ -88,7 +88,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
             continue
         law = strip_law(badge, strip, camera_mm)
         band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
-        found = measure_strip(track.profiles[:, index].astype(float), law, strip.length_mm, band)
+        found = measure_strip(track.profiles[index].astype(float), law, strip.length_mm, band)
         strips.append(found)
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
     gratings = []

@@ -1,6 +1,7 @@
 """The pass over the film: find the page, register it, read its profiles.  One frame in memory at a time.
 
-What is kept of a frame is its homography and its strips' profiles, 3 to 6 kB; a film of ten minutes keeps 0.1 GB.
+What is kept of a frame is its homography and the profiles of its uniform rows, about 1 kB; profiles of phase cells,
+which are the most, are kept of at most `SAMPLE_FRAMES` frames, evenly spread over the film.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.markers import MarkerFinder
 from moireid.verifier.register import PageRegistrar
+from moireid.verifier.sample import EvenSample
 from moireid.verifier.strips import ProfileReader, Strip
 from moireid.verifier.video import Film
 
@@ -29,9 +31,10 @@ Progress = Callable[[int, int | None], None]
 class Track:
     """The badge over the film: T tracked frames of the `frames_read` that were read.
 
-    homographies (T, 3, 3) page mm -> px; profiles (T, S, N) counts; correlations (T,) of picture and print; snapshot:
-    the board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the
-    badge mirror-wise (a self-view) and was turned back before it was measured.
+    homographies (T, 3, 3) page mm -> px; correlations (T,) of picture and print; profiles: one array a strip, counts:
+    (T, N) of a uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the
+    board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge
+    mirror-wise (a self-view) and was turned back before it was measured.
     """
 
     frames_read: int
@@ -39,7 +42,8 @@ class Track:
     times_s: Array
     homographies: Array
     correlations: Array
-    profiles: NDArray[np.float32]
+    profiles: tuple[NDArray[np.float32], ...]
+    cell_frames: NDArray[np.int64]
     strips: tuple[Strip, ...]
     image_px: tuple[int, int]
     mirrored: bool = False
@@ -64,7 +68,9 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
     finder, registrar, reader = MarkerFinder(badge.markers), PageRegistrar(badge.markers), ProfileReader(badge)
     numbers: list[int] = []
     times: list[float] = []
-    homographies, correlations, profiles = [], [], []
+    homographies, correlations = [], []
+    uniform = np.array([strip.uniform for strip in reader.strips])
+    rows, cells = [], EvenSample()
     stages = dict.fromkeys(("decode", "find", "register", "profiles", "snapshot"), 0.0)
     clock = time.perf_counter()
 
@@ -95,7 +101,9 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
             times.append(frame.time_s)
             homographies.append(registration.homography)
             correlations.append(registration.correlation)
-            profiles.append(reader.read(luma, registration.homography))
+            seen = reader.read(luma, registration.homography)
+            rows.append(seen[uniform])
+            cells.offer(seen[~uniform])
             lap("profiles")
             # A frame must be clearly better to be straightened anew, or a steady film would do it again and again.
             if registration.correlation > best + 0.003:
@@ -103,19 +111,31 @@ def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> T
                 lap("snapshot")
         if progress:
             progress(read, film.frames_expected)
-    shape = (0, len(reader.strips), reader.samples)
     return Track(
         frames_read=read,
         frame_numbers=np.array(numbers, np.int64),
         times_s=np.array(times, float),
         homographies=np.array(homographies, float).reshape(-1, 3, 3),
         correlations=np.array(correlations, float),
-        profiles=np.array(profiles, np.float32).reshape(len(profiles) or 0, *shape[1:]),
+        profiles=_by_strip(uniform, rows, cells.items, reader.samples),
+        cell_frames=cells.places,
         strips=tuple(reader.strips),
         image_px=(film.width, film.height),
         mirrored=mirrored,
         snapshot=snapshot,
         stages_s=stages,
+    )
+
+
+def _by_strip(
+    uniform: NDArray[np.bool_], rows: list[NDArray[np.float32]], cells: list[NDArray[np.float32]], samples: int
+) -> tuple[NDArray[np.float32], ...]:
+    """Profiles frame by frame, of uniform strips and of the others, turned into one array a strip."""
+    of_rows = np.array(rows, np.float32).reshape(len(rows), int(uniform.sum()), samples)
+    of_cells = np.array(cells, np.float32).reshape(len(cells), int((~uniform).sum()), samples)
+    places = np.where(uniform, np.cumsum(uniform), np.cumsum(~uniform)) - 1
+    return tuple(
+        (of_rows if is_uniform else of_cells)[:, place] for is_uniform, place in zip(uniform, places, strict=True)
     )
 
 
