@@ -280,7 +280,21 @@ def test_a_cut_tells_no_velocity(rng):
     assert error[[29, 30]].max() < 4 * np.median(error) + 0.01
 
 
+def test_the_error_of_a_pose_is_told_from_what_it_leaves(rng):
+    """Catches: an error bar a pixel's, a radian's or a root of two off; along x and y exchanged."""
+    times = np.arange(240) / FPS
+    for distance in (900.0, 2000.0):
+        camera, turn = Course(rng, distance).pose(times)
+        fit = fitted(registered(project(camera, turn, 1450.0), rng, 0.15), times, focal_px=1450.0)
+        for axis in (0, 1):
+            actual = np.std((tangents(fit.camera_mm) - tangents(camera))[:, axis])
+            assert actual == pytest.approx(fit.tangent_error[axis], rel=0.4), (distance, axis)
+
+
 # Smoothing.
+
+#: What the smoothing tests say of the poses' errors.
+KNOWN = (0.003, 0.003)
 
 
 def swaying(rng: np.random.Generator, noise: float, count: int = 120) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -296,7 +310,7 @@ def swaying(rng: np.random.Generator, noise: float, count: int = 120) -> tuple[n
 def test_smoothing_keeps_a_sway_of_one_hertz(rng):
     """Catches: a fixed window that eats a hand's motion, and with it the gain."""
     times, true, noisy = swaying(rng, 0.003)
-    smooth = smooth_camera(noisy, times)
+    smooth = smooth_camera(noisy, times, KNOWN)
     wave = np.sin(2 * np.pi * times + 0.4)
     for axis, size in ((0, 0.06), (1, 0.03)):
         kept = 2 * np.mean((smooth[:, axis] / -smooth[:, 2]) * wave)
@@ -308,7 +322,7 @@ def test_smoothing_takes_the_noise_out(rng):
     """Catches: smoothing that is left out, or that smooths millimetres of a changing distance."""
     times, true, noisy = swaying(rng, 0.006)
     before = np.std((noisy[:, :2] - true[:, :2]) / true[:, 2:])
-    after = np.std((smooth_camera(noisy, times)[:, :2] - true[:, :2]) / true[:, 2:])
+    after = np.std((smooth_camera(noisy, times, KNOWN)[:, :2] - true[:, :2]) / true[:, 2:])
     assert after < 0.6 * before
 
 
@@ -322,7 +336,7 @@ def test_what_a_tremor_leaves_is_smoothed_too(rng):
         for f in hertz:
             noisy[:, axis] += 0.003 * noisy[:, 2] * np.sin(2 * np.pi * f * times + rng.uniform(0, 6))
     before = np.std((noisy[:, :2] - true[:, :2]) / true[:, 2:])
-    after = np.std((smooth_camera(noisy, times)[:, :2] - true[:, :2]) / true[:, 2:])
+    after = np.std((smooth_camera(noisy, times, KNOWN)[:, :2] - true[:, :2]) / true[:, 2:])
     assert after < 0.5 * before
 
 
@@ -330,14 +344,14 @@ def test_smoothing_follows_the_clock_not_the_frame_number(rng):
     """Catches: frames taken as even in time where some were lost."""
     times, true, noisy = swaying(rng, 0.001, count=200)
     kept = np.sort(rng.choice(200, 120, replace=False))
-    smooth = smooth_camera(noisy[kept], times[kept])
+    smooth = smooth_camera(noisy[kept], times[kept], KNOWN)
     assert np.std((smooth[:, :2] - true[kept, :2]) / true[kept, 2:]) < 0.002
 
 
 def test_smoothing_bears_short_films_and_equal_times(rng):
     """Catches: a spline that stops on seven frames, or on a film whose clock stands still for a frame."""
     times, _, noisy = swaying(rng, 0.002)
-    assert np.array_equal(smooth_camera(noisy[:7], times[:7]), noisy[:7])
+    assert np.array_equal(smooth_camera(noisy[:7], times[:7], KNOWN), noisy[:7])
     stuck = times.copy()
     stuck[40:42] = stuck[40]
-    assert np.all(np.isfinite(smooth_camera(noisy, stuck)))
+    assert np.all(np.isfinite(smooth_camera(noisy, stuck, KNOWN)))

@@ -61,7 +61,7 @@ def signal(
 
 def judged(*signals: GratingSignal, tangent_sd: float = 0.0) -> Invariant:
     count = len(signals[0].measured_rad)
-    camera = CameraFit(np.zeros((count, 3)), np.zeros(count), 1450.0, 0.0, False, 0.01, (tangent_sd, 0.0))
+    camera = CameraFit(np.zeros((count, 3)), np.zeros(count), 1450.0, 0.0, False, 0.01, (tangent_sd, 0.0), (0.0, 0.0))
     return judge_invariant(Measurement(camera, np.zeros((count, 3)), np.arange(count) / 30.0, (), (), tuple(signals)))
 
 

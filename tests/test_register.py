@@ -235,12 +235,28 @@ def test_the_finder_puts_the_page_within_a_pixel(page, rng):
     finder = MarkerFinder(MARKERS)
     first = finder.find(luma)
     assert first is not None and apart_px(first, truth) < 1.2
-    finder.follow(truth)
+    finder.follow(truth, 0)
     assert apart_px(finder.find(luma), truth) < 1.2
-    finder.follow(nudged(truth, 60.0, -40.0))
+    finder.follow(nudged(truth, 60.0, -40.0), 1)
     assert apart_px(finder.find(luma), truth) < 1.2
-    finder.follow(nudged(truth, 5000.0, 0.0))
+    finder.follow(nudged(truth, 5000.0, 0.0), 2)
     assert apart_px(finder.find(luma), truth) < 1.2
+
+
+def test_the_finder_expects_the_page_to_move_on(page):
+    """Catches: motion of the page taken for motion of the picture; a course over frames in which it was not seen."""
+    truth, _ = page
+    finder = MarkerFinder(MARKERS)
+    assert finder.expected(0) is None
+    finder.follow(truth, 0)
+    assert apart_px(finder.expected(1), truth) < 1e-6
+    finder.follow(nudged(truth, 3.0, -2.0), 1)
+    assert apart_px(finder.expected(2), nudged(truth, 6.0, -4.0)) < 1e-6
+    assert apart_px(finder.expected(5), nudged(truth, 3.0, -2.0)) < 1e-6
+    finder.follow(None, 2)
+    assert finder.expected(3) is None
+    finder.follow(truth, 3)
+    assert apart_px(finder.expected(4), truth) < 1e-6
 
 
 def test_small_markers_are_enlarged_without_a_shift(rng):
@@ -248,7 +264,7 @@ def test_small_markers_are_enlarged_without_a_shift(rng):
     truth = seen_from(px_per_mm=0.62, turn_deg=0.0, tilt=(0.0, 0.0), at=(150.3, 90.7))
     luma = filmed(draw(truth), rng, noise=1.0)
     finder = MarkerFinder(MARKERS)
-    finder.follow(truth)
+    finder.follow(truth, 0)
     found = finder.find(luma)
     assert found is not None
     assert np.abs((corners_px(found) - corners_px(truth)).mean(axis=0)).max() < 0.2

@@ -86,7 +86,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     }  # fmt: skip
     if report.measurement is None:
         return row
-    _, readings = read_identity(report.track, report.measurement, badge)
+    readings = read_identity(report.track, report.measurement, badge).cells
     for (index, cell), true in true_phases_rad(clip.payload, badge.gratings).items():
         reading = readings[index][cell]
         row["phase_error_rad"].append(math.remainder(reading.phase_rad - true, 2 * math.pi))
@@ -122,17 +122,17 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
     clock = time.perf_counter()
     measurement = measure(short, badge, focal_px=FOCAL_PX)
     measured = time.perf_counter()
-    decoded, readings = read_identity(short, measurement, badge)
+    reading = read_identity(short, measurement, badge)
     done = time.perf_counter()
     true = true_phases_rad(bytes.fromhex(badge.id or ""), badge.gratings)
-    found = [readings[grating][cell] for grating, cell in true]
+    found = [reading.cells[grating][cell] for grating, cell in true]
     wrong = sum(
-        abs(math.remainder(reading.phase_rad - phase, 2 * math.pi)) > math.pi / 4
-        for reading, phase in zip(found, true.values(), strict=True)
+        abs(math.remainder(one.phase_rad - phase, 2 * math.pi)) > math.pi / 4
+        for one, phase in zip(found, true.values(), strict=True)
     )
-    phases, sds = [reading.phase_rad for reading in found], [reading.phase_sd for reading in found]
+    phases, sds = [one.phase_rad for one in found], [one.phase_sd for one in found]
     hard = decode_phases(word_of(badge.gratings), phases, sds, tries=1)
-    soft = decoded.payload if decoded else None
+    soft = reading.decoded.payload if reading.decoded else None
     return {
         "frames": short.tracked, "measure_s": measured - clock, "identity_s": done - measured,
         "cells_wrong": wrong / len(found), "soft": None if soft is None else soft.hex() == badge.id,

@@ -16,7 +16,6 @@ import numpy as np
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
-from moireid.verifier.cells import uniform_field
 from moireid.verifier.identity import read_identity
 from moireid.verifier.invariant import Invariant
 from moireid.verifier.measure import Measurement
@@ -49,17 +48,17 @@ def measure_built(track: Track, measurement: Measurement, badge: Badge, invarian
     Convention: as `AsBuilt`.
     Returns: AsBuilt.
     Raises: DesignError for a board that carries no identity.
-    Source: `cells.uniform_field` of the first grating that carries a code; the offset is the mean of measured less
+    Source: `cells.uniform_fields` of the first grating that carries a code; the offset is the mean of measured less
         predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
     """
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
     if index is None or badge.id is None or invariant.gain_ratio is None or invariant.gain_sd is None:
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
-    field = uniform_field(track, measurement, badge, index)
-    _, readings = read_identity(track, measurement, badge)
+    reading = read_identity(track, measurement, badge)
+    field = reading.fields[index]
     code = badge.gratings[index].code
     assert code is not None
-    reference = readings[index][code.reference_cell]
+    reference = reading.cells[index][code.reference_cell]
     clock = np.exp(1j * field.clock_rad)
     mean_turn = complex(clock.mean())
     wander = float(np.std(np.angle(clock / mean_turn)))

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline, make_smoothing_spline
 
-from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
+from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses, tangent_error
 
 Array = NDArray[np.float64]
 #: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
@@ -30,8 +30,9 @@ SHUTTER_LIMIT_S = 0.033
 SOLVE_FRAMES = 300
 #: Two frames further apart than this tell no velocity, and are not smoothed into one another.
 GAP_S = 0.15
-#: Tangents of 0.006 (a third of a degree) are what registration errs by at 1 m.
-POSE_ERROR = 0.006
+#: Smoothing may take away this many times the error that the poses are known to have: coded pictures err by up to twice
+#: of it on films at 3 m whose poses are known, and a hand moves by less than 1 cm above 3 Hz.
+EXPLAINED = 2.5
 #: Cut-offs of smoothing.  A hand's path is slower than 2 Hz, of which the lowest leaves 83 %, and of 1 Hz 99 %.
 CUT_OFFS_HZ = (3.0, 4.0, 6.0, 9.0, 14.0)
 #: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
@@ -44,7 +45,8 @@ class CameraFit:
 
     reprojection_px: root mean square over corners, (T,); focal_sd_px: standard deviation, 0 where the focal length
     was given; shutter_s: first to last row; tangent_sd: what the focal length's error makes of the spread of the
-    parallax coordinates along x and y, as a share.
+    parallax coordinates along x and y, as a share; tangent_error: standard deviation of one frame's parallax
+    coordinates along x and y, from what its pose leaves unexplained.
     """
 
     camera_mm: Array
@@ -54,6 +56,7 @@ class CameraFit:
     focal_given: bool
     shutter_s: float
     tangent_sd: tuple[float, float]
+    tangent_error: tuple[float, float]
 
 
 def fit_camera(
@@ -111,7 +114,8 @@ def fit_camera(
         other = moved_poses(final, plane, unrolled(shutter_s), np.exp(log_sd), focal * np.exp(log_sd), centre)
         tangent_sd = _stretch(camera, _choose(other)[0])
     camera[:, :2] += middle
-    return CameraFit(camera, errors, focal, focal * log_sd, focal_px is not None, shutter_s, tangent_sd)
+    error = tangent_error(final, plane, focal)
+    return CameraFit(camera, errors, focal, focal * log_sd, focal_px is not None, shutter_s, tangent_sd, error)
 
 
 def _choose(poses: PlanePoses) -> tuple[Array, Array]:
@@ -198,8 +202,8 @@ def _rising(times_s: Array) -> Array:
     return np.asarray(np.maximum.accumulate(times_s) + 1e-7 * np.arange(len(times_s)))
 
 
-def smooth_camera(camera_mm: Array, times_s: Array) -> Array:
-    """Camera centres smoothed over time, (T, 3).
+def smooth_camera(camera_mm: Array, times_s: Array, tangent_error: tuple[float, float]) -> Array:
+    """Camera centres smoothed over time, (T, 3); tangent_error: of one frame, as `CameraFit` has it.
 
     The direction of the camera is noisy, its distance is not; so the tangents Cx/Cz and Cy/Cz and the distance are
     smoothed apart.  How much is chosen from the film itself by generalised cross-validation among a few cut-offs, none
@@ -213,7 +217,7 @@ def smooth_camera(camera_mm: Array, times_s: Array) -> Array:
     for stretch in stretches(times_s, GAP_S):
         if len(stretch) >= 8:
             for k in range(3):
-                explained = POSE_ERROR if k < 2 else 0.0
+                explained = EXPLAINED * tangent_error[k] if k < 2 else 0.0
                 columns[stretch, k] = _smooth(clock[stretch], columns[stretch, k], explained)
     return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]])
 

@@ -33,6 +33,14 @@ NOISE_INFLATION = 3.0
 FLOOR_RAD = 0.05
 
 
+#: Sheets are laid within 0.3 degrees of the lines, which is asked of the maker; a little more is sought.
+MAX_TWIST_RAD = math.radians(0.35)
+#: Twists whose rows agree less well by this are as likely as the best: it is what offsets wrong by 0.2 rad make.
+DOUBTFUL_AGREEMENT = 0.02
+#: Frames that the twist, one figure for the whole film, is sought on.
+TWIST_FRAMES = 128
+
+
 @dataclass(frozen=True)
 class CellPhase:
     """Phase of one cell against the uniform rows' field, its standard deviation, and its middle, page mm."""
@@ -59,8 +67,10 @@ class Field:
     middle_mm: float
 
 
-def read_cells(track: Track, measurement: Measurement, badge: Badge, grating: int) -> dict[int, CellPhase]:
-    """Phases of all phase cells of one grating, by cell index.
+def read_cells(
+    track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field
+) -> dict[int, CellPhase]:
+    """Phases of all phase cells of one grating, by cell index, against one of its `uniform_fields`.
 
     Convention: phase positive where the cell's fringe is ahead, that is where its lines are shifted back.
     Returns: empty where the grating has none.
@@ -70,7 +80,6 @@ def read_cells(track: Track, measurement: Measurement, badge: Badge, grating: in
     rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
     if not rows:
         return {}
-    field = uniform_field(track, measurement, badge, grating)
     shape = _shape(track, measurement, badge, grating, field)
     found: dict[int, CellPhase] = {}
     for index, strip in rows:
@@ -109,11 +118,13 @@ def _shape(track: Track, measurement: Measurement, badge: Badge, grating: int, f
     return learn_waveform(np.concatenate(seen), np.concatenate(phases))
 
 
-def uniform_field(track: Track, measurement: Measurement, badge: Badge, grating: int) -> Field:
-    """The field of a grating's uniform rows.
+def uniform_fields(track: Track, measurement: Measurement, badge: Badge, grating: int) -> list[Field]:
+    """The fields that a grating's uniform rows may have, the likeliest first.
 
     Convention: clock + twist (across - middle) + law is the phase of a uniform row anywhere on the grating.
     Source: circular mean over the rows, weighted by their Fisher information; the twist makes the rows agree most.
+    Rows that lie evenly cannot tell a twist from one that adds a turn from each row to the next; so there may be
+    several, and the code says which is right: with a wrong one whole rows of symbols are wrong.
     """
     code = badge.gratings[grating].code
     assert code is not None
@@ -127,27 +138,34 @@ def uniform_field(track: Track, measurement: Measurement, badge: Badge, grating:
     apart = np.array([phase.phase_rad - prediction for _, phase, prediction in uniform])
     weight = np.array([1 / np.maximum(phase.phase_sd_rad, 1e-3) ** 2 for _, phase, _ in uniform])
     across = np.array([strip.across_mm - middle for strip, _, _ in uniform])
-    # Offsets of the rows against one another, free of the clock: a row's mean turn against the weighted mean of all.
-    common = np.angle((weight * np.exp(1j * apart)).sum(axis=0))
-    offset = np.angle((weight * np.exp(1j * (apart - common))).sum(axis=1))
-    twist = _twist(offset, across, weight.sum(axis=1))
-    clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
     reference = [k for k, (strip, _, _) in enumerate(uniform) if code.roles[strip.cells[0]] == "reference"]
     frequency = float(np.mean([uniform[k][1].frequency_per_mm for k in reference]))
     share = weight / np.maximum(weight.sum(axis=0), 1e-12)
     level = (share * np.array([phase.level for _, phase, _ in uniform])).sum(axis=0)
     contrast = (share * np.array([phase.contrast for _, phase, _ in uniform])).sum(axis=0)
-    return Field(clock, twist, level, contrast, frequency, middle)
+    fields = []
+    for twist in _twists(apart, across, weight, 2 * math.pi * MAX_TWIST_RAD / badge.lens.pitch_mm):
+        clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
+        fields.append(Field(clock, twist, level, contrast, frequency, middle))
+    return fields
 
 
-def _twist(offset: Array, across: Array, weight: Array) -> float:
-    """Phase per mm across that makes the rows' offsets agree; sought within 0.35 degrees of twist on a 0.5 mm sheet."""
-    if len(offset) < 2:
-        return 0.0
-    most = 2 * math.pi * math.radians(0.35) / 0.5
+def _twists(apart: Array, across: Array, weight: Array, most: float) -> list[float]:
+    """Phases per mm across at which the rows agree, best first; those nearly as good as the best.
+
+    apart, weight (rows, T).  The rows' mean in each frame is free, as the clock is sought only then; it must not be
+    taken off before, because rows that a twist has turned against one another may cancel in it.
+    """
+    if len(apart) < 2:
+        return [0.0]
     grid = np.linspace(-most, most, 801)
-    agreement = np.abs((weight[:, None] * np.exp(1j * (offset[:, None] - grid * across[:, None]))).sum(axis=0))
-    return float(grid[int(np.argmax(agreement))])
+    some = np.unique(np.linspace(0, apart.shape[1] - 1, min(TWIST_FRAMES, apart.shape[1])).astype(int))
+    turned = weight[:, some] * np.exp(1j * apart[:, some])
+    agreement = np.abs(np.exp(-1j * np.outer(grid, across)) @ turned).sum(axis=1) / weight[:, some].sum()
+    padded = np.concatenate([[-1.0], agreement, [-1.0]])
+    peaks = np.flatnonzero((agreement >= padded[:-2]) & (agreement > padded[2:]))
+    near = [int(k) for k in peaks if agreement[k] >= agreement.max() - DOUBTFUL_AGREEMENT]
+    return [float(grid[k]) for k in sorted(near, key=lambda k: -agreement[k])]
 
 
 def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -11,7 +12,7 @@ import numpy as np
 from moireid.badge import Badge
 from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
 from moireid.optics import beat_period_mm
-from moireid.verifier.cells import read_cells
+from moireid.verifier.cells import Field, read_cells, uniform_fields
 from moireid.verifier.measure import Measurement
 from moireid.verifier.reasons import Reason, json_number
 from moireid.verifier.track import Track
@@ -47,19 +48,43 @@ class Identity:
         return {"verdict": self.verdict, **{name: json_number(getattr(self, name)) for name in names}}
 
 
-def read_identity(
-    track: Track, measurement: Measurement, badge: Badge
-) -> tuple[Decoded | None, list[list[CellReading]]]:
-    """Decode the gratings that carry a code; readings are those of every grating's cells.
+@dataclass(frozen=True)
+class Reading:
+    """What the cells of all gratings say; decoded and fields belong to those that carry a code.
 
-    Convention: only the layout of `badge` is used.  Returns: None for the decoding where no grating carries a code.
+    cells: one reading a cell, by grating; fields: of the uniform rows, by grating, as they decode.
     """
-    readings = [_cell_readings(track, measurement, badge, index) for index in range(len(badge.gratings))]
+
+    decoded: Decoded | None
+    cells: tuple[tuple[CellReading, ...], ...]
+    fields: dict[int, Field]
+
+
+def read_identity(track: Track, measurement: Measurement, badge: Badge) -> Reading:
+    """Decode the gratings that carry a code.
+
+    Convention: only the layout of `badge` is used.
+    Source: where the uniform rows leave several fields open, that with which a payload decodes; else the likeliest.
+    """
     coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
-    if not coded:
-        return None, readings
-    gratings = tuple(badge.gratings[index] for index in coded)
-    return family_named(gratings[0].family).read([readings[index] for index in coded], gratings), readings
+    options = [uniform_fields(track, measurement, badge, index) for index in coded]
+    first: Reading | None = None
+    for chosen in itertools.product(*options):
+        fields = dict(zip(coded, chosen, strict=True))
+        cells = tuple(
+            tuple(_cell_readings(track, measurement, badge, index, fields.get(index)))
+            for index in range(len(badge.gratings))
+        )
+        if not coded:
+            return Reading(None, cells, {})
+        gratings = tuple(badge.gratings[index] for index in coded)
+        decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
+        reading = Reading(decoded, cells, fields)
+        first = first or reading
+        if decoded.payload is not None:
+            return reading
+    assert first is not None
+    return first
 
 
 def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, claimed_id: str | None) -> Identity:
@@ -68,7 +93,8 @@ def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, clai
     Convention: the score is the distance of the symbols from confusion: 1 where each lies on its place, 0 where the
     worst one that was used is as near to its neighbour; negative for another identity.
     """
-    decoded, readings = read_identity(track, measurement, badge)
+    reading = read_identity(track, measurement, badge)
+    decoded, readings = reading.decoded, reading.cells
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), 0)
     coded = badge.gratings[index]
     reference = coded.code.reference_cell if coded.code else 0
@@ -117,9 +143,11 @@ def _compare(
     return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
 
 
-def _cell_readings(track: Track, measurement: Measurement, badge: Badge, index: int) -> list[CellReading]:
+def _cell_readings(
+    track: Track, measurement: Measurement, badge: Badge, index: int, field: Field | None
+) -> list[CellReading]:
     """One reading a cell of a grating; a uniform cell's strips are taken together, weighted by their error bars."""
-    shifted = read_cells(track, measurement, badge, index)
+    shifted = read_cells(track, measurement, badge, index, field) if field else {}
     readings = []
     for cell in range(len(badge.gratings[index].cells)):
         if cell in shifted:

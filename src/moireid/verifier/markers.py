@@ -35,6 +35,8 @@ class MarkerFinder:
         self._markers = markers
         self._corners_mm = marker_corners_mm(markers)
         self._last: NDArray[np.float64] | None = None
+        #: The last two frames in which the badge was, with their homographies.
+        self._course: list[tuple[int, NDArray[np.float64]]] = []
 
     def find(self, luma: NDArray[np.uint8]) -> NDArray[np.float64] | None:
         """Homography page mm -> image px from the markers found, or None where fewer than two are.
@@ -47,9 +49,24 @@ class MarkerFinder:
                 return found
         return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]))
 
-    def follow(self, homography: NDArray[np.float64] | None) -> None:
-        """Take over the refined homography of this frame as the place to look next; None forgets it."""
+    def expected(self, frame: int) -> NDArray[np.float64] | None:
+        """The homography of a frame if the badge moves on as it did, None where it was not in the frame before.
+
+        Source: the picture's last motion, page to page, once more.
+        """
+        if self._last is None:
+            return None
+        (before, first), (after, second) = (self._course * 2)[-2:]
+        if frame - after != 1 or after - before != 1:
+            return second
+        moved = second @ np.linalg.inv(first) @ second
+        return np.asarray(moved / moved[2, 2])
+
+    def follow(self, homography: NDArray[np.float64] | None, frame: int) -> None:
+        """Take over the refined homography of this frame as the place to look next; None: the badge was not there."""
         self._last = homography
+        if homography is not None:
+            self._course = [*self._course[-1:], (frame, homography)]
 
     def _neighbourhood(self, shape: tuple[int, ...]) -> tuple[int, int, int, int]:
         assert self._last is not None

@@ -6,6 +6,7 @@ Each strip is measured apart; then all strips of a grating become one signal, we
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, field
 
@@ -76,7 +77,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
     camera = fit_camera(mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px)
-    camera_mm = smooth_camera(camera.camera_mm, track.times_s)
+    camera_mm = smooth_camera(camera.camera_mm, track.times_s, camera.tangent_error)
     posed = time.perf_counter()
     strips: list[StripPhase | None] = []
     predictions: list[Array | None] = []
@@ -98,7 +99,8 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
             for strip, phase, prediction in zip(track.strips, strips, predictions, strict=True)
             if strip.grating == g and phase is not None and prediction is not None
         ]
-        noise = float(raw_noise[0 if grating.axis == "x" else 1])
+        axis = 0 if grating.axis == "x" else 1
+        noise = _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis])
         gratings.append(
             _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
         )
@@ -126,8 +128,17 @@ def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
     return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
 
 
+def _after_smoothing(wander: float, whole: float) -> float:
+    """Error of a parallax coordinate after smoothing: some of what wanders from frame to frame, and all that is slow.
+
+    What a pose leaves unexplained says how large its error is as a whole; what smoothing took away was the fast part.
+    """
+    slow = math.sqrt(max(whole**2 - wander**2, 0.0))
+    return math.hypot(SMOOTHED_SHARE * wander, slow)
+
+
 def _combine(
-    strips: list[StripPhase], predictions: list[Array], raw_noise: float, badge: Badge, grating: Grating, times_s: Array
+    strips: list[StripPhase], predictions: list[Array], noise: float, badge: Badge, grating: Grating, times_s: Array
 ) -> GratingSignal:
     """One signal from several strips.
 
@@ -156,16 +167,8 @@ def _combine(
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
-    pose_sd = (
-        SMOOTHED_SHARE
-        * raw_noise
-        * 2
-        * np.pi
-        * badge.lens.thickness_mm
-        / badge.lens.refractive_index
-        / grating.pitch_mm
-    )
-    return GratingSignal(signal - signal.mean(), common, phase_sd, float(pose_sd), wander)
+    slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
+    return GratingSignal(signal - signal.mean(), common, phase_sd, float(slope * noise), wander)
 
 
 def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
