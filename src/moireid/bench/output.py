@@ -25,8 +25,43 @@ def write(folder: Path, result: dict[str, Any], *, overwrite: bool) -> list[Path
     document = {"moireid": __version__, "machine": machine} | result
     write_text(data, json.dumps(document, indent=1) + "\n")
     with whole_file(plot) as temporary:
-        identity_plot(result).savefig(temporary, format="svg", metadata={"Date": None})
+        PLOTS[result["suite"]](result).savefig(temporary, format="svg", metadata={"Date": None})
     return [data, plot]
+
+
+def stability_table(result: dict[str, Any]) -> str:
+    """The stability suite as text."""
+    lines = [f"{'case':<36}{'outcome':<12}{'verdict':<14}{'mended':>7}{'tracked':>9}  why"]
+    lines += [
+        f"{row['name']:<36}{row['outcome']:<12}{row['verdict']:<14}{row['symbols_corrected']:>7}"
+        f"{row['tracked']:>5}/{row['frames']:<3}  {row['why']}"
+        for row in result["rows"]
+    ]
+    return "\n".join(lines)
+
+
+def stability_plot(result: dict[str, Any]) -> Any:
+    """One bar a case: frames in which the badge was followed, coloured by outcome."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    rows = result["rows"][::-1]
+    colours = {"right": "#2e7d4f", "unreadable": "#8a97a6", "refused": "#c9a227", "wrong": "#c0392b"}
+    figure = Figure(figsize=(7, 0.24 * len(rows) + 1), layout="constrained")
+    FigureCanvasSVG(figure)
+    axes = figure.add_subplot()
+    for outcome, colour in colours.items():
+        some = [(k, row["tracked"] / row["frames"]) for k, row in enumerate(rows) if row["outcome"] == outcome]
+        axes.barh([k for k, _ in some], [share for _, share in some], color=colour, label=f"{outcome}: {len(some)}")
+    axes.set_yticks(range(len(rows)), [row["name"] for row in rows], fontsize=8)
+    axes.set_xlabel("share of frames in which the badge was followed")
+    axes.legend(frameon=False, ncols=4, loc="lower left", bbox_to_anchor=(0, 1))
+    axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+TABLES = {"identity": lambda result: identity_table(result), "stability": stability_table}
+PLOTS = {"identity": lambda result: identity_plot(result), "stability": stability_plot}
 
 
 def identity_table(result: dict[str, Any]) -> str:

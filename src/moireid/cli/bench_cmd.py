@@ -10,7 +10,7 @@ from moireid.cli.common import friendly, json_option, overwrite_option, progress
 
 
 @click.command("bench")
-@click.argument("suite", type=click.Choice(["identity"]))
+@click.argument("suite", type=click.Choice(["identity", "stability"]))
 @click.option(
     "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for JSON and plot."
 )
@@ -25,21 +25,26 @@ def bench_command(
 ) -> None:
     """Measure SUITE on simulated films: a table, JSON and a plot.
 
+    identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
+
     Figures of clips that were read are kept in clips.jsonl beside them, so that a run that was broken off goes on.
     """
-    from moireid.bench import identity
-    from moireid.bench.output import identity_table, outputs, write
+    from moireid.bench import identity, stability
+    from moireid.bench.output import TABLES, outputs, write
     from moireid.files import planned
 
     planned(outputs(folder, suite), overwrite=overwrite)
     with progress_bar("clips") as progress:
         folder.mkdir(parents=True, exist_ok=True)
-        result = identity.run(
-            quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", progress=progress
-        )  # fmt: skip
+        if suite == "stability":
+            result = stability.run(quick=quick, seed=seed, progress=progress)
+        else:
+            result = identity.run(
+                quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", progress=progress
+            )  # fmt: skip
     for path in write(folder, result, overwrite=overwrite):
         say(f"written: {path}")
     if as_json:
         show_json(result)
     else:
-        click.echo(identity_table(result))
+        click.echo(TABLES[suite](result))

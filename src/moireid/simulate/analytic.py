@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 RAYS = (8, 2)
 #: The page away from the gratings (markers) as a texture, pixels to the millimetre.
 TEXTURE_PX_PER_MM = 12.0
+#: What covers a part of the board: a hand, say.
+HIDDEN_RADIANCE = 0.35
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,9 @@ class AnalyticRenderer:
         self._jitter = np.column_stack([(x + (y + 0.5) / rays[0] - 0.5 / rays[0]).ravel(), y.ravel()])
         self._texture = page_texture(scene)
         self._cells, self._gratings = _tables(scene)
+        cx, cy = scene.board_centre_mm
+        covered = scene.hidden_mm or (cx, cy, cx, cy)
+        self._hidden = (np.array(covered) - (cx, cy, cx, cy)) * scene.build.print_scale
         build = scene.build
         self._lens = np.array([
             lens.pitch_mm * build.lens_scale, lens.thickness_mm, lens.refractive_index, lens.radius_mm or 0.0,
@@ -78,7 +83,7 @@ class AnalyticRenderer:
             radiance, coverage, left, top, np.ascontiguousarray(centres), np.ascontiguousarray(turns),
             shown, camera.focal_px, (camera.width - 1) / 2, (camera.height - 1) / 2, self._jitter,
             np.array(self.scene.board_half_mm), self._lens, self._gratings, self._cells, self._texture,
-            TEXTURE_PX_PER_MM, self.scene.ink, self.scene.paper,
+            TEXTURE_PX_PER_MM, self.scene.ink, self.scene.paper, self._hidden,
         )  # fmt: skip
         return Rendered(radiance, coverage, left, top)
 
@@ -175,7 +180,7 @@ def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float,
 def _trace(
     radiance: Any, coverage: Any, left: int, top: int, centres: Any, turns: Any, shown: Any, focal: float, cx: float,
     cy: float, jitter: Any, half: Any, lens: Any, gratings: Any, cells: Any, texture: Any, per_mm: float, ink: float,
-    paper: float,
+    paper: float, hidden: Any,
 ) -> None:  # fmt: skip  # pragma: no cover
     """Fill radiance (mean over the rays that meet the board) and coverage (their share), row by row in parallel."""
     g, offset, scale = lens[1], lens[4], lens[6]
@@ -197,6 +202,9 @@ def _trace(
                 if abs(page_x) > half[0] * scale or abs(page_y) > half[1] * scale:
                     continue
                 count += 1
+                if hidden[0] <= page_x < hidden[2] and hidden[1] <= page_y < hidden[3]:
+                    total += HIDDEN_RADIANCE
+                    continue
                 lens_x, lens_y = page_x - g * tx, page_y - g * ty
                 value = -1.0
                 for k in range(gratings.shape[0]):

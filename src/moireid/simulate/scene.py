@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Rect
 from moireid.simulate.motion import Poses
 
 Array = NDArray[np.float64]
@@ -67,13 +67,17 @@ class Instant:
 
 @dataclass(frozen=True)
 class Scene:
-    """Badge, build and camera; what a renderer leaves out it says itself."""
+    """Badge, build and camera; what a renderer leaves out it says itself.
+
+    ink, paper: radiance of print; hidden_mm: a part of the page that something grey covers, page coordinates.
+    """
 
     badge: Badge
     build: Build = field(default_factory=Build)
     camera: Camera = field(default_factory=Camera)
     ink: float = 0.06
     paper: float = 0.85
+    hidden_mm: Rect | None = None
 
     @property
     def board_half_mm(self) -> tuple[float, float]:

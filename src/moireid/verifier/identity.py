@@ -130,7 +130,8 @@ def _compare(
         return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
         text = (
-            f"The identity cannot be read: {decoded.unclear} symbols are unclear; film from nearer, with more motion."
+            f"The identity cannot be read: of {decoded.symbols} symbols too many are wrong or hidden, and "
+            f"{decoded.unclear} cells are unclear; film the whole badge from nearer, with more motion."
         )
         return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0
     if not decoded.beats_agree:

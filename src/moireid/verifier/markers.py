@@ -16,6 +16,8 @@ from moireid.badge import Markers
 NEIGHBOURHOOD = 0.5
 #: Finer pictures of the neighbourhood help small markers: below this size in pixels it is enlarged twofold.
 ENLARGE_BELOW_PX = 24.0
+#: Every so many searches look for faded print; once it is found, it is followed without a search.
+FAINT_EVERY = 3
 
 
 class MarkerFinder:
@@ -32,6 +34,13 @@ class MarkerFinder:
         parameters.errorCorrectionRate = 1.0
         dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
         self._detector = cv2.aruco.ArucoDetector(dictionary, parameters)
+        # Faded print differs from its surroundings by less than OpenCV's default of 7 counts; asked for always, a
+        # lower figure would make every search find more to look at.
+        faint = cv2.aruco.DetectorParameters()
+        faint.minMarkerPerimeterRate, faint.errorCorrectionRate = 0.01, 1.0
+        faint.cornerRefinementMethod, faint.adaptiveThreshConstant = cv2.aruco.CORNER_REFINE_NONE, 2.0
+        self._faint = cv2.aruco.ArucoDetector(dictionary, faint)
+        self._searches = 0
         self._markers = markers
         self._corners_mm = marker_corners_mm(markers)
         self._last: NDArray[np.float64] | None = None
@@ -86,7 +95,9 @@ class MarkerFinder:
         if self._last is not None and self._marker_px() < ENLARGE_BELOW_PX and crop.size < 10**6:
             scale = 2.0
             crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
-        corners, identities, _ = self._detector.detectMarkers(crop)
+        self._searches += 1
+        detector = self._faint if self._searches % FAINT_EVERY == 0 else self._detector
+        corners, identities, _ = detector.detectMarkers(crop)
         if identities is None:
             return None
         image, page = [], []

@@ -28,6 +28,8 @@ MAX_STEPS = 12
 STOP_PX = 0.003
 #: Below this correlation between picture and print the frame is not the page.
 MIN_CORRELATION = 0.80
+#: A marker is seen where it correlates so far with its print; of the four, so many must be.
+MARKER_CORRELATION, MIN_MARKERS = 0.5, 3
 #: The template is drawn anew where the picture's scale changes by more than this factor.
 SCALE_STEP = 1.2
 
@@ -75,7 +77,7 @@ class PageRegistrar:
             values = sample(luma, warp, template.points)
             if values is None:
                 return None
-            residual, correlation = self._residual(values, template)
+            residual, _, _ = self._residual(values, template)
             step = template.solve @ residual
             increment = np.array(
                 [[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]]
@@ -90,16 +92,23 @@ class PageRegistrar:
         values = sample(luma, warp, template.points)
         if values is None:
             return None
-        _, correlation = self._residual(values, template)
+        _, correlation, seen = self._residual(values, template)
+        if seen < MIN_MARKERS:
+            # Two markers of one side leave the page free to turn about them, and the pose is worth nothing.
+            return None
         homography = warp @ np.linalg.inv(self._to_page)
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
         return Registration(homography / homography[2, 2], float(correlation))
 
-    def _residual(self, values: Array, template: _Template) -> tuple[Array, float]:
-        """Picture less print in units of print contrast, and their correlation; gain and offset fitted a marker."""
+    def _residual(self, values: Array, template: _Template) -> tuple[Array, float, int]:
+        """Picture less print in units of print contrast, their correlation, and the number of markers that are seen.
+
+        Gain and offset are fitted a marker.
+        """
         residual = np.zeros_like(values)
         explained = total = 0.0
+        visible = 0
         for index in range(4):
             here = template.marker == index
             seen, printed = values[here], template.values[here]
@@ -109,9 +118,11 @@ class PageRegistrar:
             # A marker that is hidden or washed out must not be blown up to full contrast.
             floor = 2.0
             residual[here] = seen / gain - printed if gain > floor else 0.0
-            explained += float(seen @ printed) * max(np.sign(gain), 0.0)
-            total += float(np.sqrt(power * (seen @ seen)))
-        return residual, explained / total if total > 0 else 0.0
+            own, most = float(seen @ printed) * max(np.sign(gain), 0.0), float(np.sqrt(power * (seen @ seen)))
+            visible += gain > floor and own >= MARKER_CORRELATION * most
+            explained += own
+            total += most
+        return residual, explained / total if total > 0 else 0.0, visible
 
     def _template_for(self, px_per_mm: float) -> _Template:
         kept = self._template
