@@ -21,8 +21,9 @@ HARMONICS = 5
 GRID = 96
 #: A cell's level and contrast are those of the uniform rows within these shares of the contrast: uneven light.
 LEVEL_SD, CONTRAST_SD = 0.15, 0.25
-#: No cell has less; without this bound a shape upside down, half a turn away, would fit as well.
-MIN_CONTRAST = 0.4
+#: No cell lies beyond these.  A cell on a film with little motion shows one plateau of the fringe; with its level free
+#: the other plateau, half a turn away, would fit as well, and the many samples of a film would outvote any prior.
+MAX_LEVEL, MIN_CONTRAST, MAX_CONTRAST = 0.5, 0.4, 1.8
 
 
 def learn_waveform(seen: Array, phase: Array) -> Complex:
@@ -75,11 +76,14 @@ def match_phase(seen: Array, phase: Array, shape: Complex, inflation: float) -> 
         a11, a22 = count + noise2 / LEVEL_SD**2, total_ww + noise2 / CONTRAST_SD**2
         b1, b2 = total_v, total_vw + noise2 / CONTRAST_SD**2
         determinant = a11 * a22 - total_w**2
-        contrast = np.maximum((b2 * a11 - b1 * total_w) / determinant, MIN_CONTRAST)
-        level = (b1 - contrast * total_w) / a11
+        contrast = np.clip((b2 * a11 - b1 * total_w) / determinant, MIN_CONTRAST, MAX_CONTRAST)
+        level = np.clip((b1 - contrast * total_w) / a11, -MAX_LEVEL, MAX_LEVEL)
+        # Least squares within bounds: where the level stands at one, the contrast is sought again beside it.
+        contrast = np.clip((b2 - level * total_w) / a22, MIN_CONTRAST, MAX_CONTRAST)
         misfit = (
-            total_vv + noise2 / CONTRAST_SD**2 - level * b1 + contrast * (a22 * contrast + total_w * level - 2 * b2)
-        )
+            total_vv + noise2 / CONTRAST_SD**2 + level * (a11 * level - 2 * b1)
+            + contrast * (a22 * contrast + 2 * total_w * level - 2 * b2)
+        )  # fmt: skip
         best = int(np.argmin(misfit))
         noise2 = max(float(misfit[best]) / count, 1e-4)
     before, here, after = misfit[best - 1], misfit[best], misfit[(best + 1) % GRID]
