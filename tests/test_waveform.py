@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from moireid.verifier.waveform import HARMONICS, learn_waveform, match_phase
+from moireid.verifier.waveform import HARMONICS, learn_waveform, match_cost, match_phase, match_symbol
 
 
 def squarish(phase):
@@ -32,7 +32,7 @@ def test_a_cell_that_sees_part_of_a_fringe_gives_its_phase(rng, ahead, span, lev
     shape = learn_waveform(squarish(np.linspace(0, 40, 3000)), np.linspace(0, 40, 3000))
     phase = rng.uniform(1.0, 1.0 + span, (60, 12))
     seen = level + contrast * squarish(phase + ahead) + 0.04 * rng.standard_normal(phase.shape)
-    value, sd = match_phase(seen, phase, shape, 1.0)
+    value, sd = match_phase(match_cost(seen, phase, shape, 1.0))
     assert abs(math.remainder(value - ahead, 2 * math.pi)) < 0.02
     assert 0 < sd < 0.05
 
@@ -43,7 +43,9 @@ def test_error_bars_are_those_of_the_scatter(rng):
     errors, bars = [], []
     for _ in range(60):
         phase = rng.uniform(0, 8, (20, 10))
-        value, sd = match_phase(squarish(phase + 0.5) + 0.3 * rng.standard_normal(phase.shape), phase, shape, 1.0)
+        # Noise that outweighs what is allowed for the shape's own error.
+        seen = squarish(phase + 0.5) + 0.9 * rng.standard_normal(phase.shape)
+        value, sd = match_phase(match_cost(seen, phase, shape, 1.0))
         errors.append(value - 0.5)
         bars.append(sd)
     assert 0.7 < np.std(errors) / np.mean(bars) < 1.4
@@ -53,9 +55,9 @@ def test_a_cell_that_sees_only_white_says_that_it_does_not_know(rng):
     """Catches: a confident guess from a piece of a fringe without an edge in it."""
     shape = learn_waveform(squarish(np.linspace(0, 40, 3000)), np.linspace(0, 40, 3000))
     phase = rng.uniform(-0.05, 0.05, (40, 8))
-    _, sd = match_phase(squarish(phase) + 0.3 * rng.standard_normal(phase.shape), phase, shape, 3.0)
+    _, sd = match_phase(match_cost(squarish(phase) + 0.3 * rng.standard_normal(phase.shape), phase, shape, 3.0))
     assert sd > 0.3
-    assert match_phase(phase[:1, :4], phase[:1, :4], shape, 1.0) == (0.0, math.inf)
+    assert match_phase(match_cost(phase[:1, :4], phase[:1, :4], shape, 1.0)) == (0.0, math.inf)
 
 
 @pytest.mark.parametrize("middle", [0.0, math.pi])
@@ -68,5 +70,8 @@ def test_one_plateau_is_never_taken_for_the_other(middle, misfit):
     phase = np.linspace(-0.35, 0.35, 2000).reshape(-1, 20)
     # A slope and a bend that the shape does not know, as blur from a neighbouring cell makes.
     seen = squarish(phase + middle) + misfit * (3 * phase + np.cos(6 * phase))
-    value, _ = match_phase(seen, phase, shape, 3.0)
+    cost = match_cost(seen, phase, shape, 3.0)
+    value, sd = match_phase(cost)
+    assert abs(math.remainder(value - middle, 2 * math.pi)) < 2.5 * sd
+    value, _ = match_symbol(cost, 0.0, 4)
     assert abs(math.remainder(value - middle, 2 * math.pi)) < math.pi / 4

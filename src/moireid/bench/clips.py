@@ -80,7 +80,8 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     row: dict[str, Any] = {
         "payload": clip.payload.hex(), "verdict": report.verdict, "read": report.identity.decoded_id == badge.id,
         "wrong": report.identity.decoded_id not in (None, badge.id), "tracked": report.track.tracked,
-        "corrected": report.identity.symbol_errors_corrected, "phase_error_rad": [], "phase_sd_rad": [],
+        "corrected": report.identity.symbol_errors_corrected,
+        "phase_error_rad": [], "phase_sd_rad": [], "cells_wrong": 0,
         "correlation": report.invariant.correlation, "gain": report.invariant.gain_ratio,
         "identity_s": report.timing["stages"].get("identity"), "as_built": None, "beat_error": None, "shorter": [],
     }  # fmt: skip
@@ -89,7 +90,8 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     readings = read_identity(report.track, report.measurement, badge).cells
     for (index, cell), true in true_phases_rad(clip.payload, badge.gratings).items():
         reading = readings[index][cell]
-        row["phase_error_rad"].append(math.remainder(reading.phase_rad - true, 2 * math.pi))
+        row["phase_error_rad"].append(math.remainder(reading.free_rad - true, 2 * math.pi))
+        row["cells_wrong"] += abs(math.remainder(reading.phase_rad - true, 2 * math.pi)) > math.pi / 4
         row["phase_sd_rad"].append(reading.phase_sd)
     as_built = measure_built(report.track, report.measurement, badge, report.invariant)
     row["as_built"] = as_built.to_json()

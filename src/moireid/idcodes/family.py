@@ -6,6 +6,7 @@ readings spells.  The badge's grating names its family, so a reader finds the de
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -19,14 +20,16 @@ from moireid.idcodes.partial import PartialWord
 class CellReading:
     """What a film tells of one cell, in page units, at infinite distance and zero parallax.
 
-    frequency_per_mm: signed beat frequency, cycles per mm; phase_rad: fringe phase against the reference cells' field;
-    each with its standard deviation, infinite where it was not or could not be read.
+    frequency_per_mm: signed beat frequency, cycles per mm; phase_rad: fringe phase against the reference cells' field,
+    near one of the code's places; each with its standard deviation, infinite where it was not or could not be read;
+    free_rad: the phase without knowledge of the places, for benches.
     """
 
     frequency_per_mm: float
     frequency_sd: float
     phase_rad: float
     phase_sd: float
+    free_rad: float = math.nan
 
 
 @dataclass(frozen=True)

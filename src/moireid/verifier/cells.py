@@ -9,7 +9,7 @@ from the uniform rows, and once more from the cells themselves when their symbol
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from moireid.verifier.measure import Measurement
 from moireid.verifier.predict import strip_law
 from moireid.verifier.strips import Strip
 from moireid.verifier.track import Track
-from moireid.verifier.waveform import Complex, learn_waveform, match_phase
+from moireid.verifier.waveform import Complex, learn_waveform, match_cost, match_phase, match_symbol
 
 Array = NDArray[np.float64]
 #: Left out at a cell's ends, mm, or a fifth of it: there the picture's blur mixes neighbours.
@@ -43,12 +43,16 @@ TWIST_FRAMES = 128
 
 @dataclass(frozen=True)
 class CellPhase:
-    """Phase of one cell against the uniform rows' field, its standard deviation, and its middle, page mm."""
+    """Phase of one cell against the uniform rows' field, its standard deviation, and its middle, page mm.
+
+    free_rad: what the phase would be if it need not lie on one of the code's places.
+    """
 
     phase_rad: float
     phase_sd_rad: float
     along_mm: float
     across_mm: float
+    free_rad: float = math.nan
 
 
 @dataclass(frozen=True)
@@ -74,7 +78,8 @@ def read_cells(
 
     Convention: phase positive where the cell's fringe is ahead, that is where its lines are shifted back.
     Returns: empty where the grating has none.
-    Source: least squares of each cell over the sampled frames, all samples, with a prior on the level.  The sample is
+    Source: each cell over the sampled frames, all samples, first by itself and then on one of the code's places, for
+    which what the cells have in common, a plane of phase, is taken off.  The sample is
     bounded, so a long film takes no more time or memory than one of 8 s.
     """
     rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
@@ -82,15 +87,23 @@ def read_cells(
         return {}
     shape = _shape(track, measurement, badge, grating, field)
     found: dict[int, CellPhase] = {}
+    costs: dict[int, Array] = {}
     for index, strip in rows:
         phase = _field_phase(badge, strip, measurement.camera_mm, field, track.cell_frames)
         seen = _in_contrasts(track.profiles[index], field, track.cell_frames)
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
-            value, sd = match_phase(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
+            costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
+            value, sd = match_phase(costs[cell])
             sd = math.hypot(sd, FLOOR_RAD)
             found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
-    return _flatten(found, field, badge.gratings[grating].code.phase_levels or 4)  # type: ignore[union-attr]
+    levels = badge.gratings[grating].code.phase_levels or 4  # type: ignore[union-attr]
+    placed = {}
+    for cell, offset in _offsets(found, field, levels).items():
+        value, sd = match_symbol(costs[cell], offset, levels)
+        free = math.remainder(found[cell].phase_rad - offset, 2 * math.pi)
+        placed[cell] = replace(found[cell], phase_rad=value, phase_sd_rad=math.hypot(sd, FLOOR_RAD), free_rad=free)
+    return placed
 
 
 def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field, frames: NDArray[np.int64]) -> Array:
@@ -175,8 +188,8 @@ def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
     return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
 
 
-def _flatten(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, CellPhase]:
-    """Take out what is left of offset, tilt and beat: a plane through the distances from the nearest symbol."""
+def _offsets(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, float]:
+    """What is left of offset, tilt and beat at each cell: a plane through the distances from the nearest symbol."""
     cells = list(found.values())
     along = np.array([cell.along_mm for cell in cells])
     place = np.column_stack([np.ones(len(cells)), along - along.mean(), [c.across_mm - field.middle_mm for c in cells]])
@@ -184,6 +197,7 @@ def _flatten(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int
     weight = 1 / np.array([cell.phase_sd_rad for cell in cells])
     weight[~np.isfinite(weight)] = 0.0
     step = 2 * math.pi / levels
+    offset = np.zeros(len(cells))
     for _ in range(3):
         apart = phase - step * np.round(phase / step)
         # A distance beyond a third of a step may belong to the other symbol, so it has no say.
@@ -192,7 +206,5 @@ def _flatten(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int
             break
         plane, *_ = np.linalg.lstsq(place * use[:, None], apart * use, rcond=None)
         phase = phase - place @ plane
-    return {
-        index: CellPhase(float(p), cell.phase_sd_rad, cell.along_mm, cell.across_mm)
-        for (index, cell), p in zip(found.items(), phase, strict=True)
-    }
+        offset = offset + place @ plane
+    return dict(zip(found, offset.tolist(), strict=True))

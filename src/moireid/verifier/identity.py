@@ -152,7 +152,8 @@ def _cell_readings(
     readings = []
     for cell in range(len(badge.gratings[index].cells)):
         if cell in shifted:
-            readings.append(CellReading(math.nan, math.inf, shifted[cell].phase_rad, shifted[cell].phase_sd_rad))
+            seen = shifted[cell]
+            readings.append(CellReading(math.nan, math.inf, seen.phase_rad, seen.phase_sd_rad, seen.free_rad))
             continue
         own = [
             phase for strip, phase in zip(track.strips, measurement.strips, strict=True)

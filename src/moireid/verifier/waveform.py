@@ -19,6 +19,12 @@ Complex = NDArray[np.complex128]
 HARMONICS = 5
 #: Phases at which a cell is compared; a parabola goes between them.
 GRID = 96
+TURNS: Array = 2 * np.pi * np.arange(GRID) / GRID
+#: The shape that was learnt is not a cell's own within this, in contrasts: blur from its neighbours, uneven sheets.
+#: The difference is smooth, so a cell holds about so many independent pieces of it, however many samples it has.
+MODEL_ERROR, MODEL_ELEMENTS = 0.06, 4
+#: What is left of offset, tilt and beat when a cell's place is told, rad.
+PLACE_SD = 0.15
 #: A cell's level and contrast are those of the uniform rows within these shares of the contrast: uneven light.
 LEVEL_SD, CONTRAST_SD = 0.15, 0.25
 #: No cell lies beyond these.  A cell on a film with little motion shows one plateau of the fringe; with its level free
@@ -47,22 +53,22 @@ def learn_waveform(seen: Array, phase: Array) -> Complex:
     return shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9)
 
 
-def match_phase(seen: Array, phase: Array, shape: Complex, inflation: float) -> tuple[float, float]:
-    """Phase by which a cell is ahead of the field, and its standard deviation; seen and phase (T, n).
+def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> Array:
+    """How little a cell fits the shape at each of `GRID` phases by which it may be ahead of the field, in nats.
 
-    Convention: seen = level + contrast w(phase + result), with level and contrast near 0 and 1.
-    Returns: (0, infinity) where there are too few samples.
-    Source: least squares over phase, level and contrast; the sums over samples at all phases follow from the moments
-    sum exp(i h phase) and sum seen exp(i h phase).  The error bar is that of the minimum's curvature, or of the next
-    best minimum a symbol away where that is nearly as good.
+    Parameters: seen, phase (T, n); inflation: by which neighbouring samples' noise is more than independent.
+    Convention: seen = level + contrast w(phase + ahead), with level and contrast near 0 and 1; a difference of costs
+        is the logarithm of how much likelier one phase is.
+    Returns: (GRID,), all 0 where there are too few samples.
+    Source: least squares over level and contrast, each within bounds; the sums over samples at all phases follow from
+        the moments sum exp(i h phase) and sum seen exp(i h phase).  A misfit is held against noise and `MODEL_ERROR`.
     """
     values, angle = seen.ravel(), phase.ravel()
     count = len(values)
     if count < 8:
-        return 0.0, math.inf
+        return np.zeros(GRID)
     ones, first = _moments(values, angle)
-    turns = 2 * np.pi * np.arange(GRID) / GRID
-    ahead = np.exp(1j * np.outer(turns, np.arange(2 * HARMONICS + 1)))
+    ahead = np.exp(1j * np.outer(TURNS, np.arange(2 * HARMONICS + 1)))
     # w^2 = Re( sum_hk c_h c_k e^{i(h+k)x} + c_h conj(c_k) e^{i(h-k)x} ) / 2, as w is a real part.
     sums = np.convolve(shape, shape)
     lags = np.array([np.sum(shape[m:] * np.conj(shape[: HARMONICS + 1 - m])) for m in range(HARMONICS + 1)])
@@ -73,30 +79,70 @@ def match_phase(seen: Array, phase: Array, shape: Complex, inflation: float) -> 
     total_v, total_vv = float(values.sum()), float(values @ values)
     noise2 = 0.1
     for _ in range(3):
-        a11, a22 = count + noise2 / LEVEL_SD**2, total_ww + noise2 / CONTRAST_SD**2
-        b1, b2 = total_v, total_vw + noise2 / CONTRAST_SD**2
+        spread = noise2 * inflation**2 + MODEL_ERROR**2 * count / MODEL_ELEMENTS
+        a11, a22 = count + spread / LEVEL_SD**2, total_ww + spread / CONTRAST_SD**2
+        b1, b2 = total_v, total_vw + spread / CONTRAST_SD**2
         determinant = a11 * a22 - total_w**2
         contrast = np.clip((b2 * a11 - b1 * total_w) / determinant, MIN_CONTRAST, MAX_CONTRAST)
         level = np.clip((b1 - contrast * total_w) / a11, -MAX_LEVEL, MAX_LEVEL)
         # Least squares within bounds: where the level stands at one, the contrast is sought again beside it.
         contrast = np.clip((b2 - level * total_w) / a22, MIN_CONTRAST, MAX_CONTRAST)
         misfit = (
-            total_vv + noise2 / CONTRAST_SD**2 + level * (a11 * level - 2 * b1)
+            total_vv + spread / CONTRAST_SD**2 + level * (a11 * level - 2 * b1)
             + contrast * (a22 * contrast + 2 * total_w * level - 2 * b2)
         )  # fmt: skip
-        best = int(np.argmin(misfit))
-        noise2 = max(float(misfit[best]) / count, 1e-4)
-    before, here, after = misfit[best - 1], misfit[best], misfit[(best + 1) % GRID]
+        noise2 = max(float(misfit.min()) / count, 1e-4)
+    return np.asarray(misfit / (2 * spread))
+
+
+def match_phase(cost: Array) -> tuple[float, float]:
+    """The phase of least cost, and its standard deviation.
+
+    Source: a parabola through the least and its neighbours; the error bar is that of its curvature, or of the next
+    best phase beyond a half symbol where that is nearly as good.  Returns: (0, infinity) where no phase is better.
+    """
+    best = int(np.argmin(cost))
+    before, here, after = cost[best - 1], cost[best], cost[(best + 1) % GRID]
     bend = float(before - 2 * here + after)
     step = 2 * np.pi / GRID
-    if bend <= 0:
+    if bend <= 1e-12:
         return 0.0, math.inf
-    value = turns[best] + step * float(before - after) / (2 * bend)
-    sd = inflation * math.sqrt(2 * noise2 / bend) * step
-    away = np.abs(np.angle(np.exp(1j * (turns - turns[best])))) > np.pi / 4
-    likelihood = float(misfit[away].min() - here) / (2 * noise2 * inflation**2)
-    rival_sd = (np.pi / 2) / math.sqrt(2 * max(likelihood, 1e-6))
-    return math.remainder(float(value), 2 * np.pi), max(sd, rival_sd if rival_sd > 0.3 else 0.0)
+    value = TURNS[best] + step * float(before - after) / (2 * bend)
+    away = np.abs(np.angle(np.exp(1j * (TURNS - TURNS[best])))) > np.pi / 4
+    rival = rival_sd(float(cost[away].min() - here))
+    return math.remainder(float(value), 2 * np.pi), max(step / math.sqrt(bend), rival if rival > 0.3 else 0.0)
+
+
+def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]:
+    """The phase less `offset` of a cell that must lie on one of `levels` places, and its standard deviation.
+
+    A cell that shows one plateau alone leaves its phase open by half a radian or more to both sides; but of the
+    places where it can lie only one is on that plateau.  So each place is tried with what is left of offset and tilt
+    (`PLACE_SD`), and the error bar tells how much worse the next place is.
+    """
+    off = TURNS - offset
+    step = 2 * np.pi / levels
+    wander = np.abs(off - step * np.round(off / step))
+    total = cost + 0.5 * (wander / PLACE_SD) ** 2
+    place = np.round(off / step).astype(int) % levels
+    least = np.array([total[place == k].min() for k in range(levels)])
+    chosen = int(np.argmin(least))
+    at = int(np.flatnonzero(place == chosen)[np.argmin(total[place == chosen])])
+    rival = rival_sd(float(np.sort(least)[1] - least[chosen]))
+    before, here, after = total[at - 1], total[at], total[(at + 1) % GRID]
+    bend = float(before - 2 * here + after)
+    if bend <= 1e-12:
+        return 0.0, math.inf
+    # On a border between places the neighbour belongs to the other one; the parabola must not leave the place.
+    shift = float(np.clip((before - after) / (2 * bend), -0.5, 0.5)) if bend > 0 else 0.0
+    value = TURNS[at] + (2 * np.pi / GRID) * shift - offset
+    curve_sd = 2 * np.pi / GRID / math.sqrt(bend)
+    return math.remainder(float(value), 2 * np.pi), max(curve_sd, rival if rival > 0.3 else 0.0)
+
+
+def rival_sd(nats: float) -> float:
+    """Standard deviation at which a phase a symbol away would be less likely by so many nats."""
+    return (np.pi / 2) / math.sqrt(2 * max(nats, 1e-6))
 
 
 def _moments(values: Array, angle: Array) -> tuple[Complex, Complex]:
