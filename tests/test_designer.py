@@ -363,17 +363,18 @@ def test_the_largest_board_that_is_advised_fits_its_paper(paper: str) -> None:
     assert badge.page_mm == PAPERS_MM[paper]
 
 
-def test_the_least_printer_is_the_least(ada: Badge) -> None:
-    """Catches: dots counted in the pitch in place of the line, or a limit that is off by one dot."""
+def test_the_printer_that_is_named_works_and_coarser_ones_do_not(ada: Badge) -> None:
+    """Catches: dots counted in the pitch in place of the line; a resolution named that no printer has."""
     with pytest.raises(DesignError) as refused:
         design_badge(Request("A", printer_dpi=72), PAYLOAD)
     least = refused.value.details["least_dpi"]
-    assert isinstance(least, int) and f"{least} dpi or more" in str(refused.value)
+    assert least == 300 and "300 dpi or more" in str(refused.value)
     assert design_badge(Request("A", printer_dpi=least), PAYLOAD).print is not None
-    with pytest.raises(DesignError, match=f"{least} dpi"):
-        design_badge(Request("A", printer_dpi=least - 1), PAYLOAD)
-    # Three dots to a line, which is half of a pitch near 0.52 mm.
-    assert 3 * 25.4 / least == pytest.approx(ada.gratings[0].pitch_mm / 2, rel=0.03)
+    # Three dots to a line, which is half of a pitch near 0.52 mm, are the least.
+    enough = math.ceil(3 * 25.4 / (ada.gratings[0].pitch_mm / 2))
+    assert design_badge(Request("A", printer_dpi=enough, form="vector"), PAYLOAD).print is not None
+    with pytest.raises(DesignError, match="dots wide"):
+        design_badge(Request("A", printer_dpi=enough - 3, form="vector"), PAYLOAD)
 
 
 def test_the_figures_of_a_refusal_are_attributes_too() -> None:

@@ -20,7 +20,7 @@ from moireid.simulate.forge import KINDS
 
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
-GROUND = {"asbuilt", "badge", "errors", "files", "lenticule", "optics", "profiles"}
+GROUND = {"asbuilt", "badge", "dots", "errors", "files", "lenticule", "optics", "profiles"}
 ROOMS = {"archive", "bench", "cli", "designer", "fabrication", "idcodes", "registry", "simulate", "verifier", "web"}
 MAY_IMPORT = {
     "ground": GROUND,

@@ -86,7 +86,8 @@ def found_markers(picture: np.ndarray, dictionary: str) -> dict[int, np.ndarray]
 
 @pytest.fixture(scope="module")
 def badge() -> Badge:
-    return design_badge(Request("Ada Lovelace"), PAYLOAD)
+    # Plain vectors, whose geometry is the badge's own; what dots make of it is in test_dots.py.
+    return design_badge(Request("Ada Lovelace", form="vector"), PAYLOAD)
 
 
 @pytest.fixture(scope="module")

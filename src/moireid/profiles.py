@@ -12,6 +12,8 @@ from moireid.badge import Lens
 from moireid.errors import SpecError
 
 MM_PER_INCH = 25.4
+#: How lines are put on a page; see `fabrication.page`.
+FORMS = ("dots", "vector", "bitmap")
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
 PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 

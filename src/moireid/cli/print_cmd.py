@@ -45,6 +45,19 @@ if TYPE_CHECKING:
     "--axes", type=click.Choice(["x", "xy"]), default="x", show_default=True, help="Directions that the fringes sense."
 )
 @click.option("--size", "size_text", default="146x160", show_default=True, metavar="WxH", help="Board, mm.")
+@click.option(
+    "--form",
+    type=click.Choice(["dots", "vector", "bitmap"]),
+    default="dots",
+    show_default=True,
+    help="Lines on the printer's dots, as plain vectors, or as a picture of one bit a dot.",
+)
+@click.option(
+    "--measured-scale",
+    "scale_text",
+    metavar="X[,Y]",
+    help="What the scale bars of an earlier print measured over what they say, such as 0.9973; prints true to size.",
+)
 @click.option("--mount", type=click.Choice(["lanyard", "none"]), default="lanyard", show_default=True)
 @click.option("--explain", is_flag=True, help="Show why the badge is as it is.")
 @overwrite_option
@@ -52,8 +65,8 @@ if TYPE_CHECKING:
 @friendly
 def print_command(
     name: str, folder: Path, registry_url: str | None, payload: str | None, key_file: Path | None, code: str, lens: str,
-    front: str, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, mount: str, explain: bool,
-    overwrite: bool, as_json: bool,
+    front: str, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, form: str,
+    scale_text: str | None, mount: str, explain: bool, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount to 3D-print.
 
@@ -62,15 +75,17 @@ def print_command(
     """
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer import explain as explain_badge
-    from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
+    from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
     from moireid.fabrication.package import file_names, print_badge
     from moireid.files import planned
 
     if payload is not None and key_file is not None:
         raise SpecError("give --payload or --key, not both")
     request = Request(
-        clean_name(name), lens, printer_dpi, paper, parse_range_m(range_text), parse_size_mm(size_text), code, axes
-    )
+        clean_name(name), lens, printer_dpi, paper, parse_range_m(range_text), parse_size_mm(size_text), code, axes,
+        form,
+    )  # fmt: skip
+    measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
     chosen = None
     if payload is not None:
         chosen = payload_from_hex(payload, family=code)
@@ -84,6 +99,7 @@ def print_command(
             badge,
             folder,
             mount=mount,
+            measured_scale=measured_scale,
             overwrite=overwrite,
             before_moving=issue,
             progress=lambda file: say(f"making {file}"),
@@ -97,7 +113,10 @@ def print_command(
                 "files": files,
                 "issued": registry is not None,
             }
-            show_json(document | {"mount_mass_g": printed.mount_mass_g, "explain": dict(rows)})
+            show_json(
+                document
+                | {"mount_mass_g": printed.mount_mass_g, "measured_scale": measured_scale, "explain": dict(rows)}
+            )
             return
         click.echo(f"Badge {badge.id} for {badge.name}:")
         for path in files.values():

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 from moireid.badge import Badge, Cell, Code, Grating
 from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
@@ -16,6 +17,7 @@ from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import link_budget
 from moireid.designer.payload import FAMILY_BYTES
 from moireid.designer.request import Request, clean_name
+from moireid.dots import realised
 from moireid.errors import CodeError, DesignError
 from moireid.idcodes import family_named
 from moireid.idcodes.pitch import BANDS
@@ -41,6 +43,12 @@ MIN_BAND_PX = 4.0
 MIN_MARKER_PX = 14.0
 #: A printed line narrower than this many dots has no dependable width.
 MIN_DOTS_PER_LINE = 3.0
+#: A symbol is confused beyond pi / 4; rounding to dots may take this much of it, the rest is for the film.
+MAX_DOT_PHASE_RAD = 0.25
+#: Resolutions that printers have; beyond 1200 dpi no line of a lens sheet's pitch can be off by so much.
+PRINTER_DPI = (300, 360, 400, 600, 720, 1200, 1440, 2400)
+#: What badge.json tells of each cell on the printer's dots.
+REALISED_COLUMNS = ["grating", "cell", "pitch_error_ppm", "edge_error_um", "phase_error_rad", "beat_error_share"]
 #: Beat levels of the spacing family's uniform rows.
 SPACING_LEVELS = 8
 #: The published prototype's printed pitch is 1.0236 lens pitches; the pitch family's reference keeps near that ratio.
@@ -90,8 +98,38 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         payload_bits=8 * len(payload),
         board_mm=layout.board_mm,
         range_m=request.range_m,
-        print={"dpi": request.printer_dpi, "paper": request.paper, "form": "vector", "lens": request.lens},
+        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form, "lens": request.lens}
+        | _on_dots(request, gratings, lens.pitch_mm),
     )
+
+
+def _on_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: float) -> dict[str, Any]:
+    """What the printer's dots make of every cell, for badge.json; nothing where the form leaves that to the printer.
+
+    Raises: DesignError where the code would not survive, with the resolution at which it does.
+    """
+    if request.form == "vector":
+        return {}
+    dot_mm = Printer(request.printer_dpi).dot_mm
+    found = [[realised(grating, cell, lens_pitch_mm, dot_mm) for cell in grating.cells] for grating in gratings]
+    worst = max((one for row in found for one in row), key=lambda one: abs(one.phase_error_rad))
+    if abs(worst.phase_error_rad) > MAX_DOT_PHASE_RAD:
+        enough = next(
+            dpi for dpi in PRINTER_DPI
+            if dpi > request.printer_dpi and _dot_phase_rad(gratings, lens_pitch_mm, dpi) <= MAX_DOT_PHASE_RAD
+        )  # fmt: skip
+        raise DesignError(
+            f"on dots of {request.printer_dpi} dpi a cell's fringe is {abs(worst.phase_error_rad):.2f} rad off its "
+            f"place, and {MAX_DOT_PHASE_RAD:g} rad leave its symbol readable; print at {enough} dpi or more, or in "
+            "vector form",
+            least_dpi=enough,
+        )
+    cells = [
+        [g, c, round(1e6 * one.pitch_error, 2), round(1e3 * one.edge_error_mm, 2), round(one.phase_error_rad, 4),
+         round(one.beat_error, 6)]
+        for g, row in enumerate(found) for c, one in enumerate(row)
+    ]  # fmt: skip
+    return {"realised": {"columns": REALISED_COLUMNS, "cells": cells}}
 
 
 def _blank_grating(
@@ -195,7 +233,8 @@ def _check_printer(request: Request, pitch_mm: float) -> None:
     """A printed line must be some dots wide."""
     dots = pitch_mm * DUTY / Printer(request.printer_dpi).dot_mm
     if dots < MIN_DOTS_PER_LINE:
-        least = int(MIN_DOTS_PER_LINE * MM_PER_INCH / (pitch_mm * DUTY)) + 1
+        needed = MIN_DOTS_PER_LINE * MM_PER_INCH / (pitch_mm * DUTY)
+        least = next((dpi for dpi in PRINTER_DPI if dpi >= needed), math.ceil(needed))
         raise DesignError(
             f"at {request.printer_dpi} dpi a line of {pitch_mm * DUTY:.3f} mm is {dots:.1f} dots wide, fewer than "
             f"{MIN_DOTS_PER_LINE:g}; print at {least} dpi or more, or take a coarser lens",
@@ -242,5 +281,34 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     return [
         *rows,
         ("marker, far end", f"{far * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
-        ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (edges placed absolutely, in vectors)"),
+        ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (each edge placed by itself)"),
+        *_explain_dots(badge),
+    ]
+
+
+def _dot_phase_rad(gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int) -> float:
+    """The largest shift of a cell's fringe on dots of that resolution."""
+    dot_mm = Printer(dpi).dot_mm
+    return max(
+        abs(realised(grating, cell, lens_pitch_mm, dot_mm).phase_error_rad)
+        for grating in gratings for cell in grating.cells
+    )  # fmt: skip
+
+
+def _explain_dots(badge: Badge) -> list[tuple[str, str]]:
+    """Rows of the table about the printer's dots."""
+    told = (badge.print or {}).get("realised")
+    if not told:
+        return []
+    by_name = dict(zip(told["columns"], zip(*told["cells"], strict=True), strict=True))
+    largest = {name: max(abs(value) for value in values) for name, values in by_name.items()}
+    uniform = [
+        row for row in told["cells"]
+        if (code := badge.gratings[row[0]].code) is None or code.roles[row[1]] != "phase"
+    ]  # fmt: skip
+    beat = max(abs(row[5]) for row in uniform)
+    return [
+        ("lines on dots", f"edges off by {largest['edge_error_um']:.1f} um at most, no drift"),
+        ("a cell on dots", f"fringe off by {largest['phase_error_rad']:.3f} rad at most, of 0.79"),
+        ("a uniform row on dots", f"beat off by {100 * beat:.3f} % at most"),
     ]

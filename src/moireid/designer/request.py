@@ -10,6 +10,8 @@ from moireid.errors import SpecError
 
 #: A name longer than this cannot be set on a badge, nor usefully typed as a claim.
 NAME_LIMIT = 200
+#: Printers are off by some tenths of a percent; 5 % is a page fitted to paper, which must be printed again.
+MAX_SCALE_OFF = 0.05
 #: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
 #: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
 UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
@@ -22,7 +24,8 @@ class Request:
 
     size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
     `moireid.profiles`; family: a code family of `moireid.idcodes`, None for the
-    one that carries a payload of the given length; axes: directions that the fringes sense.
+    one that carries a payload of the given length; axes: directions that the fringes sense;
+    form: of the printed lines, one of `moireid.profiles.FORMS`.
     """
 
     name: str
@@ -33,6 +36,7 @@ class Request:
     size_mm: tuple[float, float] = (146.0, 160.0)
     family: str | None = None
     axes: str = "x"
+    form: str = "dots"
 
 
 def clean_name(name: str) -> str:
@@ -54,6 +58,24 @@ def clean_name(name: str) -> str:
 def parse_range_m(text: str) -> tuple[float, float]:
     """'0.8-2.5' as (0.8, 2.5) metres.  Raises: SpecError where it is not two rising positive numbers."""
     return _two_numbers(text, "-", "range", "two distances in metres such as 0.8-2.5", rising=True)
+
+
+def parse_scale(text: str) -> tuple[float, float]:
+    """'0.9973' as (0.9973, 0.9973), '0.9973,0.9981' as x and y; what was measured over what should have been.
+
+    Raises: SpecError where it is neither, or off by more than `MAX_SCALE_OFF`, which no printer is.
+    """
+    parts = text.split(",")
+    try:
+        numbers = [float(part) for part in parts]
+    except ValueError:
+        numbers = []
+    if len(numbers) not in (1, 2) or not all(abs(number - 1) <= MAX_SCALE_OFF for number in numbers):
+        raise SpecError(
+            f"scale {text[:40]!r} must be one or two shares within {1 - MAX_SCALE_OFF:g} and {1 + MAX_SCALE_OFF:g}, "
+            "such as 0.9973 or 0.9973,0.9981: the bar's measured length over 150 mm, across and down"
+        )
+    return numbers[0], numbers[-1]
 
 
 def parse_size_mm(text: str) -> tuple[float, float]:

@@ -31,14 +31,16 @@ def print_badge(
     folder: Path,
     *,
     mount: str = "lanyard",
+    measured_scale: tuple[float, float] = (1.0, 1.0),
     overwrite: bool = False,
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Printed:
     """Write everything that a person needs for one badge into `folder`.
 
-    Parameters: before_moving: called when all files are made and checked but none is in place, for what must happen
-        together with them (issuing); if it raises, no file appears.  progress: called with the name of the next file.
+    Parameters: measured_scale: as `page.write_badge_pdf` has it; before_moving: called when all files are made and
+        checked but none is in place, for what must happen together with them (issuing); if it raises, no file appears;
+        progress: called with the name of the next file.
     Returns: Printed.
     Raises: SpecError where a file is in the way; FabricationError where one fails its check.
     """
@@ -49,7 +51,7 @@ def print_badge(
     with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
         aside = Path(aside_name)
         say("badge.pdf")
-        write_badge_pdf(badge, aside / "badge.pdf")
+        write_badge_pdf(badge, aside / "badge.pdf", measured_scale=measured_scale)
         say("preview.png")
         write_preview(badge, aside / "preview.png")
         say("assembly.pdf")

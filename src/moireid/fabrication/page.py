@@ -1,8 +1,16 @@
 """badge.pdf: the page at true scale, in vectors.
 
 Convention: page mm with the origin top left become PDF points with the origin bottom left, here and nowhere else.
-Lines and modules are filled paths with absolute coordinates; a printer's raster rounds each edge for itself, so an
-error never adds up.  The TrimBox is the board; viewers are asked not to scale.
+Three forms of the lines, each placed absolutely, so that none drifts:
+
+- "dots": every edge on a border between the printer's dots (`moireid.dots`), drawn a quarter of a dot within it.  A
+  raster that paints every dot that is touched, as PDF asks for, one that goes by a dot's centre and one that greys
+  then all paint the same dots.
+- "vector": edges where the badge says, for a printer whose dots are not known.  A raster that paints what is touched
+  makes such lines up to a dot wider.
+- "bitmap": the dots themselves, as a picture of one bit, for printers that grey or thicken vectors.
+
+The TrimBox is the board; viewers are asked not to scale.
 """
 
 from __future__ import annotations
@@ -11,21 +19,38 @@ import unicodedata
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from moireid.badge import Badge, Rect
+from moireid.dots import nearest_dot
+from moireid.errors import SpecError
 from moireid.fabrication.artwork import SCALE_BAR_MM, crop_marks, dark_lines, font_file, marker_squares
 from moireid.files import whole_file
+from moireid.profiles import FORMS, Printer
 
 POINTS_PER_MM = 72.0 / 25.4
 REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"
 NAME_POINTS = 20.0
 SMALL_POINTS = 7.0
 HAIRLINE_MM = 0.1
+#: Of a badge that does not say how it is printed.
+DEFAULT_DPI = 1200
+#: Share of a dot by which a line is drawn within its dots, half of what either kind of raster leaves.
+INSET_DOTS = 0.25
 
 
 class Sheet:
-    """A reportlab canvas that takes page millimetres, origin top left."""
+    """A reportlab canvas that takes page millimetres, origin top left.
 
-    def __init__(self, path: Path, page_mm: tuple[float, float], title: str) -> None:
+    scale: drawn over true size along x and y, about the page's middle, which makes up for a printer's own scale;
+    dot_mm: the page is made a whole number of such dots high, less than half a dot off, because some rasters count
+    from its upper edge and some from its lower.
+    """
+
+    def __init__(
+        self, path: Path, page_mm: tuple[float, float], title: str, scale: tuple[float, float] = (1.0, 1.0),
+        dot_mm: float | None = None,
+    ) -> None:  # fmt: skip
         from reportlab.pdfbase import pdfmetrics
         from reportlab.pdfbase.ttfonts import TTFont
         from reportlab.pdfgen.canvas import Canvas
@@ -33,16 +58,26 @@ class Sheet:
         for name, bold in ((REGULAR, False), (BOLD, True)):
             if name not in pdfmetrics.getRegisteredFontNames():
                 pdfmetrics.registerFont(TTFont(name, str(font_file(bold=bold))))
-        size = (page_mm[0] * POINTS_PER_MM, page_mm[1] * POINTS_PER_MM)
+        self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
+        size = (page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM)
         # invariant leaves out the date, so that the same badge gives the same bytes.
         self.canvas = Canvas(str(path), pagesize=size, invariant=True, pageCompression=1)
         self.canvas.setTitle(title)
         self.canvas.setCreator("moireid")
         self.canvas.setViewerPreference("PrintScaling", "None")
-        self.page_mm, self.height_mm = page_mm, page_mm[1]
+        self.page_mm, self.scale = page_mm, scale
+
+    def place(self, x: float, y: float) -> tuple[float, float]:
+        """Where a place of the page is drawn, mm, which is elsewhere where the sheet is scaled."""
+        width, height, across, down = *self.page_mm, *self.scale
+        return width / 2 + (x - width / 2) * across, height / 2 + (y - height / 2) * down
 
     def fill(self, rects: list[Rect], grey: float = 0.0) -> None:
         """Fill rectangles as one path, so that those that touch leave no seam."""
+        self.fill_drawn([(*self.place(x0, y0), *self.place(x1, y1)) for x0, y0, x1, y1 in rects], grey)
+
+    def fill_drawn(self, rects: list[Rect], grey: float = 0.0) -> None:
+        """Fill rectangles that are given as they are drawn, scale included."""
         path: Any = self.canvas.beginPath()
         for x0, y0, x1, y1 in rects:
             path.rect(
@@ -52,8 +87,37 @@ class Sheet:
         self.canvas.setFillGray(grey)
         self.canvas.drawPath(path, stroke=0, fill=1)
 
+    def picture(self, bits: bytes, size: tuple[int, int], corner_mm: tuple[float, float], dot_mm: float) -> None:
+        """Place a picture of one bit a dot, 1 white, rows filled up to whole bytes; corner_mm: its upper left one."""
+        import zlib
+
+        from reportlab.pdfbase.pdfdoc import PDFImageXObject
+
+        # reportlab's own way takes pictures of eight bits a dot alone, which would be eight times the size.
+        picture: Any = PDFImageXObject("dots")
+        picture.width, picture.height = size
+        picture.streamContent, picture._filters = zlib.compress(bits, 9), ("FlateDecode",)
+        canvas: Any = self.canvas
+        picture.name = f"dots{len(canvas._doc.idToObject)}"
+        registered = canvas._doc.getXObjectName(picture.name)
+        canvas._setXObjects(picture)
+        canvas._doc.Reference(picture, registered)
+        canvas._doc.addForm(picture.name, picture)
+        dot = dot_mm * POINTS_PER_MM
+        x, y = corner_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM - corner_mm[1] * POINTS_PER_MM
+        canvas.saveState()
+        # A raster may count a dot that the picture's border merely touches, and stretch the picture over it.
+        inset = 0.05 * dot
+        canvas.transform(
+            size[0] * dot - 2 * inset, 0, 0, size[1] * dot - 2 * inset, x + inset, y - size[1] * dot + inset
+        )  # fmt: skip
+        canvas._code.append(f"/{registered} Do")
+        canvas.restoreState()
+        canvas._formsinuse.append(picture.name)
+
     def stroke(self, x0: float, y0: float, x1: float, y1: float, width_mm: float = HAIRLINE_MM) -> None:
         """Draw a black line."""
+        (x0, y0), (x1, y1) = self.place(x0, y0), self.place(x1, y1)
         self.canvas.setLineWidth(width_mm * POINTS_PER_MM)
         self.canvas.setStrokeGray(0.0)
         self.canvas.line(
@@ -65,6 +129,7 @@ class Sheet:
         self, x: float, y: float, words: str, *, points: float, font: str = REGULAR, align: str = "center"
     ) -> None:
         """Write a line whose baseline stands at y."""
+        x, y = self.place(x, y)
         self.canvas.setFillGray(0.0)
         self.canvas.setFont(font, points)
         draw = {
@@ -84,17 +149,37 @@ class Sheet:
         self.canvas.save()
 
 
-def write_badge_pdf(badge: Badge, path: Path) -> None:
-    """Write the badge's page, whole or not at all; page 1 is the badge at true scale."""
+def write_badge_pdf(
+    badge: Badge, path: Path, *, form: str | None = None, measured_scale: tuple[float, float] = (1.0, 1.0)
+) -> None:
+    """Write the badge's page, whole or not at all; page 1 is the badge at true scale.
+
+    Parameters: form: one of `FORMS`, see the module's docstring, None for the badge's own; measured_scale: printed
+        over true size along x and y, as a ruler told of an earlier print; the page is drawn so much larger or smaller
+        that it comes out true.
+    Raises: SpecError for another form.
+    """
+    form = form or str((badge.print or {}).get("form", FORMS[0]))
+    if form not in FORMS:
+        raise SpecError(f"form {form!r} of the page is not known; choose one of {', '.join(FORMS)}")
     with whole_file(path) as temporary:
-        sheet = Sheet(temporary, badge.page_mm, f"Moiré badge {badge.id}")
+        scale = (1 / measured_scale[0], 1 / measured_scale[1])
+        dot_mm = Printer(int((badge.print or {}).get("dpi", DEFAULT_DPI))).dot_mm
+        whole = None if form == "vector" else dot_mm
+        sheet = Sheet(temporary, badge.page_mm, f"Moiré badge {badge.id}", scale, whole)
         board = badge.outline_mm
-        sheet.canvas.setTrimBox(
-            [v * POINTS_PER_MM for v in (board[0], badge.page_mm[1] - board[3], board[2], badge.page_mm[1] - board[1])]
-        )
+        (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
+        trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
+        sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
         for grating in badge.gratings:
-            for cell in grating.cells:
-                sheet.fill(dark_lines(grating, cell))
+            lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
+            drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
+            if form == "vector":
+                sheet.fill_drawn(drawn)
+            elif form == "dots":
+                sheet.fill_drawn([on_dots(line, grating.axis, dot_mm) for line in drawn])
+            else:
+                draw_dots(sheet, drawn, dot_mm)
         for square, white in marker_squares(badge):
             sheet.fill([square])
             sheet.fill(white, grey=1.0)
@@ -103,6 +188,28 @@ def write_badge_pdf(badge: Badge, path: Path) -> None:
             sheet.stroke(*mark)
         _draw_scale_bars(sheet, board)
         sheet.save()
+
+
+def on_dots(line: Rect, axis: str, dot_mm: float) -> Rect:
+    """A line with its edges along `axis` on the nearest borders between dots, drawn a quarter of a dot within them."""
+    k = 0 if axis == "x" else 1
+    edges = list(line)
+    begin, end = nearest_dot(np.array([line[k], line[k + 2]]), dot_mm)
+    edges[k], edges[k + 2] = (begin + INSET_DOTS) * dot_mm, (max(end, begin + 1) - INSET_DOTS) * dot_mm
+    return (edges[0], edges[1], edges[2], edges[3])
+
+
+def draw_dots(sheet: Sheet, lines: list[Rect], dot_mm: float) -> None:
+    """Draw lines as a picture of one bit a dot, white between them."""
+    edges = nearest_dot(np.array(lines), dot_mm).astype(int)
+    left, top = edges[:, :2].min(axis=0)
+    width, height = edges[:, 2:].max(axis=0) - (left, top)
+    white = np.ones((height, width), np.uint8)
+    for x0, y0, x1, y1 in edges - np.array([left, top, left, top]):
+        white[y0:y1, x0 : max(x1, x0 + 1)] = 0
+    sheet.picture(
+        np.packbits(white, axis=1).tobytes(), (int(width), int(height)), (left * dot_mm, top * dot_mm), dot_mm
+    )
 
 
 def printable(words: str) -> bool:

@@ -22,8 +22,8 @@ WINDOW_FRAMES = 30
 #: Least standard deviation of the predicted phase: 0.25 rad is 3.5 cm of sideways sway at 1 m.  Less is not told from
 #: the drifts that light and codec make (0.01 to 0.05 rad on films made outside) with five standard deviations to spare.
 MIN_EXCITATION_RAD = 0.25
-#: ... and it must stand this far above the prediction's own error.
-MIN_EXCITATION_TO_ERROR = 4.0
+#: ... and it must stand this far above the prediction's own error, which then leaves a correlation of 0.95.
+MIN_EXCITATION_TO_ERROR = 3.0
 #: Published renderings reach 0.99; hand-held films at 1 to 2 m measured 0.997 and more here, and pose noise at the
 #: least excitation allowed leaves 0.97.
 MIN_CORRELATION = 0.95

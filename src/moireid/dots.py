@@ -1,0 +1,71 @@
+"""Printed lines on a printer's dots: where each edge goes, and what that makes of a cell's pitch and phase.
+
+The rule: every edge is counted from its own ideal place, never from its neighbour, and goes to the nearest border
+between dots, counted from the page's left and upper edge.  So an edge is off by half a dot at most, whatever the page's
+size, and nothing drifts.
+
+Source: rounding; the figures of a cell are a straight line through its rounded edges by least squares.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Cell, Grating
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Realised:
+    """One cell on dots, against its design.
+
+    pitch_error: share of the pitch; edge_error_mm: the largest of all edges; phase_error_rad: how far the middle of
+    its lines is shifted, as fringe phase; beat_error: share of the beat frequency, 0 where it has none.
+    """
+
+    pitch_error: float
+    edge_error_mm: float
+    phase_error_rad: float
+    beat_error: float
+
+
+def nearest_dot(place_mm: Array, dot_mm: float) -> Array:
+    """Number of the border between dots that is nearest to each place; half-way ones go up."""
+    return np.floor(np.asarray(place_mm) / dot_mm + 0.5)
+
+
+def line_edges_mm(grating: Grating, cell: Cell) -> Array:
+    """Begin and end of every whole dark line of a cell along the grating's axis, (lines, 2), page mm."""
+    low, high = (cell.rect_mm[0], cell.rect_mm[2]) if grating.axis == "x" else (cell.rect_mm[1], cell.rect_mm[3])
+    first, last = math.ceil((low - cell.edge_mm) / cell.pitch_mm), math.floor((high - cell.edge_mm) / cell.pitch_mm)
+    begins = cell.edge_mm + np.arange(first, last + 1) * cell.pitch_mm
+    edges = np.column_stack([begins, begins + cell.duty * cell.pitch_mm])
+    return np.asarray(edges[edges[:, 1] <= high + 1e-9])
+
+
+def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) -> Realised:
+    """What rounding to dots makes of a cell.
+
+    Convention: phase positive where the fringe is ahead, that is where lines are shifted back (`idcodes.spacing`).
+    Returns: Realised; all 0 where the cell holds fewer than two lines.
+    """
+    edges = line_edges_mm(grating, cell)
+    if len(edges) < 2:
+        return Realised(0.0, 0.0, 0.0, 0.0)
+    drawn = nearest_dot(edges, dot_mm) * dot_mm
+    off = (drawn - edges).mean(axis=1)
+    places = np.arange(len(edges)) - (len(edges) - 1) / 2
+    slope = float(places @ off / (places @ places))
+    pitch = cell.pitch_mm + slope
+    beat = 1 / cell.pitch_mm - 1 / lens_pitch_mm
+    return Realised(
+        pitch_error=slope / cell.pitch_mm,
+        edge_error_mm=float(np.abs(drawn - edges).max()),
+        phase_error_rad=float(-2 * math.pi * off.mean() / cell.pitch_mm),
+        beat_error=(1 / pitch - 1 / cell.pitch_mm) / beat if beat else 0.0,
+    )
