@@ -48,6 +48,24 @@ def lens_named(label: str) -> Lens:
     return Lens("lenticular", MM_PER_INCH / lines_per_inch, thickness_mm, refractive_index)
 
 
+#: Acrylic sheets as sold: refractive index of PMMA, and thicknesses that can serve as a mask's gap, mm.
+ACRYLIC_INDEX = 1.49
+GAP_RANGE_MM = (0.5, 6.0)
+
+
+def mask_named(label: str, gap_mm: float) -> Lens:
+    """A line mask of a lens sheet's pitch, printed on clear film over an acrylic spacer of that thickness.
+
+    Convention: half of it is open, which passes half of the light and gives fringes of the most contrast.
+    Raises: SpecError for an unknown label, or a gap that no spacer has.
+    """
+    if not GAP_RANGE_MM[0] <= gap_mm <= GAP_RANGE_MM[1]:
+        raise SpecError(
+            f"a gap of {gap_mm:g} mm is no acrylic spacer's; give {GAP_RANGE_MM[0]:g} to {GAP_RANGE_MM[1]:g} mm"
+        )
+    return Lens("mask", lens_named(label).pitch_mm, gap_mm, ACRYLIC_INDEX)
+
+
 def lens_labels() -> tuple[str, ...]:
     """Every label that `lens_named` knows."""
     return tuple(_SHEETS)

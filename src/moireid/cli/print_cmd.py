@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import friendly, json_option, overwrite_option, say, show_json
+from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, say, show_json
 from moireid.errors import RegistryError, SpecError
 
 if TYPE_CHECKING:
@@ -35,7 +35,16 @@ if TYPE_CHECKING:
     "--code", type=click.Choice(["spacing", "pitch"]), default="spacing", show_default=True, help="Code family."
 )
 @click.option("--lens", default="50lpi", show_default=True, help="Lenticular sheet: 40lpi, 50lpi, 60lpi or 75lpi.")
-@click.option("--front", type=click.Choice(["lens"]), default="lens", show_default=True, help="Front layer.")
+@click.option(
+    "--front",
+    type=click.Choice(["lens", "mask"]),
+    default="lens",
+    show_default=True,
+    help="A lenticular sheet, or a line mask of its pitch printed on clear film over an acrylic spacer.",
+)
+@click.option(
+    "--gap", "gap_mm", type=FiniteRange(0, 100), default=1.5, show_default=True, help="Spacer of a mask, mm thick."
+)
 @click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True)
 @click.option(
@@ -65,7 +74,7 @@ if TYPE_CHECKING:
 @friendly
 def print_command(
     name: str, folder: Path, registry_url: str | None, payload: str | None, key_file: Path | None, code: str, lens: str,
-    front: str, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, form: str,
+    front: str, gap_mm: float, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, form: str,
     scale_text: str | None, mount: str, explain: bool, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount to 3D-print.
@@ -83,7 +92,7 @@ def print_command(
         raise SpecError("give --payload or --key, not both")
     request = Request(
         clean_name(name), lens, printer_dpi, paper, parse_range_m(range_text), parse_size_mm(size_text), code, axes,
-        form,
+        form, front, gap_mm,
     )  # fmt: skip
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
     chosen = None

@@ -11,21 +11,21 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from moireid.badge import Badge, Cell, Code, Grating
+from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import link_budget
 from moireid.designer.payload import FAMILY_BYTES
 from moireid.designer.request import Request, clean_name
 from moireid.dots import realised
-from moireid.errors import CodeError, DesignError
+from moireid.errors import CodeError, DesignError, SpecError
 from moireid.idcodes import family_named
 from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
 from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import MM_PER_INCH, Printer, lens_named
+from moireid.profiles import MM_PER_INCH, Printer, lens_named, mask_named
 
 #: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
 DESIGN_FOCAL_PX = 1450.0
@@ -74,7 +74,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     """
     name = clean_name(request.name)
     family = family_named(_family_for(request, payload))
-    lens, layout, spacing = lens_named(request.lens), lay_out(request), family.name == "spacing"
+    lens, layout, spacing = _front(request), lay_out(request), family.name == "spacing"
     grid = choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS)
     levels = SPACING_LEVELS if spacing else PITCH_LEVELS
     _check_range(request, layout, grid, lens.pitch_mm, levels)
@@ -101,6 +101,15 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form, "lens": request.lens}
         | _on_dots(request, gratings, lens.pitch_mm),
     )
+
+
+def _front(request: Request) -> Lens:
+    """The front layer that is asked for.  Raises: SpecError for one that is none."""
+    if request.front == "lens":
+        return lens_named(request.lens)
+    if request.front != "mask":
+        raise SpecError(f"front {request.front!r} is not known; choose lens or mask")
+    return mask_named(request.lens, request.gap_mm)
 
 
 def _on_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: float) -> dict[str, Any]:
@@ -258,7 +267,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     dot_mm = Printer(int((badge.print or {}).get("dpi", 1200))).dot_mm
     rows = [
         ("identity", f"{badge.id}, {badge.payload_bits} bits, {grating.family} code"),
-        ("lens", f"pitch {badge.lens.pitch_mm:.4f} mm, {badge.lens.thickness_mm:g} mm thick"),
+        _explain_front(badge.lens),
         ("reference row", f"pitch {middle.pitch_mm:.5f} mm, beat {1 / beats[len(beats) // 2]:.1f} mm"),
         ("slowest and fastest row", f"beat {1 / min(beats):.1f} and {1 / max(beats):.1f} mm"),
         ("level step", f"{abs(code.frequency_step_per_mm) * length_mm:.2f} fringes across {length_mm:g} mm"),
@@ -293,6 +302,14 @@ def _dot_phase_rad(gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int
         abs(realised(grating, cell, lens_pitch_mm, dot_mm).phase_error_rad)
         for grating in gratings for cell in grating.cells
     )  # fmt: skip
+
+
+def _explain_front(lens: Lens) -> tuple[str, str]:
+    """The row of the table about the front layer."""
+    if lens.kind == "mask":
+        share = 100 * (lens.open_fraction or 0.0)
+        return "mask", f"pitch {lens.pitch_mm:.4f} mm, {share:g} % open, on {lens.thickness_mm:g} mm of acrylic"
+    return "lens", f"pitch {lens.pitch_mm:.4f} mm, {lens.thickness_mm:g} mm thick"
 
 
 def _explain_dots(badge: Badge) -> list[tuple[str, str]]:

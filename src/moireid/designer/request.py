@@ -25,7 +25,8 @@ class Request:
     size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
     `moireid.profiles`; family: a code family of `moireid.idcodes`, None for the
     one that carries a payload of the given length; axes: directions that the fringes sense;
-    form: of the printed lines, one of `moireid.profiles.FORMS`.
+    form: of the printed lines, one of `moireid.profiles.FORMS`; front: "lens", or "mask" for a line mask of the same
+    pitch on an acrylic spacer gap_mm thick.
     """
 
     name: str
@@ -37,6 +38,8 @@ class Request:
     family: str | None = None
     axes: str = "x"
     form: str = "dots"
+    front: str = "lens"
+    gap_mm: float = 1.5
 
 
 def clean_name(name: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Lens
 from moireid.fabrication.page import BOLD, Sheet
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
@@ -38,6 +38,11 @@ def _parts(badge: Badge, mount: str) -> list[str]:
         if len(badge.gratings) == 1:
             sheet[0] = width
         way = "upright" if grating.axis == "x" else "level"
+        if lens.kind == "mask":
+            size = f"{grating.rect_mm[2] - grating.rect_mm[0]:.1f} × {grating.rect_mm[3] - grating.rect_mm[1]:.1f} mm"
+            parts.append(f"•  page 2 of badge.pdf printed at 100 % on clear film, cut along its marks to {size}")
+            parts.append(f"•  clear acrylic, {lens.thickness_mm:g} mm thick, cut to {size}")
+            continue
         parts.append(
             f"•  a lenticular sheet, {25.4 / lens.pitch_mm:.0f} lines per inch, {lens.thickness_mm:g} mm thick, cut to "
             f"{sheet[0]:.1f} × {sheet[1]:.1f} mm, lenses {way}"
@@ -49,16 +54,20 @@ def _parts(badge: Badge, mount: str) -> list[str]:
 
 def _steps(badge: Badge, mount: str) -> list[str]:
     hold = "2 mm tape along its left and right edges" if mount == "none" else "the mount's lips"
+    if badge.lens.kind == "mask":
+        front, lay = "film", "Lay the acrylic over the striped field, and the film on it, printed side down."
+    else:
+        front, lay = "sheet", "Lay the lenticular sheet over the striped field, its lenses up and along the lines."
     steps = [
-        "1.  Measure both scale bars on the print. Each must read 150.0 mm, give or take 0.5 mm.",
-        "2.  Cut the board out along the crop marks.",
-        "3.  Lay the lenticular sheet over the striped field: lenses up and parallel to the printed lines.",
-        "4.  Turn the sheet until the fringes of the plain rows (top, middle, bottom) stand upright.",
-        f"5.  Fix the sheet flat on the paper with {hold}; no air between, markers uncovered.",
+        "Measure both scale bars on the print. Each must read 150.0 mm, give or take 0.5 mm.",
+        "Cut the board out along the crop marks.",
+        lay,
+        f"Turn the {front} until the fringes of the plain rows (top, middle, bottom) stand upright.",
+        f"Fix it flat on the paper with {hold}; no air between, markers uncovered.",
     ]
     if mount != "none":
-        steps.append("6.  Slide board and sheet together into the mount from the top, and tie on the lanyard.")
-    return steps
+        steps.append("Slide board and front together into the mount from the top, and tie on the lanyard.")
+    return [f"{number}.  {step}" for number, step in enumerate(steps, start=1)]
 
 
 def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
@@ -66,8 +75,16 @@ def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
     scale, lens = 12.0, badge.lens
     left, width = LEFT_MM + 4, 10 * lens.pitch_mm * scale
     page_y = top_mm + 8 + lens.thickness_mm * scale
-    assert lens.radius_mm is not None
-    for k in range(10):
+    if lens.kind == "mask":
+        shut = 1 - (lens.open_fraction or 0.0)
+        pitch = lens.pitch_mm * scale
+        sheet.fill([(left + k * pitch, top_mm + 7, left + (k + shut) * pitch, top_mm + 8) for k in range(10)])
+        for y in (top_mm + 8, page_y):
+            sheet.stroke(left, y, left + width, y, 0.2)
+        for x in (left, left + width):
+            sheet.stroke(x, top_mm + 8, x, page_y, 0.2)
+    for k in range(0 if lens.kind == "mask" else 10):
+        assert lens.radius_mm is not None
         axis = left + (k + 0.5) * lens.pitch_mm * scale
         points = [(step / 10 - 0.5) * lens.pitch_mm for step in range(11)]
         sags = [lens.radius_mm - (lens.radius_mm**2 - x**2) ** 0.5 for x in points]
@@ -85,6 +102,11 @@ def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
         ]
     )
     sheet.stroke(left, page_y, left + width, page_y, 0.2)
-    labels = (("lens sheet, lenses towards the viewer", 8 + lens.thickness_mm * scale / 2), ("printed lines", 0))
+    labels = ((_front_words(lens), 8 + lens.thickness_mm * scale / 2), ("printed lines", 0))
     sheet.text(left + width + 4, top_mm + labels[0][1], labels[0][0], points=8, align="left")
     sheet.text(left + width + 4, page_y + 1.2, labels[1][0], points=8, align="left")
+
+
+def _front_words(lens: Lens) -> str:
+    """What the section's upper part is."""
+    return "printed film on acrylic" if lens.kind == "mask" else "lens sheet, lenses towards the viewer"

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import nearest_dot
 from moireid.errors import SpecError
 from moireid.fabrication.artwork import SCALE_BAR_MM, crop_marks, dark_lines, font_file, marker_squares
@@ -172,14 +172,7 @@ def write_badge_pdf(
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
         sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
         for grating in badge.gratings:
-            lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
-            drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
-            if form == "vector":
-                sheet.fill_drawn(drawn)
-            elif form == "dots":
-                sheet.fill_drawn([on_dots(line, grating.axis, dot_mm) for line in drawn])
-            else:
-                draw_dots(sheet, drawn, dot_mm)
+            draw_lines(sheet, grating, form, dot_mm)
         for square, white in marker_squares(badge):
             sheet.fill([square])
             sheet.fill(white, grey=1.0)
@@ -187,7 +180,51 @@ def write_badge_pdf(
         for mark in crop_marks(board):
             sheet.stroke(*mark)
         _draw_scale_bars(sheet, board)
+        if badge.lens.kind == "mask":
+            sheet.canvas.showPage()
+            draw_mask(sheet, badge, form, dot_mm)
         sheet.save()
+
+
+def draw_lines(sheet: Sheet, grating: Grating, form: str, dot_mm: float) -> None:
+    """Draw all dark lines of a grating in one of the `FORMS`."""
+    lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
+    drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
+    if form == "vector":
+        sheet.fill_drawn(drawn)
+    elif form == "dots":
+        sheet.fill_drawn([on_dots(line, grating.axis, dot_mm) for line in drawn])
+    else:
+        draw_dots(sheet, drawn, dot_mm)
+
+
+def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float) -> None:
+    """The page that is printed on clear film: the mask's lines where each grating lies, with cutting marks.
+
+    Drawn about the same places as the badge's page, so that what a printer does to one it does to the other.
+    """
+    for grating in badge.gratings:
+        draw_lines(sheet, mask_grating(badge.lens, grating), form, dot_mm)
+        for mark in crop_marks(grating.rect_mm):
+            sheet.stroke(*mark)
+    x0, y0, x1, _ = badge.outline_mm
+    words = (
+        f"Mask of moiré badge {badge.id}: print on clear film at 100 %, cut along the marks, and lay it,",
+        f"printed side down, on {badge.lens.thickness_mm:g} mm of clear acrylic over the lines of page 1.",
+    )
+    for k, line in enumerate(words):
+        sheet.text((x0 + x1) / 2, y0 + 8 + 5 * k, line, points=SMALL_POINTS + 1)
+    _draw_scale_bars(sheet, badge.outline_mm)
+
+
+def mask_grating(lens: Lens, grating: Grating) -> Grating:
+    """The mask's own lines over one grating, an opening on its middle, as a grating to draw."""
+    assert lens.open_fraction is not None
+    k = 0 if grating.axis == "x" else 1
+    middle = (grating.rect_mm[k] + grating.rect_mm[k + 2]) / 2
+    edge = middle + lens.open_fraction / 2 * lens.pitch_mm
+    cell = Cell(grating.rect_mm, lens.pitch_mm, edge, 1 - lens.open_fraction)
+    return Grating(grating.rect_mm, grating.axis, lens.pitch_mm, "mask", (cell,))
 
 
 def on_dots(line: Rect, axis: str, dot_mm: float) -> Rect:
