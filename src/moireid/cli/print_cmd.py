@@ -17,7 +17,13 @@ if TYPE_CHECKING:
 
 
 @click.command("print")
-@click.argument("name")
+@click.argument("name", required=False)
+@click.option(
+    "--people",
+    "people_csv",
+    type=click.Path(path_type=Path),
+    help="Instead of NAME: a CSV file with the columns name and, if wished, payload; fills sheets for an event.",
+)
 @click.option(
     "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for the files."
 )
@@ -73,11 +79,14 @@ if TYPE_CHECKING:
 @json_option
 @friendly
 def print_command(
-    name: str, folder: Path, registry_url: str | None, payload: str | None, key_file: Path | None, code: str, lens: str,
-    front: str, gap_mm: float, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, form: str,
-    scale_text: str | None, mount: str, explain: bool, overwrite: bool, as_json: bool,
+    name: str | None, people_csv: Path | None, folder: Path, registry_url: str | None, payload: str | None,
+    key_file: Path | None, code: str, lens: str, front: str, gap_mm: float, printer_dpi: int, paper: str,
+    range_text: str, axes: str, size_text: str, form: str, scale_text: str | None, mount: str, explain: bool,
+    overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount to 3D-print.
+
+    With --people, the badges of many: sheets with as many boards as fit, a folder for each person, and a summary.
 
     The identity is derived from the name, so the same name gives the same badge; with --registry an identity that
     somebody else holds is never given twice.
@@ -88,13 +97,22 @@ def print_command(
     from moireid.fabrication.package import file_names, print_badge
     from moireid.files import planned
 
+    if (name is None) == (people_csv is None):
+        raise SpecError("give the NAME of one person, or --people with a CSV file of many")
     if payload is not None and key_file is not None:
         raise SpecError("give --payload or --key, not both")
     request = Request(
-        clean_name(name), lens, printer_dpi, paper, parse_range_m(range_text), parse_size_mm(size_text), code, axes,
-        form, front, gap_mm,
+        clean_name("Everybody" if name is None else name), lens, printer_dpi, paper, parse_range_m(range_text),
+        parse_size_mm(size_text), code, axes, form, front, gap_mm,
     )  # fmt: skip
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
+    if people_csv is not None:
+        if payload is not None or key_file is not None:
+            raise SpecError("--payload and --key are for one person; give the payloads in a column of the CSV file")
+        from moireid.cli.people import print_people
+
+        print_people(people_csv, request, folder, registry_url, measured_scale, overwrite=overwrite, as_json=as_json)
+        return
     chosen = None
     if payload is not None:
         chosen = payload_from_hex(payload, family=code)

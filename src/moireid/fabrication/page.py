@@ -35,6 +35,8 @@ SMALL_POINTS = 7.0
 HAIRLINE_MM = 0.1
 #: Of a badge that does not say how it is printed.
 DEFAULT_DPI = 1200
+#: A bar stands beside boards that leave so much paper there, which a single one always does.
+BESIDE_MM = 12.0
 #: Share of a dot by which a line is drawn within its dots, half of what either kind of raster leaves.
 INSET_DOTS = 0.25
 
@@ -66,9 +68,12 @@ class Sheet:
         self.canvas.setCreator("moireid")
         self.canvas.setViewerPreference("PrintScaling", "None")
         self.page_mm, self.scale = page_mm, scale
+        #: Where the origin of what is drawn lies on the sheet, mm: a sheet may hold several boards.
+        self.origin_mm = (0.0, 0.0)
 
     def place(self, x: float, y: float) -> tuple[float, float]:
-        """Where a place of the page is drawn, mm, which is elsewhere where the sheet is scaled."""
+        """Where a place is drawn, mm, on a sheet that may be scaled and holds what is drawn at `origin_mm`."""
+        x, y = x + self.origin_mm[0], y + self.origin_mm[1]
         width, height, across, down = *self.page_mm, *self.scale
         return width / 2 + (x - width / 2) * across, height / 2 + (y - height / 2) * down
 
@@ -171,19 +176,24 @@ def write_badge_pdf(
         (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
         sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
-        for grating in badge.gratings:
-            draw_lines(sheet, grating, form, dot_mm)
-        for square, white in marker_squares(badge):
-            sheet.fill([square])
-            sheet.fill(white, grey=1.0)
-        _write_name(sheet, badge)
-        for mark in crop_marks(board):
-            sheet.stroke(*mark)
-        _draw_scale_bars(sheet, board)
+        draw_board(sheet, badge, form, dot_mm)
+        draw_scale_bars(sheet, board)
         if badge.lens.kind == "mask":
             sheet.canvas.showPage()
             draw_mask(sheet, badge, form, dot_mm)
         sheet.save()
+
+
+def draw_board(sheet: Sheet, badge: Badge, form: str, dot_mm: float) -> None:
+    """Draw all that belongs to one board, its crop marks included."""
+    for grating in badge.gratings:
+        draw_lines(sheet, grating, form, dot_mm)
+    for square, white in marker_squares(badge):
+        sheet.fill([square])
+        sheet.fill(white, grey=1.0)
+    _write_name(sheet, badge)
+    for mark in crop_marks(badge.outline_mm):
+        sheet.stroke(*mark)
 
 
 def draw_lines(sheet: Sheet, grating: Grating, form: str, dot_mm: float) -> None:
@@ -214,7 +224,7 @@ def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float) -> None:
     )
     for k, line in enumerate(words):
         sheet.text((x0 + x1) / 2, y0 + 8 + 5 * k, line, points=SMALL_POINTS + 1)
-    _draw_scale_bars(sheet, badge.outline_mm)
+    draw_scale_bars(sheet, badge.outline_mm)
 
 
 def mask_grating(lens: Lens, grating: Grating) -> Grating:
@@ -273,19 +283,26 @@ def _write_name(sheet: Sheet, badge: Badge) -> None:
     sheet.text(middle, centers[3][1] + 0.35 * points / POINTS_PER_MM, label, points=points)
 
 
-def _draw_scale_bars(sheet: Sheet, board: Rect) -> None:
-    """A bar across below the board and one down beside it, each `SCALE_BAR_MM` long, ticked every 10 mm."""
+def draw_scale_bars(sheet: Sheet, board: Rect) -> None:
+    """A bar across below the board and one down beside it, each `SCALE_BAR_MM` long, ticked every 10 mm.
+
+    The one beside it is left out where boards fill the sheet so far that it would stand among their crop marks.
+    """
     # As far from the board as the paper lets them, up to 14 mm; printers leave a rim of 3 to 5 mm white.
     page_mm = sheet.page_mm
     middle_x, y = page_mm[0] / 2, min(board[3] + 14.0, page_mm[1] - 11.5)
     middle_y, x = page_mm[1] / 2, max(board[0] - 14.0, 7.5)
+    beside = board[0] >= BESIDE_MM - 1e-6
     for k in range(int(SCALE_BAR_MM / 10) + 1):
         tick = 3.0 if k % 5 == 0 else 1.5
         along = 10.0 * k - SCALE_BAR_MM / 2
         sheet.stroke(middle_x + along, y, middle_x + along, y + tick)
-        sheet.stroke(x, middle_y + along, x - tick, middle_y + along)
+        if beside:
+            sheet.stroke(x, middle_y + along, x - tick, middle_y + along)
     half = SCALE_BAR_MM / 2
     sheet.stroke(middle_x - half, y, middle_x + half, y)
-    sheet.stroke(x, middle_y - half, x, middle_y + half)
-    advice = f"Print at 100 % (no “fit to page”). Both bars must measure {SCALE_BAR_MM:.0f} mm."
+    if beside:
+        sheet.stroke(x, middle_y - half, x, middle_y + half)
+    bars = "Both bars" if beside else "The bar"
+    advice = f"Print at 100 % (no “fit to page”). {bars} must measure {SCALE_BAR_MM:.0f} mm."
     sheet.text(middle_x, y + 6.6, advice, points=SMALL_POINTS)

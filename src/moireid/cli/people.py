@@ -1,0 +1,119 @@
+"""The badges of an event: from a list of people to sheets, folders and a summary."""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from moireid.cli.common import progress_bar, show_json
+from moireid.errors import MoireIdError, SpecError
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.designer import Request
+    from moireid.registry import Registry
+
+MOST_PEOPLE = 10_000
+
+
+def print_people(
+    people_csv: Path, request: Request, folder: Path, registry_url: str | None, measured_scale: tuple[float, float], *,
+    overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Make what `print-your-badge --people` makes, and say what was made.
+
+    Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
+    """
+    from moireid.fabrication.event import print_event
+
+    badges = designed(people_csv, request)
+
+    def work(registry: Registry | None) -> None:
+        issue = (lambda: registry.enroll_many(badges)) if registry else None
+        with progress_bar("making badges") as progress:
+            event = print_event(
+                badges, folder, measured_scale=measured_scale, overwrite=overwrite, before_moving=issue,
+                progress=progress,
+            )  # fmt: skip
+        if as_json:
+            people = [
+                {"name": badge.name, "id": badge.id, "folder": str(place)}
+                for badge, place in zip(badges, event.folders, strict=True)
+            ]
+            files = {"badges.pdf": str(event.sheets), "summary.csv": str(event.summary)}
+            counts = {"sheets": event.sheet_count, "boards_to_a_sheet": event.boards_to_a_sheet}
+            show_json({"people": people, "files": files, "issued": registry is not None} | counts)
+            return
+        click.echo(f"{len(badges)} badges on {event.sheet_count} sheets, {event.boards_to_a_sheet} to a sheet:")
+        click.echo(f"  {event.sheets}\n  {event.summary}\n  {event.folders[0]} and so on, a folder for each person")
+        click.echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")
+
+    if registry_url is None:
+        work(None)
+        return
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=True) as registry:
+        work(registry)
+
+
+def designed(people_csv: Path, request: Request) -> list[Badge]:
+    """A badge for each row of the list, in its order.
+
+    Raises: SpecError that names the row where one cannot be used, or two would have one identity.
+    """
+    from moireid.designer import design_badge, payload_for_name, payload_from_hex
+    from moireid.designer.request import clean_name
+
+    badges: list[Badge] = []
+    rows: dict[str, int] = {}
+    for number, name, payload in read_people(people_csv):
+        try:
+            named = replace(request, name=clean_name(name))
+            family = request.family or "spacing"
+            given = payload_from_hex(payload, family=family) if payload else None
+            badge = design_badge(named, given or payload_for_name(named.name, family=family))
+        except MoireIdError as error:
+            raise SpecError(f"row {number} of {people_csv.name} ({name[:40]!r}): {error}") from error
+        badge_id = badge.id or ""
+        if badge_id in rows:
+            raise SpecError(
+                f"rows {rows[badge_id]} and {number} of {people_csv.name} give one identity, {badge_id}; for two "
+                "people of one name give a column payload with 16 hex digits"
+            )
+        rows[badge_id] = number
+        badges.append(badge)
+    return badges
+
+
+def read_people(people_csv: Path) -> list[tuple[int, str, str]]:
+    """Row number, name and payload (empty where none is given) of each person.
+
+    Raises: SpecError where the file cannot be read, has no column `name`, or names nobody or too many.
+    """
+    try:
+        text = people_csv.read_text(encoding="utf-8-sig")
+        rows = list(csv.reader(text.splitlines(), strict=True))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = error.strerror if isinstance(error, OSError) else f"no CSV in UTF-8: {error}"
+        raise SpecError(f"list {people_csv} cannot be read ({reason}); give a CSV file with a column name") from error
+    header = [cell.strip().lower() for cell in rows[0]] if rows else []
+    if "name" not in header:
+        raise SpecError(
+            f"list {people_csv} has no column name; its first line must be 'name' or 'name,payload', got "
+            f"{','.join(header)[:60]!r}"
+        )
+    place = {column: header.index(column) for column in ("name", "payload") if column in header}
+    people = []
+    for number, row in enumerate(rows[1:], start=2):
+        if not any(cell.strip() for cell in row):
+            continue
+        cells = {column: row[k].strip() if k < len(row) else "" for column, k in place.items()}
+        people.append((number, cells["name"], cells.get("payload", "")))
+    if not 1 <= len(people) <= MOST_PEOPLE:
+        raise SpecError(f"list {people_csv} names {len(people)} people; 1 to {MOST_PEOPLE} can be printed at once")
+    return people
