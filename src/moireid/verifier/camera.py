@@ -88,12 +88,17 @@ def fit_camera(
     def poses(focal: float, shutter_s: float) -> PlanePoses:
         return moved_poses(start, plane, unrolled(shutter_s, chosen), focal / guess, focal, centre)
 
-    tried = []
-    for direction in directions:
-        rows = direction
-        tried.append(poses(guess, SHUTTER_PRIOR_S).least_error_px)
-    scale = min(float(np.median(errors)) for errors in tried) or 1e-9
-    rows = directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
+    def likeliest_rows(focal: float) -> Array:
+        """The way in which the shutter runs, told at its usual time."""
+        nonlocal rows
+        tried = []
+        for direction in directions:
+            rows = direction
+            tried.append(poses(focal, SHUTTER_PRIOR_S).least_error_px)
+        scale = min(float(np.median(errors)) for errors in tried) or 1e-9
+        return directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
+
+    rows = likeliest_rows(guess)
     shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
     shutter_s, _ = _minimise(lambda s: poses(guess, s).least_error_px, *shutter)
     focal, log_sd = float(guess), 0.0
@@ -102,10 +107,12 @@ def fit_camera(
         zoom = (np.log(0.4 * long_side), np.log(2.5 * long_side), np.log(guess), FOCAL_PRIOR_SD)
         log_focal, log_sd = _minimise(lambda x: poses(float(np.exp(x)), shutter_s).least_error_px, *zoom)
         if abs(log_focal - np.log(guess)) > 0.1:
-            # The shutter was sought at the guessed focal length; a zoom far from it calls for a second look at both.
-            focal = float(np.exp(log_focal))
-            shutter_s, _ = _minimise(lambda s: poses(focal, s).least_error_px, *shutter)
-            log_focal, log_sd = _minimise(lambda x: poses(float(np.exp(x)), shutter_s).least_error_px, *zoom)
+            # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
+            rows = likeliest_rows(float(np.exp(log_focal)))
+            shutter_s = SHUTTER_PRIOR_S
+        log_focal, shutter_s, log_sd = _minimise_both(
+            lambda x, s: poses(float(np.exp(x)), s).least_error_px, (log_focal, shutter_s), zoom, shutter, log_sd
+        )
         focal = float(np.exp(log_focal))
     final = start_poses(plane, unrolled(shutter_s), focal, centre)
     camera, errors = _choose(final)
@@ -176,6 +183,44 @@ def _minimise(
         return float(places[int(np.argmin(cost))]), prior_sd
     place = float(np.clip(places[best] - curve[1] / (2 * curve[0]), places[best - 1], places[best + 1]))
     return place, float(min(1 / np.sqrt(curve[0]), prior_sd))
+
+
+def _minimise_both(
+    errors_px: Callable[[float, float], Array], start: tuple[float, float],
+    one: tuple[float, float, float, float], other: tuple[float, float, float, float], one_sd: float,
+) -> tuple[float, float, float]:  # fmt: skip
+    """Both places of least misfit, and the standard deviation of the first, the other's doubt included.
+
+    Parameters: start: near the minimum; one, other: low, high, prior and its standard deviation of each; one_sd:
+        returned where the misfit has no minimum that a paraboloid can describe.
+    Source: misfit as in `_minimise`.  Focal length and shutter share a valley, along which seeking one at a time
+    stops early, with an error bar for the valley's width instead of its length; so a paraboloid is fitted to nine
+    places around the best one, and again around its minimum, ever nearer.
+    """
+    scale = float(np.median(errors_px(*start))) or 1e-9
+    place = np.array(start)
+    low, high = np.array([one[0], other[0]]), np.array([one[1], other[1]])
+    prior, prior_sd = np.array([one[2], other[2]]), np.array([one[3], other[3]])
+    step = np.array([0.06, 0.003])
+    grid = np.array([(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)], float)
+    terms = np.column_stack([np.ones(9), grid, grid[:, 0] ** 2, grid[:, 0] * grid[:, 1], grid[:, 1] ** 2])
+    sd = one_sd
+    for _ in range(5):
+        centre = np.clip(place, low + step, high - step)
+        places = centre + grid * step
+        misfit = [SPARE_PER_FRAME * float(np.sum(np.log1p((errors_px(*at) / scale) ** 2))) for at in places]
+        cost = np.array(misfit) + (((places - prior) / prior_sd) ** 2).sum(axis=1)
+        _, bx, by, axx, axy, ayy = np.linalg.lstsq(terms, cost, rcond=None)[0]
+        bend = np.array([[2 * axx, axy], [axy, 2 * ayy]])
+        if axx <= 0 or np.linalg.det(bend) <= 0:
+            place = places[int(np.argmin(cost))]
+            continue
+        move = np.clip(-np.linalg.solve(bend, [bx, by]), -2.0, 2.0)
+        place = np.clip(centre + move * step, low, high)
+        sd = float(step[0] * np.sqrt(2 * np.linalg.inv(bend)[0, 0]))
+        if np.abs(move).max() < 1:
+            step = step / 2
+    return float(place[0]), float(place[1]), min(sd, one[3])
 
 
 def _velocity_px_s(points_px: Array, times_s: Array) -> Array:

@@ -10,7 +10,7 @@ frame, so nothing drifts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import cv2
 import numpy as np
@@ -30,6 +30,8 @@ STOP_PX = 0.003
 MIN_CORRELATION = 0.80
 #: A marker is seen where it correlates so far with its print; of the four, so many must be.
 MARKER_CORRELATION, MIN_MARKERS = 0.5, 3
+#: Least contrast of a marker's black and white, in the picture's counts.
+MIN_GAIN = 2.0
 #: The template is drawn anew where the picture's scale changes by more than this factor.
 SCALE_STEP = 1.2
 
@@ -44,13 +46,25 @@ class Registration:
 
 @dataclass(frozen=True)
 class _Template:
-    """Sample places, their printed brightness, and the projector from brightness residual to warp parameters."""
+    """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
+
+    solvers: least-squares solvers (8, N) by which of the markers are seen, made as they are needed.
+    """
 
     points: Array
     marker: NDArray[np.int64]
     values: Array
-    solve: Array
+    jacobian: Array
     px_per_mm: float
+    solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
+
+    def solve(self, seen: tuple[bool, ...], residual: Array) -> Array:
+        """Warp parameters (8,) that explain the residuals of the markers that are seen."""
+        if seen not in self.solvers:
+            used = np.array(seen)[self.marker]
+            jacobian = np.where(used[:, None], self.jacobian, 0.0)
+            self.solvers[seen] = _projector(jacobian, self.marker, self.values)
+        return np.asarray(self.solvers[seen] @ residual)
 
 
 class PageRegistrar:
@@ -77,8 +91,10 @@ class PageRegistrar:
             values = sample(luma, warp, template.points)
             if values is None:
                 return None
-            residual, _, _ = self._residual(values, template)
-            step = template.solve @ residual
+            residual, _, seen = self._residual(values, template)
+            if sum(seen) < MIN_MARKERS:
+                return None
+            step = template.solve(seen, residual)
             increment = np.array(
                 [[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]]
             )
@@ -93,7 +109,7 @@ class PageRegistrar:
         if values is None:
             return None
         _, correlation, seen = self._residual(values, template)
-        if seen < MIN_MARKERS:
+        if sum(seen) < MIN_MARKERS:
             # Two markers of one side leave the page free to turn about them, and the pose is worth nothing.
             return None
         homography = warp @ np.linalg.inv(self._to_page)
@@ -101,28 +117,28 @@ class PageRegistrar:
             return None
         return Registration(homography / homography[2, 2], float(correlation))
 
-    def _residual(self, values: Array, template: _Template) -> tuple[Array, float, int]:
-        """Picture less print in units of print contrast, their correlation, and the number of markers that are seen.
+    def _residual(self, values: Array, template: _Template) -> tuple[Array, float, tuple[bool, ...]]:
+        """Picture less print in units of print contrast, their correlation, and which of the markers are seen.
 
-        Gain and offset are fitted a marker.
+        Gain and offset are fitted a marker.  One that is hidden has no say: what covers it has edges of its own.
         """
         residual = np.zeros_like(values)
         explained = total = 0.0
-        visible = 0
+        visible = []
         for index in range(4):
             here = template.marker == index
             seen, printed = values[here], template.values[here]
             seen, printed = seen - seen.mean(), printed - printed.mean()
             power = float(printed @ printed)
             gain = float(seen @ printed) / power
-            # A marker that is hidden or washed out must not be blown up to full contrast.
-            floor = 2.0
-            residual[here] = seen / gain - printed if gain > floor else 0.0
             own, most = float(seen @ printed) * max(np.sign(gain), 0.0), float(np.sqrt(power * (seen @ seen)))
-            visible += gain > floor and own >= MARKER_CORRELATION * most
-            explained += own
-            total += most
-        return residual, explained / total if total > 0 else 0.0, visible
+            # A marker that is washed out must not be blown up to full contrast.
+            visible.append(bool(gain > MIN_GAIN and own >= MARKER_CORRELATION * most))
+            if visible[-1]:
+                residual[here] = seen / gain - printed
+                explained += own
+                total += most
+        return residual, explained / total if total > 0 else 0.0, tuple(visible)
 
     def _template_for(self, px_per_mm: float) -> _Template:
         kept = self._template
@@ -162,7 +178,7 @@ class PageRegistrar:
         marker = np.concatenate(owner)
         printed = np.concatenate(values).astype(float)
         jacobian = _warp_jacobian(place, np.concatenate(gradients).astype(float) * self._extent)
-        return _Template(place, marker, printed, _projector(jacobian, marker, printed), px_per_mm)
+        return _Template(place, marker, printed, jacobian, px_per_mm)
 
 
 def _warp_jacobian(place: Array, gradient: Array) -> Array:
