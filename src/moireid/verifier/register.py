@@ -92,9 +92,8 @@ class PageRegistrar:
             if values is None:
                 return None
             residual, _, seen = self._residual(values, template)
-            if sum(seen) < MIN_MARKERS:
-                return None
-            step = template.solve(seen, residual)
+            # Far from its place a page's markers match badly; then all of them are asked for the way.
+            step = template.solve(seen if sum(seen) >= MIN_MARKERS else (True,) * 4, residual)
             increment = np.array(
                 [[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]]
             )
@@ -133,9 +132,9 @@ class PageRegistrar:
             gain = float(seen @ printed) / power
             own, most = float(seen @ printed) * max(np.sign(gain), 0.0), float(np.sqrt(power * (seen @ seen)))
             # A marker that is washed out must not be blown up to full contrast.
+            residual[here] = seen / gain - printed if gain > MIN_GAIN else 0.0
             visible.append(bool(gain > MIN_GAIN and own >= MARKER_CORRELATION * most))
             if visible[-1]:
-                residual[here] = seen / gain - printed
                 explained += own
                 total += most
         return residual, explained / total if total > 0 else 0.0, tuple(visible)
