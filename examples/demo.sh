@@ -3,6 +3,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 registry=sqlite:///demo/people.sqlite3
+# The authority's key stays with the demo, apart from any that signs real badges.
+export MOIREID_KEYS=demo/keys
 mkdir -p demo
 
 # Runs a command, shows it, and stops the demo unless it ends with the exit code that it should.

@@ -30,6 +30,8 @@ from moireid.registry.url import default_url, read_url
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
+#: A reason is shown to whoever checks a badge; an essay belongs elsewhere.
+LONGEST_REASON = 500
 
 Progress = Callable[[int, int | None], None]
 
@@ -115,9 +117,10 @@ class Registry:
 
         Raises: RegistryError where nobody or more than one is meant, the reason is empty, or it is revoked already.
         """
-        if not reason.strip() or not storable(reason):
+        if not 0 < len(reason.strip()) <= LONGEST_REASON or not storable(reason):
             raise RegistryError(
-                f"the reason {reason[:80]!r} cannot be recorded; give one in plain words on a single line"
+                f"the reason {reason[:80]!r} cannot be recorded; give one in plain words on a single line of at most "
+                f"{LONGEST_REASON} letters"
             )
         record = self.find(claim)
         with self._ledger.writing() as transaction:
