@@ -6,6 +6,7 @@ lower edge.  Beside each test stands the wrong implementation it would catch.
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import shutil
@@ -20,8 +21,9 @@ from PIL import Image
 from moireid.badge import Badge, Cell, Grating, load_badge
 from moireid.designer import Request, design_badge
 from moireid.designer.request import parse_scale
-from moireid.dots import line_edges_mm, nearest_dot, realised
+from moireid.dots import line_edges_mm, nearest_dot, on_dots, realised
 from moireid.errors import DesignError, SpecError
+from moireid.fabrication.package import badge_file
 from moireid.fabrication.page import FORMS, write_badge_pdf
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
@@ -75,7 +77,7 @@ def test_a_pitch_a_thousandth_from_whole_dots_keeps_its_place():
 def test_badges_tell_what_dots_make_of_every_cell(dpi):
     """Catches: figures of another resolution; a cell left out."""
     badge = design_badge(Request("Ada", printer_dpi=dpi), PAYLOAD)
-    told = badge.print["realised"]
+    told = on_dots(badge)
     assert len(told["cells"]) == sum(len(grating.cells) for grating in badge.gratings)
     assert max(row[3] for row in told["cells"]) <= 0.5 * 25400 / dpi + 0.01
     for g, c, ppm, _, phase, beat in told["cells"][::17]:
@@ -83,7 +85,7 @@ def test_badges_tell_what_dots_make_of_every_cell(dpi):
         found = realised(grating, grating.cells[c], badge.lens.pitch_mm, 25.4 / dpi)
         expected = (1e6 * found.pitch_error, found.phase_error_rad, found.beat_error)
         assert (ppm, phase, beat) == pytest.approx(expected, abs=0.01)
-    assert "realised" not in design_badge(Request("Ada", printer_dpi=dpi, form="vector"), PAYLOAD).print
+    assert on_dots(design_badge(Request("Ada", printer_dpi=dpi, form="vector"), PAYLOAD)) is None
 
 
 def test_dots_too_coarse_for_the_code_are_refused_with_what_would_do():
@@ -213,7 +215,10 @@ def test_scales_that_are_none_are_refused(text):
 
 
 def test_badge_files_of_every_form_are_read_back(tmp_path):
-    """Catches: figures that JSON, or the schema, does not take."""
-    badge = design_badge(Request("Ada", form="bitmap"), PAYLOAD)
-    (tmp_path / "badge.json").write_text(badge.to_json(), encoding="utf-8")
-    assert load_badge(tmp_path / "badge.json") == badge
+    """Catches: figures that JSON, or the schema, does not take; a badge that is another one on another printer."""
+    for form in FORMS:
+        badge = design_badge(Request("Ada", form=form), PAYLOAD)
+        (tmp_path / "badge.json").write_text(badge_file(badge), encoding="utf-8")
+        assert load_badge(tmp_path / "badge.json") == badge
+        document = json.loads(badge_file(badge))
+        assert document.get("realised") == on_dots(badge) and (form == "vector") == ("realised" not in document)

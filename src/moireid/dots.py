@@ -11,13 +11,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Cell, Grating
+from moireid.badge import Badge, Cell, Grating
+from moireid.profiles import Printer
 
 Array = NDArray[np.float64]
+#: What is told of each cell on the printer's dots.
+COLUMNS = ("grating", "cell", "pitch_error_ppm", "edge_error_um", "phase_error_rad", "beat_error_share")
 
 
 @dataclass(frozen=True)
@@ -69,3 +73,21 @@ def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) 
         phase_error_rad=float(-2 * math.pi * off.mean() / cell.pitch_mm),
         beat_error=(1 / pitch - 1 / cell.pitch_mm) / beat if beat else 0.0,
     )
+
+
+def on_dots(badge: Badge) -> dict[str, Any] | None:
+    """What the printer's dots make of every cell of a badge, as badge.json tells it: `columns`, and rows in `cells`.
+
+    Returns: None for a badge that does not say how it is printed, or leaves the dots to the printer.
+    """
+    print_data = badge.print or {}
+    if "dpi" not in print_data or print_data.get("form") == "vector":
+        return None
+    dot_mm = Printer(int(print_data["dpi"])).dot_mm
+    rows = []
+    for g, grating in enumerate(badge.gratings):
+        for c, cell in enumerate(grating.cells):
+            one = realised(grating, cell, badge.lens.pitch_mm, dot_mm)
+            figures = 1e6 * one.pitch_error, 1e3 * one.edge_error_mm, one.phase_error_rad, one.beat_error
+            rows.append([g, c, *(round(value, places) for value, places in zip(figures, (2, 2, 4, 6), strict=True))])
+    return {"columns": list(COLUMNS), "cells": rows}

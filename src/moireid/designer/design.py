@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
@@ -17,7 +16,7 @@ from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import link_budget
 from moireid.designer.payload import FAMILY_BYTES
 from moireid.designer.request import Request, clean_name
-from moireid.dots import realised
+from moireid.dots import on_dots, realised
 from moireid.errors import CodeError, DesignError, SpecError
 from moireid.idcodes import family_named
 from moireid.idcodes.pitch import BANDS
@@ -47,8 +46,6 @@ MIN_DOTS_PER_LINE = 3.0
 MAX_DOT_PHASE_RAD = 0.25
 #: Resolutions that printers have; beyond 1200 dpi no line of a lens sheet's pitch can be off by so much.
 PRINTER_DPI = (300, 360, 400, 600, 720, 1200, 1440, 2400)
-#: What badge.json tells of each cell on the printer's dots.
-REALISED_COLUMNS = ["grating", "cell", "pitch_error_ppm", "edge_error_um", "phase_error_rad", "beat_error_share"]
 #: Beat levels of the spacing family's uniform rows.
 SPACING_LEVELS = 8
 #: The published prototype's printed pitch is 1.0236 lens pitches; the pitch family's reference keeps near that ratio.
@@ -88,6 +85,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         Grating(g.rect_mm, g.axis, _reference_pitch_mm(g, cells), g.family, cells, g.code)
         for g, cells in zip(blank, family.write(payload, blank, lens.pitch_mm), strict=True)
     )
+    _check_dots(request, gratings, lens.pitch_mm)
     return Badge(
         id=payload.hex(),
         name=name,
@@ -98,8 +96,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         payload_bits=8 * len(payload),
         board_mm=layout.board_mm,
         range_m=request.range_m,
-        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form, "lens": request.lens}
-        | _on_dots(request, gratings, lens.pitch_mm),
+        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form, "lens": request.lens},
     )
 
 
@@ -112,33 +109,22 @@ def _front(request: Request) -> Lens:
     return mask_named(request.lens, request.gap_mm)
 
 
-def _on_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: float) -> dict[str, Any]:
-    """What the printer's dots make of every cell, for badge.json; nothing where the form leaves that to the printer.
+def _check_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: float) -> None:
+    """The code must survive the printer's dots; a plain vector leaves them to the printer.
 
-    Raises: DesignError where the code would not survive, with the resolution at which it does.
+    Raises: DesignError with the resolution at which it does.
     """
-    if request.form == "vector":
-        return {}
-    dot_mm = Printer(request.printer_dpi).dot_mm
-    found = [[realised(grating, cell, lens_pitch_mm, dot_mm) for cell in grating.cells] for grating in gratings]
-    worst = max((one for row in found for one in row), key=lambda one: abs(one.phase_error_rad))
-    if abs(worst.phase_error_rad) > MAX_DOT_PHASE_RAD:
+    worst = 0.0 if request.form == "vector" else _dot_phase_rad(gratings, lens_pitch_mm, request.printer_dpi)
+    if worst > MAX_DOT_PHASE_RAD:
         enough = next(
             dpi for dpi in PRINTER_DPI
             if dpi > request.printer_dpi and _dot_phase_rad(gratings, lens_pitch_mm, dpi) <= MAX_DOT_PHASE_RAD
         )  # fmt: skip
         raise DesignError(
-            f"on dots of {request.printer_dpi} dpi a cell's fringe is {abs(worst.phase_error_rad):.2f} rad off its "
-            f"place, and {MAX_DOT_PHASE_RAD:g} rad leave its symbol readable; print at {enough} dpi or more, or in "
-            "vector form",
+            f"on dots of {request.printer_dpi} dpi a cell's fringe is {worst:.2f} rad off its place, and "
+            f"{MAX_DOT_PHASE_RAD:g} rad leave its symbol readable; print at {enough} dpi or more, or in vector form",
             least_dpi=enough,
         )
-    cells = [
-        [g, c, round(1e6 * one.pitch_error, 2), round(1e3 * one.edge_error_mm, 2), round(one.phase_error_rad, 4),
-         round(one.beat_error, 6)]
-        for g, row in enumerate(found) for c, one in enumerate(row)
-    ]  # fmt: skip
-    return {"realised": {"columns": REALISED_COLUMNS, "cells": cells}}
 
 
 def _blank_grating(
@@ -314,8 +300,8 @@ def _explain_front(lens: Lens) -> tuple[str, str]:
 
 def _explain_dots(badge: Badge) -> list[tuple[str, str]]:
     """Rows of the table about the printer's dots."""
-    told = (badge.print or {}).get("realised")
-    if not told:
+    told = on_dots(badge)
+    if told is None:
         return []
     by_name = dict(zip(told["columns"], zip(*told["cells"], strict=True), strict=True))
     largest = {name: max(abs(value) for value in values) for name, values in by_name.items()}

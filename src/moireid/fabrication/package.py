@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.badge import Badge
+from moireid.dots import on_dots
 from moireid.fabrication.assembly import write_assembly_pdf
 from moireid.fabrication.page import write_badge_pdf
 from moireid.fabrication.preview import write_preview
@@ -61,13 +63,23 @@ def print_badge(
             from moireid.fabrication.mount import write_mount
 
             mass_g = write_mount(badge, aside).mass_g
-        write_text(aside / "badge.json", badge.to_json())
+        write_text(aside / "badge.json", badge_file(badge))
         if before_moving:
             before_moving()
         # badge.json goes last: where it lies, the rest lies too.
         for name in names:
             (aside / name).replace(folder / name)
     return Printed({name: folder / name for name in names}, mass_g)
+
+
+def badge_file(badge: Badge) -> str:
+    """The text of badge.json: the badge, and what the printer's dots make of each of its cells.
+
+    The second is no part of the Badge, which is the same on any printer; who reads the file may pass it over.
+    """
+    document = json.loads(badge.to_json())
+    told = on_dots(badge)
+    return json.dumps(document | ({"realised": told} if told else {}), indent=1, ensure_ascii=False) + "\n"
 
 
 def file_names(mount: str) -> list[str]:

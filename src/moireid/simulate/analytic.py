@@ -141,7 +141,7 @@ def _tables(scene: Scene) -> tuple[Array, Array]:
     return np.array(cells), np.array(gratings)
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@njit(cache=True, fastmath=False, error_model="numpy")
 def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float, float, bool]:  # pragma: no cover
     """Where a ray that crosses the apex plane at (x, y), across and along the lenses, lands; False if stopped."""
     pitch, g, n, radius = lens[0], lens[1], lens[2], lens[3]
@@ -176,7 +176,7 @@ def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float,
     return 0.0, 0.0, False
 
 
-@njit(cache=True, parallel=True, fastmath=True, error_model="numpy")
+@njit(cache=True, parallel=True, fastmath=False, error_model="numpy")
 def _trace(
     radiance: Any, coverage: Any, left: int, top: int, centres: Any, turns: Any, shown: Any, focal: float, cx: float,
     cy: float, jitter: Any, half: Any, lens: Any, gratings: Any, cells: Any, texture: Any, per_mm: float, ink: float,
