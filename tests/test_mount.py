@@ -157,7 +157,7 @@ def test_report_and_files_agree(report: MountReport) -> None:
     assert mesh.volume == pytest.approx(report.volume_mm3, rel=0.001)
     assert report.triangles == len(mesh.faces)
     assert report.mass_g == pytest.approx(report.volume_mm3 * 0.00124)
-    assert {path.name for path in report.step.parent.iterdir()} == {"mount.step", "mount.stl"}
+    assert {path.name for path in report.step.parent.iterdir()} == {"mount.step", "mount.stl", "mount.3mf"}
 
 
 def test_mount_follows_size_and_sheet_of_another_badge() -> None:
@@ -267,7 +267,7 @@ def test_same_badge_gives_the_same_bytes(badge: Badge, report: MountReport, tmp_
     assert again.stl.read_bytes() == report.stl.read_bytes()
 
 
-@pytest.mark.parametrize("package", ["build123d", "trimesh", "manifold3d"])
+@pytest.mark.parametrize("package", ["build123d", "trimesh", "manifold3d", "lib3mf"])
 def test_missing_package_says_what_to_install(
     package: str, badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
