@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import friendly, json_option, overwrite_option, say, show_json
+from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, say, show_json
 from moireid.errors import RegistryError, SpecError
 
 if TYPE_CHECKING:
@@ -45,17 +45,41 @@ if TYPE_CHECKING:
     "--axes", type=click.Choice(["x", "xy"]), default="x", show_default=True, help="Directions that the fringes sense."
 )
 @click.option("--size", "size_text", default="146x160", show_default=True, metavar="WxH", help="Board, mm.")
-@click.option("--mount", type=click.Choice(["lanyard", "none"]), default="lanyard", show_default=True)
+@click.option(
+    "--mount",
+    type=click.Choice(["lanyard", "clip", "stand", "none"]),
+    default="lanyard",
+    show_default=True,
+    help="What carries the badge; with it come the parts to 3D-print and an acrylic stack to laser-cut.",
+)
+@click.option(
+    "--kerf",
+    "kerf_mm",
+    type=FiniteRange(0, 1),
+    default=0.15,
+    show_default=True,
+    metavar="MM",
+    help="Width that the laser burns away; 0 where the shop compensates.",
+)
+@click.option(
+    "--acrylic",
+    "base_mm",
+    type=FiniteRange(2, 10),
+    default=3.0,
+    show_default=True,
+    metavar="MM",
+    help="Thickness of the acrylic base plate; frame and cover follow from the badge.",
+)
 @click.option("--explain", is_flag=True, help="Show why the badge is as it is.")
 @overwrite_option
 @json_option
 @friendly
 def print_command(
     name: str, folder: Path, registry_url: str | None, payload: str | None, key_file: Path | None, code: str, lens: str,
-    front: str, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, mount: str, explain: bool,
-    overwrite: bool, as_json: bool,
+    front: str, printer_dpi: int, paper: str, range_text: str, axes: str, size_text: str, mount: str, kerf_mm: float,
+    base_mm: float, explain: bool, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount to 3D-print.
+    """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount.
 
     The identity is derived from the name, so the same name gives the same badge; with --registry an identity that
     somebody else holds is never given twice.
@@ -64,6 +88,7 @@ def print_command(
     from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
     from moireid.fabrication.package import file_names, print_badge
+    from moireid.fabrication.process import AcrylicProcess
     from moireid.files import planned
 
     if payload is not None and key_file is not None:
@@ -84,6 +109,7 @@ def print_command(
             badge,
             folder,
             mount=mount,
+            acrylic=AcrylicProcess(kerf_mm=kerf_mm, base_mm=base_mm),
             overwrite=overwrite,
             before_moving=issue,
             progress=lambda file: say(f"making {file}"),
@@ -97,7 +123,8 @@ def print_command(
                 "files": files,
                 "issued": registry is not None,
             }
-            show_json(document | {"mount_mass_g": printed.mount_mass_g, "explain": dict(rows)})
+            document |= {"mount_mass_g": printed.mount_mass_g, "mount_figures": printed.mount_figures}
+            show_json(document | {"explain": dict(rows)})
             return
         click.echo(f"Badge {badge.id} for {badge.name}:")
         for path in files.values():

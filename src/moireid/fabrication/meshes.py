@@ -20,8 +20,8 @@ from moireid.fabrication.solids import STL_VOLUME_SHARE, Expected, cad_package, 
 
 __all__ = ["check_3mf", "check_walls", "export_3mf", "overlap_mm3", "read_mesh", "solid_of"]
 
-#: Facets of a solid that is only looked at for interference, mm off the true surface.
-FINE_MM = 0.02
+#: Facets of a solid that is only looked at for interference: mm and radians off the true surface.
+FINE_MM, FINE_RAD = 0.02, 0.3
 #: A corner's tip is always thinner than a wall; this much area in a slice is no wall, mm².
 TIP_MM2 = 0.05
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
@@ -100,7 +100,7 @@ def solid_of(shape: Any, what: str = "mesh") -> Any:
     """
     manifold3d = cad_package("manifold3d")
     if hasattr(shape, "tessellate"):
-        vertices, faces = shape.tessellate(FINE_MM)
+        vertices, faces = shape.tessellate(FINE_MM, FINE_RAD)
         shape = cad_package("trimesh").Trimesh([tuple(vertex) for vertex in vertices], faces)
     solid = manifold3d.Manifold(
         manifold3d.Mesh(np.asarray(shape.vertices, dtype=np.float32), np.asarray(shape.faces, dtype=np.uint32))

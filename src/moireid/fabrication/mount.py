@@ -185,7 +185,9 @@ def _check_bodies(
     pairs = [("tray", free, name, piece) for name, piece in stack]
     for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
         low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]
-        check_walls(solid_of(mesh), [low + share * (high - low) for share in (0.04, 0.5, 0.9)], LEAST_WALL_MM, body.name)
+        check_walls(
+            solid_of(mesh), [low + share * (high - low) for share in (0.04, 0.5, 0.9)], LEAST_WALL_MM, body.name
+        )
         pairs.append(("tray", tray, body.name, solid_of(body.used)))
     for one, first, other, second in pairs:
         if (shared := overlap_mm3(first, second)) > TOUCH_MM3:

@@ -9,6 +9,7 @@ plane that carries the board.  Page coordinates turn into it by x = page_x - cen
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -20,6 +21,8 @@ from moireid.errors import FabricationError
 GRATING_SIGHT_DEG = 60.0
 #: ... nor before the markers, which a camera must see sharply and so never sees as flat as this.
 MARKER_SIGHT_DEG = 45.0
+#: Between two pieces of lens sheet that are cut to meet.
+SEAM_MM = 0.1
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,22 @@ def sheet_spans(badge: Badge) -> tuple[tuple[float, float], ...]:
         else:
             spans.append((low, high))
     return tuple(spans)
+
+
+def sheet_rects(badge: Badge) -> tuple[Rect, ...]:
+    """The pieces of lens sheet, each from edge to edge of the board so that lips can hold it.
+
+    Gratings that share rows have a piece each, parted half-way between them by `SEAM_MM`.
+    """
+    half_x, _ = half_board_mm(badge)
+    pieces: list[Rect] = []
+    for low, high in sheet_spans(badge):
+        here = sorted(rect for g in badge.gratings if low <= (rect := in_frame(g.rect_mm, badge))[1] < high)
+        seams = [(one[2] + other[0]) / 2 for one, other in itertools.pairwise(here)]
+        lefts = [-half_x, *(seam + SEAM_MM / 2 for seam in seams)]
+        rights = [*(seam - SEAM_MM / 2 for seam in seams), half_x]
+        pieces += [(left, low, right, high) for left, right in zip(lefts, rights, strict=True)]
+    return tuple(pieces)
 
 
 def check_sight(
