@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.process import STOCK_MM, TWIST_DEG, AcrylicProcess
+from moireid.fabrication.process import LEAST_LAND_MM, STOCK_MM, TWIST_DEG, AcrylicProcess
 from moireid.fabrication.sight import Obstacle, check_sight, half_board_mm, sheet_rects, sheet_spans
 
 #: M3 button head, ISO 7380: diameter and height; the thread, and its nut's height (ISO 4032).
@@ -59,7 +59,8 @@ class Contour:
             radius = self.radii_mm[k] + (math.copysign(by_mm, by_mm * turn) if self.radii_mm[k] else 0.0)
             if radius < 0:
                 raise FabricationError(
-                    f"a corner of radius {self.radii_mm[k]:g} mm cannot be moved by {by_mm:g} mm; give a smaller kerf_mm"
+                    f"a corner of radius {self.radii_mm[k]:g} mm cannot be moved by {by_mm:g} mm; give "
+                    "a smaller kerf_mm"
                 )
             radii.append(radius)
         return Contour(tuple(moved), tuple(radii))
@@ -267,11 +268,11 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
 
 def _check_land(process: AcrylicProcess) -> None:
     """Screws, slot and heads must leave acrylic beside them in the rim."""
-    widest = max(process.hole_mm, SLOT_MM[1], HEAD_MM - process.least_land_mm)
-    if (land := (process.rim_mm - widest) / 2) < process.least_land_mm:
+    widest = max(process.hole_mm, SLOT_MM[1], HEAD_MM - LEAST_LAND_MM)
+    if (land := (process.rim_mm - widest) / 2) < LEAST_LAND_MM:
         raise FabricationError(
-            f"a rim of {process.rim_mm:g} mm leaves {land:.2f} mm beside its openings, {process.least_land_mm:g} mm are "
-            f"needed; give a rim_mm of {widest + 2 * process.least_land_mm:g} or more",
+            f"a rim of {process.rim_mm:g} mm leaves {land:.2f} mm beside its openings, {LEAST_LAND_MM:g} mm "
+            f"are needed; give a rim_mm of {widest + 2 * LEAST_LAND_MM:g} or more",
             land_mm=land,
         )
     if process.hole_mm < THREAD_MM + 0.1:
@@ -308,9 +309,11 @@ def _obstacles(
     half_x, half_y = half_board_mm(badge)
     x, y, rim = half_x + clearance, half_y + clearance, process.rim_mm
     found = [
-        Obstacle("cover", (-x - rim, -y - rim, -x, y + rim), top), Obstacle("cover", (x, -y - rim, x + rim, y + rim), top),
-        Obstacle("cover", (-x, y, x, y + rim), top), Obstacle("cover", (-x, -y - rim, x, -y), top),
-    ]  # fmt: skip
+        Obstacle("cover", (-x - rim, -y - rim, -x, y + rim), top),
+        Obstacle("cover", (x, -y - rim, x + rim, y + rim), top),
+        Obstacle("cover", (-x, y, x, y + rim), top),
+        Obstacle("cover", (-x, -y - rim, x, -y), top),
+    ]
     inner = half_x - process.lip_reach_mm
     for low, high in sheet_spans(badge):
         found += [

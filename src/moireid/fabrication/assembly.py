@@ -86,13 +86,14 @@ def _steps(badge: Badge, mount: str) -> list[str]:
 
 
 def _acrylic(plan: AcrylicPlan) -> list[str]:
-    plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm" for plate in plan.plates)
+    film = {plate.name: " (film)" for plate in plan.plates if plate.thickness_mm <= 0.5}
+    plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm{film.get(plate.name, '')}" for plate in plan.plates)
     length = next((size for size in SCREWS_MM if size >= plan.screw_mm), math.ceil(plan.screw_mm))
     return [
-        f"•  acrylic.dxf or acrylic.svg, laser-cut: {plates} (0.5 mm and less: polyester film)",
+        f"•  acrylic.dxf or acrylic.svg, laser-cut: {plates}",
         f"•  {len(plan.screws)} button-head screws M3 × {length} (ISO 7380) with nuts",
-        f"Lay board and sheet into the frame on the base ({plan.clearance_mm:g} mm of air at each edge), put the cover on,",
-        f"and tighten until it touches the sheet all along; a slit of {plan.squeeze_mm:.2f} mm to the frame remains.",
+        f"Lay board and sheet into the frame on the base ({plan.clearance_mm:g} mm of air at each edge), put the cover",
+        f"on, and tighten until it touches the sheet all along; {plan.squeeze_mm:.2f} mm to the frame remain.",
     ]
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import AcrylicPlan, Contour
+from moireid.fabrication.process import LEAST_LAND_MM
 from moireid.fabrication.solids import cad_package
 
 #: Layer colours: AutoCAD colour index, and the same as SVG.
@@ -41,7 +42,7 @@ class Drawing:
 def draw(plan: AcrylicPlan, kerf_mm: float) -> Drawing:
     """Lay the plates out side by side above a scale bar.
 
-    Raises: FabricationError where the burnt lines of two paths would meet.
+    Raises: FabricationError where too little is left between two paths, or a corner has no room for the kerf.
     """
     cuts: dict[str, tuple[Contour, ...]] = {}
     notes: list[tuple[float, float, str]] = []
@@ -63,21 +64,23 @@ def draw(plan: AcrylicPlan, kerf_mm: float) -> Drawing:
 
 
 def check_cuts(layers: Iterable[tuple[str, list[list[Vertex]]]], kerf_mm: float, what: str) -> None:
-    """The burnt lines of two paths of one plate may not meet, and only the first path may hold others.
+    """Between the burnt lines of two paths some plate must be left, and only the first path may hold others.
 
     Raises: FabricationError where they do.
     """
     manifold3d = cad_package("manifold3d")
     for layer, paths in layers:
         areas = [manifold3d.CrossSection([flat(path)]) for path in paths]
-        burnt = kerf_mm / 2 + 0.05
-        # Openings may not reach each other nor the outline; what remains of a plate is one piece of acrylic.
-        fat = [area.offset(burnt, manifold3d.JoinType.Round) for area in areas[1:]]
-        room = areas[0].offset(-burnt, manifold3d.JoinType.Round)
+        # Half of what must lie between two paths, less a hundredth for the arcs' flat pieces.
+        apart = (kerf_mm + LEAST_LAND_MM) / 2 - 0.01
+        fat = [area.offset(apart, manifold3d.JoinType.Round) for area in areas[1:]]
+        room = areas[0].offset(-apart, manifold3d.JoinType.Round)
         crossing = [k for k, area in enumerate(fat) if (area - room).area() > 1e-6]
         crossing += [k for k, area in enumerate(fat) for other in fat[:k] if (area ^ other).area() > 1e-6]
         if crossing:
-            raise refused(what, f"has paths on {layer} that meet within the kerf of {kerf_mm:g} mm", "paths apart")
+            raise refused(
+                what, f"has paths on {layer} that overlap or nearly meet", f"{LEAST_LAND_MM:g} mm of plate between them"
+            )
 
 
 def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: Drawing, kerf_mm: float) -> None:

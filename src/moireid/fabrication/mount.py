@@ -121,9 +121,9 @@ def write_mount(
         export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf)
         check_3mf(new_3mf, [body.expected for body in bodies])
         _check_bodies(badge, bodies, meshes, plan, process)
-    size_mm = tuple(high - low for low, high in zip(expected.lower_mm, expected.upper_mm, strict=True))
+    (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
     return MountReport(
-        step, stl, three_mf, expected.volume_mm3, size_mm,  # type: ignore[arg-type]
+        step, stl, three_mf, expected.volume_mm3, (x1 - x0, y1 - y0, z1 - z0),
         expected.volume_mm3 * PLA_G_PER_MM3, triangles, seated_twist_deg(plan, process), process.preload_mm, bodies,
     )  # fmt: skip
 
@@ -150,7 +150,7 @@ def _together(parts: list[Expected]) -> Expected:
     lower = tuple(min(values) for values in zip(*(part.lower_mm for part in parts), strict=True))
     upper = tuple(max(values) for values in zip(*(part.upper_mm for part in parts), strict=True))
     volume_mm3 = sum(part.volume_mm3 for part in parts)
-    return Expected(volume_mm3, lower, upper, solids=len(parts))  # type: ignore[arg-type]
+    return Expected(volume_mm3, lower, upper, solids=len(parts))
 
 
 def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:

@@ -55,7 +55,8 @@ def print_badge(
     acrylic = acrylic or AcrylicProcess()
     # What cannot be built is refused before the first file is made.
     stack = plan_acrylic(badge, acrylic) if mount != "none" else None
-    mass_g, figures = None, {}
+    mass_g: float | None = None
+    figures: dict[str, float] = {}
     with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
         aside = Path(aside_name)
         say("badge.pdf")

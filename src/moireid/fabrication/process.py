@@ -19,6 +19,8 @@ BED_MM = 350.0
 TWIST_DEG = 0.3
 #: A CO2 laser's kerf in acrylic is 0.1 to 0.3 mm; beyond 1 mm it is no laser's.
 MOST_KERF_MM = 1.0
+#: Acrylic narrower than this between two cuts breaks.
+LEAST_LAND_MM = 2.0
 #: Plates are sold in these thicknesses: polyester film up to 0.5 mm, acrylic above.
 STOCK_MM = (0.25, 0.35, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
@@ -50,7 +52,8 @@ class MountProcess:
         for name in ("wall_mm", "back_mm", "lip_mm"):
             if (value := getattr(self, name)) < LEAST_WALL_MM:
                 raise FabricationError(
-                    f"process figure {name}={value:g} is thinner than a printed wall; give {LEAST_WALL_MM:g} mm or more",
+                    f"process figure {name}={value:g} is thinner than a printed wall; give {LEAST_WALL_MM:g} mm or "
+                    "more",
                     least_mm=LEAST_WALL_MM,
                 )
         if self.clearance_mm > 1.0:
@@ -66,7 +69,7 @@ class AcrylicProcess:
     kerf_mm: width of the burnt line, 0 where the shop compensates; base_mm: the base plate; clearance_mm: air between
     the board and each of the frame's register edges, None for what the allowed twist leaves; rim_mm: width of the
     frame round the board; lip_reach_mm: how far the cover comes over the sheet; hole_mm: clearance hole of an M3 screw;
-    card_mm: thickness of the printed board; least_land_mm: acrylic that must be left between two cuts.
+    card_mm: thickness of the printed board.
     """
 
     kerf_mm: float = 0.15
@@ -76,7 +79,6 @@ class AcrylicProcess:
     lip_reach_mm: float = 2.0
     hole_mm: float = 3.4
     card_mm: float = 0.3
-    least_land_mm: float = 2.0
 
     def __post_init__(self) -> None:
         _check_positive(self, but=("kerf_mm",))

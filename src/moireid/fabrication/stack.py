@@ -83,8 +83,8 @@ def assemble(plan: AcrylicPlan, *, spread_mm: float = 0.0) -> list[Placed]:
         # A turn this small moves a corner of the largest board by less than the solver's error.
         if off_mm > SOLVER_MM or max(map(abs, turn)) > 1e-3:
             raise FabricationError(
-                f"the stack's {part.name} is placed {off_mm:.4f} mm from where it was planned, allowed are {SOLVER_MM:g} "
-                "mm; nothing was kept: report this",
+                f"the stack's {part.name} is placed {off_mm:.4f} mm from where it was planned, allowed are "
+                f"{SOLVER_MM:g} mm; nothing was kept: report this",
                 off_mm=off_mm,
             )
         placed.append(Placed(part.name, part.shape.moved(child.loc), z))
@@ -149,15 +149,16 @@ def check_glb(path: Path, volumes_mm3: dict[str, float]) -> None:
     found = {name: mesh for name, mesh in scene.geometry.items() if not name.startswith("picture")}
     if set(found) != set(volumes_mm3):
         raise FabricationError(
-            f"stack.glb holds the parts {sorted(found)}, allowed are {sorted(volumes_mm3)}; nothing was kept: report this"
+            f"stack.glb holds the parts {sorted(found)}, allowed are {sorted(volumes_mm3)}; nothing was kept: report "
+            "this"
         )
     for name, mesh in found.items():
         mesh.merge_vertices(merge_tex=True, merge_norm=True)
         volume_mm3 = float(mesh.volume) / METRES_PER_MM**3
         if not mesh.is_watertight or not math.isclose(volume_mm3, volumes_mm3[name], rel_tol=1e-3):
             raise FabricationError(
-                f"stack.glb holds {name} with {volume_mm3:.1f} mm³, allowed is a closed body of {volumes_mm3[name]:.1f} "
-                "mm³; nothing was kept: report this"
+                f"stack.glb holds {name} with {volume_mm3:.1f} mm³, allowed is a closed body of "
+                f"{volumes_mm3[name]:.1f} mm³; nothing was kept: report this"
             )
 
 
