@@ -26,6 +26,7 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import FabricationError, MissingExtraError, SpecError
 from moireid.fabrication import meshes, mount, solids
 from moireid.fabrication.mount import MountProcess, MountReport, lanyard_mount, write_mount
+from mounting import board_of, box, framed, sight_volume
 
 CARD_MM, LENS_MM, PLAY_MM, CARD_ROOM_MM = 0.3, 1.0, 0.3, 0.1
 #: Where the numbers meet exactly, float32 vertices leave overlaps thinner than 1e-5 mm.
@@ -66,19 +67,6 @@ def printed(sprung: Any) -> Any:
     for x, y in PADS:
         bent -= manifold3d.Manifold.cube((1.21, 3.02, 0.25), True).translate((x, y, 0.125))
     return bent
-
-
-def box(rect: tuple[float, ...], low: float, high: float, *, up: float = 0.0) -> Any:
-    """A box over a rectangle of the frame, swept `up` mm towards the open top."""
-    x0, y0, x1, y1 = rect
-    return manifold3d.Manifold.cube((x1 - x0, y1 + up - y0, high - low)).translate((x0, y0, low))
-
-
-def framed(rect: tuple[float, ...], badge: Badge) -> tuple[float, ...]:
-    """A page rectangle seen from the board's centre, y up."""
-    bx0, by0, bx1, by1 = badge.outline_mm
-    cx, cy = (bx0 + bx1) / 2, (by0 + by1) / 2
-    return rect[0] - cx, cy - rect[3], rect[2] - cx, cy - rect[1]
 
 
 def card_and_sheet(badge: Badge, *, up: float = 0.0) -> tuple[Any, Any]:
@@ -124,16 +112,6 @@ def test_card_and_sheet_slide_in_from_the_top(badge: Badge, printed: Any) -> Non
     assert overlap_mm3(box((-7.0, top + 4.5, 7.0, top + 7.5), -5, 5), printed) == 0.0
     for rect in ((-7.5, top + 8.2, 7.5, top + 11), (-7.5, top + 0.5, 7.5, top + 3.5), (8.5, top + 5, 9.5, top + 7)):
         assert overlap_mm3(box(rect, -5, 5), printed) > 1.0
-
-
-def sight_volume(rect: tuple[float, ...], level: float, angle_deg: float, *, up_and_down: bool) -> Any:
-    """All that lies on a sight line to the rectangle from within that angle, up to 3 mm above it."""
-    spread = 3.0 * math.tan(math.radians(angle_deg))
-    x0, y0, x1, y1 = rect
-    dy = spread if up_and_down else 0.0
-    lower = [(x, y, level) for x in (x0, x1) for y in (y0, y1)]
-    upper = [(x, y, level + 3.0) for x in (x0 - spread, x1 + spread) for y in (y0 - dy, y1 + dy)]
-    return manifold3d.Manifold.hull_points(lower + upper)
 
 
 def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
@@ -455,23 +433,9 @@ def test_stand_needs_no_tab_and_so_takes_a_narrow_board(badge: Badge) -> None:
 # The extremes.
 
 
-def board_of(badge: Badge, width: float, height: float, *, margin: float = 5.0, lens_mm: float = 1.0) -> Badge:
-    """A badge of another size, made by hand: markers in the corners, one grating between them."""
-    marker = min(width, height) / 6
-    low, high = margin + marker + 2, height - margin - marker - 2
-    ends = [margin + marker / 2, width - margin - marker / 2, height - margin - marker / 2]
-    centers = ((ends[0], ends[0]), (ends[1], ends[0]), (ends[1], ends[2]), (ends[0], ends[2]))
-    return replace(
-        badge,
-        page_mm=(width, height),
-        board_mm=None,
-        lens=replace(badge.lens, thickness_mm=lens_mm, radius_mm=max(1.0, lens_mm)),
-        gratings=(replace(badge.gratings[0], rect_mm=(margin, low, width - margin, high), cells=(), code=None),),
-        markers=replace(badge.markers, size_mm=marker, centers_mm=centers),
-    )
-
-
-@pytest.mark.parametrize(("size", "kind"), [((300.0, 300.0), "lanyard"), ((60.0, 66.0), "clip"), ((30.0, 40.0), "stand")])
+@pytest.mark.parametrize(
+    ("size", "kind"), [((300.0, 300.0), "lanyard"), ((60.0, 66.0), "clip"), ((30.0, 40.0), "stand")]
+)
 def test_large_and_small_boards(size: tuple[float, float], kind: str, badge: Badge, tmp_path: Path) -> None:
     """Catches: figures of the default board in the shape, and a file that only its checks would have refused."""
     report = write_mount(board_of(badge, *size), tmp_path, kind=kind)
@@ -483,11 +447,13 @@ def test_large_and_small_boards(size: tuple[float, float], kind: str, badge: Bad
 def test_thin_and_thick_sheets(badge: Badge) -> None:
     """Catches: a lip at a fixed height, and a thick sheet whose rim hides the markers."""
     thin = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=0.2))
-    assert thin.bounding_box().max.Z == pytest.approx(0.3 + 0.2 + 0.1 + 1.2, abs=1e-4)
+    top_mm = thin.bounding_box().max.Z
+    assert top_mm == pytest.approx(0.3 + 0.2 + 0.1 + 1.2, abs=1e-4)
     with pytest.raises(FabricationError, match=r"rim leaves .* beside marker .*; take a smaller"):
         lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=6.0))
     thick = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=6.0, margin=10.0))
-    assert thick.bounding_box().max.Z == pytest.approx(0.3 + 6.0 + 0.1 + 1.2, abs=1e-4)
+    top_mm = thick.bounding_box().max.Z
+    assert top_mm == pytest.approx(0.3 + 6.0 + 0.1 + 1.2, abs=1e-4)
 
 
 def test_what_no_printer_can_make_is_refused(badge: Badge) -> None:
@@ -552,7 +518,7 @@ def test_damaged_3mf_is_refused(held: dict[str, MountReport], tmp_path: Path) ->
     with pytest.raises(FabricationError, match="3MF file holds 1 bodies, allowed is exactly 2"):
         meshes.check_3mf(path, wanted)
     meshes.export_3mf(named[::-1], path)
-    with pytest.raises(FabricationError, match="3MF file holds .* mm³"):
+    with pytest.raises(FabricationError, match=r"3MF file holds .* mm³"):
         meshes.check_3mf(path, wanted)
     one_triangle_gone(named[0][1])
     meshes.export_3mf(named, path)

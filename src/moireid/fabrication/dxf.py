@@ -40,7 +40,7 @@ def check_dxf(path: Path, drawing: Drawing, kerf_mm: float) -> None:
     ezdxf = cad_package("ezdxf")
     try:
         document = ezdxf.readfile(path)
-    except (OSError, UnicodeDecodeError, ezdxf.DXFError) as error:
+    except (OSError, ValueError, StopIteration, ezdxf.DXFError) as error:
         raise refused("DXF", "cannot be read back", "a readable file") from error
     if errors := document.audit().errors:
         raise refused("DXF", f"has {len(errors)} audit errors ({errors[0].message})", "none")
