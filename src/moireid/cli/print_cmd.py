@@ -87,7 +87,7 @@ def print_command(
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
-    from moireid.fabrication.package import file_names, print_badge
+    from moireid.fabrication.package import check_mount, file_names, print_badge
     from moireid.fabrication.process import AcrylicProcess
     from moireid.files import planned
 
@@ -102,6 +102,8 @@ def print_command(
     elif key_file is not None:
         chosen = payload_from_key(key_file)
 
+    laser = AcrylicProcess(kerf_mm=kerf_mm, base_mm=base_mm)
+
     def work(registry: Registry | None) -> None:
         badge = _design(request, chosen, registry)
         issue = (lambda: registry.enroll(badge)) if registry else None
@@ -109,7 +111,7 @@ def print_command(
             badge,
             folder,
             mount=mount,
-            acrylic=AcrylicProcess(kerf_mm=kerf_mm, base_mm=base_mm),
+            acrylic=laser,
             overwrite=overwrite,
             before_moving=issue,
             progress=lambda file: say(f"making {file}"),
@@ -136,7 +138,7 @@ def print_command(
         click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
 
     # A wish that cannot be is refused before a registry is made for it.
-    _design(request, chosen, None)
+    check_mount(_design(request, chosen, None), mount, laser)
     if registry_url is None:
         work(None)
         return

@@ -11,9 +11,11 @@ from moireid.badge import Badge
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import AcrylicPlan, plan_acrylic
 from moireid.fabrication.assembly import write_assembly_pdf
+from moireid.fabrication.holders import plan_holder
 from moireid.fabrication.page import write_badge_pdf
 from moireid.fabrication.preview import write_preview
-from moireid.fabrication.process import AcrylicProcess
+from moireid.fabrication.process import AcrylicProcess, MountProcess
+from moireid.fabrication.tray import plan_tray
 from moireid.files import planned, write_text
 
 MOUNTS = ("lanyard", "clip", "stand", "none")
@@ -49,12 +51,11 @@ def print_badge(
     Returns: Printed.
     Raises: SpecError where a file is in the way; FabricationError where one fails its check, or no mount fits.
     """
+    acrylic = acrylic or AcrylicProcess()
+    stack = check_mount(badge, mount, acrylic)
     names = file_names(mount)
     planned([folder / name for name in names], overwrite=overwrite)
     say = progress or (lambda name: None)
-    acrylic = acrylic or AcrylicProcess()
-    # What cannot be built is refused before the first file is made.
-    stack = plan_acrylic(badge, acrylic) if mount != "none" else None
     mass_g: float | None = None
     figures: dict[str, float] = {}
     with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
@@ -76,10 +77,23 @@ def print_badge(
     return Printed({name: folder / name for name in names}, mass_g, figures)
 
 
-def file_names(mount: str) -> list[str]:
-    """Names of the files that `print_badge` writes; badge.json is the last."""
+def check_mount(badge: Badge, mount: str, acrylic: AcrylicProcess) -> AcrylicPlan | None:
+    """Refuse a mount that cannot be built, in milliseconds and before anything is made.
+
+    Returns: the acrylic stack's plan, None for no mount.
+    Raises: FabricationError with what, got, allowed and the next step.
+    """
     if mount not in MOUNTS:
         raise FabricationError(f"mount {mount!r} is not known; choose one of {', '.join(MOUNTS)}")
+    if mount == "none":
+        return None
+    process = MountProcess()
+    plan_holder(badge, plan_tray(badge, process, tab=mount != "stand"), process, mount)
+    return plan_acrylic(badge, acrylic)
+
+
+def file_names(mount: str) -> list[str]:
+    """Names of the files that `print_badge` writes; badge.json is the last."""
     return [*_SHEETS, *((*_PRINTED, *_ACRYLIC) if mount != "none" else ()), "badge.json"]
 
 
