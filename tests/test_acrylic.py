@@ -211,6 +211,9 @@ def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, pla
     for view in views:
         for dx, dy in ((0.14, 0), (-0.14, 0), (0, 0.14), (0, -0.14)):
             assert all((view.translate((dx, dy, 0)) ^ thing).volume() == 0.0 for thing in (cover, *heads))
+    # Screws stand higher than the cover: where lips are narrow and the rim is too, theirs is the first to be in the way.
+    with pytest.raises(FabricationError, match=r"screw leaves 4\.15 mm beside grating 0, but 4\.59 mm"):
+        plan_acrylic(board_of(badge, 146.0, 160.0, margin=3.0), AcrylicProcess(rim_mm=8.0, lip_reach_mm=0.5))
     # The next plate on sale would hide a fringe, and a wider margin lets a thicker one through.
     thicker = manifold3d.Manifold.extrude(solid, 2.0).translate((0, 0, 1.3))
     assert (views[0].translate((0.14, 0, 0)) ^ thicker).volume() > 0.01
@@ -272,6 +275,10 @@ def in_inches(document: Any) -> None:
     document.units = ezdxf.units.IN
 
 
+def in_a_line_type_of_no_name(document: Any) -> None:
+    cutting_paths(document)[1].dxf.linetype = "NOWHERE"
+
+
 def in_blue(document: Any) -> None:
     document.layers.get("CUT-FRAME-1MM").color = 5
 
@@ -285,6 +292,7 @@ def in_blue(document: Any) -> None:
         (one_moved, "another path on CUT-FRAME-1MM"),
         (in_inches, "counts in unit 1"),
         (in_blue, "in colour 5"),
+        (in_a_line_type_of_no_name, "has 1 faults in its audit"),
     ],
 )
 def test_damaged_dxf_is_refused(

@@ -94,6 +94,7 @@ def test_glb_shows_stack_and_mount(folder: tuple[Path, package.Printed, list[str
     lows = {name: mesh.bounds[0][2] for name, mesh in scene.geometry.items()}
     assert lows["base"] < lows["page"] < lows["sheet"] < lows["cover"] < lows["screw-0"] + 0.02
     assert lows["tray"] > lows["clip"]
+    assert (lows["page-held"], lows["sheet-held-0"]) == pytest.approx((0.0, 0.0003), abs=1e-6)
     assert scene.geometry["tray"].bounds[0][0] > scene.geometry["cover"].bounds[1][0]
 
 

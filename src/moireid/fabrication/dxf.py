@@ -33,7 +33,7 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
 
 
 def check_dxf(path: Path, drawing: Drawing, kerf_mm: float) -> None:
-    """Read a DXF file back: no audit errors, millimetres, closed paths where they were drawn, none over another.
+    """Read a DXF file back: no faults in the audit, millimetres, closed paths where they were drawn, none over another.
 
     Raises: FabricationError with what was found and what is allowed.
     """
@@ -42,8 +42,10 @@ def check_dxf(path: Path, drawing: Drawing, kerf_mm: float) -> None:
         document = ezdxf.readfile(path)
     except (OSError, ValueError, StopIteration, ezdxf.DXFError) as error:
         raise refused("DXF", "cannot be read back", "a readable file") from error
-    if errors := document.audit().errors:
-        raise refused("DXF", f"has {len(errors)} audit errors ({errors[0].message})", "none")
+    audit = document.audit()
+    # What ezdxf can mend another program may not, so a fault that was mended on reading is a fault too.
+    if faults := [*audit.errors, *audit.fixes]:
+        raise refused("DXF", f"has {len(faults)} faults in its audit ({faults[0].message})", "none")
     if document.units != ezdxf.units.MM:
         raise refused("DXF", f"counts in unit {document.units}", "millimetres (4)")
     found: dict[str, list[list[Vertex]]] = {}

@@ -179,9 +179,9 @@ def _check_bodies(
     free = tray
     for x0, y0, x1, y1 in plan.pad_rects(process):
         free -= _cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)
+    # Card and sheet lie in the middle of their clearance.
     stack = [("card", _cuboid((-half_x, -half_y, half_x, half_y), 0.0, card_mm))]
     stack += [("sheet", _cuboid((-half_x, low, half_x, high), card_mm, plan.sheet_top)) for low, high in plan.spans]
-    # Both stand on their register edges, a clearance above which they were laid out.
     pairs = [("tray", free, name, piece) for name, piece in stack]
     for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
         low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]

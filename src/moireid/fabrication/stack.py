@@ -118,13 +118,13 @@ def write_glb(
     scene, volumes = trimesh.Scene(), {}
     aside = [2.2 * plan.page[2] + 60.0, 0.0, 0.0]
     pieces = [(part.name, part.shape, [0.0, 0.0, 0.0]) for part in assemble(plan, spread_mm=spread_mm)]
-    pieces += [(name, shape, aside) for name, shape in mount]
+    pieces += [(name, shape, aside) for name, shape in [*mount, *(_held(plan) if mount else [])]]
     for name, shape, place in pieces:
         mesh = _mesh(shape)
         volumes[name] = float(mesh.volume)
         mesh.apply_translation(place)
         mesh.apply_scale(METRES_PER_MM)
-        mesh.visual = trimesh.visual.TextureVisuals(material=_material(trimesh, name.rstrip("0123456789-")))
+        mesh.visual = trimesh.visual.TextureVisuals(material=_material(trimesh, name.split("-")[0]))
         scene.add_geometry(mesh, geom_name=name, node_name=name)
     tops = [(0.0, 0.0, _page_top(plan, spread_mm))]
     if mount:
@@ -184,13 +184,23 @@ def _parts(cq: Any, plan: AcrylicPlan) -> list[_Part]:
     return parts
 
 
+def _held(plan: AcrylicPlan) -> list[tuple[str, Any]]:
+    """Page and lens sheets as they lie in the printed tray."""
+    cq = cad_package("cadquery")
+    held = [("page-held", _box(cq, plan.page, plan.card_mm))]
+    for k, rect in enumerate(plan.sheets):
+        sheet = _box(cq, rect, plan.sheet_top - plan.card_mm)
+        held.append((f"sheet-held-{k}", sheet.moved(cq.Location((0, 0, plan.card_mm)))))
+    return held
+
+
 def _planned_lows(plan: AcrylicPlan, parts: list[_Part], spread_mm: float) -> dict[str, float]:
     """Heights of the lower faces above the base's lower face, from the plan alone."""
     lows = {"base": 0.0}
     flat = {"page": 0.0, "frame": 0.0, "cover": plan.sheet_top}
     steps = {"page": 1, "frame": 1, "cover": 3}
     for part in parts[1:]:
-        kind = part.name.rstrip("0123456789-")
+        kind = part.name.split("-")[0]
         low = {"sheet": plan.card_mm, "screw": plan.sheet_top + plan.cover.thickness_mm}.get(kind, flat.get(kind, 0.0))
         lows[part.name] = (
             plan.base.thickness_mm + low + spread_mm * {"sheet": 2, "screw": 4}.get(kind, steps.get(kind, 0))
