@@ -211,7 +211,7 @@ def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, pla
     for view in views:
         for dx, dy in ((0.14, 0), (-0.14, 0), (0, 0.14), (0, -0.14)):
             assert all((view.translate((dx, dy, 0)) ^ thing).volume() == 0.0 for thing in (cover, *heads))
-    # Screws stand higher than the cover: where lips are narrow and the rim is too, theirs is the first to be in the way.
+    # Screws stand higher than the cover, so where lips and rim are narrow a screw is the first to be in the way.
     with pytest.raises(FabricationError, match=r"screw leaves 4\.15 mm beside grating 0, but 4\.59 mm"):
         plan_acrylic(board_of(badge, 146.0, 160.0, margin=3.0), AcrylicProcess(rim_mm=8.0, lip_reach_mm=0.5))
     # The next plate on sale would hide a fringe, and a wider margin lets a thicker one through.
