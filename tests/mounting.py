@@ -8,7 +8,7 @@ from typing import Any
 
 import manifold3d
 
-from moireid.badge import Badge
+from moireid.badge import Badge, Cell
 
 
 def box(rect: tuple[float, ...], low: float, high: float, *, up: float = 0.0) -> Any:
@@ -37,7 +37,7 @@ def sight_volume(rect: tuple[float, ...], level: float, angle_deg: float, *, up_
 def board_of(badge: Badge, width: float, height: float, *, margin: float = 5.0, lens_mm: float = 1.0) -> Badge:
     """A badge of another size, made by hand: markers in the corners, one grating between them."""
     marker = min(width, height) / 6
-    low, high = margin + marker + 2, height - margin - marker - 2
+    field = (margin, margin + marker + 2, width - margin, height - margin - marker - 2)
     ends = [margin + marker / 2, width - margin - marker / 2, height - margin - marker / 2]
     centers = ((ends[0], ends[0]), (ends[1], ends[0]), (ends[1], ends[2]), (ends[0], ends[2]))
     return replace(
@@ -45,6 +45,6 @@ def board_of(badge: Badge, width: float, height: float, *, margin: float = 5.0, 
         page_mm=(width, height),
         board_mm=None,
         lens=replace(badge.lens, thickness_mm=lens_mm, radius_mm=max(1.0, lens_mm)),
-        gratings=(replace(badge.gratings[0], rect_mm=(margin, low, width - margin, high), cells=(), code=None),),
+        gratings=(replace(badge.gratings[0], rect_mm=field, cells=(Cell(field, 0.52, margin),), code=None),),
         markers=replace(badge.markers, size_mm=marker, centers_mm=centers),
     )

@@ -13,9 +13,11 @@ import pytest
 import trimesh
 
 from moireid.badge import Badge
+from moireid.cli.print_cmd import print_command
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import package, stack
 from moireid.fabrication.acrylic import AcrylicPlan, plan_acrylic
+from moireid.fabrication.mount import KINDS
 from moireid.fabrication.process import AcrylicProcess
 
 
@@ -161,3 +163,9 @@ def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None
     """Catches: an unknown word taken for a lanyard, or a KeyError."""
     with pytest.raises(FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand, none"):
         package.print_badge(ada, tmp_path, mount="magnet")
+
+
+def test_command_line_workshop_and_package_know_the_same_mounts() -> None:
+    """Catches: a mount that --mount does not offer, or offers and nobody can make (the list is written three times)."""
+    option = next(entry for entry in print_command.params if entry.name == "mount")
+    assert tuple(option.type.choices) == package.MOUNTS == (*KINDS, "none")
