@@ -41,7 +41,7 @@ cat <<END
 Done.  Look at:
   the page to print      demo/ada/badge.pdf        (print at 100 %; assembly.pdf says how to build it)
   how it will look       demo/ada/preview.png
-  the mount              demo/ada/mount.stl        (and mount.step)
+  the mount              demo/ada/mount.stl        (and mount.step, mount.3mf; acrylic.dxf and .svg to laser-cut; stack.glb to look at)
   the film               demo/ada.mp4              (its truth: demo/ada.mp4.truth.csv)
   the report             demo/report/report.html   (the forged film's: demo/report-forged/report.html)
 END

@@ -73,7 +73,31 @@ if TYPE_CHECKING:
     metavar="X[,Y]",
     help="What the scale bars of an earlier print measured over what they say, such as 0.9973; prints true to size.",
 )
-@click.option("--mount", type=click.Choice(["lanyard", "none"]), default="lanyard", show_default=True)
+@click.option(
+    "--mount",
+    type=click.Choice(["lanyard", "clip", "stand", "none"]),
+    default="lanyard",
+    show_default=True,
+    help="What carries the badge; with it come the parts to 3D-print and an acrylic stack to laser-cut.",
+)
+@click.option(
+    "--kerf",
+    "kerf_mm",
+    type=FiniteRange(0, 1),
+    default=0.15,
+    show_default=True,
+    metavar="MM",
+    help="Width that the laser burns away; 0 where the shop compensates.",
+)
+@click.option(
+    "--acrylic",
+    "base_mm",
+    type=FiniteRange(2, 10),
+    default=3.0,
+    show_default=True,
+    metavar="MM",
+    help="Thickness of the acrylic base plate; frame and cover follow from the badge.",
+)
 @click.option("--explain", is_flag=True, help="Show why the badge is as it is.")
 @overwrite_option
 @json_option
@@ -81,10 +105,10 @@ if TYPE_CHECKING:
 def print_command(
     name: str | None, people_csv: Path | None, folder: Path, registry_url: str | None, payload: str | None,
     key_file: Path | None, code: str, lens: str, front: str, gap_mm: float, printer_dpi: int, paper: str,
-    range_text: str, axes: str, size_text: str, form: str, scale_text: str | None, mount: str, explain: bool,
-    overwrite: bool, as_json: bool,
+    range_text: str, axes: str, size_text: str, form: str, scale_text: str | None, mount: str, kerf_mm: float,
+    base_mm: float, explain: bool, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
-    """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount to 3D-print.
+    """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount.
 
     With --people, the badges of many: sheets with as many boards as fit, a folder for each person, and a summary.
 
@@ -94,7 +118,8 @@ def print_command(
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
-    from moireid.fabrication.package import file_names, print_badge
+    from moireid.fabrication.package import check_mount, file_names, print_badge
+    from moireid.fabrication.process import AcrylicProcess
     from moireid.files import planned
 
     if (name is None) == (people_csv is None):
@@ -119,6 +144,8 @@ def print_command(
     elif key_file is not None:
         chosen = payload_from_key(key_file)
 
+    laser = AcrylicProcess(kerf_mm=kerf_mm, base_mm=base_mm)
+
     def work(registry: Registry | None) -> None:
         badge = _design(request, chosen, registry)
         issue = (lambda: registry.enroll(badge)) if registry else None
@@ -127,6 +154,7 @@ def print_command(
             folder,
             mount=mount,
             measured_scale=measured_scale,
+            acrylic=laser,
             overwrite=overwrite,
             before_moving=issue,
             progress=lambda file: say(f"making {file}"),
@@ -140,10 +168,8 @@ def print_command(
                 "files": files,
                 "issued": registry is not None,
             }
-            show_json(
-                document
-                | {"mount_mass_g": printed.mount_mass_g, "measured_scale": measured_scale, "explain": dict(rows)}
-            )
+            document |= {"mount_mass_g": printed.mount_mass_g, "mount_figures": printed.mount_figures}
+            show_json(document | {"measured_scale": measured_scale, "explain": dict(rows)})
             return
         click.echo(f"Badge {badge.id} for {badge.name}:")
         for path in files.values():
@@ -155,7 +181,7 @@ def print_command(
         click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
 
     # A wish that cannot be is refused before a registry is made for it.
-    _design(request, chosen, None)
+    check_mount(_design(request, chosen, None), mount, laser)
     if registry_url is None:
         work(None)
         return

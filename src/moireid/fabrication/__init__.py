@@ -4,7 +4,15 @@ artwork.py   the page's shapes in mm: dark lines, markers, crop marks, scale bar
 page.py      badge.pdf: the page at true scale
 preview.py   preview.png: the board as a camera 1 m away sees it
 assembly.py  assembly.pdf: parts and steps
-mount.py     the printed mount, STEP and STL
-solids.py    checks of every solid and mesh after writing
+process.py   what printer, laser and card ask for: fits, kerf, plates on sale
+sight.py     what a camera must see of the badge, and what stands in its way
+tray.py      the printed tray that holds page and lens sheet
+holders.py   lanyard, clip and stand
+mount.py     the printed mount, STEP, STL and 3MF
+acrylic.py   base, frame and cover to laser-cut, as outlines
+cutting.py   the laser's drawing: kerf, layers, scale; dxf.py and svg.py write and check it
+stack.py     the acrylic stack put together, and stack.glb
+solids.py    checks of every STEP and STL file after writing
+meshes.py    3MF, interference and walls
 package.py   all files of one badge, planned before and checked after
 """

@@ -2,24 +2,41 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
-from moireid.badge import Badge, Lens
+from moireid.badge import Badge, Lens, Point, Rect
+from moireid.fabrication.acrylic import AcrylicPlan
 from moireid.fabrication.page import BOLD, Sheet
+from moireid.fabrication.sight import in_frame, sheet_rects
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
 
 LEFT_MM, TOP_MM, LINE_MM = 22.0, 28.0, 7.0
+#: Lengths that M3 button-head screws are sold in, mm.
+SCREWS_MM = (6, 8, 10, 12, 14, 16, 18, 20, 25, 30)
+#: What carries each mount: what else to gather, and the last step.
+_CARRIED = {
+    "lanyard": ("; a lanyard", "Tie the lanyard to the mount's slot."),
+    "clip": (", with its clip", "Put the clip's hook through the slot from behind, and let the bar drop into it."),
+    "stand": (", with its stand", "Set the mount's bottom edge into the stand's groove."),
+}
 
 
-def write_assembly_pdf(badge: Badge, path: Path, *, mount: str) -> None:
-    """Write the sheet of parts and steps, whole or not at all; `mount` is the contract's word for the mount."""
+def write_assembly_pdf(badge: Badge, path: Path, *, mount: str, acrylic: AcrylicPlan | None = None) -> None:
+    """Write the sheet of parts and steps, whole or not at all.
+
+    Parameters: mount: the contract's word for the mount; acrylic: the stack that may be built instead of it.
+    """
     paper = str((badge.print or {}).get("paper", "a4"))
     with whole_file(path) as temporary:
         sheet = Sheet(temporary, PAPERS_MM.get(paper, PAPERS_MM["a4"]), f"Assembly of moiré badge {badge.id}")
         sheet.text(LEFT_MM, TOP_MM, f"Moiré badge {badge.id}: assembly", points=16, font=BOLD, align="left")
         y = TOP_MM + 12
-        for heading, lines in (("You need", _parts(badge, mount)), ("Steps", _steps(badge, mount))):
+        sections = [("You need", _parts(badge, mount)), ("Steps", _steps(badge, mount))]
+        if acrylic:
+            sections.append(("Or, instead of the printed mount, in acrylic", _acrylic(acrylic)))
+        for heading, lines in sections:
             sheet.text(LEFT_MM, y, heading, points=12, font=BOLD, align="left")
             for line in lines:
                 y += LINE_MM
@@ -33,22 +50,21 @@ def _parts(badge: Badge, mount: str) -> list[str]:
     width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
     lens = badge.lens
     parts = [f"•  badge.pdf printed at 100 % on card, board {width:g} × {height:g} mm"]
-    for grating in badge.gratings:
-        sheet = [grating.rect_mm[2 + k] - grating.rect_mm[k] for k in (0, 1)]
-        if len(badge.gratings) == 1:
-            sheet[0] = width
-        way = "upright" if grating.axis == "x" else "level"
+    ways = {"x": "upright", "y": "level"}
+    for rect in sheet_rects(badge):
+        middle = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
+        way = next(ways[g.axis] for g in badge.gratings if _holds(in_frame(g.rect_mm, badge), middle))
         if lens.kind == "mask":
-            size = f"{grating.rect_mm[2] - grating.rect_mm[0]:.1f} × {grating.rect_mm[3] - grating.rect_mm[1]:.1f} mm"
+            size = f"{rect[2] - rect[0]:.1f} × {rect[3] - rect[1]:.1f} mm"
             parts.append(f"•  page 2 of badge.pdf printed at 100 % on clear film, cut along its marks to {size}")
             parts.append(f"•  clear acrylic, {lens.thickness_mm:g} mm thick, cut to {size}")
             continue
         parts.append(
             f"•  a lenticular sheet, {25.4 / lens.pitch_mm:.0f} lines per inch, {lens.thickness_mm:g} mm thick, cut to "
-            f"{sheet[0]:.1f} × {sheet[1]:.1f} mm, lenses {way}"
+            f"{rect[2] - rect[0]:.1f} × {rect[3] - rect[1]:.1f} mm, lenses {way}"
         )
     if mount != "none":
-        parts.append("•  the mount: mount.stl, 3D-printed with its back on the bed; a lanyard")
+        parts.append(f"•  the mount: mount.stl or mount.3mf, 3D-printed as it lies{_CARRIED[mount][0]}")
     return parts
 
 
@@ -65,9 +81,30 @@ def _steps(badge: Badge, mount: str) -> list[str]:
         f"Turn the {front} until the fringes of the plain rows (top, middle, bottom) stand upright.",
         f"Fix it flat on the paper with {hold}; no air between, markers uncovered.",
     ]
+    if len(badge.gratings) > 1:
+        steps.append("Join the sheets with a strip of clear tape on the front of the seam, between the striped fields.")
     if mount != "none":
-        steps.append("Slide board and front together into the mount from the top, and tie on the lanyard.")
+        steps += [
+            "Slide board and front together into the mount from the top, down to its bottom edges.",
+            _CARRIED[mount][1],
+        ]
     return [f"{number}.  {step}" for number, step in enumerate(steps, start=1)]
+
+
+def _acrylic(plan: AcrylicPlan) -> list[str]:
+    film = {plate.name: " (film)" for plate in plan.plates if plate.thickness_mm <= 0.5}
+    plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm{film.get(plate.name, '')}" for plate in plan.plates)
+    length = next((size for size in SCREWS_MM if size >= plan.screw_mm), math.ceil(plan.screw_mm))
+    return [
+        f"•  acrylic.dxf or acrylic.svg, laser-cut: {plates}",
+        f"•  {len(plan.screws)} button-head screws M3 × {length} (ISO 7380) with nuts",
+        f"Lay board and sheet into the frame on the base ({plan.clearance_mm:g} mm of air at each edge), put the cover",
+        f"on, and tighten until it touches the sheet all along; {plan.squeeze_mm:.2f} mm to the frame remain.",
+    ]
+
+
+def _holds(rect: Rect, place: Point) -> bool:
+    return rect[0] <= place[0] <= rect[2] and rect[1] <= place[1] <= rect[3]
 
 
 def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:

@@ -1,296 +1,203 @@
-"""The lanyard mount: a shallow tray that holds board and lens sheet flat on each other, to be 3D-printed.
+"""The printed mount: the tray and what carries it, as STEP, STL and 3MF, each read back before it is believed.
 
-The board (the page cut out, on card) lies on the tray's floor and the lens sheet lies on the board.  Both slide in
-together through the open top edge.  Lips over the left and right edge press the sheet down, and at the lips' lower
-ends two feet keep it from slipping over the lower markers.  A tab above the open edge carries the lanyard.
-
-Convention: the part's frame has x right, y up and z towards the viewer, in mm; its origin is the board's centre on
-the tray's floor, so the plate behind the board has negative z.  Page coordinates turn into it by
-x = page_x - centre_x, y = centre_y - page_y.  It prints lying on its back; only lips and feet overhang, by
-`lip_reach_mm + clearance_mm`.
+Convention: the frame of `sight`, its origin on the tray's floor.  The files hold the bodies as they lie on the bed:
+the tray on its back, clip or stand to the right of it.
 """
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge
 from moireid.errors import FabricationError
+from moireid.fabrication.holders import Holder, as_printed, in_use, plan_holder, shape_holder
+from moireid.fabrication.meshes import check_3mf, check_walls, export_3mf, overlap_mm3, read_mesh, solid_of
+from moireid.fabrication.process import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import Expected, cad_package, check_step, check_stl, export_step, export_stl
+from moireid.fabrication.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
 from moireid.files import planned, whole_file
 
+KINDS = ("lanyard", "clip", "stand")
 PLA_G_PER_MM3 = 1.24e-3
-#: Nothing of the mount may come before the fringes for a camera up to this far to the side ...
-GRATING_SIGHT_DEG = 60.0
-#: ... nor before the markers, which a camera must see sharply and so never sees as flat as this.
-MARKER_SIGHT_DEG = 45.0
+#: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference.
+TOUCH_MM3 = 0.01
 
 
 @dataclass(frozen=True)
-class MountProcess:
-    """What the printer and the card ask for, apart from the part itself; all in mm.
+class Body:
+    """One printed body: its solid as it lies on the bed, what that must measure, and the way to its place in use."""
 
-    clearance_mm: air left, right and below of board and sheet, each; wall_mm: the rim's width; back_mm: the plate
-    behind the board; lip_reach_mm: how far a lip comes over the board, from the board's edge; lip_mm: its thickness;
-    card_mm: thickness of the printed board; depth_clearance_mm: air between sheet and lip; slot_mm: lanyard slot,
-    width and height.
-    """
-
-    clearance_mm: float = 0.3
-    wall_mm: float = 2.0
-    back_mm: float = 1.6
-    lip_reach_mm: float = 2.0
-    lip_mm: float = 1.2
-    card_mm: float = 0.3
-    depth_clearance_mm: float = 0.1
-    slot_mm: tuple[float, float] = (16.0, 4.0)
-
-    def __post_init__(self) -> None:
-        for entry in fields(self):
-            value = getattr(self, entry.name)
-            if not all(math.isfinite(v) and v > 0 for v in (value if isinstance(value, tuple) else (value,))):
-                raise FabricationError(f"process figure {entry.name}={value} must be positive; give it in mm")
+    name: str
+    laid: Any
+    used: Any
+    expected: Expected
 
 
 @dataclass(frozen=True)
 class MountReport:
-    """The files that were written and checked, and what the part will be; mass_g is that of solid PLA."""
+    """The files that were written and checked, and what the part will be.
+
+    mass_g: of solid PLA; size_mm: of all bodies on the bed; twist_deg: the most that page and lens may be turned
+    against each other when both stand on their register edges; press_mm: how far the springs are bent, which is
+    more than none, so that no air is left between page and lens.
+    """
 
     step: Path
     stl: Path
+    three_mf: Path
     volume_mm3: float
     size_mm: tuple[float, float, float]
     mass_g: float
     triangles: int
-
-
-@dataclass(frozen=True)
-class _Plan:
-    """The figures of a mount in its frame, before any solid is made.
-
-    half_mm: half the board's width and height; out_x and bottom: outer faces of the rim; tab_top: of the tab;
-    z figures: card_top, sheet_top, rim_top (also the lips' lower face), lip_top; chamfer: of the lips' upper edges;
-    spans: (low, high) rows in y of each sheet, from bottom to top.
-    """
-
-    half_mm: tuple[float, float]
-    out_x: float
-    bottom: float
-    tab_top: float
-    card_top: float
-    sheet_top: float
-    rim_top: float
-    lip_top: float
-    chamfer: float
-    spans: tuple[tuple[float, float], ...]
-
-    def lip_rects(self, process: MountProcess) -> list[Rect]:
-        """Lips and the rim below them, seen from the front, in pairs from bottom to top; the lowest covers its feet."""
-        inner = self.half_mm[0] - process.lip_reach_mm
-        lows = [low for low, _ in self.spans]
-        lows[0] -= process.clearance_mm + process.wall_mm
-        rights = [(inner, low, self.out_x, high) for low, (_, high) in zip(lows, self.spans, strict=True)]
-        return [rect for x0, y0, x1, y1 in rights for rect in ((x0, y0, x1, y1), (-x1, y0, -x0, y1))]
+    twist_deg: float
+    press_mm: float
+    bodies: tuple[Body, ...]
 
 
 def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
-    """The mount of a badge as a build123d Part.
+    """The lanyard mount of a badge as a build123d Part.  Raises: as `mount_bodies`."""
+    return mount_bodies(badge, "lanyard", process)[0].laid
 
-    Convention: see the module's docstring.
-    Raises: FabricationError where a lip or the rim would hide fringes or markers, or no solid can be made so;
-        MissingExtraError without build123d.
+
+def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -> tuple[Body, ...]:
+    """The bodies of a mount; the tray is the first.
+
+    Parameters: kind: one of `KINDS`.
+    Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, a body is larger than a
+        printer, or no solid can be made so; MissingExtraError without build123d.
     """
     process = process or MountProcess()
-    plan = _plan(badge, process)
-    _check_sight(badge, plan, process)
+    if kind not in KINDS:
+        raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
+    plan = plan_tray(badge, process, tab=kind != "stand")
+    holder = plan_holder(badge, plan, process, kind)
+    lower = (-plan.out_x, plan.bottom, -process.back_mm)
+    upper = (plan.out_x, plan.tab_top, plan.lip_top)
+    _check_bed("tray", lower, upper)
     b3d = cad_package("build123d")
     try:
-        part = _tray(b3d, plan, process)
-        for rect in plan.lip_rects(process):
-            part += _lip(b3d, plan, rect)
-        for rect in plan.lip_rects(process)[:2]:
-            # A foot stops the sheet but not the card, which goes on below it to the bottom rim.
-            low, high = rect[1], rect[1] + process.wall_mm
-            card_room = plan.card_top + process.depth_clearance_mm
-            part += _block(b3d, (rect[0], low, rect[2], high), card_room, plan.rim_top)
+        tray = shape_tray(b3d, plan, process)
+        bodies = [Body("tray", tray, tray, Expected(float(tray.volume), lower, upper))]
+        if holder:
+            bodies.append(_holder_body(b3d, holder, plan, process))
     except (ValueError, RuntimeError) as error:
         raise FabricationError(f"no mount can be shaped of {process} ({error}); go back to the defaults") from error
-    return part
+    return tuple(bodies)
 
 
 def write_mount(
     badge: Badge,
     folder: Path,
     *,
+    kind: str = "lanyard",
     overwrite: bool = False,
     process: MountProcess | None = None,
     tolerance_mm: float = 0.05,
 ) -> MountReport:
-    """Write mount.step and mount.stl, read both back, and keep them only if both hold what was designed.
+    """Write mount.step, mount.stl and mount.3mf, read all back, and keep them only if all hold what was designed.
 
     Parameters: tolerance_mm: how far the STL's facets may lie off the true surface.
-    Raises: as `lanyard_mount`; SpecError where a file exists and overwrite is false; FabricationError where a file
-        fails its check, in which case neither is written and neither older one is touched.
+    Raises: as `mount_bodies`; SpecError where a file exists and overwrite is false; FabricationError where a file
+        fails its check, in which case none is written and no older one is touched.
     """
     process = process or MountProcess()
-    step, stl = folder / "mount.step", folder / "mount.stl"
-    planned((step, stl), overwrite=overwrite)
+    step, stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("step", "stl", "3mf"))
+    planned((step, stl, three_mf), overwrite=overwrite)
     # The kernel takes seconds to come up, so the small packages say first whether they are there.
-    for name in ("trimesh", "manifold3d", "build123d"):
+    for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
         cad_package(name)
-    part = lanyard_mount(badge, process)
-    plan = _plan(badge, process)
-    lower, upper = (-plan.out_x, plan.bottom, -process.back_mm), (plan.out_x, plan.tab_top, plan.lip_top)
-    expected = Expected(float(part.volume), lower, upper)
-    with whole_file(step) as new_step, whole_file(stl) as new_stl:
-        export_step(part, new_step)
-        export_stl(part, new_stl, tolerance_mm=tolerance_mm)
+    bodies = mount_bodies(badge, kind, process)
+    plan = plan_tray(badge, process, tab=kind != "stand")
+    expected = _together([body.expected for body in bodies])
+    whole = bodies[0].laid if len(bodies) == 1 else cad_package("build123d").Compound([body.laid for body in bodies])
+    with whole_file(step) as new_step, whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
+        export_step(whole, new_step)
+        export_stl(whole, new_stl, tolerance_mm=tolerance_mm)
         check_step(new_step, expected)
         triangles = check_stl(new_stl, expected)
-    size_mm = (upper[0] - lower[0], upper[1] - lower[1], upper[2] - lower[2])
-    return MountReport(step, stl, expected.volume_mm3, size_mm, expected.volume_mm3 * PLA_G_PER_MM3, triangles)
+        meshes = _bodies_of(read_mesh(new_stl), bodies)
+        export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf)
+        check_3mf(new_3mf, [body.expected for body in bodies])
+        _check_bodies(badge, bodies, meshes, plan, process)
+    (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
+    return MountReport(
+        step, stl, three_mf, expected.volume_mm3, (x1 - x0, y1 - y0, z1 - z0),
+        expected.volume_mm3 * PLA_G_PER_MM3, triangles, seated_twist_deg(plan, process), process.preload_mm, bodies,
+    )  # fmt: skip
 
 
-def _plan(badge: Badge, process: MountProcess) -> _Plan:
-    x0, y0, x1, y1 = badge.outline_mm
-    half = ((x1 - x0) / 2, (y1 - y0) / 2)
-    sheet_top = process.card_mm + badge.lens.thickness_mm
-    rim_top = sheet_top + process.depth_clearance_mm
-    rim_mm = process.clearance_mm + process.wall_mm
-    # The tab's feet, and the fillets beside them, must stand on the tray's upper edge.
-    least_mm = process.slot_mm[0] + 10 * process.wall_mm - 2 * rim_mm
-    if x1 - x0 < least_mm - 1e-6:
+def _holder_body(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) -> Body:
+    shape = shape_holder(b3d, holder)
+    location, lower, upper = as_printed(b3d, holder, plan, process)
+    _check_bed(holder.name, lower, upper)
+    used = shape.moved(in_use(b3d, holder, plan))
+    return Body(holder.name, shape.moved(location), used, Expected(float(shape.volume), lower, upper))
+
+
+def _check_bed(name: str, lower: tuple[float, ...], upper: tuple[float, ...]) -> None:
+    longest = max(high - low for low, high in zip(lower, upper, strict=True))
+    if longest > BED_MM:
         raise FabricationError(
-            f"a board {x1 - x0:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more, "
-            "or no mount",
-            least_mm=least_mm,
+            f"the mount's {name} is {longest:.0f} mm long, and common printers reach {BED_MM:g} mm; give a smaller "
+            "board, or no mount",
+            longest_mm=longest,
         )
-    return _Plan(
-        half_mm=half,
-        out_x=half[0] + rim_mm,
-        bottom=-half[1] - rim_mm,
-        tab_top=half[1] + 4 * process.wall_mm + process.slot_mm[1],
-        card_top=process.card_mm,
-        sheet_top=sheet_top,
-        rim_top=rim_top,
-        lip_top=rim_top + process.lip_mm,
-        chamfer=process.lip_mm / 2,
-        spans=_sheet_spans(badge),
-    )
 
 
-def _in_frame(rect: Rect, badge: Badge) -> Rect:
-    """A page rectangle in the part's frame, again with its lower corner first: y turns round."""
-    x0, y0, x1, y1 = badge.outline_mm
-    centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
-    return (rect[0] - centre_x, centre_y - rect[3], rect[2] - centre_x, centre_y - rect[1])
+def _together(parts: list[Expected]) -> Expected:
+    lower = tuple(min(values) for values in zip(*(part.lower_mm for part in parts), strict=True))
+    upper = tuple(max(values) for values in zip(*(part.upper_mm for part in parts), strict=True))
+    volume_mm3 = sum(part.volume_mm3 for part in parts)
+    return Expected(volume_mm3, lower, upper, solids=len(parts))
 
 
-def _sheet_spans(badge: Badge) -> tuple[tuple[float, float], ...]:
-    """Rows (low, high) that sheets cover, from bottom to top; gratings that share rows share a pair of lips."""
-    spans: list[tuple[float, float]] = []
-    for _, low, _, high in sorted((_in_frame(g.rect_mm, badge) for g in badge.gratings), key=lambda rect: rect[1]):
-        if spans and low <= spans[-1][1]:
-            spans[-1] = (spans[-1][0], max(spans[-1][1], high))
-        else:
-            spans.append((low, high))
-    return tuple(spans)
+def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:
+    """The mesh of all bodies taken apart, in the order of the bodies, which lie side by side from left to right."""
+    pieces = sorted(mesh.split(only_watertight=True), key=lambda piece: float(piece.bounds[0][0]))
+    if len(pieces) != len(bodies):
+        raise FabricationError(
+            f"the part's STL file holds {len(pieces)} closed bodies, allowed is {len(bodies)}; nothing was kept: "
+            "choose other process figures, and report this if the defaults fail"
+        )
+    return pieces
 
 
-def _check_sight(badge: Badge, plan: _Plan, process: MountProcess) -> None:
-    """Neither lip nor rim may stand in the sight line to a fringe or a marker, wherever the board has slid to.
+def _check_bodies(
+    badge: Badge, bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess
+) -> None:
+    """No wall too thin to print, and nothing where something else is: card, sheet, tray and holder.
 
-    What stands h above a layer hides h tan(angle) of it beside itself.  Fringes lie on the lenses' plane, markers on
-    the card's.  A lip's chamfer has two edges that can hide something: the inner lower one and the outer upper one.
+    Raises: FabricationError.
     """
-    obstacles = [("rim", rect, plan.rim_top) for rect in _rim_rects(plan, process)]
-    for x0, y0, x1, y1 in plan.lip_rects(process):
-        inner = (x0, y0, x1 - plan.chamfer, y1) if x0 < 0 else (x0 + plan.chamfer, y0, x1, y1)
-        obstacles += [("lip", (x0, y0, x1, y1), plan.lip_top - plan.chamfer), ("lip", inner, plan.lip_top)]
-    for target, rect, level, angle_deg in _sight_targets(badge, plan):
-        for obstacle, blocker, top in obstacles:
-            have_mm = _gap_mm(rect, blocker, play_mm=process.clearance_mm)
-            need_mm = (top - level) * math.tan(math.radians(angle_deg))
-            if have_mm < need_mm:
-                raise FabricationError(
-                    f"the mount's {obstacle} leaves {have_mm:.2f} mm beside {target}, but {need_mm:.2f} mm are needed "
-                    f"to see it from {angle_deg:g} degrees; take a smaller lip_reach_mm or lip_mm, or a badge with "
-                    "a wider margin",
-                    have_mm=have_mm,
-                    need_mm=need_mm,
-                )
-
-
-def _sight_targets(badge: Badge, plan: _Plan) -> list[tuple[str, Rect, float, float]]:
-    """What must stay in sight: name, rectangle in the frame, height, and the angle it is seen from, degrees."""
-    half = badge.markers.size_mm / 2
-    targets = [
-        (f"grating {g}", _in_frame(grating.rect_mm, badge), plan.sheet_top, GRATING_SIGHT_DEG)
-        for g, grating in enumerate(badge.gratings)
-    ]
-    for id_, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
-        rect = _in_frame((x - half, y - half, x + half, y + half), badge)
-        targets.append((f"marker {id_}", rect, plan.card_top, MARKER_SIGHT_DEG))
+    tray, card_mm = solid_of(meshes[0]), process.card_mm
     half_x, half_y = plan.half_mm
-    for name, (x0, y0, x1, y1), _, _ in targets:
-        if x0 < -half_x or y0 < -half_y or x1 > half_x or y1 > half_y:
-            raise FabricationError(f"{name} reaches beyond the board that the mount holds; correct board.rect_mm")
-    return targets
+    levels = [-process.back_mm / 2, plan.rim_top - 0.1, plan.rim_top + (process.lip_mm - plan.chamfer) / 2]
+    check_walls(tray, levels, LEAST_WALL_MM, "tray")
+    # The springs' pads are bent back in use by as much as they stand in the way, so they are cut off here.
+    free = tray
+    for x0, y0, x1, y1 in plan.pad_rects(process):
+        free -= _cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)
+    # Card and sheet lie in the middle of their clearance.
+    stack = [("card", _cuboid((-half_x, -half_y, half_x, half_y), 0.0, card_mm))]
+    stack += [("sheet", _cuboid((-half_x, low, half_x, high), card_mm, plan.sheet_top)) for low, high in plan.spans]
+    pairs = [("tray", free, name, piece) for name, piece in stack]
+    for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
+        low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]
+        check_walls(
+            solid_of(mesh), [low + share * (high - low) for share in (0.04, 0.5, 0.9)], LEAST_WALL_MM, body.name
+        )
+        pairs.append(("tray", tray, body.name, solid_of(body.used)))
+    for one, first, other, second in pairs:
+        if (shared := overlap_mm3(first, second)) > TOUCH_MM3:
+            raise FabricationError(
+                f"the mount's {one} and {other} share {shared:.2f} mm³, allowed is none; choose other process figures, "
+                "and report this if the defaults fail",
+                overlap_mm3=shared,
+            )
 
 
-def _rim_rects(plan: _Plan, process: MountProcess) -> list[Rect]:
-    """The rim's left, right and bottom side, seen from the front."""
-    in_x, top = plan.out_x - process.wall_mm, plan.half_mm[1]
-    left, right = (-plan.out_x, plan.bottom, -in_x, top), (in_x, plan.bottom, plan.out_x, top)
-    return [left, right, (-plan.out_x, plan.bottom, plan.out_x, plan.bottom + process.wall_mm)]
-
-
-def _gap_mm(one: Rect, other: Rect, *, play_mm: float) -> float:
-    """Least distance of two rectangles once one has moved up to play_mm along each axis; below 0 they may overlap."""
-    gaps = [max(other[k] - one[k + 2], one[k] - other[k + 2]) - play_mm for k in (0, 1)]
-    return math.hypot(*gaps) if min(gaps) > 0 else max(gaps)
-
-
-def _tray(b3d: Any, plan: _Plan, process: MountProcess) -> Any:
-    """Back plate with tab and slot, and the rim on three sides."""
-    half_y, wall = plan.half_mm[1], process.wall_mm
-    outline = _outline(b3d, plan, process)
-    body = b3d.extrude(outline, plan.rim_top + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out.
-    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4))
-    inner = plan.out_x - wall
-    body -= _block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.rim_top)
-    body -= _block(b3d, (-plan.out_x, half_y, plan.out_x, plan.tab_top), 0.0, plan.rim_top)
-    slot = b3d.extrude(b3d.SlotOverall(*process.slot_mm), 2 * process.back_mm)
-    return body - slot.moved(b3d.Location((0, half_y + 2 * wall + process.slot_mm[1] / 2, -1.5 * process.back_mm)))
-
-
-def _outline(b3d: Any, plan: _Plan, process: MountProcess) -> Any:
-    """The tray and its tab seen from the front, with rounded corners."""
-    half_y, wall, tab_x = plan.half_mm[1], process.wall_mm, process.slot_mm[0] / 2 + 2 * process.wall_mm
-    corners = [
-        (-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), (plan.out_x, half_y), (tab_x + 2 * wall, half_y),
-        (tab_x, plan.tab_top), (-tab_x, plan.tab_top), (-tab_x - 2 * wall, half_y), (-plan.out_x, half_y),
-    ]  # fmt: skip
-    face = b3d.make_face(b3d.Polyline(*corners, close=True))
-    # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
-    for reach_y, radius_mm in ((plan.bottom, 1.5 * wall), (half_y, wall / 2), (plan.tab_top, 2 * wall)):
-        face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius_mm)
-    return face
-
-
-def _lip(b3d: Any, plan: _Plan, rect: Rect) -> Any:
-    """One lip on top of the rim, chamfered above, and below at its upper end, where the sheet comes in."""
-    lip = _block(b3d, rect, plan.rim_top, plan.lip_top)
-    lip = b3d.chamfer(lip.faces().sort_by(b3d.Axis.Z)[-1].edges(), plan.chamfer)
-    entry = lip.faces().sort_by(b3d.Axis.Z)[0].edges().sort_by(b3d.Axis.Y)[-1]
-    return b3d.chamfer(entry, plan.chamfer / 2)
-
-
-def _block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
-    """A box from its corners, mm."""
-    centre = ((rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2, (z0 + z1) / 2)
-    return b3d.Box(rect[2] - rect[0], rect[3] - rect[1], z1 - z0).moved(b3d.Location(centre))
+def _cuboid(rect: tuple[float, float, float, float], low: float, high: float) -> Any:
+    cube = cad_package("manifold3d").Manifold.cube
+    return cube((rect[2] - rect[0], rect[3] - rect[1], high - low)).translate((rect[0], rect[1], low))

@@ -25,6 +25,7 @@ from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import nearest_dot
 from moireid.errors import SpecError
 from moireid.fabrication.artwork import SCALE_BAR_MM, crop_marks, dark_lines, font_file, marker_squares
+from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
 from moireid.profiles import FORMS, Printer
 
@@ -215,9 +216,12 @@ def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float) -> None:
     """
     for grating in badge.gratings:
         draw_lines(sheet, mask_grating(badge.lens, grating), form, dot_mm)
-        for mark in crop_marks(grating.rect_mm):
+    x0, y0, x1, y1 = badge.outline_mm
+    centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
+    for left, low, right, high in sheet_rects(badge):
+        # The film reaches to the board's edges, where a mount holds it.
+        for mark in crop_marks((centre_x + left, centre_y - high, centre_x + right, centre_y - low)):
             sheet.stroke(*mark)
-    x0, y0, x1, _ = badge.outline_mm
     words = (
         f"Mask of moiré badge {badge.id}: print on clear film at 100 %, cut along the marks, and lay it,",
         f"printed side down, on {badge.lens.thickness_mm:g} mm of clear acrylic over the lines of page 1.",

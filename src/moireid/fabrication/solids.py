@@ -34,11 +34,12 @@ Corner = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Expected:
-    """What a file must turn out to hold: the CAD volume, and the designed bounding box from its two corners."""
+    """What a file must turn out to hold: the CAD volume, the designed bounding box, and the number of solids."""
 
     volume_mm3: float
     lower_mm: Corner
     upper_mm: Corner
+    solids: int = 1
 
 
 def cad_package(name: str) -> Any:
@@ -74,7 +75,7 @@ def export_stl(part: Any, path: Path, *, tolerance_mm: float) -> None:
 
 
 def check_step(path: Path, expected: Expected) -> None:
-    """Read a STEP file back: it must hold one valid closed solid of the expected volume and place.
+    """Read a STEP file back: it must hold valid closed solids of the expected number, volume and place.
 
     Raises: FabricationError with what was found, what is allowed and what to do.
     """
@@ -82,15 +83,15 @@ def check_step(path: Path, expected: Expected) -> None:
     try:
         solids = b3d.import_step(path).solids()
     except (ValueError, RuntimeError, OSError) as error:
-        raise _refused("STEP file", "cannot be read back", "a readable file") from error
-    if len(solids) != 1:
-        raise _refused("STEP file", f"holds {len(solids)} solids", "exactly 1", solids=len(solids))
-    solid = solids[0]
-    if not (solid.is_valid and solid.is_manifold):
-        raise _refused("STEP file", "holds a solid that is not valid and closed", "a valid closed solid")
-    _check_volume("STEP file", solid.volume, expected.volume_mm3, STEP_VOLUME_SHARE)
-    box = solid.bounding_box()
-    _check_bounds("STEP file", (tuple(box.min), tuple(box.max)), expected)
+        raise refused("STEP file", "cannot be read back", "a readable file") from error
+    if len(solids) != expected.solids:
+        raise refused("STEP file", f"holds {len(solids)} solids", f"exactly {expected.solids}", solids=len(solids))
+    if not all(solid.is_valid and solid.is_manifold for solid in solids):
+        raise refused("STEP file", "holds a solid that is not valid and closed", "a valid closed solid")
+    check_volume("STEP file", sum(solid.volume for solid in solids), expected.volume_mm3, STEP_VOLUME_SHARE)
+    boxes = [solid.bounding_box() for solid in solids]
+    lower = np.min([tuple(box.min) for box in boxes], axis=0)
+    _check_bounds("STEP file", (tuple(lower), tuple(np.max([tuple(box.max) for box in boxes], axis=0))), expected)
 
 
 def check_stl(path: Path, expected: Expected) -> int:
@@ -99,26 +100,27 @@ def check_stl(path: Path, expected: Expected) -> int:
     Returns: the number of triangles.
     Raises: FabricationError with what was found, what is allowed and what to do.
     """
-    mesh = _read_mesh(path)
+    mesh = read_mesh(path)
     if not mesh.is_watertight:
-        raise _refused("STL file", "holds a surface with holes", "a closed surface")
+        raise refused("STL file", "holds a surface with holes", "a closed surface")
     if not mesh.is_winding_consistent:
-        raise _refused("STL file", "holds triangles that face both ways", "all facing outwards")
+        raise refused("STL file", "holds triangles that face both ways", "all facing outwards")
     volume_mm3 = float(mesh.volume)
-    _check_volume("STL file", volume_mm3, expected.volume_mm3, STL_VOLUME_SHARE)
+    check_volume("STL file", volume_mm3, expected.volume_mm3, STL_VOLUME_SHARE)
     _check_bounds("STL file", (tuple(mesh.bounds[0]), tuple(mesh.bounds[1])), expected)
     _check_manifold(mesh, volume_mm3)
     return len(mesh.faces)
 
 
-def _read_mesh(path: Path) -> Any:
+def read_mesh(path: Path) -> Any:
+    """An STL file as a trimesh mesh.  Raises: FabricationError where it cannot be read or holds no triangle."""
     trimesh = cad_package("trimesh")
     try:
         mesh = trimesh.load_mesh(path, file_type="stl")
     except (ValueError, KeyError, OSError) as error:
-        raise _refused("STL file", "cannot be read back", "a readable file") from error
+        raise refused("STL file", "cannot be read back", "a readable file") from error
     if not len(getattr(mesh, "faces", ())):
-        raise _refused("STL file", "holds no triangle", "a closed surface")
+        raise refused("STL file", "holds no triangle", "a closed surface")
     return mesh
 
 
@@ -128,13 +130,14 @@ def _check_manifold(mesh: Any, volume_mm3: float) -> None:
     vertices = np.asarray(mesh.vertices, dtype=np.float32)
     solid = manifold3d.Manifold(manifold3d.Mesh(vertices, np.asarray(mesh.faces, dtype=np.uint32)))
     if solid.status() != manifold3d.Error.NoError:
-        raise _refused("STL file", f"is no manifold ({solid.status().name})", "NoError from manifold3d")
-    _check_volume("STL file as manifold3d reads it", solid.volume(), volume_mm3, MANIFOLD_VOLUME_SHARE)
+        raise refused("STL file", f"is no manifold ({solid.status().name})", "NoError from manifold3d")
+    check_volume("STL file as manifold3d reads it", solid.volume(), volume_mm3, MANIFOLD_VOLUME_SHARE)
 
 
-def _check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> None:
+def check_volume(what: str, got_mm3: float, wanted_mm3: float, share: float) -> None:
+    """Raise FabricationError where a volume is off by more than a share of what is wanted."""
     if not abs(got_mm3 - wanted_mm3) <= share * wanted_mm3:
-        raise _refused(
+        raise refused(
             what,
             f"holds {got_mm3:.1f} mm³",
             f"{wanted_mm3:.1f} mm³ give or take {100 * share:g} %",
@@ -148,7 +151,7 @@ def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]
     wanted = np.array([expected.lower_mm, expected.upper_mm])
     off_mm = float(np.abs(got - wanted).max())
     if not off_mm <= BOUNDS_MM:
-        raise _refused(
+        raise refused(
             what,
             f"reaches from {got[0].round(3).tolist()} to {got[1].round(3).tolist()} mm",
             f"{wanted[0].round(3).tolist()} to {wanted[1].round(3).tolist()} mm give or take {BOUNDS_MM:g} mm",
@@ -156,7 +159,8 @@ def _check_bounds(what: str, corners: tuple[tuple[float, ...], tuple[float, ...]
         )
 
 
-def _refused(what: str, got: str, allowed: str, **details: object) -> FabricationError:
+def refused(what: str, got: str, allowed: str, **details: object) -> FabricationError:
+    """The error of a file that failed its check."""
     return FabricationError(
         f"the part's {what} {got}, allowed is {allowed}; nothing was kept: choose other process figures, "
         "and report this if the defaults fail",

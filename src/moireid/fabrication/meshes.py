@@ -1,0 +1,134 @@
+"""Triangle meshes of printed bodies: 3MF, interference, and the thickness of walls.
+
+A 3MF file is written here by hand, since its few lines of XML in a zip archive are then the same bytes for the same
+badge, and read back by lib3mf, the format's reference reader, which shares no code with it.
+
+Convention: mm in the part's own frame; the CAD packages are imported where they are used.
+"""
+
+from __future__ import annotations
+
+import zipfile
+from pathlib import Path
+from typing import Any
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from moireid.errors import FabricationError
+from moireid.fabrication.solids import STL_VOLUME_SHARE, Expected, cad_package, check_volume, read_mesh, refused
+
+__all__ = ["check_3mf", "check_walls", "export_3mf", "overlap_mm3", "read_mesh", "solid_of"]
+
+#: Facets of a solid that is only looked at for interference: mm and radians off the true surface.
+FINE_MM, FINE_RAD = 0.02, 0.3
+#: A corner's tip is always thinner than a wall; this much area in a slice is no wall, mm².
+TIP_MM2 = 0.05
+_CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+_TYPES = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">'
+    '<Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>'
+    '<Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/></Types>\n'
+)
+_RELATIONS = (
+    '<?xml version="1.0" encoding="UTF-8"?>\n'
+    '<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">'
+    '<Relationship Target="/3D/3dmodel.model" Id="rel0" '
+    'Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/></Relationships>\n'
+)
+
+
+def export_3mf(bodies: list[tuple[str, Any]], path: Path) -> None:
+    """Write named trimesh bodies as the objects of one 3MF file, mm.
+
+    Source: 3MF core specification 1.3, sections 3 and 4.
+    """
+    objects, items = [], []
+    for number, (name, mesh) in enumerate(bodies, start=1):
+        vertices = "".join(f'<vertex x="{x:.6g}" y="{y:.6g}" z="{z:.6g}"/>' for x, y, z in mesh.vertices.tolist())
+        triangles = "".join(f'<triangle v1="{a}" v2="{b}" v3="{c}"/>' for a, b, c in mesh.faces.tolist())
+        objects.append(
+            f'<object id="{number}" type="model" name={quoteattr(name)}><mesh><vertices>{vertices}</vertices>'
+            f"<triangles>{triangles}</triangles></mesh></object>"
+        )
+        items.append(f'<item objectid="{number}"/>')
+    model = (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<model unit="millimeter" xml:lang="en-US" xmlns="{_CORE}">'
+        f"<resources>{''.join(objects)}</resources><build>{''.join(items)}</build></model>\n"
+    )
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
+        for name, text in parts.items():
+            # A fixed date: else the same badge would never give the same bytes.
+            entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, text)
+
+
+def check_3mf(path: Path, expected: list[Expected]) -> None:
+    """Read a 3MF file back with lib3mf in strict mode: one closed body for each that is expected, of its volume.
+
+    Raises: FabricationError with what was found, what is allowed and what to do.
+    """
+    lib3mf = cad_package("lib3mf")
+    trimesh = cad_package("trimesh")
+    try:
+        model = lib3mf.get_wrapper().CreateModel()
+        reader = model.QueryReader("3mf")
+        reader.SetStrictModeActive(True)
+        reader.ReadFromFile(str(path))
+        found = model.GetMeshObjects()
+        meshes = []
+        while found.MoveNext():
+            mesh = found.GetCurrentMeshObject()
+            vertices = [list(vertex.Coordinates) for vertex in mesh.GetVertices()]
+            meshes.append(trimesh.Trimesh(vertices, [list(t.Indices) for t in mesh.GetTriangleIndices()]))
+    except lib3mf.ELib3MFException as error:
+        raise refused("3MF file", "cannot be read back", "a readable file") from error
+    if len(meshes) != len(expected):
+        raise refused("3MF file", f"holds {len(meshes)} bodies", f"exactly {len(expected)}")
+    for mesh, wanted in zip(meshes, expected, strict=True):
+        solid_of(mesh, "3MF file")
+        check_volume("3MF file", float(mesh.volume), wanted.volume_mm3, STL_VOLUME_SHARE)
+
+
+def solid_of(shape: Any, what: str = "mesh") -> Any:
+    """A manifold3d Manifold of a trimesh mesh or a build123d shape.
+
+    Raises: FabricationError where it is not closed.
+    """
+    manifold3d = cad_package("manifold3d")
+    if hasattr(shape, "tessellate"):
+        vertices, faces = shape.tessellate(FINE_MM, FINE_RAD)
+        shape = cad_package("trimesh").Trimesh([tuple(vertex) for vertex in vertices], faces)
+    solid = manifold3d.Manifold(
+        manifold3d.Mesh(np.asarray(shape.vertices, dtype=np.float32), np.asarray(shape.faces, dtype=np.uint32))
+    )
+    if solid.status() != manifold3d.Error.NoError:
+        raise refused(what, f"is no manifold ({solid.status().name})", "NoError from manifold3d")
+    return solid
+
+
+def overlap_mm3(one: Any, other: Any) -> float:
+    """Volume that two Manifolds share."""
+    return float((one ^ other).volume())
+
+
+def check_walls(solid: Any, levels_mm: list[float], least_mm: float, name: str) -> None:
+    """No wall may be thinner than `least_mm` in level slices through a Manifold.
+
+    A slice is shrunk by half the least wall and grown again: a wall thinner than that does not come back.
+    Raises: FabricationError with the area that is too thin.
+    """
+    miter = cad_package("manifold3d").JoinType.Miter
+    for level in levels_mm:
+        section = solid.slice(level)
+        # Half a hundredth less, so that a wall of just the least is let through.
+        kept = section.offset(0.005 - least_mm / 2, miter, 4.0).offset(least_mm / 2 + 0.05, miter, 4.0)
+        if (lost := (section - kept).area()) > TIP_MM2:
+            raise FabricationError(
+                f"the mount's {name} has walls thinner than {least_mm:g} mm at z = {level:.2f} mm ({lost:.2f} mm² of "
+                "them), which no printer fills; give a larger wall_mm or a smaller lip_reach_mm",
+                lost_mm2=lost,
+            )

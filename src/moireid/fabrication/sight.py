@@ -1,0 +1,120 @@
+"""What a camera must see of the badge, and whether something of a mount stands in the way.
+
+What stands h above a layer hides h tan(angle) of it beside itself.  Fringes lie on the lenses' plane, markers on the
+card's.
+
+Convention: a mount's frame has x right, y up and z towards the viewer, in mm; its origin is the board's centre on the
+plane that carries the board.  Page coordinates turn into it by x = page_x - centre_x, y = centre_y - page_y.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from moireid.badge import Badge, Rect
+from moireid.errors import FabricationError
+
+#: Nothing of a mount may come before the fringes for a camera up to this far to the side ...
+GRATING_SIGHT_DEG = 60.0
+#: ... nor before the markers, which a camera must see sharply and so never sees as flat as this.
+MARKER_SIGHT_DEG = 45.0
+#: Between two pieces of lens sheet that are cut to meet.
+SEAM_MM = 0.1
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """Something that stands beside the badge: its name, its rectangle from the front, and how high it reaches, mm."""
+
+    name: str
+    rect: Rect
+    top_mm: float
+
+
+def half_board_mm(badge: Badge) -> tuple[float, float]:
+    """Half the board's width and height."""
+    x0, y0, x1, y1 = badge.outline_mm
+    return (x1 - x0) / 2, (y1 - y0) / 2
+
+
+def in_frame(rect: Rect, badge: Badge) -> Rect:
+    """A page rectangle in the mount's frame, again with its lower corner first: y turns round."""
+    x0, y0, x1, y1 = badge.outline_mm
+    centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
+    return (rect[0] - centre_x, centre_y - rect[3], rect[2] - centre_x, centre_y - rect[1])
+
+
+def sheet_spans(badge: Badge) -> tuple[tuple[float, float], ...]:
+    """Rows (low, high) that sheets cover, from bottom to top; gratings that share rows share a pair of lips."""
+    spans: list[tuple[float, float]] = []
+    for _, low, _, high in sorted((in_frame(g.rect_mm, badge) for g in badge.gratings), key=lambda rect: rect[1]):
+        if spans and low <= spans[-1][1]:
+            spans[-1] = (spans[-1][0], max(spans[-1][1], high))
+        else:
+            spans.append((low, high))
+    return tuple(spans)
+
+
+def sheet_rects(badge: Badge) -> tuple[Rect, ...]:
+    """The pieces of lens sheet, each from edge to edge of the board so that lips can hold it.
+
+    Gratings that share rows have a piece each, parted half-way between them by `SEAM_MM`.
+    """
+    half_x, _ = half_board_mm(badge)
+    pieces: list[Rect] = []
+    for low, high in sheet_spans(badge):
+        here = sorted(rect for g in badge.gratings if low <= (rect := in_frame(g.rect_mm, badge))[1] < high)
+        seams = [(one[2] + other[0]) / 2 for one, other in itertools.pairwise(here)]
+        lefts = [-half_x, *(seam + SEAM_MM / 2 for seam in seams)]
+        rights = [*(seam - SEAM_MM / 2 for seam in seams), half_x]
+        pieces += [(left, low, right, high) for left, right in zip(lefts, rights, strict=True)]
+    return tuple(pieces)
+
+
+def check_sight(
+    badge: Badge, obstacles: Iterable[Obstacle], *, card_top: float, sheet_top: float, play_mm: float, advice: str
+) -> None:
+    """Nothing may stand in the sight line to a fringe or a marker, wherever the board has slid to.
+
+    Parameters: card_top, sheet_top: heights of page and lenses in the frame; play_mm: how far the board may slide
+        along each axis; advice: the next step of the message, "take …".
+    Raises: FabricationError that names what hides what, with `have_mm` and `need_mm`.
+    """
+    obstacles = list(obstacles)
+    for target, rect, level, angle_deg in _targets(badge, card_top, sheet_top):
+        for obstacle in obstacles:
+            have_mm = gap_mm(rect, obstacle.rect, play_mm=play_mm)
+            need_mm = (obstacle.top_mm - level) * math.tan(math.radians(angle_deg))
+            if have_mm < need_mm:
+                raise FabricationError(
+                    f"the mount's {obstacle.name} leaves {have_mm:.2f} mm beside {target}, but {need_mm:.2f} mm are "
+                    f"needed to see it from {angle_deg:g} degrees; {advice}",
+                    have_mm=have_mm,
+                    need_mm=need_mm,
+                )
+
+
+def gap_mm(one: Rect, other: Rect, *, play_mm: float) -> float:
+    """Least distance of two rectangles once one has moved up to play_mm along each axis; below 0 they may overlap."""
+    gaps = [max(other[k] - one[k + 2], one[k] - other[k + 2]) - play_mm for k in (0, 1)]
+    return math.hypot(*gaps) if min(gaps) > 0 else max(gaps)
+
+
+def _targets(badge: Badge, card_top: float, sheet_top: float) -> list[tuple[str, Rect, float, float]]:
+    """What must stay in sight: name, rectangle in the frame, height, and the angle it is seen from, degrees."""
+    half = badge.markers.size_mm / 2
+    targets = [
+        (f"grating {g}", in_frame(grating.rect_mm, badge), sheet_top, GRATING_SIGHT_DEG)
+        for g, grating in enumerate(badge.gratings)
+    ]
+    for id_, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
+        rect = in_frame((x - half, y - half, x + half, y + half), badge)
+        targets.append((f"marker {id_}", rect, card_top, MARKER_SIGHT_DEG))
+    half_x, half_y = half_board_mm(badge)
+    for name, (x0, y0, x1, y1), _, _ in targets:
+        if x0 < -half_x or y0 < -half_y or x1 > half_x or y1 > half_y:
+            raise FabricationError(f"{name} reaches beyond the board that the mount holds; correct board.rect_mm")
+    return targets

@@ -1,0 +1,232 @@
+"""The printed tray: a shallow box that holds board and lens sheet flat on each other, without air between.
+
+The board (the page cut out, on card) lies on the tray's floor and the lens sheet lies on the board.  Both slide in
+together through the open top edge and come to stand on register edges: the board on the bottom rim, the sheet on two
+feet at the lips' lower ends.  Lips over the left and right edge hold the sheet from the front; straight below the
+lips, tongues in the back plate press the board against it from behind.  They press nowhere else, for a force in the
+middle would bow the sheet.
+
+Convention: the frame of `sight`, its origin on the tray's floor, so the plate behind the board has negative z.  The
+tray prints lying on its back; only lips and feet overhang, by `lip_reach_mm + clearance_mm`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from moireid.badge import Badge, Rect
+from moireid.errors import FabricationError
+from moireid.fabrication.process import TWIST_DEG, MountProcess
+from moireid.fabrication.sight import Obstacle, check_sight, half_board_mm, sheet_spans
+
+#: A tongue is this wide at most this long, with a slit of two nozzle lines round it, and lies this far from the edge.
+TONGUE_MM = (4.0, 20.0)
+SLIT_MM = 0.8
+#: A tongue shorter than this is no spring any more.
+LEAST_TONGUE_MM = 6.0
+PAD_MM = 3.0
+ADVICE = "take a smaller lip_reach_mm or lip_mm, or a badge with a wider margin"
+
+
+@dataclass(frozen=True)
+class TrayPlan:
+    """The figures of a tray in its frame, before any solid is made.
+
+    half_mm: half the board's width and height; out_x and bottom: outer faces of the rim; tab_top: of the tab, or of
+    the tray where it has none; z figures: card_top, sheet_top, rim_top (also the lips' lower face), lip_top; chamfer:
+    of the lips' upper edges; spans: (low, high) rows in y of each sheet, from bottom to top; tab: whether there is one.
+    """
+
+    half_mm: tuple[float, float]
+    out_x: float
+    bottom: float
+    tab_top: float
+    card_top: float
+    sheet_top: float
+    rim_top: float
+    lip_top: float
+    chamfer: float
+    spans: tuple[tuple[float, float], ...]
+    tab: bool
+
+    def lip_rects(self, process: MountProcess) -> list[Rect]:
+        """Lips and the rim below them, seen from the front, in pairs from bottom to top; the lowest covers its feet."""
+        inner = self.half_mm[0] - process.lip_reach_mm
+        lows = [low for low, _ in self.spans]
+        lows[0] -= process.clearance_mm + process.wall_mm
+        rights = [(inner, low, self.out_x, high) for low, (_, high) in zip(lows, self.spans, strict=True)]
+        return [rect for x0, y0, x1, y1 in rights for rect in ((x0, y0, x1, y1), (-x1, y0, -x0, y1))]
+
+    def tongue_rects(self) -> list[Rect]:
+        """The right-hand tongues, each with its root at the top and its free end at the bottom."""
+        outer = self.half_mm[0] - SLIT_MM
+        rects: list[Rect] = []
+        for low, high in self.spans:
+            length = min(TONGUE_MM[1], 0.6 * (high - low))
+            count = 2 if high - low > 3 * TONGUE_MM[1] else 1
+            for k in range(count):
+                middle = low + (high - low) * (k + 0.5) / count
+                rects.append((outer - TONGUE_MM[0], middle - length / 2, outer, middle + length / 2))
+        return rects
+
+    def pad_rects(self, process: MountProcess) -> list[Rect]:
+        """Where the springs touch the board: on the tongues' free ends, below the lips, left and right."""
+        inner = self.half_mm[0] - process.lip_reach_mm
+        rights = [(inner, y0, x1, y0 + min(PAD_MM, (y1 - y0) / 2)) for _, y0, x1, y1 in self.tongue_rects()]
+        return [rect for x0, y0, x1, y1 in rights for rect in ((x0, y0, x1, y1), (-x1, y0, -x0, y1))]
+
+
+def plan_tray(badge: Badge, process: MountProcess, *, tab: bool = True) -> TrayPlan:
+    """The figures of a badge's tray, checked.
+
+    Raises: FabricationError where a lip or the rim would hide fringes or markers, the board is too small for tab or
+        springs, or the register edges are too short to keep page and lens parallel.
+    """
+    half = half_board_mm(badge)
+    sheet_top = process.card_mm + badge.lens.thickness_mm
+    rim_top = sheet_top + process.depth_clearance_mm
+    rim_mm = process.clearance_mm + process.wall_mm
+    plan = TrayPlan(
+        half_mm=half,
+        out_x=half[0] + rim_mm,
+        bottom=-half[1] - rim_mm,
+        tab_top=half[1] + (4 * process.wall_mm + process.slot_mm[1] if tab else 0.0),
+        card_top=process.card_mm,
+        sheet_top=sheet_top,
+        rim_top=rim_top,
+        lip_top=rim_top + process.lip_mm,
+        chamfer=process.lip_mm / 2,
+        spans=sheet_spans(badge),
+        tab=tab,
+    )
+    _check_room(plan, process)
+    if (twist := seated_twist_deg(plan, process)) > TWIST_DEG:
+        raise FabricationError(
+            f"on register edges {2 * half[0]:g} mm apart a print off by {process.seat_mm:g} mm turns the sheet by "
+            f"{twist:.2f} degrees, allowed are {TWIST_DEG:g}; give a smaller seat_mm or a wider board",
+            twist_deg=twist,
+        )
+    obstacles = [Obstacle("rim", rect, plan.rim_top) for rect in _rim_rects(plan, process)]
+    for x0, y0, x1, y1 in plan.lip_rects(process):
+        # A lip's chamfer has two edges that can hide something: the inner lower one and the outer upper one.
+        inner = (x0, y0, x1 - plan.chamfer, y1) if x0 < 0 else (x0 + plan.chamfer, y0, x1, y1)
+        obstacles.append(Obstacle("lip", (x0, y0, x1, y1), plan.lip_top - plan.chamfer))
+        obstacles.append(Obstacle("lip", inner, plan.lip_top))
+    check_sight(
+        badge, obstacles,
+        card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm, advice=ADVICE,
+    )  # fmt: skip
+    return plan
+
+
+def seated_twist_deg(plan: TrayPlan, process: MountProcess) -> float:
+    """Twist of page against lens when both stand on their register edges, the print's errors adding up, degrees."""
+    return math.degrees(math.atan2(2 * process.seat_mm, 2 * plan.half_mm[0] - process.lip_reach_mm))
+
+
+def shape_tray(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
+    """The tray as a build123d Part."""
+    part = _box_with_tab(b3d, plan, process)
+    for rect in plan.lip_rects(process):
+        part += _lip(b3d, plan, rect)
+    for rect in plan.lip_rects(process)[:2]:
+        # A foot stops the sheet but not the card, which goes on below it to the bottom rim.
+        low, high = rect[1], rect[1] + process.wall_mm
+        part += block(b3d, (rect[0], low, rect[2], high), plan.card_top + process.depth_clearance_mm, plan.rim_top)
+    for slit in _slit_rects(plan):
+        part -= block(b3d, slit, -2 * process.back_mm, 0.0)
+    pads = process.depth_clearance_mm + process.preload_mm
+    for rect in plan.pad_rects(process):
+        pad = block(b3d, rect, -process.back_mm / 2, pads)
+        # The card comes from above, so the upper edge of the pad is a ramp.
+        edge = pad.faces().sort_by(b3d.Axis.Z)[-1].edges().sort_by(b3d.Axis.Y)[-1]
+        part += b3d.chamfer(edge, 0.9 * pads)
+    return part
+
+
+def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
+    """A box from its corners, mm."""
+    centre = ((rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2, (z0 + z1) / 2)
+    return b3d.Box(rect[2] - rect[0], rect[3] - rect[1], z1 - z0).moved(b3d.Location(centre))
+
+
+def _check_room(plan: TrayPlan, process: MountProcess) -> None:
+    """The tab's feet, and the fillets beside them, must stand on the tray's upper edge; springs need their length."""
+    width = 2 * plan.half_mm[0]
+    least_mm = process.slot_mm[0] + 10 * process.wall_mm - 2 * (process.clearance_mm + process.wall_mm)
+    if plan.tab and width < least_mm - 1e-6:
+        raise FabricationError(
+            f"a board {width:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more, "
+            "or no mount",
+            least_mm=least_mm,
+        )
+    shortest = min(y1 - y0 for _, y0, _, y1 in plan.tongue_rects())
+    if shortest < LEAST_TONGUE_MM - 1e-6:
+        raise FabricationError(
+            f"the sheet's shortest rows leave springs of {shortest:.1f} mm, and {LEAST_TONGUE_MM:g} mm are needed to "
+            f"press it on the page; give gratings of {LEAST_TONGUE_MM / 0.6:g} mm or more, or no mount",
+            least_mm=LEAST_TONGUE_MM / 0.6,
+        )
+    if process.lip_reach_mm < SLIT_MM + 0.5:
+        raise FabricationError(
+            f"lip_reach_mm={process.lip_reach_mm:g} leaves no place for the springs below the lips; give "
+            f"{SLIT_MM + 0.5:g} mm or more"
+        )
+
+
+def _slit_rects(plan: TrayPlan) -> list[Rect]:
+    """Slits round the tongues on three sides, left and right."""
+    slits: list[Rect] = []
+    for x0, y0, x1, y1 in plan.tongue_rects():
+        slits += [(x0 - SLIT_MM, y0, x0, y1), (x1, y0, x1 + SLIT_MM, y1)]
+        slits.append((x0 - SLIT_MM, y0 - SLIT_MM, x1 + SLIT_MM, y0))
+    return slits + [(-x1, y0, -x0, y1) for x0, y0, x1, y1 in slits]
+
+
+def _rim_rects(plan: TrayPlan, process: MountProcess) -> list[Rect]:
+    """The rim's left, right and bottom side, seen from the front."""
+    in_x, top = plan.out_x - process.wall_mm, plan.half_mm[1]
+    left, right = (-plan.out_x, plan.bottom, -in_x, top), (in_x, plan.bottom, plan.out_x, top)
+    return [left, right, (-plan.out_x, plan.bottom, plan.out_x, plan.bottom + process.wall_mm)]
+
+
+def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
+    """Back plate, with tab and slot where planned, and the rim on three sides."""
+    half_y, wall = plan.half_mm[1], process.wall_mm
+    outline = _outline(b3d, plan, process)
+    body = b3d.extrude(outline, plan.rim_top + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
+    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out.
+    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4))
+    inner = plan.out_x - wall
+    body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.rim_top)
+    if not plan.tab:
+        return body
+    body -= block(b3d, (-plan.out_x, half_y, plan.out_x, plan.tab_top), 0.0, plan.rim_top)
+    slot = b3d.extrude(b3d.SlotOverall(*process.slot_mm), 2 * process.back_mm)
+    return body - slot.moved(b3d.Location((0, half_y + 2 * wall + process.slot_mm[1] / 2, -1.5 * process.back_mm)))
+
+
+def _outline(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
+    """The tray and its tab seen from the front, with rounded corners."""
+    half_y, wall, tab_x = plan.half_mm[1], process.wall_mm, process.slot_mm[0] / 2 + 2 * process.wall_mm
+    corners = [(plan.out_x, half_y), (-plan.out_x, half_y)]
+    if plan.tab:
+        corners[1:1] = [
+            (tab_x + 2 * wall, half_y), (tab_x, plan.tab_top), (-tab_x, plan.tab_top), (-tab_x - 2 * wall, half_y),
+        ]  # fmt: skip
+    face = b3d.make_face(b3d.Polyline((-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners, close=True))
+    # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
+    radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.tab else wall / 2}
+    for reach_y, radius_mm in radii.items():
+        face = b3d.fillet([v for v in face.vertices() if abs(v.Y - reach_y) < 1e-6], radius_mm)
+    return face
+
+
+def _lip(b3d: Any, plan: TrayPlan, rect: Rect) -> Any:
+    """One lip on top of the rim, chamfered above, and below at its upper end, where the sheet comes in."""
+    lip = block(b3d, rect, plan.rim_top, plan.lip_top)
+    lip = b3d.chamfer(lip.faces().sort_by(b3d.Axis.Z)[-1].edges(), plan.chamfer)
+    entry = lip.faces().sort_by(b3d.Axis.Z)[0].edges().sort_by(b3d.Axis.Y)[-1]
+    return b3d.chamfer(entry, plan.chamfer / 2)
