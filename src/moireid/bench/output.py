@@ -60,8 +60,54 @@ def stability_plot(result: dict[str, Any]) -> Any:
     return figure
 
 
-TABLES = {"identity": lambda result: identity_table(result), "stability": stability_table}
-PLOTS = {"identity": lambda result: identity_plot(result), "stability": stability_plot}
+def fabricate_table(result: dict[str, Any]) -> str:
+    """The fabricate suite as text."""
+    lines = [f"{'page':<8}{'dpi':>6}{'ms':>8}{'kB':>8}   edges off, dots RMS / worst (worst, um)"]
+    for row in result["pages"]:
+        seen = [
+            f"{raster} {row[raster]['rms_dots']:.2f} / {row[raster]['worst_dots']:.2f} ({row[raster]['worst_um']:.1f})"
+            for raster in ("poppler", "ghostscript") if raster in row
+        ]  # fmt: skip
+        told = ", ".join(seen) or "no raster is installed"
+        lines.append(f"{row['form']:<8}{row['dpi']:>6}{1e3 * row['seconds']:>8.0f}{row['kilobytes']:>8.0f}   {told}")
+    lines += ["", f"{'mount, tolerance mm':<22}{'seconds':>9}{'kB':>8}{'triangles':>11}{'chord error, mm':>17}"]
+    lines += [
+        f"{row['tolerance_mm']:<22g}{row['seconds']:>9.2f}{row['kilobytes']:>8.0f}{row['triangles']:>11}"
+        f"{row['chord_error_mm']:>17.4f}"
+        for row in result["mounts"]
+    ]
+    return "\n".join(lines)
+
+
+def fabricate_plot(result: dict[str, Any]) -> Any:
+    """Edge error against resolution for each form of the page, and chord error against size of the mount's mesh."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(8, 3.4), layout="constrained")
+    FigureCanvasSVG(figure)
+    left, right = figure.subplots(1, 2)
+    for form, colour in (("dots", "#1f6fb2"), ("bitmap", "#2e7d4f"), ("vector", "#c2571a")):
+        rows = [row for row in result["pages"] if row["form"] == form and "poppler" in row]
+        worst = [row["poppler"]["worst_um"] for row in rows]
+        left.loglog([row["dpi"] for row in rows], worst, "o-", color=colour, label=form, alpha=0.8)
+    left.set_xlabel("dots per inch")
+    left.set_ylabel("worst edge, um")
+    left.legend(frameon=False)
+    kilobytes = [row["kilobytes"] for row in result["mounts"]]
+    right.loglog(kilobytes, [max(row["chord_error_mm"], 1e-5) for row in result["mounts"]], "o-", color="#1f6fb2")
+    right.set_xlabel("mount.stl, kB")
+    right.set_ylabel("chord error, mm")
+    for axes in (left, right):
+        axes.grid(color="#e4e8ed", which="both")
+        axes.spines[["top", "right"]].set_visible(False)
+    return figure
+
+
+TABLES = {
+    "identity": lambda result: identity_table(result), "stability": stability_table, "fabricate": fabricate_table,
+}  # fmt: skip
+PLOTS = {"identity": lambda result: identity_plot(result), "stability": stability_plot, "fabricate": fabricate_plot}
 
 
 def identity_table(result: dict[str, Any]) -> str:

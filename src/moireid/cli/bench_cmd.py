@@ -10,7 +10,7 @@ from moireid.cli.common import friendly, json_option, overwrite_option, progress
 
 
 @click.command("bench")
-@click.argument("suite", type=click.Choice(["identity", "stability"]))
+@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate"]))
 @click.option(
     "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for JSON and plot."
 )
@@ -26,6 +26,7 @@ def bench_command(
     """Measure SUITE on simulated films: a table, JSON and a plot.
 
     identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
+    fabricate: edges of the page by form and resolution, facets of the mount by tolerance.
 
     Figures of clips that were read are kept in clips.jsonl beside them, so that a run that was broken off goes on.
     """
@@ -38,6 +39,10 @@ def bench_command(
         folder.mkdir(parents=True, exist_ok=True)
         if suite == "stability":
             result = stability.run(quick=quick, seed=seed, progress=progress)
+        elif suite == "fabricate":
+            from moireid.bench import fabricate
+
+            result = fabricate.run(quick=quick, seed=seed, progress=progress)
         else:
             result = identity.run(
                 quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", progress=progress
