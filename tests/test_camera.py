@@ -355,3 +355,21 @@ def test_smoothing_bears_short_films_and_equal_times(rng):
     stuck = times.copy()
     stuck[40:42] = stuck[40]
     assert np.all(np.isfinite(smooth_camera(noisy, stuck, KNOWN)))
+
+
+@pytest.mark.parametrize("how", ["repeated", "a millisecond later", "all at once", "backwards"])
+def test_times_that_do_not_rise_evenly_do_no_harm(rng, how):
+    """Catches: a spline through two frames of one time, whose velocity has no end; a film that stops the program."""
+    times = np.arange(90) / FPS
+    camera, turn = Course(rng, 900.0).pose(times)
+    told = times.copy()
+    if how == "all at once":
+        told[:] = 0.0
+    elif how == "backwards":
+        told = told[::-1].copy()
+    else:
+        told[45] = told[44] + (1e-3 if "later" in how else 0.0)
+    fit = fitted(registered(project(camera, turn, 1450.0), rng, 0.05), told, focal_px=1450.0)
+    assert np.all(np.isfinite(fit.camera_mm))
+    if how in ("repeated", "a millisecond later"):
+        assert np.std((tangents(fit.camera_mm) - tangents(camera))[:, 0]) < 0.01

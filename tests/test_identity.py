@@ -135,7 +135,9 @@ def test_the_claimed_badge_matches(ada, ada_track):
     outcome = judged(ada_track, ada, ada.id)
     assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("match", ada.id, ada.id)
     assert outcome.built == "not_known" and outcome.symbol_errors_corrected == 0 and outcome.score > 0.8
-    assert [(reason.code, reason.level) for reason in outcome.reasons] == [("identity", "pass")]
+    assert [(reason.code, reason.level) for reason in outcome.reasons if reason.code != "cells_move"] == [
+        ("identity", "pass")
+    ]
 
 
 def test_another_badge_is_a_mismatch_that_names_it(ada, other):
@@ -143,7 +145,9 @@ def test_another_badge_is_a_mismatch_that_names_it(ada, other):
     outcome = judged(filmed(other, TYPICAL), ada, ada.id)
     assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("mismatch", other.id, ada.id)
     assert outcome.score < -0.8
-    assert [(reason.code, reason.level) for reason in outcome.reasons] == [("identity", "fail")]
+    assert [(reason.code, reason.level) for reason in outcome.reasons if reason.code != "cells_move"] == [
+        ("identity", "fail")
+    ]
 
 
 def test_cells_without_fringes_are_unreadable(ada, ada_track):
@@ -155,7 +159,7 @@ def test_cells_without_fringes_are_unreadable(ada, ada_track):
         profiles[index] = 130.0 + 5.0 * rng.standard_normal(profiles[index].shape)
     outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
     assert (outcome.verdict, outcome.decoded_id, outcome.score) == ("unreadable", None, 0.0)
-    assert [reason.level for reason in outcome.reasons] == ["undecided"]
+    assert [reason.level for reason in outcome.reasons if reason.code != "cells_move"] == ["undecided"]
     assert outcome.reasons[0].unit == "symbols" and outcome.reasons[0].measured > 10
 
 
@@ -163,7 +167,7 @@ def test_without_a_claim_the_reading_is_only_noted(ada, ada_track):
     """Catches: a match with nobody; a decoding that is left out where nothing is claimed."""
     outcome = judged(ada_track, ada)
     assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("not_claimed", ada.id, None)
-    assert [reason.level for reason in outcome.reasons] == ["note"]
+    assert [reason.level for reason in outcome.reasons if reason.code != "cells_move"] == ["note"]
 
 
 def test_a_board_without_a_code_claims_nothing(prototype):
@@ -282,7 +286,9 @@ def test_a_word_under_another_badge_s_beats_is_a_mismatch(ada, other):
     mixed = replace(ada, gratings=(replace(own, cells=tuple(cells)),))
     outcome = judged(filmed(mixed, TYPICAL), ada, ada.id)
     assert (outcome.verdict, outcome.decoded_id) == ("mismatch", ada.id)
-    assert [(reason.code, reason.level) for reason in outcome.reasons] == [("beats", "fail")]
+    assert [(reason.code, reason.level) for reason in outcome.reasons if reason.code != "cells_move"] == [
+        ("beats", "fail")
+    ]
 
 
 # The pitch family.
@@ -323,3 +329,53 @@ def test_json_is_strict_and_complete(ada, ada_track, prototype):
             "verdict", "decoded_id", "claimed_id", "beat_period_mm", "expected_beat_period_mm",
             "symbol_errors_corrected", "built", "score",
         }  # fmt: skip
+
+
+# Films that were put together of parts.
+
+
+def cells_of(track: Track) -> list[int]:
+    return [k for k, strip in enumerate(track.strips) if not strip.uniform]
+
+
+@pytest.mark.parametrize("how", ["frozen", "backwards"])
+def test_a_picture_of_cells_between_live_rows_is_rejected(ada, ada_track, how):
+    """Catches: motion that is asked of the uniform rows alone: a picture of somebody's cells then reads as them."""
+    profiles = list(ada_track.profiles)
+    for index in cells_of(ada_track):
+        profiles[index] = np.repeat(profiles[index][:1], FRAMES, axis=0) if how == "frozen" else profiles[index][::-1]
+    outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
+    levels = {reason.code: reason.level for reason in outcome.reasons}
+    assert outcome.decoded_id is None or levels["cells_move"] in ("fail", "undecided")
+    true = judged(ada_track, ada, ada.id)
+    assert {reason.code: reason.level for reason in true.reasons}["cells_move"] == "pass"
+    assert true.cell_motion == pytest.approx(1.0, abs=0.05)
+
+
+def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, ada_track):
+    """Catches: as above, where the motion is so small that frozen cells still decode."""
+    few = 24
+    profiles = [profile[:few] for profile in ada_track.profiles]
+    short = replace(
+        ada_track, frames_read=few, frame_numbers=np.arange(few), times_s=ada_track.times_s[:few],
+        homographies=ada_track.homographies[:few], correlations=ada_track.correlations[:few],
+        profiles=tuple(profiles), cell_frames=np.arange(few),
+    )  # fmt: skip
+    for index in cells_of(short):
+        profiles[index] = np.repeat(profiles[index][few // 2 : few // 2 + 1], few, axis=0)
+    outcome = judged(replace(short, profiles=tuple(profiles)), ada, ada.id)
+    levels = {reason.code: reason.level for reason in outcome.reasons}
+    assert outcome.decoded_id is None or levels["cells_move"] == "fail"
+
+
+@pytest.mark.parametrize("share", [0.5, 0.62, 0.8])
+@pytest.mark.parametrize("row", [0, 2])
+def test_a_finger_over_a_row_never_makes_another_of_the_wearer(ada, ada_track, share, row):
+    """Catches: the beat of a row that is covered in part, wrong alike in all of the film, held against the wearer."""
+    uniform = [k for k, strip in enumerate(ada_track.strips) if strip.uniform]
+    profiles = list(ada_track.profiles)
+    covered = profiles[uniform[row]].copy()
+    covered[:, : round(share * covered.shape[1])] = 60.0
+    profiles[uniform[row]] = covered
+    outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
+    assert outcome.verdict in ("match", "unreadable") and outcome.decoded_id in (ada.id, None)

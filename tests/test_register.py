@@ -298,3 +298,29 @@ def test_a_marker_of_another_badge_is_left_out(rng):
     assert found is not None and np.linalg.norm(corners_px(found) - corners_px(truth), axis=1).max() < 1.5
     scattered = image_px + 60.0 * rng.standard_normal((16, 2))
     assert fit_homography(page_mm, scattered) is None
+
+
+def test_a_page_with_two_markers_covered_is_not_registered(page, rng):
+    """Catches: a pose from the two markers of one side, about which the page is free to turn; a covered marker that
+    has a say in where the page lies.
+    """
+    truth, picture = page
+    pixels = cv2.perspectiveTransform(corners_page(MARKERS).reshape(-1, 1, 2), truth).reshape(4, 4, 2)
+    covered = picture.copy()
+    for count in (1, 2):
+        x0, y0 = np.floor(pixels[count - 1].min(axis=0)).astype(int) - 3
+        x1, y1 = np.ceil(pixels[count - 1].max(axis=0)).astype(int) + 3
+        covered[y0:y1, x0:x1] = 90.0
+        found = PageRegistrar(MARKERS).register(filmed(covered, rng, noise=1.0), nudged(truth, 0.6, -0.4))
+        if count == 2:
+            assert found is None
+        else:
+            assert found is not None
+            others = cv2.perspectiveTransform(corners_page(MARKERS)[1:].reshape(-1, 1, 2), found.homography)
+            assert np.abs(others.reshape(3, 4, 2) - pixels[1:]).max() < 0.1
+
+
+def corners_page(markers):
+    half = markers.size_mm / 2
+    square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+    return np.asarray(markers.centers_mm)[:, None, :] + square

@@ -6,19 +6,22 @@ Numbers of clips are small enough for a morning; intervals say what they can mea
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from moireid import __version__
+import moireid
 from moireid.asbuilt import as_built_from_json
-from moireid.bench.clips import Clip, one_thread, read_clip
+from moireid.bench.clips import CRF, FOCAL_PX, FPS, HEIGHT, WIDTH, Clip, one_thread, read_clip
 from moireid.bench.matching import matching_figures
 from moireid.bench.shorter import shorter_figures
 from moireid.bench.stats import interval
@@ -89,8 +92,17 @@ def _read_all(
 
 
 def _key(clip: Clip) -> str:
-    """A clip and the version that read it, in words."""
-    return f"{__version__} {clip}"
+    """A clip, the camera, and a digest of the program that filmed and read it: other code gives other rows."""
+    return f"{_program()} {WIDTH}x{HEIGHT} {FOCAL_PX} {FPS} {CRF} {clip}"
+
+
+@cache
+def _program() -> str:
+    """Digest of the package's sources."""
+    digest = hashlib.sha256()
+    for source in sorted(Path(moireid.__file__).parent.rglob("*.py")):
+        digest.update(source.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 def _rows_of(kept: Path | None) -> dict[str, dict[str, Any]]:
@@ -110,19 +122,32 @@ def _condition(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
     """One row of the table: rates with their 95 % intervals, phase error, beat error."""
     errors = np.array([e for row in rows for e in row["phase_error_rad"]])
     sds = np.array([s for row in rows for s in row["phase_sd_rad"]])
-    beats = np.array([row["beat_error"] for row in rows if row["beat_error"] is not None])
+    # A film in which the badge was not found has no figures, and is counted as not read.
+    beats = _known(rows, "beat_error")
     read = sum(row["read"] for row in rows)
     return {
         "name": name, "clips": len(rows), "read": read, "read_interval": interval(read, len(rows)),
         "wrong_payloads": sum(row["wrong"] for row in rows),
         "accepted": sum(row["verdict"] == "accept" for row in rows),
         "wrong_cells": sum(row["cells_wrong"] for row in rows) / max(len(errors), 1),
-        "phase_median_rad": float(np.median(np.abs(errors))), "phase_rms_rad": float(np.sqrt(np.mean(errors**2))),
-        "cells_unclear": float(np.mean(sds > math.pi / 8)),
-        "beat_error_worst": float(np.abs(beats).max()), "identity_s": float(np.median([r["identity_s"] for r in rows])),
-        "correlation_median": float(np.median([r["correlation"] for r in rows])),
-        "gain_rms_error": float(np.sqrt(np.mean([(r["gain"] - 1) ** 2 for r in rows]))),
+        "phase_median_rad": _middle(np.abs(errors)), "phase_rms_rad": _rms(errors),
+        "cells_unclear": float(np.mean(sds > math.pi / 8)) if len(sds) else 1.0,
+        "beat_error_worst": float(np.abs(beats).max(initial=0.0)),
+        "identity_s": _middle(_known(rows, "identity_s")), "correlation_median": _middle(_known(rows, "correlation")),
+        "gain_rms_error": _rms(_known(rows, "gain") - 1),
     }  # fmt: skip
+
+
+def _known(rows: list[dict[str, Any]], name: str) -> NDArray[np.float64]:
+    return np.array([row[name] for row in rows if row[name] is not None], float)
+
+
+def _middle(values: NDArray[np.float64]) -> float:
+    return float(np.median(values)) if len(values) else 0.0
+
+
+def _rms(values: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(values**2))) if len(values) else 0.0
 
 
 def _built(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:

@@ -38,7 +38,8 @@ class Decoded:
 
     payload: None where the readings spell no code word; unclear: symbols too vague to count; corrected: symbols (bytes
     of a word) that error correction changed or filled in; margin: 1 where every symbol lies on its place, 0 where the
-    middle one is as near to its neighbour; beats_agree: whether the beat differences are those of the payload;
+    middle one is as near to its neighbour; beats_agree: whether the beat differences are those of the payload,
+    None where none could be read;
     partial: the word as it was read, where a payload could not be made of it and the family can compare such words.
     """
 
@@ -47,7 +48,7 @@ class Decoded:
     unclear: int
     corrected: int
     margin: float
-    beats_agree: bool = True
+    beats_agree: bool | None = True
     partial: PartialWord | None = None
 
 

@@ -4,7 +4,8 @@ The chance of taking a stranger for one of them.  A word is a payload of k' byte
 parity of a Reed-Solomon code, in which any k bytes of a random word are independent and uniform.  So a stranger's
 reading agrees with a given person's word in some given m <= k bytes with probability 256^-m, in at least m of n bytes
 with C(n, m) 256^-m at most, and with anybody's of `PEOPLE` with that many times more.  Beyond k bytes the bound is
-that for k.  Payloads drawn by chance or from a hash are random in this sense.
+that for k.  Payloads drawn by chance or from a hash are random in this sense.  Those that were chosen to look alike
+are not, but two different words of such a code still agree in k - 1 bytes at most, and more than k are asked for.
 """
 
 from __future__ import annotations
@@ -21,6 +22,9 @@ PEOPLE = 10**9
 WRONG_PERSON = 1e-9
 #: Hex digits of a part of an id, and how many parts are looked up: a registry of a million holds 15 of each part.
 PART_DIGITS, PARTS = 4, 4
+#: Two words agree in fewer bytes than payload and check have.  So many bytes more are asked for, that somebody whose id
+#: was chosen to be like another's is never taken for them.
+LEAD = 3
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,7 @@ class PartialWord:
 
     code: WordCode
     octets: tuple[int | None, ...]
-    beats_agree: Callable[[bytes], bool]
+    beats_agree: Callable[[bytes], bool | None]
 
     def parts(self) -> dict[int, str]:
         """The id's first parts as they read, by place: one of them may be right where the whole word is not."""
@@ -45,6 +49,11 @@ class PartialWord:
         if len(payload) != self.code.payload_bytes:
             return 0
         return sum(read == sent for read, sent in zip(self.octets, self.code.encode(payload), strict=True))
+
+    def tells(self, agreeing: int) -> bool:
+        """Whether so many bytes tell one person from everybody else, strangers and those with a similar id alike."""
+        enough = self.code.payload_bytes + CHECK_BYTES + LEAD
+        return agreeing >= enough and self.wrong_person(agreeing) <= WRONG_PERSON
 
     def wrong_person(self, agreeing: int) -> float:
         """Chance that a stranger's badge agrees with somebody's word in so many bytes.  Source: module docstring."""

@@ -102,17 +102,27 @@ def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> li
     return [digest[k] % (code.levels // 2 if k == middle else code.levels) for k in range(uniform)]
 
 
-def _beats_agree(payload: bytes, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> bool:
-    """Whether each clearly read uniform cell has the beat difference that the payload says."""
+def _beats_agree(
+    payload: bytes, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]
+) -> bool | None:
+    """Whether each clearly read uniform cell has the beat difference that the payload says; None where none is read.
+
+    A difference counts as another one beyond half a step and three error bars: at 0.2 steps of error bar half a step
+    alone would call every tenth true row false.
+    """
+    compared = 0
     for index, grating in enumerate(gratings):
         code, levels = code_of(grating), beat_levels(payload, gratings, index)
         reference = levels[_middle(grating)]
         steps = steps_from_reference(readings[index], grating)
         uniform = [found for role, found in zip(code.roles, steps, strict=True) if role != "phase"]
-        for level, (measured, sd) in zip(levels, uniform, strict=True):
-            if sd <= UNCLEAR_BEYOND_STEPS and abs(measured - (level - reference)) > 0.5:
+        for place, (level, (measured, sd)) in enumerate(zip(levels, uniform, strict=True)):
+            if place == _middle(grating) or sd > UNCLEAR_BEYOND_STEPS:
+                continue
+            if abs(measured - (level - reference)) > 0.5 + 3.0 * sd:
                 return False
-    return True
+            compared += 1
+    return True if compared else None
 
 
 def _middle(grating: Grating) -> int:

@@ -165,7 +165,7 @@ def _minimise(
 
     def misfits(scale: float) -> tuple[Array, Array]:
         places = np.array(sorted(tried))
-        cauchy = np.array([np.sum(np.log1p((tried[p] / scale) ** 2)) for p in places])
+        cauchy = np.array([_misfit(tried[p], scale) for p in places])
         return places, SPARE_PER_FRAME * cauchy + ((places - prior) / prior_sd) ** 2
 
     scale = min(float(np.median(errors)) for errors in tried.values()) or 1e-9
@@ -183,6 +183,12 @@ def _minimise(
         return float(places[int(np.argmin(cost))]), prior_sd
     place = float(np.clip(places[best] - curve[1] / (2 * curve[0]), places[best - 1], places[best + 1]))
     return place, float(min(1 / np.sqrt(curve[0]), prior_sd))
+
+
+def _misfit(errors_px: Array, scale: float) -> float:
+    """Cauchy's misfit of all frames; one whose pose could not be found is very wrong, not endlessly."""
+    bounded = np.minimum(np.nan_to_num(errors_px, nan=np.inf), 1e3 * scale)
+    return float(np.sum(np.log1p((bounded / scale) ** 2)))
 
 
 def _minimise_both(
@@ -208,7 +214,7 @@ def _minimise_both(
     for _ in range(5):
         centre = np.clip(place, low + step, high - step)
         places = centre + grid * step
-        misfit = [SPARE_PER_FRAME * float(np.sum(np.log1p((errors_px(*at) / scale) ** 2))) for at in places]
+        misfit = [SPARE_PER_FRAME * _misfit(errors_px(*at), scale) for at in places]
         cost = np.array(misfit) + (((places - prior) / prior_sd) ** 2).sum(axis=1)
         _, bx, by, axx, axy, ayy = np.linalg.lstsq(terms, cost, rcond=None)[0]
         bend = np.array([[2 * axx, axy], [axy, 2 * ayy]])
@@ -231,10 +237,25 @@ def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
     """
     velocity = np.zeros_like(points_px)
     for stretch in stretches(times_s, GAP_S):
-        if len(stretch) >= 4:
-            clock = _rising(times_s[stretch])
-            velocity[stretch] = CubicSpline(clock, points_px[stretch])(clock, 1)
+        if len(stretch) < 4:
+            continue
+        clock = times_s[stretch]
+        kept = _apart(clock, 0.5 * float(np.median(np.diff(clock))))
+        if len(kept) >= 4:
+            spline = CubicSpline(clock[kept], points_px[stretch][kept])
+            velocity[stretch] = spline(np.clip(clock, clock[kept[0]], clock[kept[-1]]), 1)
     return velocity
+
+
+def _apart(clock: Array, least_s: float) -> list[int]:
+    """Places of times that lie so far apart: a file may repeat a time, or hold two that nearly agree, and a spline
+    through both would tell an endless velocity.
+    """
+    kept = [0]
+    for place in range(1, len(clock)):
+        if clock[place] - clock[kept[-1]] >= max(least_s, 1e-6):
+            kept.append(place)
+    return kept
 
 
 def stretches(times_s: Array, gap_s: float) -> list[NDArray[np.int64]]:

@@ -19,7 +19,7 @@ from moireid.verifier.measure import Measurement
 from moireid.verifier.predict import strip_law
 from moireid.verifier.strips import Strip
 from moireid.verifier.track import Track
-from moireid.verifier.waveform import Complex, learn_waveform, match_cost, match_phase, match_symbol
+from moireid.verifier.waveform import Complex, learn_waveform, match_cost, match_phase, match_symbol, waveform
 
 Array = NDArray[np.float64]
 #: Left out at a cell's ends, mm, or a fifth of it: there the picture's blur mixes neighbours.
@@ -45,7 +45,8 @@ TWIST_FRAMES = 128
 class CellPhase:
     """Phase of one cell against the uniform rows' field, its standard deviation, and its middle, page mm.
 
-    free_rad: what the phase would be if it need not lie on one of the code's places.
+    free_rad: what the phase would be if it need not lie on one of the code's places; moved, power: means over frames
+    and samples of the seen change times the change that the field makes of this symbol, and of its square.
     """
 
     phase_rad: float
@@ -53,6 +54,8 @@ class CellPhase:
     along_mm: float
     across_mm: float
     free_rad: float = math.nan
+    moved: float = 0.0
+    power: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -88,11 +91,13 @@ def read_cells(
     shape = _shape(track, measurement, badge, grating, field)
     found: dict[int, CellPhase] = {}
     costs: dict[int, Array] = {}
+    views: dict[int, tuple[Array, Array]] = {}
     for index, strip in rows:
         phase = _field_phase(badge, strip, measurement.camera_mm, field, track.cell_frames)
         seen = _in_contrasts(track.profiles[index], field, track.cell_frames)
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
+            views[cell] = seen[:, inside], phase[:, inside]
             costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
             value, sd = match_phase(costs[cell])
             sd = math.hypot(sd, FLOOR_RAD)
@@ -102,8 +107,23 @@ def read_cells(
     for cell, offset in _offsets(found, field, levels).items():
         value, sd = match_symbol(costs[cell], offset, levels)
         free = math.remainder(found[cell].phase_rad - offset, 2 * math.pi)
-        placed[cell] = replace(found[cell], phase_rad=value, phase_sd_rad=math.hypot(sd, FLOOR_RAD), free_rad=free)
+        moved, power = _motion(*views[cell], shape, value + offset)
+        placed[cell] = replace(
+            found[cell],
+            phase_rad=value,
+            phase_sd_rad=math.hypot(sd, FLOOR_RAD),
+            free_rad=free,
+            moved=moved,
+            power=power,
+        )
     return placed
+
+
+def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
+    """Seen change times expected change, and expected change squared, each about its mean over the film."""
+    expected = waveform(shape, phase + ahead)
+    expected = expected - expected.mean(axis=0)
+    return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
 
 
 def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field, frames: NDArray[np.int64]) -> Array:

@@ -13,7 +13,8 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from moireid.badge import Badge
-from moireid.idcodes import WRONG_PERSON, PartialWord
+from moireid.errors import CodeError, SpecError
+from moireid.idcodes import PartialWord
 from moireid.verifier.identity import Identity
 from moireid.verifier.reasons import Reason
 from moireid.verifier.track import Progress
@@ -67,10 +68,19 @@ def identify(
     Source: `verify` without a claim, a layout at a time.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
-    outcomes = [
-        judge(verify(video, layout, claimed_id=None, focal_px=focal_px, progress=progress), enrolled)
-        for layout in layouts
-    ]
+    outcomes = []
+    for layout in layouts:
+        try:
+            report = verify(video, layout, claimed_id=None, focal_px=focal_px, progress=progress)
+        except (SpecError, CodeError) as error:
+            # One badge that nobody can read must not keep all others from being found.
+            text = f"One layout among the enrolled is left out: {error}."
+            reason = Reason("layout", "undecided", None, None, "", text)
+            outcomes.append(Identification("inconclusive", None, (reason,), None))
+            continue
+        outcomes.append(judge(report, enrolled))
+        if outcomes[-1].finding == "found":
+            break
     if not outcomes:
         reason = Reason("enrolled", "fail", 0.0, 1.0, "badges", "Nobody is enrolled in this registry yet.")
         return Identification("nobody", None, (reason,), None)
@@ -102,9 +112,15 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
     if not enrolled.holds(read):
         text = f"The badge reads {read}, which nobody holds here: not issued, or revoked."
         return None, Reason("enrolled", "fail", read, None, "", text)
-    if not identity.beats_agree:
+    if identity.beats_agree is False:
         text = f"The line spacing reads {read}, but the beats of the rows are not that badge's."
         return None, Reason("beats", "fail", read, None, "", text)
+    if identity.beats_agree is None:
+        text = f"The line spacing reads {read}, but the beats of no row can be read beside it."
+        return read, Reason("beats", "undecided", read, None, "", text)
+    for reason in identity.reasons:
+        if reason.code == "cells_move" and reason.level != "pass":
+            return None, reason
     return read, Reason("enrolled", "pass", read, None, "", f"The badge reads {read}, which is enrolled.")
 
 
@@ -113,16 +129,14 @@ def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, 
     unread = Reason("identity", "undecided", None, None, "", "No identity can be read off the badge.")
     if word is None:
         return None, unread
-    near = {
-        candidate: agreeing
-        for candidate in enrolled.alike(word.parts())
-        if word.wrong_person(agreeing := word.agreeing(bytes.fromhex(candidate))) <= WRONG_PERSON
-        and word.beats_agree(bytes.fromhex(candidate))
-        and enrolled.holds(candidate)
-    }
+    # Whoever was revoked is asked too: else the next best would be named for them.
+    near = {candidate: word.agreeing(bytes.fromhex(candidate)) for candidate in enrolled.alike(word.parts())}
+    near = {candidate: agreeing for candidate, agreeing in near.items() if word.tells(agreeing)}
     if len(near) != 1:
         return None, unread
     found, agreeing = next(iter(near.items()))
+    if word.beats_agree(bytes.fromhex(found)) is not True or not enrolled.holds(found):
+        return None, unread
     text = (
         f"Too many symbols are wrong to be mended, but {agreeing} of {len(word.octets)} are those of {found}, who is "
         f"enrolled; a stranger's would agree so well with a chance of {word.wrong_person(agreeing):.0e} at most."

@@ -12,11 +12,18 @@ import numpy as np
 from moireid.badge import Badge
 from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
 from moireid.optics import beat_period_mm
-from moireid.verifier.cells import Field, read_cells, uniform_fields
+from moireid.verifier.cells import CellPhase, Field, read_cells, uniform_fields
 from moireid.verifier.measure import Measurement
-from moireid.verifier.reasons import Reason, json_number
+from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.track import Track
 
+#: A uniform row whose phase is so many times vaguer than the clearest row's is covered in part.
+MAX_VAGUER = 3.0
+#: The cells' fringes must move with the rows'.  Genuine films gave 0.96 and more, cells that are a picture 0; a third
+#: of the cells may be covered.
+CELLS_MOVE, CELLS_STAND = 0.6, 0.4
+#: Mean square of the change that is asked for before that is told, contrasts squared.
+LEAST_CHANGE = 0.005
 IdentityVerdict = Literal["match", "mismatch", "unreadable", "not_claimed"]
 
 
@@ -24,7 +31,8 @@ IdentityVerdict = Literal["match", "mismatch", "unreadable", "not_claimed"]
 class Identity:
     """Outcome of the identity test; beat periods of the reference cell in page mm.
 
-    beats_agree: whether the rows' beats are those of the decoded id; partial: the word where none could be decoded.
+    beats_agree: whether the rows' beats are those of the decoded id, None where no row could be read; partial: the
+    word where none could be decoded; cell_motion: as `Reading` has it.
     """
 
     verdict: IdentityVerdict
@@ -36,8 +44,9 @@ class Identity:
     symbol_errors_corrected: int = 0
     built: str = "not_known"
     score: float | None = None
-    beats_agree: bool = True
+    beats_agree: bool | None = True
     partial: PartialWord | None = None
+    cell_motion: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """As the `identity` object of `verify --json`."""
@@ -52,12 +61,15 @@ class Identity:
 class Reading:
     """What the cells of all gratings say; decoded and fields belong to those that carry a code.
 
-    cells: one reading a cell, by grating; fields: of the uniform rows, by grating, as they decode.
+    cells: one reading a cell, by grating; fields: of the uniform rows, by grating, as they decode; cell_motion: how
+    far the cells' fringes change with those of the rows, 1 where they move as one, 0 for a picture of cells, None
+    where there are none.
     """
 
     decoded: Decoded | None
     cells: tuple[tuple[CellReading, ...], ...]
     fields: dict[int, Field]
+    cell_motion: float | None = None
 
 
 def read_identity(track: Track, measurement: Measurement, badge: Badge) -> Reading:
@@ -71,15 +83,20 @@ def read_identity(track: Track, measurement: Measurement, badge: Badge) -> Readi
     first: Reading | None = None
     for chosen in itertools.product(*options):
         fields = dict(zip(coded, chosen, strict=True))
+        shifted = {index: read_cells(track, measurement, badge, index, field) for index, field in fields.items()}
         cells = tuple(
-            tuple(_cell_readings(track, measurement, badge, index, fields.get(index)))
+            tuple(_cell_readings(track, measurement, badge, index, shifted.get(index, {})))
             for index in range(len(badge.gratings))
         )
         if not coded:
             return Reading(None, cells, {})
+        every = [cell for found in shifted.values() for cell in found.values()]
+        power = sum(cell.power for cell in every)
+        # Where the rows hardly move, so should the cells, and nothing can be told.
+        motion = sum(cell.moved for cell in every) / power if power > LEAST_CHANGE * max(len(every), 1) else None
         gratings = tuple(badge.gratings[index] for index in coded)
         decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
-        reading = Reading(decoded, cells, fields)
+        reading = Reading(decoded, cells, fields, motion)
         first = first or reading
         if decoded.payload is not None:
             return reading
@@ -102,7 +119,8 @@ def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, clai
     verdict, reason, score = _compare(decoded, found, claimed_id)
     return Identity(
         verdict,
-        (reason,),
+        (reason, *_cells_move(reading.cell_motion, found)),
+        cell_motion=reading.cell_motion,
         decoded_id=found,
         claimed_id=claimed_id,
         beat_period_mm=float(beat_period_mm(readings[index][reference].frequency_per_mm)),
@@ -112,6 +130,18 @@ def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, clai
         beats_agree=decoded.beats_agree if decoded else True,
         partial=decoded.partial if decoded else None,
     )
+
+
+def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
+    """Whether the identity was read off fringes that move, and not off a picture of them between live rows."""
+    if motion is None or found is None:
+        return ()
+    level: Level = "pass" if motion >= CELLS_MOVE else "fail" if motion <= CELLS_STAND else "undecided"
+    text = (
+        f"The cells' fringes change {motion:.2f} times as far as the rows' motion makes them; {CELLS_MOVE:g} is the "
+        "least that shows a badge."
+    )
+    return (Reason("cells_move", level, motion, CELLS_MOVE, "", text),)
 
 
 def _compare(
@@ -134,9 +164,12 @@ def _compare(
             f"{decoded.unclear} cells are unclear; film the whole badge from nearer, with more motion."
         )
         return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0
-    if not decoded.beats_agree:
+    if decoded.beats_agree is False:
         text = f"The line spacing reads {found}, but the beats of the rows are not that badge's."
         return "mismatch", Reason("beats", "fail", found, claimed_id, "", text), -margin
+    if decoded.beats_agree is None and found == claimed_id:
+        text = f"The line spacing reads {found}, as claimed, but the beats of no row can be read beside it."
+        return "unreadable", Reason("beats", "undecided", found, claimed_id, "", text), 0.0
     if found == claimed_id:
         text = f"The badge reads {found}, as claimed."
         return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
@@ -145,10 +178,14 @@ def _compare(
 
 
 def _cell_readings(
-    track: Track, measurement: Measurement, badge: Badge, index: int, field: Field | None
+    track: Track, measurement: Measurement, badge: Badge, index: int, shifted: dict[int, CellPhase]
 ) -> list[CellReading]:
-    """One reading a cell of a grating; a uniform cell's strips are taken together, weighted by their error bars."""
-    shifted = read_cells(track, measurement, badge, index, field) if field else {}
+    """One reading a cell of a grating; a uniform cell's strips are taken together, weighted by their error bars.
+
+    A row that fits its fringes far worse than the others is covered in part: what covers it stands still and biases
+    its beat alike in all parts of the film, so that no error bar tells; it counts as not read.
+    """
+    clearest = min((float(np.median(p.phase_sd_rad)) for p in measurement.strips if p is not None), default=math.inf)
     readings = []
     for cell in range(len(badge.gratings[index].cells)):
         if cell in shifted:
@@ -159,10 +196,11 @@ def _cell_readings(
             phase for strip, phase in zip(track.strips, measurement.strips, strict=True)
             if strip.grating == index and strip.cells == (cell,) and phase is not None
         ]  # fmt: skip
+        covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > MAX_VAGUER * max(clearest, 1e-3)
         # An error bar from four blocks can come out small by luck; a millicycle over 100 mm is its floor.
         sd = np.array([max(phase.frequency_sd, 1e-5) for phase in own])
         weight = 1 / sd**2 if np.all(np.isfinite(sd)) else np.ones(len(own))
         frequency = float(np.average([phase.frequency_per_mm for phase in own], weights=weight))
-        frequency_sd = math.sqrt(1 / weight.sum()) if np.all(np.isfinite(sd)) else math.inf
+        frequency_sd = math.sqrt(1 / weight.sum()) if np.all(np.isfinite(sd)) and not covered else math.inf
         readings.append(CellReading(frequency, frequency_sd, math.nan, math.inf))
     return readings

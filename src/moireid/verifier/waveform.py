@@ -53,6 +53,15 @@ def learn_waveform(seen: Array, phase: Array) -> Complex:
     return shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9)
 
 
+def waveform(shape: Complex, phase: Array) -> Array:
+    """Brightness of the shape at phases, in contrasts about the level."""
+    turn = np.exp(1j * phase)
+    total = np.zeros(phase.shape, complex)
+    for coefficient in shape[::-1]:
+        total = total * turn + coefficient
+    return np.asarray(total.real)
+
+
 def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> Array:
     """How little a cell fits the shape at each of `GRID` phases by which it may be ahead of the field, in nats.
 
