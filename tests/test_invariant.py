@@ -105,9 +105,20 @@ def test_gain_fails_alone(gain):
 def test_correlation_fails_alone():
     """Catches: a residual that is taken for enough.  Vague phases explain a wander that vague motion does not."""
     predicted = 0.40 * course()
-    outcome = judged(signal(predicted, predicted + 0.18 * jitter(predicted), phase_sd=0.07, pose_sd=0.06))
+    outcome = judged(signal(predicted, predicted + 0.29 * jitter(predicted), phase_sd=0.07, pose_sd=0.06))
     assert outcome.verdict == "reject" and failed(outcome) == ["correlation"]
-    assert outcome.correlation == pytest.approx(0.40 / math.hypot(0.40, 0.18), abs=1e-6)
+    assert outcome.correlation == pytest.approx(0.40 / math.hypot(0.40, 0.29), abs=1e-6)
+
+
+def test_what_worse_poses_than_told_could_explain_is_left_open():
+    """Catches: a true film from far away that is rejected, because coded pictures err alike in neighbouring frames;
+    clear films that are excused in the same way.
+    """
+    predicted = 0.40 * course()
+    vague = judged(signal(predicted, predicted + 0.18 * jitter(predicted), phase_sd=0.07, pose_sd=0.06))
+    assert vague.verdict == "inconclusive" and levels(vague)["correlation"] == "undecided"
+    clear = judged(signal(predicted, predicted + 0.18 * jitter(predicted), phase_sd=0.01, pose_sd=0.02))
+    assert clear.verdict == "reject" and levels(clear)["correlation"] == "fail"
 
 
 def test_residual_fails_alone():
