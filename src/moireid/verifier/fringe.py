@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 SEARCH_FRAMES = 32
 REFINE_FRAMES = 64
 BLOCKS = 4
+#: Frames that are fitted at a time.
+PIECE_FRAMES = 512
 #: Neighbouring samples share pixels: at two samples a millimetre and 1.4 pixels a millimetre noise counts 1.4 times.
 SAMPLE_INFLATION = 1.4
 
@@ -57,7 +59,12 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     ]  # fmt: skip
     spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else np.inf
     harmonics = 3 if abs(frequency) * length_mm >= 1.5 else 1
-    coefficients, variance, _ = _fit(profiles, law.phase_rad(frequency), harmonics)
+    # In pieces, because the columns of the fit are some twenty times the profiles themselves.
+    pieces = [
+        _fit(profiles[some], _part(law, some).phase_rad(frequency), harmonics)[:2]
+        for some in np.array_split(np.arange(len(profiles)), -(-len(profiles) // PIECE_FRAMES))
+    ]
+    coefficients, variance = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
     cosine, sine = coefficients[:, 2], coefficients[:, 3]
     contrast = np.hypot(cosine, sine)
     with np.errstate(divide="ignore", invalid="ignore"):

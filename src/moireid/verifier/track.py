@@ -1,7 +1,7 @@
 """The pass over the film: find the page, register it, read its profiles.  One frame in memory at a time.
 
-What is kept of a frame is its homography and the profiles of its uniform rows, about 1 kB; profiles of phase cells,
-which are the most, are kept of at most `SAMPLE_FRAMES` frames, evenly spread over the film.
+What is kept of a frame is its homography and the profiles of its uniform rows, 3 kB; profiles of phase cells are kept
+of at most `SAMPLE_FRAMES` frames, evenly spread over the film.
 """
 
 from __future__ import annotations
