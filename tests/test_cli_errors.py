@@ -537,7 +537,9 @@ def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) ->
     assert [(row["id"], row["name"]) for row in listed] == [(badge_id, "Zoë 山")]
     for claim in ("Zoë 山", "Zoe\u0308 山", badge_id, badge_id.upper()):
         shown = run("registry", "show", claim, *url)
-        assert shown.code == 0 and shown.document["badge"] == json.loads((tmp_path / "z/badge.json").read_text())
+        # What the printer's dots make of it is in the file alone: it is no part of the badge.
+        file = json.loads((tmp_path / "z/badge.json").read_text(encoding="utf-8"))
+        assert shown.code == 0 and shown.document["badge"] | {"realised": file["realised"]} == file
     again = run("print", "Zoë 山", "--out", "z2", "--mount", "none", *url)
     assert again.document["id"] == badge_id and again.err.startswith("note: ")
 
