@@ -277,3 +277,11 @@ def test_ids_alike_are_found_by_indexes(path):
     connection.close()
     assert sum("USING INDEX badges_by_part" in step for step in plan) == 3
     assert not [step for step in plan if step.startswith("SCAN")]
+
+
+def test_parts_that_very_many_share_tell_nobody(registry, monkeypatch):
+    """Catches: a million ids that were counted up, all of them compared with one spoilt reading."""
+    monkeypatch.setattr(store, "MOST_ALIKE", 2)
+    for number in range(3):
+        registry.enroll(badge_of(f"Person {number}", number.to_bytes(8, "big")))
+    assert registry.ids_alike({0: "0000"}) == [] and registry.ids_alike({3: "0002"}) == ["0000000000000002"]
