@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from moireid.badge import Badge, Cell, Code, Grating
@@ -98,7 +99,9 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         payload_bits=8 * len(payload),
         board_mm=layout.board_mm,
         range_m=request.range_m,
-        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form, "lens": request.lens}
+        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form}
+        # Of a lens profile the file's name alone: where it lies is nobody's business.
+        | {"lens": Path(request.lens).name}
         | _on_dots(request, gratings, lens.pitch_mm),
     )
 
