@@ -15,6 +15,7 @@ from typing import Any
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
+from moireid.files import whole_file
 
 MM_PER_INCH = 25.4
 #: Family of a pitch test sheet's grating: uniform bands and no code.
@@ -102,7 +103,7 @@ def load_lens_profile(path: Path) -> LensProfile:
     except (ValueError, RecursionError) as error:
         raise SpecError(f"lens profile {path} is not JSON ({error}); {advice}") from error
     if not isinstance(document, dict) or document.get("kind") != PROFILE_KIND:
-        raise SpecError(f"{path} is no lens profile, which would say \"kind\": \"{PROFILE_KIND}\"; {advice}")
+        raise SpecError(f'{path} is no lens profile, which would say "kind": "{PROFILE_KIND}"; {advice}')
     if document.get("format") != PROFILE_FORMAT:
         raise SpecError(
             f"{path}: format: {document.get('format')!r} is not known to this version; it reads format {PROFILE_FORMAT}"
@@ -121,8 +122,17 @@ def load_lens_profile(path: Path) -> LensProfile:
     return LensProfile(name, Lens("lenticular", **figures), pitch_sd_mm, found)
 
 
+def save_lens_profile(profile: LensProfile, path: Path) -> None:
+    """Write a lens profile, whole or not at all.  Raises: SpecError where it would not read back."""
+    with whole_file(path) as temporary:
+        temporary.write_text(profile.to_json(), encoding="utf-8")
+        if load_lens_profile(temporary) != profile:
+            raise SpecError(f"lens profile {path} does not read back as it was written; report this")
+
+
 def _figure(value: object, where: str, low: float, high: float) -> float:
-    """A number of a lens profile.  Raises: SpecError where it is none or out of bounds; JSON knows no bool as number."""
+    """A number of a lens profile.  Raises: SpecError where it is none or out of bounds."""
+    # Python takes True for 1; JSON's true is no number.
     number = float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
     if not low <= number <= high:
         raise SpecError(f"{where}={value!r} must be a number from {low:g} to {high:g}; correct it or calibrate anew")

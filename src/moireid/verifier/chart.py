@@ -78,7 +78,9 @@ def check_chart(chart: Badge) -> None:
     """Raise SpecError unless the badge is a pitch test sheet."""
     grating = chart.gratings[0]
     if len(chart.gratings) != 1 or grating.family != CHART_FAMILY or grating.axis != "x" or len(grating.cells) < 3:
-        raise SpecError(f"{chart.name!r} is no pitch test sheet; give the pitch-test.json that moireid pitch-test wrote")
+        raise SpecError(
+            f"{chart.name!r} is no pitch test sheet; give the pitch-test.json that moireid pitch-test wrote"
+        )
     if chart.lens.kind != "lenticular":
         raise SpecError("a pitch test sheet of a line mask cannot be read; give one of a lenticular sheet")
 
@@ -119,13 +121,13 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     if shrink < 1:
         luma, start = _shrunk(luma, start, shrink)
         focal_px *= shrink
-    found = PageRegistrar(chart.markers).register(luma, start)
-    if found is None:
+    registered = PageRegistrar(chart.markers).register(luma, start)
+    if registered is None:
         raise MediaError(
             "the picture's markers do not match the chart's page; photograph it flat, sharp, with all four squares "
             "free, and give the pitch-test.json of this very chart"
         )
-    homography = found.homography
+    homography = registered.homography
     centre = ((luma.shape[1] - 1) / 2, (luma.shape[0] - 1) / 2)
     mapped = np.column_stack([corners_mm, np.ones(len(corners_mm))]) @ homography.T
     plane = np.column_stack([corners_mm - middle_mm, np.zeros(len(corners_mm))])
@@ -133,11 +135,11 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     camera = poses.camera[0, int(poses.error_px[0].argmin())]
     if distance_mm is not None:
         camera = camera * distance_mm / np.linalg.norm(camera)
-    camera = camera + (*middle_mm, 0.0)
+    camera = camera + np.append(middle_mm, 0.0)
     blur_px = BLUR_MM * scale_px_per_mm(homography, middle_mm)
     smooth = np.asarray(cv2.GaussianBlur(luma.astype(np.float32), (0, 0), blur_px))
     # A profile reader takes counts of any kind; rounding them again would cost what blurring won.
-    profiles = ProfileReader(chart).read(smooth, homography)  # type: ignore[arg-type]
+    profiles = ProfileReader(chart).read(smooth, homography)
     return View(np.asarray(camera, float), np.asarray(profiles, float))
 
 
@@ -222,7 +224,7 @@ class BandFit:
         ).x)  # fmt: skip
         rest, shaded, contrast, phase = self.left(band, found, HARMONICS)
         step = 0.05 / self.length_mm
-        bend = (self.left(band, found - step, HARMONICS)[0] + self.left(band, found + step, HARMONICS)[0] - 2 * rest)
+        bend = self.left(band, found - step, HARMONICS)[0] + self.left(band, found + step, HARMONICS)[0] - 2 * rest
         count = sum(view.profiles[band].size for view in self.views)
         free = max(count / SAMPLE_INFLATION - (2 * HARMONICS + 4) * len(self.views), 1.0)
         # Near the least sum of squares S, the variance of q is 2 (S / free) / S'' for independent samples.
