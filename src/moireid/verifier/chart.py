@@ -2,7 +2,7 @@
 
 1. Find the chart's markers, shrink a fine picture, register the page.
 2. Find where the camera was.
-3. Read each band's brightness profile, lens ribs and printed lines blurred away.
+3. Read the brightness profiles of each band in parts, lens ribs and printed lines blurred away.
 4. Search the one lens frequency that explains the fringes of all bands at once.
 5. Refine it band by band.
 
@@ -14,7 +14,7 @@ Source: nonlinear least squares, the linear part solved for exactly (variable pr
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -41,6 +41,9 @@ MIN_FRINGES = 1.5
 #: A band is readable where its fringes explain this share of what shading leaves, and are so many counts strong.
 MIN_EXPLAINED, MIN_CONTRAST = 0.6, 2.5
 HARMONICS = 3
+#: A band is read in parts about so high: a sheet that lies askew shifts the fringes from part to part, and from how
+#: fast it does so the twist is told, up to half a turn a part (4.5 degrees at 50 lines per inch).
+PART_MM = 3.0
 #: How far beyond its outermost bands a chart is searched, in its own steps.
 BEYOND_STEPS = 3.0
 #: Samples two to the millimetre, blurred by `BLUR_MM`: the noise of 2 sqrt(pi) BLUR_MM 2 = 3.5 of them is one.
@@ -49,7 +52,10 @@ SAMPLE_INFLATION = 3.5
 
 @dataclass(frozen=True)
 class View:
-    """One registered picture of the chart: camera centre, page mm (z negative), and profiles of all bands (B, N)."""
+    """One registered picture of the chart: camera centre, page mm (z negative), and a profile a part, (P, N).
+
+    Convention: parts as `parts_of` has them.
+    """
 
     camera_mm: Array
     profiles: Array
@@ -60,7 +66,8 @@ class BandReading:
     """One band: its number, printed frequency 1/p_k, and what it says of the lens.
 
     lens_per_mm: q, cycles per mm of page; sd: of it, from the picture's noise; fringes: across the band, signed;
-    phase_rad: at the field's middle; explained: share of the profile's variance, 0 to 1; readable: fit to be used.
+    parts: of each part its place across the fringes, mm, and its phase at the field's middle, rad; explained: share of
+    the profiles' variance, 0 to 1; readable: fit to be used.
     """
 
     number: int
@@ -68,8 +75,7 @@ class BandReading:
     lens_per_mm: float
     sd: float
     fringes: float
-    phase_rad: float
-    across_mm: float
+    parts: tuple[tuple[float, float], ...]
     explained: float
     readable: bool
 
@@ -139,8 +145,26 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     blur_px = BLUR_MM * scale_px_per_mm(homography, middle_mm)
     smooth = np.asarray(cv2.GaussianBlur(luma.astype(np.float32), (0, 0), blur_px))
     # A profile reader takes counts of any kind; rounding them again would cost what blurring won.
-    profiles = ProfileReader(chart).read(smooth, homography)
+    profiles = ProfileReader(parts_of(chart)).read(smooth, homography)
     return View(np.asarray(camera, float), np.asarray(profiles, float))
+
+
+def parts_of(chart: Badge) -> Badge:
+    """The chart with every band cut into parts about `PART_MM` high, the same number each, from top to bottom."""
+    grating = chart.gratings[0]
+    cells = []
+    for cell in grating.cells:
+        x0, y0, x1, y1 = cell.rect_mm
+        count = parts_in_a_band(chart)
+        edges = np.linspace(y0, y1, count + 1)
+        cells += [replace(cell, rect_mm=(x0, float(edges[k]), x1, float(edges[k + 1]))) for k in range(count)]
+    return replace(chart, gratings=(replace(grating, cells=tuple(cells)),))
+
+
+def parts_in_a_band(chart: Badge) -> int:
+    """Number of parts of every band; at least two, or no twist could be told."""
+    lowest = min(cell.rect_mm[3] - cell.rect_mm[1] for cell in chart.gratings[0].cells)
+    return max(2, round(lowest / PART_MM))
 
 
 def _shrunk(luma: NDArray[np.uint8], homography: Array, share: float) -> tuple[NDArray[np.uint8], Array]:
@@ -156,15 +180,16 @@ class BandFit:
     """Least squares of every band's fringes over all views, for any lens frequency q."""
 
     def __init__(self, views: list[View], chart: Badge) -> None:
-        strips = ProfileReader(chart).strips
+        strips = ProfileReader(parts_of(chart)).strips
         grating, lens = chart.gratings[0], chart.lens
         law = view_law(lens, grating.pitch_mm)
         middle_mm = (grating.rect_mm[0] + grating.rect_mm[2]) / 2
         self.printed, self.views = printed_frequencies(chart), views
+        self._parts = parts_in_a_band(chart)
         self.across_mm = np.array([strip.across_mm for strip in strips])
         along = strips[0].along_mm
         self.length_mm = float(along[-1] - along[0])
-        place = (along - along.mean()) / (self.length_mm / 2)
+        self._place = place = (along - along.mean()) / (self.length_mm / 2)
         # Shading: light that falls off to the sides is no fringe.
         self._shading, _ = np.linalg.qr(np.column_stack([np.ones_like(place), place, place**2]))
         self._lens_x, self._line_x = [], []
@@ -176,32 +201,33 @@ class BandFit:
             self._lens_x.append(along - middle_mm - lens.thickness_mm * tangent)
             self._line_x.append(self._lens_x[-1] + shift)
 
-    def phase_rad(self, view: int, band: int, lens_per_mm: float) -> Array:
-        """Phase over a band, (N,), less the constant that the sheet's place decides."""
-        printed = self._line_x[view][band] * self.printed[band]
+    def phase_rad(self, view: int, part: int, lens_per_mm: float) -> Array:
+        """Phase over a part of a band, (N,), less the constant that the sheet's place decides."""
+        printed = self._line_x[view][part] * self.printed[part // self._parts]
         return np.asarray(2 * np.pi * (printed - self._lens_x[view] * lens_per_mm))
 
-    def left(self, band: int, lens_per_mm: float, harmonics: int) -> tuple[float, float, float, float]:
-        """Sums of squares of a band over all views: left by shading and fringes, and by shading alone.
+    def left(self, band: int, lens_per_mm: float, harmonics: int) -> tuple[float, float, NDArray[np.complex128]]:
+        """Sums of squares of a band over its parts in all views: left by shading and fringes, and by shading alone.
 
-        Returns also the fringe's contrast in counts and its phase at the field's middle, of the first view.
+        Returns also the first view's fringes, one complex figure a part: contrast in counts, and phase at the middle.
         """
         rest_all = shaded_all = 0.0
-        first = 0.0, 0.0
+        fringes = np.zeros(self._parts, complex)
         for k, view in enumerate(self.views):
-            turn = np.exp(1j * self.phase_rad(k, band, lens_per_mm))
-            columns = [part for h in range(1, harmonics + 1) for part in ((turn**h).real, (turn**h).imag)]
-            basis = np.column_stack(columns)
-            basis -= self._shading @ (self._shading.T @ basis)
-            profile = view.profiles[band]
-            shaded = profile - self._shading @ (self._shading.T @ profile)
-            coefficients = np.linalg.lstsq(basis, shaded, rcond=1e-6)[0]
-            rest = shaded - basis @ coefficients
-            rest_all += float(rest @ rest)
-            shaded_all += float(shaded @ shaded)
-            if k == 0:
-                first = float(np.hypot(*coefficients[:2])), float(np.arctan2(-coefficients[1], coefficients[0]))
-        return rest_all, shaded_all, *first
+            for j in range(self._parts):
+                part = band * self._parts + j
+                turn = np.exp(1j * self.phase_rad(k, part, lens_per_mm))
+                basis = np.column_stack([f(turn**h) for h in range(1, harmonics + 1) for f in (np.real, np.imag)])
+                basis -= self._shading @ (self._shading.T @ basis)
+                profile = view.profiles[part]
+                shaded = profile - self._shading @ (self._shading.T @ profile)
+                coefficients = np.linalg.lstsq(basis, shaded, rcond=1e-6)[0]
+                rest = shaded - basis @ coefficients
+                rest_all += float(rest @ rest)
+                shaded_all += float(shaded @ shaded)
+                if k == 0:
+                    fringes[j] = coefficients[0] - 1j * coefficients[1]
+        return rest_all, shaded_all, fringes
 
     def search(self, low: float, high: float) -> float:
         """The q whose fringes explain the bands best, all together, to a tenth of a fringe across a band."""
@@ -211,7 +237,7 @@ class BandFit:
             for k, q in enumerate(grid):
                 # A band near the match looks like shading, and one that is not covered explains nothing.
                 if abs(self.printed[band] - q) * self.length_mm >= 0.5:
-                    rest, shaded, _, _ = self.left(band, q, 1)
+                    rest, shaded, _ = self.left(band, q, 1)
                     scores[k] += 1 - rest / max(shaded, 1e-9)
         return float(grid[int(np.argmax(scores))])
 
@@ -222,22 +248,24 @@ class BandFit:
             lambda q: self.left(band, q, HARMONICS)[0],
             bounds=(near - reach, near + reach), method="bounded", options={"xatol": 1e-4 * reach},
         ).x)  # fmt: skip
-        rest, shaded, contrast, phase = self.left(band, found, HARMONICS)
+        rest, shaded, seen = self.left(band, found, HARMONICS)
         step = 0.05 / self.length_mm
         bend = self.left(band, found - step, HARMONICS)[0] + self.left(band, found + step, HARMONICS)[0] - 2 * rest
-        count = sum(view.profiles[band].size for view in self.views)
-        free = max(count / SAMPLE_INFLATION - (2 * HARMONICS + 4) * len(self.views), 1.0)
+        profiles = self._parts * len(self.views)
+        free = max((len(self._place) / SAMPLE_INFLATION - 2 * HARMONICS - 4) * profiles, 1.0)
         # Near the least sum of squares S, the variance of q is 2 (S / free) / S'' for independent samples.
         sd = float(np.sqrt(2 * rest / free * step**2 / bend)) if bend > 0 else float("inf")
         explained = 1 - rest / max(shaded, 1e-9)
+        parts = slice(band * self._parts, (band + 1) * self._parts)
         fringes = (self.printed[band] - found) * self.length_mm
         readable = (
-            abs(fringes) >= MIN_FRINGES and explained >= MIN_EXPLAINED and contrast >= MIN_CONTRAST
+            abs(fringes) >= MIN_FRINGES and explained >= MIN_EXPLAINED
+            and float(np.median(np.abs(seen))) >= MIN_CONTRAST
             and abs(found - near) < 0.95 * reach and np.isfinite(sd)
         )  # fmt: skip
         return BandReading(
-            band + 1, float(self.printed[band]), found, sd, float(fringes), phase, float(self.across_mm[band]),
-            explained, bool(readable),
+            band + 1, float(self.printed[band]), found, sd, float(fringes),
+            tuple(zip(self.across_mm[parts].tolist(), np.angle(seen).tolist(), strict=True)), explained, bool(readable),
         )  # fmt: skip
 
 

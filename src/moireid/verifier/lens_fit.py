@@ -38,8 +38,9 @@ MAX_SCATTER_FRINGES = 0.06
 GAP_SD = 0.05
 #: A match further out than this many bands is not believed.
 MAX_BEYOND_STEPS = 1.5
-#: The phases of the bands' middles must agree so far (1: wholly) for a twist to be read off them.
-MIN_COHERENCE = 0.8
+#: The phases of the bands' middles must agree so far (1: wholly) for a twist to be read off them; and it must be small,
+#: as far larger ones look like small ones (`chart.PART_MM`).
+MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,8 @@ def lens_from_views(
     if len(usable) < MIN_BANDS:
         raise MediaError(
             f"{len(usable)} of {len(readings)} bands show fringes that can be read, and at least {MIN_BANDS} must; lay "
-            "the sheet over more bands, avoid glare and blur, go nearer, or print a chart of more --steps",
+            "the sheet over more bands, avoid glare and blur, go nearer, or print a chart of more --steps or another "
+            "--lens",
             readable=len(usable),
         )
     across, sd, scatter, used = _agree(usable)
@@ -115,6 +117,14 @@ def lens_from_views(
         )
     turn = _twist_per_mm(usable)
     lens_per_mm = math.hypot(across, turn or 0.0)
+    twist_deg = None if turn is None else math.degrees(math.asin(turn / lens_per_mm))
+    if twist_deg is None or abs(twist_deg) > MAX_TWIST_DEG:
+        by = "" if twist_deg is None else f" by {abs(twist_deg):.1f} degrees or more"
+        raise MediaError(
+            f"the sheet lies askew on the lines{by}, and at most {MAX_TWIST_DEG:g} degrees are allowed for; turn it "
+            "until the fringes stand upright",
+            twist_deg=twist_deg,
+        )
     distance_mm = float(np.mean([abs(view.camera_mm[2]) for view in views])) - chart.lens.thickness_mm
     gap_mm = _gap_mm(chart)
     printed = printed_frequencies(chart)
@@ -127,11 +137,10 @@ def lens_from_views(
         )
     pitch_mm = 1 / lens_per_mm
     share = math.hypot(sd / across, gap_mm / distance_mm * math.hypot(distance_sd_share, GAP_SD))
-    twist_deg = None if turn is None else math.degrees(math.asin(turn / lens_per_mm))
     found = {
         "how": "a picture of the chart", "pictures": len(views), "distance_mm": round(distance_mm, 1),
         "distance_sd_share": distance_sd_share, "distance_from": distance_from, "bands_used": used,
-        "twist_deg": None if twist_deg is None else round(twist_deg, 3), "scatter_fringes": round(scatter, 4),
+        "twist_deg": round(twist_deg, 3), "scatter_fringes": round(scatter, 4),
     }  # fmt: skip
     profile = _profile(chart, pitch_mm, share * pitch_mm, found, measured_scale)
     return Calibration(profile, float(band), len(printed), used, twist_deg, scatter)
@@ -176,10 +185,10 @@ def _twist_per_mm(readings: list[BandReading]) -> float | None:
     """How fast the phase of the bands' middles runs down the page, cycles per mm; None where it runs at no one pace.
 
     Convention: phases fall by it, that is the lens's line frequency has it as its part along the page's y.
-    Source: the strongest line of the periodogram; paces beyond half a turn a band cannot be told.
+    Source: the strongest line of the periodogram; paces beyond half a turn a part of a band cannot be told.
     """
-    places = np.array([reading.across_mm for reading in readings])
-    turns = np.exp(1j * np.array([reading.phase_rad for reading in readings]))
+    places, phases = np.array([part for reading in readings for part in reading.parts]).T
+    turns = np.exp(1j * phases)
     most = 0.5 / float(np.diff(np.sort(places)).min())
     paces = np.linspace(-most, most, 4001)
     power = np.abs(np.exp(2j * np.pi * paces[:, None] * places[None, :]) @ turns) / len(turns)
