@@ -89,6 +89,13 @@ def check_chart(chart: Badge) -> None:
         )
     if chart.lens.kind != "lenticular":
         raise SpecError("a pitch test sheet of a line mask cannot be read; give one of a lenticular sheet")
+    rects, pitches = np.array([cell.rect_mm for cell in grating.cells]), [cell.pitch_mm for cell in grating.cells]
+    in_order = np.all(np.diff(pitches) < 0) and np.all(rects[1:, 1] >= rects[:-1, 3] - 1e-6)
+    if not in_order or np.ptp(rects[:, [0, 2]], axis=0).max() > 1e-6:
+        raise SpecError(
+            f"{chart.name!r} is no pitch test sheet, whose bands lie below one another and grow finer downwards; give "
+            "the pitch-test.json that moireid pitch-test wrote"
+        )
 
 
 def printed_frequencies(chart: Badge) -> Array:
@@ -96,13 +103,20 @@ def printed_frequencies(chart: Badge) -> Array:
 
     Convention: in the order of the cells, which is that of the bands' numbers.  Source: `dots.realised`.
     """
-    grating, told = chart.gratings[0], chart.print or {}
+    grating, dot_mm = chart.gratings[0], printed_dot_mm(chart)
     pitches = np.array([cell.pitch_mm for cell in grating.cells])
-    if told.get("form") in ("dots", "bitmap") and "dpi" in told:
-        dot_mm = Printer(int(told["dpi"])).dot_mm
+    if dot_mm is not None:
         pitches = pitches * [1 + realised(grating, cell, chart.lens.pitch_mm, dot_mm).pitch_error
                              for cell in grating.cells]  # fmt: skip
     return np.asarray(1 / pitches)
+
+
+def printed_dot_mm(chart: Badge) -> float | None:
+    """The printer's dot on whose borders the lines were drawn, None where they were not."""
+    told = chart.print or {}
+    dpi = told.get("dpi")
+    on_dots = told.get("form") in ("dots", "bitmap") and isinstance(dpi, (int, float)) and dpi > 0
+    return Printer(int(dpi)).dot_mm if on_dots and dpi is not None else None
 
 
 def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distance_mm: float | None = None) -> View:

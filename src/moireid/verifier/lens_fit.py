@@ -20,7 +20,7 @@ from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.optics import front_pitch_at_match_mm
 from moireid.profiles import MM_PER_INCH, LensProfile
-from moireid.verifier.chart import BandReading, View, check_chart, printed_frequencies, read_bands
+from moireid.verifier.chart import BandReading, View, check_chart, printed_dot_mm, printed_frequencies, read_bands
 
 Array = NDArray[np.float64]
 #: Bands that must agree for a fit to be one.
@@ -32,6 +32,9 @@ EYE_SD_STEPS, EYE_DISTANCE_SD = 0.5, 0.1
 STRETCH_SD = 0.005
 #: What a band errs by in fringes beside its noise: a lens's focus, paper that does not lie flat.
 FLOOR_FRINGES = 0.004
+#: And by this share of a dot over the pitch: lines on dots beat with the dots too.  Traced at 300 dpi, bands of 50 and
+#: 75 lines per inch scatter by 0.1 to 0.25 of it, and not independently.
+DOT_SHARE = 0.3
 #: Bands that scatter by more, in fringes across a band, do not show one lens.
 MAX_SCATTER_FRINGES = 0.06
 #: Thickness and index of a sheet are those of its label, so its effective gap is known to about this share.
@@ -108,7 +111,7 @@ def lens_from_views(
             "--lens",
             readable=len(usable),
         )
-    across, sd, scatter, used = _agree(usable)
+    across, sd, scatter, used = _agree(usable, _floor_fringes(chart))
     if used < MIN_BANDS or scatter > MAX_SCATTER_FRINGES:
         raise MediaError(
             f"the bands do not agree on one lens (they scatter by {scatter:.3f} fringes, {MAX_SCATTER_FRINGES:g} at "
@@ -152,8 +155,16 @@ def _gap_mm(chart: Badge) -> float:
     return view_law(chart.lens, pitch_mm).effective_gap_mm(pitch_mm)
 
 
-def _agree(readings: list[BandReading]) -> tuple[float, float, float, int]:
+def _floor_fringes(chart: Badge) -> float:
+    """What a band errs by beside its noise, fringes."""
+    dot_mm = printed_dot_mm(chart)
+    return math.hypot(FLOOR_FRINGES, DOT_SHARE * dot_mm / chart.lens.pitch_mm) if dot_mm else FLOOR_FRINGES
+
+
+def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, float, float, int]:
     """The q on which bands agree: its value, its standard deviation, their scatter in fringes, the number used.
+
+    floor_fringes: what each errs by beside its noise.
 
     A picture that is stretched by a share e makes band k, which has the frequency f_k, tell q + e f_k; e is solved for
     along with q, held near 0 by `STRETCH_SD`.  So what counts is where the fringes vanish, not how fine they are.
@@ -161,7 +172,7 @@ def _agree(readings: list[BandReading]) -> tuple[float, float, float, int]:
     told = np.array([reading.lens_per_mm for reading in readings])
     beat = np.array([reading.printed_per_mm for reading in readings]) - told
     length_mm = abs(readings[0].fringes / beat[0])
-    sd = np.hypot([reading.sd for reading in readings], FLOOR_FRINGES / length_mm)
+    sd = np.hypot([reading.sd for reading in readings], floor_fringes / length_mm)
     weight = 1 / sd**2
     value = np.array([np.median(told), 0.0])
     table = np.column_stack([np.ones_like(beat), beat])
