@@ -1,17 +1,31 @@
-"""Nominal lens sheets and printers, by the names that the command line takes.
+"""Lens sheets and printers, by the names that the command line takes: nominal ones, and sheets that were measured.
 
-A profile says what the trade's label says; a real sheet's pitch and thickness differ by some tenths of a percent
-and some percent, and a badge as built is measured, never assumed.
+A label says what the trade says; a real sheet's pitch and thickness differ by some tenths of a percent and some
+percent.  A lens profile is a file that says what one sheet was measured to be (`moireid calibrate` writes it), and may
+be named wherever a label may.  A badge as built is measured all the same, never assumed.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import json
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
+from moireid.files import whole_file
 
 MM_PER_INCH = 25.4
+#: Family of a pitch test sheet's grating: uniform bands and no code.
+CHART_FAMILY = "pitch-test"
+#: Format of a lens profile's file.
+PROFILE_FORMAT, PROFILE_KIND = 1, "lens-profile"
+#: A pitch known no better than to this share would be no better than a label.
+MAX_PITCH_SD_SHARE = 0.02
+#: What a lens profile may say, mm and 1: 10 to 200 lines per inch, and glass or plastic of a sheet's thickness.
+PROFILE_LIMITS = {"pitch_mm": (0.127, 2.54), "thickness_mm": (0.05, 20.0), "refractive_index": (1.2, 2.0)}
 #: How lines are put on a page; see `fabrication.page`.
 FORMS = ("dots", "vector", "bitmap")
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
@@ -39,12 +53,38 @@ class Printer:
         return MM_PER_INCH / self.dpi
 
 
+@dataclass(frozen=True)
+class LensProfile:
+    """One lens sheet as measured; pitch_sd_mm: standard deviation of its pitch; found: how it was found, for people."""
+
+    name: str
+    lens: Lens
+    pitch_sd_mm: float
+    found: dict[str, Any] = field(default_factory=dict, hash=False)
+
+    def to_json(self) -> str:
+        """The text of a lens profile's file, with a final newline."""
+        lens = {key: getattr(self.lens, key) for key in ("kind", *PROFILE_LIMITS)}
+        document = {
+            "format": PROFILE_FORMAT, "kind": PROFILE_KIND, "name": self.name, "lens": lens,
+            "pitch_sd_mm": self.pitch_sd_mm, "from": self.found,
+        }  # fmt: skip
+        return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
+
+
 def lens_named(label: str) -> Lens:
-    """The lens sheet of that label.  Raises: SpecError with the known labels where there is none."""
+    """The lens sheet of that label, or of the lens profile at that path, which ends in .json.
+
+    Raises: SpecError with the known labels where there is none; as `load_lens_profile`.
+    """
+    if label.lower().endswith(".json"):
+        return load_lens_profile(Path(label)).lens
     try:
         lines_per_inch, thickness_mm, refractive_index = _SHEETS[label.lower()]
     except KeyError as error:
-        raise SpecError(f"lens {label!r} is not known; choose one of {', '.join(_SHEETS)}") from error
+        raise SpecError(
+            f"lens {label!r} is not known; choose one of {', '.join(_SHEETS)}, or give the .json file of a lens profile"
+        ) from error
     return Lens("lenticular", MM_PER_INCH / lines_per_inch, thickness_mm, refractive_index)
 
 
@@ -69,3 +109,49 @@ def mask_named(label: str, gap_mm: float) -> Lens:
 def lens_labels() -> tuple[str, ...]:
     """Every label that `lens_named` knows."""
     return tuple(_SHEETS)
+
+
+def load_lens_profile(path: Path) -> LensProfile:
+    """Read a lens profile.  Raises: SpecError where the file is absent, no lens profile, or says what no sheet is."""
+    advice = "give a file that moireid calibrate wrote"
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise SpecError(f"lens profile {path} cannot be read ({error.strerror}); {advice}") from error
+    except (ValueError, RecursionError) as error:
+        raise SpecError(f"lens profile {path} is not JSON ({error}); {advice}") from error
+    if not isinstance(document, dict) or document.get("kind") != PROFILE_KIND:
+        raise SpecError(f'{path} is no lens profile, which would say "kind": "{PROFILE_KIND}"; {advice}')
+    if document.get("format") != PROFILE_FORMAT:
+        raise SpecError(
+            f"{path}: format: {document.get('format')!r} is not known to this version; it reads format {PROFILE_FORMAT}"
+        )
+    entry = document.get("lens")
+    if not isinstance(entry, dict) or entry.get("kind") != "lenticular":
+        raise SpecError(f"{path}: lens.kind must be lenticular, the only front layer that is printed for; {advice}")
+    figures = {
+        key: _figure(entry.get(key), f"{path}: lens.{key}", low, high) for key, (low, high) in PROFILE_LIMITS.items()
+    }
+    most_mm = MAX_PITCH_SD_SHARE * figures["pitch_mm"]
+    pitch_sd_mm = _figure(document.get("pitch_sd_mm"), f"{path}: pitch_sd_mm", 0.0, most_mm)
+    name, found = document.get("name"), document.get("from", {})
+    if not isinstance(name, str) or not isinstance(found, dict):
+        raise SpecError(f"{path}: name must be text and from an object; {advice}")
+    return LensProfile(name, Lens("lenticular", **figures), pitch_sd_mm, found)
+
+
+def save_lens_profile(profile: LensProfile, path: Path) -> None:
+    """Write a lens profile, whole or not at all.  Raises: SpecError where it would not read back."""
+    with whole_file(path) as temporary:
+        temporary.write_text(profile.to_json(), encoding="utf-8")
+        if load_lens_profile(temporary) != profile:
+            raise SpecError(f"lens profile {path} does not read back as it was written; report this")
+
+
+def _figure(value: object, where: str, low: float, high: float) -> float:
+    """A number of a lens profile.  Raises: SpecError where it is none or out of bounds."""
+    # Python takes True for 1; JSON's true is no number.
+    number = float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+    if not low <= number <= high:
+        raise SpecError(f"{where}={value!r} must be a number from {low:g} to {high:g}; correct it or calibrate anew")
+    return number

@@ -14,6 +14,7 @@ from moireid import __version__
 from moireid.cli.bench_cmd import bench_command
 from moireid.cli.common import BAD_INPUT
 from moireid.cli.enroll_cmd import enroll_command, registry_group
+from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
 from moireid.cli.print_cmd import print_command
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.cli.verify_cmd import identify_command, verify_command
@@ -36,6 +37,8 @@ def moireid() -> None:
 
 for command in (
     print_command,
+    pitch_test_command,
+    calibrate_command,
     enroll_command,
     verify_command,
     identify_command,

@@ -40,7 +40,10 @@ if TYPE_CHECKING:
 @click.option(
     "--code", type=click.Choice(["spacing", "pitch"]), default="spacing", show_default=True, help="Code family."
 )
-@click.option("--lens", default="50lpi", show_default=True, help="Lenticular sheet: 40lpi, 50lpi, 60lpi or 75lpi.")
+@click.option(
+    "--lens", default="50lpi", show_default=True, metavar="LABEL|FILE",
+    help="Lenticular sheet: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile that moireid calibrate wrote (.json).",
+)  # fmt: skip
 @click.option(
     "--front",
     type=click.Choice(["lens", "mask"]),

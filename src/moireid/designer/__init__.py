@@ -6,6 +6,7 @@ layout.py    where markers and gratings lie on the page
 grid.py      how a grating is cut into rows and cells
 link.py      the link budget: will the whole payload be read?
 design.py    the choice of beat frequencies, and the Badge
+chart.py     the pitch test sheet
 """
 
 from moireid.designer.design import design_badge, explain

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
@@ -96,7 +97,9 @@ def design_badge(request: Request, payload: bytes) -> Badge:
         payload_bits=8 * len(payload),
         board_mm=layout.board_mm,
         range_m=request.range_m,
-        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form, "lens": request.lens},
+        # Of a lens profile the file's name alone: where it lies is nobody's business.
+        print={"dpi": request.printer_dpi, "paper": request.paper, "form": request.form}
+        | {"lens": Path(request.lens).name},
     )
 
 

@@ -23,8 +23,8 @@ class Request:
     """A wish for a badge: whose, on which sheet and printer, of what size, read from how far.
 
     size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
-    `moireid.profiles`; family: a code family of `moireid.idcodes`, None for the
-    one that carries a payload of the given length; axes: directions that the fringes sense;
+    `moireid.profiles`, or for the lens the path of a lens profile; family: a code family of `moireid.idcodes`, None
+    for the one that carries a payload of the given length; axes: directions that the fringes sense;
     form: of the printed lines, one of `moireid.profiles.FORMS`; front: "lens", or "mask" for a line mask of the same
     pitch on an acrylic spacer gap_mm thick.
     """

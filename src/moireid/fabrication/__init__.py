@@ -2,6 +2,7 @@
 
 artwork.py   the page's shapes in mm: dark lines, markers, crop marks, scale bars
 page.py      badge.pdf: the page at true scale
+chart.py     the pitch test sheet: its page with numbers, and its description
 preview.py   preview.png: the board as a camera 1 m away sees it
 assembly.py  assembly.pdf: parts and steps
 process.py   what printer, laser and card ask for: fits, kerf, plates on sale

@@ -16,6 +16,7 @@ The TrimBox is the board; viewers are asked not to scale.
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -156,13 +157,14 @@ class Sheet:
 
 
 def write_badge_pdf(
-    badge: Badge, path: Path, *, form: str | None = None, measured_scale: tuple[float, float] = (1.0, 1.0)
-) -> None:
+    badge: Badge, path: Path, *, form: str | None = None, measured_scale: tuple[float, float] = (1.0, 1.0),
+    write_words: Callable[[Sheet, Badge], None] | None = None,
+) -> None:  # fmt: skip
     """Write the badge's page, whole or not at all; page 1 is the badge at true scale.
 
     Parameters: form: one of `FORMS`, see the module's docstring, None for the badge's own; measured_scale: printed
         over true size along x and y, as a ruler told of an earlier print; the page is drawn so much larger or smaller
-        that it comes out true.
+        that it comes out true; write_words: writes what the board says in words, None for a badge's name and id.
     Raises: SpecError for another form.
     """
     form = form or str((badge.print or {}).get("form", FORMS[0]))
@@ -172,12 +174,12 @@ def write_badge_pdf(
         scale = (1 / measured_scale[0], 1 / measured_scale[1])
         dot_mm = Printer(int((badge.print or {}).get("dpi", DEFAULT_DPI))).dot_mm
         whole = None if form == "vector" else dot_mm
-        sheet = Sheet(temporary, badge.page_mm, f"Moiré badge {badge.id}", scale, whole)
+        sheet = Sheet(temporary, badge.page_mm, f"Moiré badge {badge.id or badge.name}", scale, whole)
         board = badge.outline_mm
         (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
         sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
-        draw_board(sheet, badge, form, dot_mm)
+        draw_board(sheet, badge, form, dot_mm, write_words)
         draw_scale_bars(sheet, board)
         if badge.lens.kind == "mask":
             sheet.canvas.showPage()
@@ -185,14 +187,16 @@ def write_badge_pdf(
         sheet.save()
 
 
-def draw_board(sheet: Sheet, badge: Badge, form: str, dot_mm: float) -> None:
-    """Draw all that belongs to one board, its crop marks included."""
+def draw_board(
+    sheet: Sheet, badge: Badge, form: str, dot_mm: float, write_words: Callable[[Sheet, Badge], None] | None = None
+) -> None:
+    """Draw all that belongs to one board, its crop marks included; write_words: in place of name and id."""
     for grating in badge.gratings:
         draw_lines(sheet, grating, form, dot_mm)
     for square, white in marker_squares(badge):
         sheet.fill([square])
         sheet.fill(white, grey=1.0)
-    _write_name(sheet, badge)
+    (write_words or _write_name)(sheet, badge)
     for mark in crop_marks(badge.outline_mm):
         sheet.stroke(*mark)
 

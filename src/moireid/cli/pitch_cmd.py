@@ -1,0 +1,185 @@
+"""pitch-test and calibrate: from a lens sheet as bought to a lens profile that badges are printed for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, say, show_json
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.verifier.lens_fit import Calibration
+
+#: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
+#: was calibrated, one that the camera noted (rounded, and cropped by stabilisation), and that of a usual phone.
+DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06, "a usual phone": 0.35}
+
+
+@click.command("pitch-test")
+@click.option(
+    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for the files."
+)
+@click.option(
+    "--lens", default="50lpi", show_default=True, metavar="LABEL|FILE",
+    help="What the sheet is sold as: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile (.json).",
+)  # fmt: skip
+@click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
+@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True)
+@click.option(
+    "--distance", type=FiniteRange(0.1, 100), default=1.0, show_default=True, help="From where it is read, metres."
+)
+@click.option("--steps", type=int, default=10, show_default=True, help="Bands on each side, 0.1 lines per inch apart.")
+@click.option(
+    "--form", type=click.Choice(["dots", "vector", "bitmap"]), default="dots", show_default=True,
+    help="Lines on the printer's dots, as plain vectors, or as a picture of one bit a dot.",
+)  # fmt: skip
+@click.option(
+    "--measured-scale", "scale_text", metavar="X[,Y]",
+    help="What the scale bars of an earlier print measured over what they say, such as 0.9973; prints true to size.",
+)  # fmt: skip
+@overwrite_option
+@json_option
+@friendly
+def pitch_test_command(
+    folder: Path, lens: str, printer_dpi: int, paper: str, distance: float, steps: int, form: str,
+    scale_text: str | None, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Print a chart that tells a lens sheet's true pitch: pitch-test.pdf and pitch-test.json.
+
+    Lay the sheet on it; the band that is all light or all dark from edge to edge matches. Then run 'moireid calibrate'
+    with the band's number, or with a photograph.
+    """
+    from moireid.designer.chart import ChartRequest, design_chart
+    from moireid.designer.request import parse_scale
+    from moireid.fabrication.chart import print_chart
+    from moireid.profiles import MM_PER_INCH
+
+    measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
+    chart = design_chart(ChartRequest(lens, printer_dpi, paper, distance, steps, form))
+    files = print_chart(chart, folder, measured_scale=measured_scale, overwrite=overwrite)
+    cells = chart.gratings[0].cells
+    if as_json:
+        show_json({
+            "name": chart.name, "files": {name: str(path) for name, path in files.items()}, "bands": len(cells),
+            "lines_per_inch": [round(MM_PER_INCH / cell.pitch_mm, 4) for cell in cells],
+            "distance_m": distance, "measured_scale": measured_scale,
+        })  # fmt: skip
+        return
+    click.echo(f"Chart of {len(cells)} bands, {MM_PER_INCH / cells[0].pitch_mm:.4g} to "
+               f"{MM_PER_INCH / cells[-1].pitch_mm:.4g} lines per inch:")  # fmt: skip
+    for path in files.values():
+        click.echo(f"  {path}")
+    click.echo(f"Print it at 100 %, lay the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
+
+
+@click.command("calibrate")
+@click.argument("photo", required=False, type=click.Path(path_type=Path))
+@click.option(
+    "--chart", "chart_json", required=True, type=click.Path(path_type=Path), help="pitch-test.json of the chart."
+)
+@click.option("--band", type=FiniteRange(0, 1000), help="The matching band's number; 10.5 lies between 10 and 11.")
+@click.option(
+    "--out", "out", required=True, type=click.Path(path_type=Path, dir_okay=False), help="The lens profile, .json."
+)
+@click.option(
+    "--distance", type=FiniteRange(0.1, 100), help="From eye or camera to the sheet, metres; by eye, else the chart's."
+)
+@click.option("--focal-px", type=FiniteRange(50, 100_000), help="Focal length of the photo in pixels, if known.")
+@click.option(
+    "--measured-scale", "scale_text", metavar="X[,Y]",
+    help="What this chart's scale bars measured over what they say; makes the pitch true millimetres.",
+)  # fmt: skip
+@overwrite_option
+@json_option
+@friendly
+def calibrate_command(
+    photo: Path | None, chart_json: Path, band: float | None, out: Path, distance: float | None,
+    focal_px: float | None, scale_text: str | None, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Make a lens profile from a chart: from PHOTO of it (or a film) with the sheet on it, or from --band.
+
+    The profile then stands for the label: print-your-badge NAME --lens my-lens.json.
+    """
+    from moireid.badge import load_badge
+    from moireid.designer.request import parse_scale
+    from moireid.files import planned
+    from moireid.profiles import save_lens_profile
+    from moireid.verifier.lens_fit import lens_from_band
+
+    if (photo is None) == (band is None):
+        raise SpecError("give either a photo of the chart or --band with the matching band's number")
+    if band is not None and focal_px is not None:
+        raise SpecError("--focal-px belongs to a photo; give it with one, or leave it out")
+    if not out.name.lower().endswith(".json"):
+        raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
+    planned([out], overwrite=overwrite, make_folders=False)
+    scale = parse_scale(scale_text)[0] if scale_text else None
+    chart = load_badge(chart_json)
+    if band is not None:
+        intended_m = chart.range_m[0] if chart.range_m else 1.0
+        made = lens_from_band(chart, band, distance_mm=1000 * (distance or intended_m), measured_scale=scale)
+    else:
+        assert photo is not None
+        made = _from_photo(photo, chart, distance, focal_px, scale)
+    planned([out], overwrite=overwrite)
+    save_lens_profile(made.profile, out)
+    _show(made, out, as_json=as_json)
+
+
+def _from_photo(
+    photo: Path, chart: Badge, distance_m: float | None, focal_px: float | None, scale: float | None
+) -> Calibration:
+    """Read the photo, with the best figure for the distance that there is."""
+    from moireid.verifier.camera import FOCAL_PRIOR
+    from moireid.verifier.chart import check_chart, view_chart
+    from moireid.verifier.lens_fit import lens_from_views
+    from moireid.verifier.still import load_pictures
+
+    check_chart(chart)
+    pictures, noted_px = load_pictures(photo)
+    focal = focal_px or noted_px or FOCAL_PRIOR * max(pictures[0].shape)
+    source = (
+        "--distance" if distance_m else "--focal-px" if focal_px else "the camera's note" if noted_px
+        else "a usual phone"
+    )  # fmt: skip
+    distance_mm = 1000 * distance_m if distance_m else None
+    views = [view_chart(picture, chart, focal_px=focal, distance_mm=distance_mm) for picture in pictures]
+    made = lens_from_views(
+        views, chart, distance_sd_share=DISTANCE_SD[source], distance_from=source, measured_scale=scale
+    )
+    if source == "a usual phone":
+        say(
+            f"note: nothing tells the focal length, so the camera's distance is guessed at "
+            f"{made.profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"
+        )
+    return made
+
+
+def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
+    """Tell what was found."""
+    from moireid.profiles import MM_PER_INCH
+
+    profile = made.profile
+    pitch_mm, sd_mm = profile.lens.pitch_mm, profile.pitch_sd_mm
+    if as_json:
+        show_json({
+            "file": str(out), "name": profile.name, "pitch_mm": pitch_mm, "pitch_sd_mm": sd_mm,
+            "lines_per_inch": MM_PER_INCH / pitch_mm, "matching_band": made.matching_band, "bands": made.bands,
+            "bands_used": made.used, "twist_deg": made.twist_deg, "scatter_fringes": made.scatter_fringes,
+            "unit": profile.found["unit"], "from": profile.found,
+        })  # fmt: skip
+        return
+    click.echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
+    if made.used:
+        click.echo(f"  {made.used} of {made.bands} bands read; the match lies at band {made.matching_band:.2f}")
+        if made.twist_deg is not None:
+            click.echo(f"  the sheet lay {abs(made.twist_deg):.2f} degrees askew, which is allowed for")
+    if profile.found["unit"] == "printed page":
+        click.echo(
+            "  in mm of the printed page: right for badges of the same printer and scale; for true mm give the scale "
+            "bars' reading as --measured-scale"
+        )

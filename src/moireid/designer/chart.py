@@ -1,0 +1,128 @@
+"""The pitch test sheet, the lenticular trade's chart: bands of lines about a lens sheet's nominal pitch.
+
+Seen through the sheet, the band whose lines match the lenses is all light or all dark at once; the further from the
+match, the more fringes a band shows.  The chart is a Badge without an identity, so it is printed and read as one.
+
+Convention: bands are numbered from 1 at the top; printed lines per inch rise downwards by `STEP_LPI` a band.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from moireid.badge import Badge, Cell, Grating, Lens, Markers, Rect
+from moireid.designer.grid import DUTY
+from moireid.designer.layout import DICTIONARY, MARGIN_MM, PAPER_MARGIN_MM, QUIET_MODULES
+from moireid.errors import DesignError
+from moireid.idcodes.beats import line_up
+from moireid.profiles import CHART_FAMILY, MM_PER_INCH, PAPERS_MM, Printer, lens_named
+
+STEP_LPI = 0.1
+#: The field is as wide as that of the default badge, so that the sheet cut for one covers it; the labels stand beside.
+FIELD_MM = 136.0
+#: Wide enough for the labels, and so narrow that crop marks keep clear of the scale bar at the paper's edge.
+BOARD_WIDTH_MM = 178.0
+MARKER_MM = 26.0
+#: A lower band could not be told from its neighbours from 2 m (4 px); a higher one washes out under a twisted sheet.
+MIN_BAND_MM, MAX_BAND_MM = 5.0, 11.0
+#: A line of fewer dots is none; a chart may be coarser than a badge, as no code hangs on its phases.
+MIN_DOTS_PER_LINE = 1.5
+#: Badges use markers 0 to 3.  Charts of neighbouring pitches use others, as nothing else tells one from another.
+FIRST_ID, ID_GROUPS = 4, 11
+
+
+@dataclass(frozen=True)
+class ChartRequest:
+    """A wish for a pitch test sheet.
+
+    lens: label or path of a lens profile; distance_m: from which it is to be read; steps: bands on each side of the
+    nominal pitch; form: of the printed lines, one of `moireid.profiles.FORMS`.
+    """
+
+    lens: str = "50lpi"
+    printer_dpi: int = 1200
+    paper: str = "a4"
+    distance_m: float = 1.0
+    steps: int = 10
+    form: str = "dots"
+
+
+def design_chart(request: ChartRequest) -> Badge:
+    """The pitch test sheet as a Badge without id, whose cells are the bands.
+
+    Convention: module docstring; all bands have a dark line centred on the field's middle.
+    Returns: Badge; its one grating has the nominal pitch and the family `CHART_FAMILY`.
+    Source: a band's pitch is 25.4 mm / (nominal lines per inch + k `STEP_LPI`), the chart of the lenticular trade.
+    Raises: SpecError for a lens that is none; DesignError where the bands do not fit, with what does.
+    """
+    lens = lens_named(request.lens)
+    nominal_lpi = MM_PER_INCH / lens.pitch_mm
+    _check(request, lens)
+    page_mm = PAPERS_MM[request.paper]
+    count = 2 * request.steps + 1
+    band_mm = min(_room_mm(request.paper) / count, MAX_BAND_MM)
+    around_mm = _around_mm()
+    width, height = BOARD_WIDTH_MM, band_mm * count + 2 * around_mm
+    x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
+    board: Rect = (round(x0, 3), round(y0, 3), round(x0 + width, 3), round(y0 + height, 3))
+    left, right = round((page_mm[0] - FIELD_MM) / 2, 3), round((page_mm[0] + FIELD_MM) / 2, 3)
+    edges = [round(board[1] + around_mm + k * band_mm, 3) for k in range(count + 1)]
+    blank = Grating((left, edges[0], right, edges[-1]), "x", lens.pitch_mm, CHART_FAMILY, ())
+    cells = tuple(
+        line_up(Cell((left, edges[k], right, edges[k + 1]), lens.pitch_mm, 0.0, DUTY), blank,
+                MM_PER_INCH / (nominal_lpi + (k - request.steps) * STEP_LPI))
+        for k in range(count)
+    )  # fmt: skip
+    return Badge(
+        id=None,
+        name=f"pitch test {nominal_lpi:.4g} LPI, {count} bands",
+        page_mm=page_mm,
+        lens=lens,
+        gratings=(replace(blank, cells=cells),),
+        markers=_markers(board, nominal_lpi),
+        board_mm=board,
+        range_m=(request.distance_m, request.distance_m),
+        print={
+            "dpi": request.printer_dpi, "paper": request.paper, "form": request.form,
+            "lens": Path(request.lens).name, "step_lpi": STEP_LPI,
+        },
+    )  # fmt: skip
+
+
+def _check(request: ChartRequest, lens: Lens) -> None:
+    """The bands must fit the paper, and a line some dots."""
+    if request.paper not in PAPERS_MM:
+        raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
+    most = int((_room_mm(request.paper) / MIN_BAND_MM - 1) // 2)
+    if not 1 <= request.steps <= most:
+        raise DesignError(
+            f"{request.steps} steps on each side do not fit {request.paper} in bands of {MIN_BAND_MM:g} mm; "
+            f"give 1 to {most}",
+            most_steps=most,
+        )
+    dots = lens.pitch_mm * DUTY / Printer(request.printer_dpi).dot_mm
+    if dots < MIN_DOTS_PER_LINE:
+        raise DesignError(
+            f"at {request.printer_dpi} dpi a line of {lens.pitch_mm * DUTY:.3f} mm is {dots:.1f} dots wide, fewer than "
+            f"{MIN_DOTS_PER_LINE:g}; print at 300 dpi or more, or take a coarser lens"
+        )
+
+
+def _around_mm() -> float:
+    """From the board's upper edge to the first band: margin, marker, and its white rim."""
+    return MARGIN_MM + MARKER_MM + QUIET_MODULES * MARKER_MM / 6
+
+
+def _room_mm(paper: str) -> float:
+    """Height that bands may take on a paper."""
+    return PAPERS_MM[paper][1] - 2 * PAPER_MARGIN_MM - 2 * _around_mm()
+
+
+def _markers(board: Rect, nominal_lpi: float) -> Markers:
+    """Four markers in the board's corners, whose ids tell charts of neighbouring pitches apart."""
+    inset = MARGIN_MM + MARKER_MM / 2
+    first = FIRST_ID + 4 * (round(nominal_lpi) % ID_GROUPS)
+    low, high = (board[0] + inset, board[2] - inset), (board[1] + inset, board[3] - inset)
+    centers = ((low[0], high[0]), (low[1], high[0]), (low[1], high[1]), (low[0], high[1]))
+    return Markers(DICTIONARY, MARKER_MM, (first, first + 1, first + 2, first + 3), centers)

@@ -1,0 +1,68 @@
+"""Pictures in: a photograph, or the first frames of a film, as grey pictures.
+
+A photograph is turned upright as its camera says, and its focal length is taken from the camera's own note (EXIF) where
+there is one.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import MediaError
+from moireid.verifier.video import Film
+
+#: A film's frames that are looked at; one a quarter of a second apart shows the chart from another place.
+FILM_FRAMES, FILM_STRIDE = 6, 8
+#: A larger picture holds nothing more of a chart, and could fill the memory.
+MAX_PIXELS = 250_000_000
+#: Diagonal of 35 mm film, to which cameras refer their focal length; EXIF's folder and number of that figure.
+FILM_DIAGONAL_MM = 43.2666
+EXIF_FOLDER, EXIF_FOCAL_35MM = 0x8769, 0xA405
+
+
+def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
+    """Grey pictures (height, width) of a photograph or a film, and the focal length in pixels that its camera noted.
+
+    Raises: MediaError where it is neither, or too large.
+    """
+    if not path.is_file():
+        raise MediaError(f"picture {path} does not exist or is no file; give a photograph or a film of the chart")
+    still = _photograph(path)
+    if still is not None:
+        return [still[0]], still[1]
+    frames = Film(path).frames()
+    return [frame.luma for frame in islice(frames, 0, FILM_FRAMES * FILM_STRIDE, FILM_STRIDE)], None
+
+
+def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
+    """A photograph and its focal length in pixels, None where the file is none."""
+    from PIL import Image, ImageOps, UnidentifiedImageError
+
+    try:
+        # Pillow warns of pictures that it holds for bombs; the limit here is our own, and a sentence.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
+            with Image.open(path) as picture:
+                if picture.width * picture.height > MAX_PIXELS:
+                    raise MediaError(
+                        f"picture {path} has {picture.width} x {picture.height} pixels, at most {MAX_PIXELS} are read; "
+                        "give a smaller one"
+                    )
+                noted = picture.getexif().get_ifd(EXIF_FOLDER).get(EXIF_FOCAL_35MM)
+                grey = np.asarray(ImageOps.exif_transpose(picture).convert("L"))
+    except UnidentifiedImageError:
+        return None
+    except Image.DecompressionBombError as error:
+        raise MediaError(f"picture {path} is too large ({error}); give a smaller one") from error
+    except (OSError, ValueError, SyntaxError) as error:
+        raise MediaError(f"picture {path} breaks off or is damaged ({error}); take or export it anew") from error
+    focal_px = None
+    if isinstance(noted, (int, float)) and 5 <= noted <= 1000:
+        focal_px = float(noted) / FILM_DIAGONAL_MM * math.hypot(*grey.shape)
+    return grey, focal_px
