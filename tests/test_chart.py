@@ -30,7 +30,7 @@ def page(path: Path) -> pdfium.PdfPage:
 
 @pytest.mark.parametrize(("lens", "paper", "steps"), SHEETS)
 def test_bands_are_a_tenth_of_a_line_apart_about_the_nominal_pitch(lens, paper, steps):
-    """Catches: steps in mm instead of lines per inch, a nominal band that is not in the middle, an order upside down."""
+    """Catches: steps in mm instead of lines per inch, a nominal band off the middle, an order upside down."""
     chart = design_chart(ChartRequest(lens=lens, paper=paper, steps=steps))
     lines = np.array([25.4 / cell.pitch_mm for cell in chart.gratings[0].cells])
     assert len(lines) == 2 * steps + 1
