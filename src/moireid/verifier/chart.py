@@ -29,7 +29,7 @@ from moireid.profiles import CHART_FAMILY, Printer
 from moireid.verifier.markers import FAINT_EVERY, MarkerFinder, marker_corners_mm
 from moireid.verifier.plane_pose import start_poses
 from moireid.verifier.register import PageRegistrar, scale_px_per_mm
-from moireid.verifier.strips import ProfileReader
+from moireid.verifier.strips import LINEAR_COUNTS, ProfileReader, counts_of
 
 Array = NDArray[np.float64]
 #: Finer pictures are shrunk to this: no fringe of a chart needs more, and registration expects a sharp edge.
@@ -138,8 +138,11 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     corners_mm = marker_corners_mm(chart.markers).reshape(-1, 2)
     middle_mm = corners_mm.mean(axis=0)
     shrink = WORK_PX_PER_MM / scale_px_per_mm(start, middle_mm)
+    # Light is averaged, not counts: where a mean runs over ink and paper, that of coded counts is off by a tenth.
+    light = LINEAR_COUNTS[luma]
     if shrink < 1:
-        luma, start = _shrunk(luma, start, shrink)
+        light, start = _shrunk(light, start, shrink)
+        luma = counts_of(light)
         focal_px *= shrink
     registered = PageRegistrar(chart.markers).register(luma, start)
     if registered is None:
@@ -157,9 +160,8 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
         camera = camera * distance_mm / np.linalg.norm(camera)
     camera = camera + np.append(middle_mm, 0.0)
     blur_px = BLUR_MM * scale_px_per_mm(homography, middle_mm)
-    smooth = np.asarray(cv2.GaussianBlur(luma.astype(np.float32), (0, 0), blur_px))
-    # A profile reader takes counts of any kind; rounding them again would cost what blurring won.
-    profiles = ProfileReader(parts_of(chart)).read(smooth, homography)
+    smooth = np.asarray(cv2.GaussianBlur(light, (0, 0), blur_px))
+    profiles = ProfileReader(parts_of(chart)).read_light(smooth, homography)
     return View(np.asarray(camera, float), np.asarray(profiles, float))
 
 
@@ -181,13 +183,13 @@ def parts_in_a_band(chart: Badge) -> int:
     return max(2, round(lowest / PART_MM))
 
 
-def _shrunk(luma: NDArray[np.uint8], homography: Array, share: float) -> tuple[NDArray[np.uint8], Array]:
+def _shrunk(light: NDArray[np.float32], homography: Array, share: float) -> tuple[NDArray[np.float32], Array]:
     """The picture and its homography, smaller by `share`; areas are averaged, and pixel edges stay in place."""
-    size = (round(luma.shape[1] * share), round(luma.shape[0] * share))
-    x, y = size[0] / luma.shape[1], size[1] / luma.shape[0]
+    size = (round(light.shape[1] * share), round(light.shape[0] * share))
+    x, y = size[0] / light.shape[1], size[1] / light.shape[0]
     change = np.array([[x, 0, (x - 1) / 2], [0, y, (y - 1) / 2], [0, 0, 1.0]])
     moved = change @ homography
-    return np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA)), moved / moved[2, 2]
+    return np.asarray(cv2.resize(light, size, interpolation=cv2.INTER_AREA)), moved / moved[2, 2]
 
 
 class BandFit:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -28,7 +29,13 @@ MIN_ROW_MM = 0.5
 
 #: A picture's counts turned back into light, full scale kept: cameras code it by about the power of 2.2 (sRGB).  The
 #: law speaks of light; on coded counts the fringe's phase runs 1 % short of it.
-LINEAR_COUNTS = (255.0 * (np.arange(256) / 255.0) ** 2.2).astype(np.float32)
+CODING_POWER = 2.2
+LINEAR_COUNTS = (255.0 * (np.arange(256) / 255.0) ** CODING_POWER).astype(np.float32)
+
+
+def counts_of(light: NDArray[np.float32]) -> NDArray[np.uint8]:
+    """Light, (...,), in the unit of `LINEAR_COUNTS`, coded as a picture's counts."""
+    return np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER)).astype(np.uint8)
 
 
 @dataclass(frozen=True)
@@ -94,12 +101,25 @@ class ProfileReader:
         self._first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])
 
     def read(self, luma: NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
-        """Brightness profile of every strip, (S, N), in `LINEAR_COUNTS`."""
+        """Brightness profile of every strip in a coded picture, (S, N), in `LINEAR_COUNTS`."""
+        return self._means(LINEAR_COUNTS[self._sampled(luma, homography)])
+
+    def read_light(self, light: NDArray[np.float32], homography: NDArray[np.float64]) -> NDArray[np.float32]:
+        """The same of a picture that is light already, (height, width), in its own unit."""
+        return self._means(self._sampled(light, homography))
+
+    def _sampled(self, picture: NDArray[Any], homography: NDArray[np.float64]) -> NDArray[Any]:
+        """The picture at the strips' points, one row of points after another."""
         mapped = self._points @ homography[:, :2].T + homography[:, 2]
         places = (mapped[..., :2] / mapped[..., 2:]).astype(np.float32)
         # OpenCV's 1/32 pixel grid is fine here: a strip averages over some hundred samples a fringe.
-        seen = cv2.remap(luma, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        sums = np.add.reduceat(LINEAR_COUNTS[seen], self._first_rows, axis=0)
+        return np.asarray(
+            cv2.remap(picture, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        )
+
+    def _means(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
+        """Mean over the rows of points of each strip."""
+        sums = np.add.reduceat(light, self._first_rows, axis=0)
         return np.asarray(sums / np.array(self._row_counts, np.float32)[:, None])
 
 
