@@ -52,12 +52,26 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     is_flag=True,
     help="Reject a copy of the badge that was enrolled; asks for an enrolled capture.",
 )
+@click.option(
+    "--pipeline",
+    type=click.Choice(["moireid", "published"]),
+    default="moireid",
+    show_default=True,
+    help="Ours, or the published one (Qing et al. 2026) as a baseline: correlation alone, and no identity.",
+)
+@click.option(
+    "--corners",
+    "corners_csv",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="For the published pipeline where markers are lost: the striped region's corners at frame 0 and any others.",
+)
 @overwrite_option
 @json_option
 @friendly
 def verify_command(
     video: Path, claim: str | None, registry_url: str | None, badge_json: Path | None, focal_px: float | None,
-    report_folder: Path | None, require_original: bool, overwrite: bool, as_json: bool,
+    report_folder: Path | None, require_original: bool, pipeline: str, corners_csv: Path | None, overwrite: bool,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
 
@@ -67,6 +81,10 @@ def verify_command(
     from moireid.badge import load_badge
     from moireid.files import planned
 
+    if pipeline != "published" and corners_csv is not None:
+        raise SpecError("--corners belongs to --pipeline published; give both, or neither")
+    if pipeline == "published" and require_original:
+        raise SpecError("--require-original asks for what --pipeline published cannot tell; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     as_built, revoked = None, None
@@ -84,12 +102,20 @@ def verify_command(
 
         planned(report_paths(report_folder), overwrite=overwrite)
     from moireid.verifier import verify
+    from moireid.verifier.corners import read_corners
+    from moireid.verifier.published import verify_published
 
+    corners = read_corners(corners_csv) if corners_csv else None
     with progress_bar("reading the film") as progress:
-        report = verify(
-            video, badge, claimed_id=badge.id, focal_px=focal_px, as_built=as_built,
-            require_original=require_original, revoked=revoked, progress=progress,
-        )  # fmt: skip
+        if pipeline == "published":
+            report = verify_published(
+                video, badge, claimed_id=badge.id, focal_px=focal_px, corners=corners, progress=progress
+            )
+        else:
+            report = verify(
+                video, badge, claimed_id=badge.id, focal_px=focal_px, as_built=as_built,
+                require_original=require_original, revoked=revoked, progress=progress,
+            )  # fmt: skip
     if report_folder is not None:
         from moireid.verifier.report import write_report
 

@@ -59,6 +59,12 @@ class Track:
         return len(self.times_s)
 
 
+def no_track(frames_read: int, image_px: tuple[int, int]) -> Track:
+    """The track of a film in which no badge was followed."""
+    none, flat = np.zeros(0, np.int64), np.zeros(0)
+    return Track(frames_read, none, flat, np.zeros((0, 3, 3)), flat, (), none, (), image_px)
+
+
 def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> Track:
     """Follow the badge through the film.
 

@@ -49,7 +49,8 @@ class Report:
     timing: dict[str, Any]
     left_out: tuple[str, ...]
     track: Track = field(repr=False)
-    measurement: Measurement | None = field(repr=False)
+    measurement: Measurement | None = field(default=None, repr=False)
+    pipeline: str = "moireid"
 
     def to_json(self) -> dict[str, Any]:
         """The object that `verify --json` prints."""
@@ -68,6 +69,7 @@ class Report:
             } if camera else None,
             "frames": self.frames,
             "mirrored": self.track.mirrored,
+            "pipeline": self.pipeline,
             "timing": self.timing,
             "left_out": list(self.left_out),
             "input": self.film,

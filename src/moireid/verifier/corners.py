@@ -1,0 +1,93 @@
+"""The striped region's corners, given by hand at some frames and followed between them.
+
+Generated videos often lose their markers.  The published protocol then marks the region's four corners in the first
+frame, follows them by pyramidal Lucas-Kanade, and corrects them by hand where they slip.
+
+Convention: corners in the order top left, top right, bottom right, bottom left of the first grating, picture px with
+(0, 0) at the centre of the top left pixel.
+Source: Lucas and Kanade, with the pyramid of Bouguet, as OpenCV has it.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import SpecError
+
+Array = NDArray[np.float64]
+#: Frame number -> corners (4, 2), px.
+Corners = Mapping[int, Array]
+COLUMNS = ("frame", "x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4")
+WINDOW_PX, LEVELS = (31, 31), 4
+#: A corner that does not come back to itself when followed back has slipped.
+MOST_RETURN_PX = 2.0
+
+
+def read_corners(path: Path) -> dict[int, Array]:
+    """Corners by frame from a CSV file with the columns `COLUMNS`.
+
+    Raises: SpecError where the file cannot be read, lacks a column, names no frame 0, or holds no four-sided figure.
+    """
+    example = f"give a CSV file with the columns {','.join(COLUMNS)} and a row for frame 0"
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            rows = list(csv.DictReader(stream))
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise SpecError(f"corners {path} cannot be read ({error}); {example}") from error
+    found: dict[int, Array] = {}
+    for number, row in enumerate(rows, start=2):
+        try:
+            values = [float(row[name]) for name in COLUMNS]
+        except (KeyError, TypeError, ValueError) as error:
+            raise SpecError(f"line {number} of corners {path} has no number in each column; {example}") from error
+        if not all(map(math.isfinite, values)) or values[0] != int(values[0]) or values[0] < 0:
+            raise SpecError(f"line {number} of corners {path} names no frame, or a corner that is no place; {example}")
+        corners = np.array(values[1:]).reshape(4, 2)
+        if not cv2.isContourConvex(corners.astype(np.float32)) or cv2.contourArea(corners.astype(np.float32)) < 16:
+            raise SpecError(
+                f"line {number} of corners {path} spans no four-sided figure; give the region's corners in order: top "
+                "left, top right, bottom right, bottom left"
+            )
+        found[int(values[0])] = corners
+    if 0 not in found:
+        raise SpecError(f"corners {path} hold no frame 0; {example}")
+    return found
+
+
+class CornerFollower:
+    """Follows four corners from frame to frame, set right where they were given."""
+
+    def __init__(self, corners: Corners) -> None:
+        self._given = dict(corners)
+        self._luma: NDArray[np.uint8] | None = None
+        self._corners: Array | None = None
+
+    def follow(self, index: int, luma: NDArray[np.uint8]) -> Array | None:
+        """Corners in this frame, (4, 2) px; None from where one slipped until the next correction."""
+        if index in self._given:
+            self._corners = self._given[index]
+        elif self._corners is not None and self._luma is not None:
+            self._corners = _moved(self._luma, luma, self._corners)
+        self._luma = luma
+        return self._corners
+
+
+def _moved(before: NDArray[np.uint8], after: NDArray[np.uint8], corners: Array) -> Array | None:
+    """The corners one frame later, None where one of them is lost."""
+    start = corners.astype(np.float32).reshape(-1, 1, 2)
+    how: dict[str, Any] = {"winSize": WINDOW_PX, "maxLevel": LEVELS}
+    there, seen, _ = cv2.calcOpticalFlowPyrLK(before, after, start, start.copy(), **how)
+    back, seen_back, _ = cv2.calcOpticalFlowPyrLK(after, before, there, start.copy(), **how)
+    if not (np.all(seen) and np.all(seen_back)):
+        return None
+    if np.linalg.norm(back - start, axis=-1).max() > MOST_RETURN_PX:
+        return None
+    return np.asarray(there.reshape(4, 2), float)
