@@ -101,29 +101,50 @@ def refine_poses(
 ) -> PlanePoses:
     """Gauss-Newton from the given poses, (T, 2, 3, 3) and (T, 2, 3)."""
     seen = (points_px[:, None] - np.array(centre)) / focal
+    # Film-wide searches come here a hundred times, so each derivative is written out; axes are (T, 2 poses, u or v, N).
+    seen = np.moveaxis(seen, -1, -2)
+    jacobian = np.empty((*rotation.shape[:2], 2, len(plane), 6))
     for _ in range(STEPS):
-        turned = np.einsum("tsij,nj->tsni", rotation, plane)
-        local = turned + translation[:, :, None]
-        depth = local[..., 2]
-        flat = local[..., :2] / depth[..., None]
+        turned = _turned(rotation, plane)
+        flat, near = _projected(turned, translation)
         residual = flat - seen
-        # Derivatives of x/z and y/z by the camera point, then by a small turn before the shift and by the shift.
-        by_point = np.zeros((*flat.shape, 3))
-        by_point[..., 0, 0] = by_point[..., 1, 1] = 1 / depth
-        by_point[..., :, 2] = -flat / depth[..., None]
-        by_turn = np.cross(turned[..., None, :], by_point)
-        jacobian = np.concatenate([by_turn, by_point], axis=-1).reshape(*flat.shape[:2], -1, 6)
-        transposed = jacobian.swapaxes(-1, -2)
-        normal = transposed @ jacobian
+        _fill_jacobian(jacobian, turned, flat, near)
+        flattened = jacobian.reshape(*rotation.shape[:2], -1, 6)
+        transposed = flattened.swapaxes(-1, -2)
+        normal = transposed @ flattened
         normal += DAMPING * normal * np.eye(6)
-        right = transposed @ residual.reshape(*flat.shape[:2], -1, 1)
+        right = transposed @ residual.reshape(*residual.shape[:2], -1, 1)
         step = -np.linalg.solve(normal, right)[..., 0]
         # No true step turns by more than a radian; one that would has left the basin of its pose.
         step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step[..., :3]).max(axis=-1, keepdims=True), 1e-12))
         turn = Rotation.from_rotvec(step[..., :3].reshape(-1, 3)).as_matrix().reshape(rotation.shape)
         rotation, translation = turn @ rotation, translation + step[..., 3:]
-    local = np.einsum("tsij,nj->tsni", rotation, plane) + translation[:, :, None]
-    residual = local[..., :2] / local[..., 2:] - seen
-    error = focal * np.sqrt((residual**2).sum(axis=-1).mean(axis=-1))
-    behind = local[..., 2].min(axis=-1) <= 0
+    flat, near = _projected(_turned(rotation, plane), translation)
+    error = focal * np.sqrt(((flat - seen) ** 2).sum(axis=-2).mean(axis=-1))
+    behind = near.min(axis=-1) <= 0
     return PlanePoses(rotation, translation, np.where(behind | ~np.isfinite(error), np.inf, error))
+
+
+def _turned(rotation: Array, plane: Array) -> Array:
+    """The plane's points turned into camera axes, before the shift, (T, 2, 3, N)."""
+    return np.asarray(rotation @ plane.T)
+
+
+def _projected(turned: Array, translation: Array) -> tuple[Array, Array]:
+    """Normalised picture coordinates, (T, 2, 2, N), and one over the depth, (T, 2, N)."""
+    near = 1 / (turned[..., 2, :] + translation[..., 2, None])
+    return (turned[..., :2, :] + translation[..., :2, None]) * near[..., None, :], near
+
+
+def _fill_jacobian(jacobian: Array, turned: Array, flat: Array, near: Array) -> None:
+    """Derivatives of u and v, (T, 2, 2, N, 6), by a small turn before the shift and by the shift.
+
+    Source: those of u = x/z by the camera point are p = (1, 0, -u) / z, and by a small turn of it the cross product of
+    the turned point with p; likewise of v = y/z.
+    """
+    x, y, z = (turned[..., k, :] * near for k in range(3))
+    u, v = flat[..., 0, :], flat[..., 1, :]
+    by_u = (-y * u, z + x * u, -y, near, 0.0, -u * near)
+    by_v = (-z - y * v, x * v, x, 0.0, near, -v * near)
+    for k in range(6):
+        jacobian[..., 0, :, k], jacobian[..., 1, :, k] = by_u[k], by_v[k]

@@ -9,11 +9,16 @@ import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError
+
+if TYPE_CHECKING:
+    import av
 
 #: Demuxers of films.  FFmpeg reads playlists, text and pictures as "video" too, and a playlist may name other files.
 FORMATS = frozenset(
@@ -23,6 +28,15 @@ FORMATS = frozenset(
 #: No film may make the reader open an address.
 LOCAL = {"protocol_whitelist": "file"}
 ADVICE = "give a film that a video player can play, such as an .mp4"
+#: Formats whose first plane is the luma, and its bits; other pictures are turned into grey ones.
+PLANAR_DEPTH = {
+    **dict.fromkeys(("yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p", "nv12", "nv21"), 8),
+    **dict.fromkeys(("yuv420p10le", "yuv422p10le", "yuv444p10le"), 10),
+    **dict.fromkeys(("yuv420p12le", "yuv422p12le", "yuv444p12le"), 12),
+}
+#: Luma runs from 16 to 235 in video (ITU-R BT.601 and 709), unless the file says that it uses the full range.
+VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).astype(np.uint8)
+FULL_RANGE = 2
 
 
 @dataclass(frozen=True)
@@ -76,7 +90,7 @@ class Film:
                 stream.thread_type = "AUTO"
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
-                    luma = picture.to_ndarray(format="gray")
+                    luma = luma_of(picture)
                     if luma.shape != (self.height, self.width):
                         raise MediaError(
                             f"{self.path} changes its picture size from {self.width} x {self.height} to "
@@ -88,6 +102,28 @@ class Film:
             raise MediaError(f"{self.path} breaks off after frame {count} ({_reason(error)}); {ADVICE}") from error
         if count == 0:
             raise MediaError(f"{self.path} holds no picture that decodes; {ADVICE}")
+
+
+def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
+    """The picture's brightness, (height, width), 0 black to 255 white whatever range and depth it is coded in.
+
+    The decoder's own luma plane is taken where there is one: turning a picture into another format costs more than
+    decoding it.  A phone's rotation flag is not followed, as markers are found at any angle, and rows stay the rows
+    that a rolling shutter reads.
+    """
+    depth = PLANAR_DEPTH.get(picture.format.name)
+    if depth is None:
+        return picture.to_ndarray(format="gray")
+    plane = picture.planes[0]
+    if depth == 8:
+        rows = np.frombuffer(plane, np.uint8).reshape(picture.height, -1)[:, : picture.width]
+    else:
+        deep = np.frombuffer(plane, np.uint16).reshape(picture.height, -1)[:, : picture.width]
+        rows = (deep >> (depth - 8)).astype(np.uint8)
+    if picture.format.name.startswith("yuvj") or picture.color_range == FULL_RANGE:
+        # The decoder uses its memory again for the next picture.
+        return rows.copy()
+    return np.asarray(cv2.LUT(rows, VIDEO_RANGE), np.uint8)
 
 
 def file_sha256(path: Path) -> str:
