@@ -28,3 +28,14 @@ def test_holds_what_places_say_and_never_more_than_its_limit(count):
 def test_is_evenly_spread():
     """Catches: a reservoir that keeps the beginning dense, or draws by chance."""
     assert set(np.diff(sampled(5000, 64).places)) == {128}
+
+
+def test_what_is_dropped_is_gone_and_the_rest_counts_anew():
+    """Catches: places that still count what is gone, items shifted against them."""
+    sample = sampled(1000, 64)
+    sample.drop(700)
+    assert [int(item[0]) - 700 for item in sample.items] == list(sample.places) and sample.places[0] >= 0
+    for k in range(1000, 1400):
+        sample.offer(np.full(3, k, np.float32))
+    assert [int(item[0]) - 700 for item in sample.items] == list(sample.places)
+    assert len(set(np.diff(sample.places))) == 1 and 32 < len(sample.items) <= 64

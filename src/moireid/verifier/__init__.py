@@ -9,10 +9,14 @@ camera.py     focal length, shutter, poses                identify.py   no claim
 predict.py    the phase that the optics say               report.py     the report for people: page and plots
 fringe.py     frequency and phase of a strip              cells.py      phases of the cells, shapes by waveform.py
 sample.py     a bounded sample of a long film             built.py      original or copy; capture.py enrols
+chapters.py   a chapter judged, several joined          segments.py   the verdict by time
+stream.py     frame by frame, a running verdict
 published.py  the published pipeline, a baseline          corners.py    corners given by hand, followed
 still.py      a photograph, or a film's first frames      chart.py      bands of a pitch test sheet; lens_fit.py fits
 """
 
+from moireid.verifier.chapters import Claim
+from moireid.verifier.stream import Running, Verifier
 from moireid.verifier.verify import Report, verify
 
-__all__ = ["Report", "verify"]
+__all__ = ["Claim", "Report", "Running", "Verifier", "verify"]

@@ -8,6 +8,7 @@ this project's own simulator.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,14 +68,20 @@ class Invariant:
 
 
 def judge_invariant(measurement: Measurement) -> Invariant:
-    """Hold measured against predicted phase.
+    """Hold measured against predicted phase, over a whole measurement; conventions and source as `judge_signals`."""
+    return judge_signals(measurement.gratings, max(measurement.camera.tangent_sd))
+
+
+def judge_signals(signals: Sequence[GratingSignal], tangent_sd: float) -> Invariant:
+    """Hold measured against predicted phase, one signal a grating.
+
+    Parameters: tangent_sd: what the focal length's error makes of the spread of the parallax, as a share.
 
     Convention: gain is measured over predicted phase, +1 for a genuine badge; the score is the share of the predicted
     motion that the fringes follow, 1 for genuine, about 0 for unrelated, negative for contrary motion.
     Source: linear regression of measured on predicted phase (regressing on the *predicted* phase makes the gain a
     ratio at any angle); gratings are combined by their Fisher information.
     """
-    signals = measurement.gratings
     figures = [_figures(signal) for signal in signals]
     information = np.array([f["information"] for f in figures])
     if not information.sum() > 0:
@@ -86,7 +93,7 @@ def judge_invariant(measurement: Measurement) -> Invariant:
         return float(sum(w * f[name] for w, f in zip(share, figures, strict=True) if w > 0))
 
     correlation, gain, gain_sd = mean("correlation"), mean("gain_ratio"), mean("gain_sd")
-    gain_sd = math.hypot(gain_sd, max(measurement.camera.tangent_sd) * abs(gain))
+    gain_sd = math.hypot(gain_sd, tangent_sd * abs(gain))
     residual, excitation, expected = mean("phase_residual_rad"), mean("excitation_rad"), mean("expected_error_rad")
     wander = max(f["strip_wander_rad"] for f in figures)
     reasons = [_enough_motion(excitation, expected)]

@@ -1,7 +1,7 @@
 """The pass over the film: find the page, register it, read its profiles.  One frame in memory at a time.
 
-What is kept of a frame is its homography and the profiles of its uniform rows, 3 kB; profiles of phase cells are kept
-of at most `SAMPLE_FRAMES` frames, evenly spread over the film.
+What is kept of a frame is its homography and the profiles of its uniform rows, 3 kB, until they are taken; profiles of
+phase cells are kept of at most `SAMPLE_FRAMES` frames, evenly spread over a track.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from moireid.verifier.markers import MarkerFinder
 from moireid.verifier.register import PageRegistrar, Registration
 from moireid.verifier.sample import EvenSample
 from moireid.verifier.strips import ProfileReader, Strip
-from moireid.verifier.video import Film
+from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 #: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
@@ -27,7 +27,7 @@ SNAPSHOT_PX_PER_MM = 3.0
 #: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
 #: left behind.  True pages show 0.93 and more at 3 m.
 FOLLOWED_CORRELATION = 0.90
-Progress = Callable[[int, int | None], None]
+Progress = Callable[[int, int | None], None]  #: Frames read, and frames expected if the file says.
 
 
 @dataclass(frozen=True)
@@ -65,79 +65,121 @@ def no_track(frames_read: int, image_px: tuple[int, int]) -> Track:
     return Track(frames_read, none, flat, np.zeros((0, 3, 3)), flat, (), none, (), image_px)
 
 
-def track_badge(film: Film, badge: Badge, progress: Progress | None = None) -> Track:
-    """Follow the badge through the film.
+class BadgeTracker:
+    """Follows one badge, frame after frame, and hands over what it has seen as tracks.
 
-    Parameters: progress: called with frames read and frames expected, if the file says.
     Convention: homographies as `MarkerFinder.find`; only the badge's layout is looked at, not its pitches or id.
-    Returns: Track, which may be empty.
-    Raises: MediaError where the film breaks off.
     Source: `markers`, `register` and `strips`, in that order in each frame.
     """
-    finder, registrar, reader = MarkerFinder(badge.markers), PageRegistrar(badge.markers), ProfileReader(badge)
-    numbers: list[int] = []
-    times: list[float] = []
-    homographies, correlations = [], []
-    uniform = np.array([strip.uniform for strip in reader.strips])
-    rows, cells = [], EvenSample()
-    stages = dict.fromkeys(("decode", "find", "register", "profiles", "snapshot"), 0.0)
-    clock = time.perf_counter()
 
-    def lap(stage: str) -> None:
-        nonlocal clock
-        now = time.perf_counter()
-        stages[stage] += now - clock
-        clock = now
+    def __init__(self, badge: Badge) -> None:
+        """Raises: SpecError where a row of the badge is too small to be read."""
+        self._badge = badge
+        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers)
+        self._reader = ProfileReader(badge)
+        self._uniform = np.array([strip.uniform for strip in self._reader.strips])
+        self._mirrored, self._ever = False, False
+        self._image_px = (0, 0)
+        self.frames_read = 0
+        self._numbers: list[int] = []
+        self._times: list[float] = []
+        self._homographies: list[Array] = []
+        self._correlations: list[float] = []
+        self._rows: list[NDArray[np.float32]] = []
+        self._cells = EvenSample()
+        self._snapshot: NDArray[np.uint8] | None = None
+        self._best, self._clock = 0.0, 0.0
+        self._stages = dict.fromkeys(("find", "register", "profiles", "snapshot"), 0.0)
 
-    read, snapshot, best, mirrored = 0, None, 0.0, False
-    for frame in film.frames():
-        read += 1
-        lap("decode")
-        luma = _mirror(frame.luma) if mirrored else frame.luma
-        # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
-        registration = _followed(registrar, luma, finder.expected(frame.index))
-        lap("register")
+    @property
+    def tracked(self) -> int:
+        """Frames of the present track in which the badge was found and registered."""
+        return len(self._times)
+
+    def push(self, frame: Frame) -> bool:
+        """Take in one frame; whether the badge was found in it."""
+        self.frames_read += 1
+        self._image_px = (frame.luma.shape[1], frame.luma.shape[0])
+        self._clock = time.perf_counter()
+        luma, registration = self._found(frame)
+        self._finder.follow(registration.homography if registration else None, frame.index)
         if registration is None:
-            start = finder.find(luma)
-            if start is None and not times:
-                # Until the badge is found for the first time, each frame is also looked at in the mirror.
-                turned = _mirror(frame.luma)
-                start = finder.find(turned)
-                luma, mirrored = (turned, True) if start is not None else (luma, False)
-            lap("find")
-            registration = registrar.register(luma, start) if start is not None else None
-            mirrored = mirrored and (bool(times) or registration is not None)
-            lap("register")
-        finder.follow(registration.homography if registration else None, frame.index)
-        if registration:
-            numbers.append(frame.index)
-            times.append(frame.time_s)
-            homographies.append(registration.homography)
-            correlations.append(registration.correlation)
-            seen = reader.read(luma, registration.homography)
-            rows.append(seen[uniform])
-            cells.offer(seen[~uniform])
-            lap("profiles")
-            # A frame must be clearly better to be straightened anew, or a steady film would do it again and again.
-            if registration.correlation > best + 0.003:
-                best, snapshot = registration.correlation, straighten(luma, registration.homography, badge)
-                lap("snapshot")
-        if progress:
-            progress(read, film.frames_expected)
-    return Track(
-        frames_read=read,
-        frame_numbers=np.array(numbers, np.int64),
-        times_s=np.array(times, float),
-        homographies=np.array(homographies, float).reshape(-1, 3, 3),
-        correlations=np.array(correlations, float),
-        profiles=_by_strip(uniform, rows, cells.items, reader.samples),
-        cell_frames=cells.places,
-        strips=tuple(reader.strips),
-        image_px=(film.width, film.height),
-        mirrored=mirrored,
-        snapshot=snapshot,
-        stages_s=stages,
-    )
+            return False
+        self._ever = True
+        self._numbers.append(frame.index)
+        self._times.append(frame.time_s)
+        self._homographies.append(registration.homography)
+        self._correlations.append(registration.correlation)
+        seen = self._reader.read(luma, registration.homography)
+        self._rows.append(seen[self._uniform])
+        self._cells.offer(seen[~self._uniform])
+        self._lap("profiles")
+        # A frame must be clearly better to be straightened anew, or a steady film would do it again and again.
+        if registration.correlation > self._best + 0.003:
+            self._best = registration.correlation
+            self._snapshot = straighten(luma, registration.homography, self._badge)
+            self._lap("snapshot")
+        return True
+
+    def _found(self, frame: Frame) -> tuple[NDArray[np.uint8], Registration | None]:
+        """The picture, turned back where the film is mirrored, and the page's place in it."""
+        luma = _mirror(frame.luma) if self._mirrored else frame.luma
+        # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
+        registration = _followed(self._registrar, luma, self._finder.expected(frame.index))
+        self._lap("register")
+        if registration is not None:
+            return luma, registration
+        start = self._finder.find(luma)
+        if start is None and not self._ever:
+            # Until the badge is found for the first time, each frame is also looked at in the mirror.
+            turned = _mirror(frame.luma)
+            start = self._finder.find(turned)
+            luma, self._mirrored = (turned, True) if start is not None else (luma, False)
+        self._lap("find")
+        registration = self._registrar.register(luma, start) if start is not None else None
+        self._mirrored = self._mirrored and (self._ever or registration is not None)
+        self._lap("register")
+        return luma, registration
+
+    def _lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self._stages[stage] += now - self._clock
+        self._clock = now
+
+    def look(self, last: int | None = None) -> Track:
+        """What was seen since the last `take`, or in its last so many tracked frames; the tracker goes on."""
+        first = 0 if last is None else max(self.tracked - last, 0)
+        places = self._cells.places
+        kept = places >= first
+        cells = [item for item, keep in zip(self._cells.items, kept, strict=True) if keep]
+        return Track(
+            frames_read=self.frames_read,
+            frame_numbers=np.array(self._numbers[first:], np.int64),
+            times_s=np.array(self._times[first:], float),
+            homographies=np.array(self._homographies[first:], float).reshape(-1, 3, 3),
+            correlations=np.array(self._correlations[first:], float),
+            profiles=_by_strip(self._uniform, self._rows[first:], cells, self._reader.samples),
+            cell_frames=places[kept] - first,
+            strips=tuple(self._reader.strips),
+            image_px=self._image_px,
+            mirrored=self._mirrored,
+            snapshot=self._snapshot,
+            stages_s=dict(self._stages),
+        )
+
+    def take(self, keep: int = 0) -> Track:
+        """What was seen since the last `take`; then begin anew, with the last `keep` tracked frames.
+
+        Convention: `frames_read` and `stages_s` begin anew too: what was kept is not counted twice.
+        """
+        track = self.look()
+        gone = max(self.tracked - keep, 0)
+        for kept in (self._numbers, self._times, self._homographies, self._correlations, self._rows):
+            del kept[:gone]
+        self._cells.drop(gone)
+        self.frames_read, self._best = 0, 0.0
+        self._stages = dict.fromkeys(self._stages, 0.0)
+        return track
 
 
 def _followed(registrar: PageRegistrar, luma: NDArray[np.uint8], expected: Array | None) -> Registration | None:

@@ -9,6 +9,8 @@
 7. Where the badge was enrolled as built: is it that very badge, or a copy of it?
 8. Give the verdict with its reasons.
 
+Steps 3 to 7 are taken chapter by chapter (`chapters`), of which a film of up to half a minute is one.
+
 Policy: the invariant and the identity must both hold.  A failure of either rejects; a doubt of either leaves it open.
 A copy is reported, and rejected where the policy asks for the original.
 """
@@ -16,23 +18,22 @@ A copy is reported, and rejected where the policy asks for the original.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from moireid import __version__
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.verifier.built import compare_built, measure_built
-from moireid.verifier.identity import Identity, judge_identity
-from moireid.verifier.invariant import WINDOW_FRAMES, Invariant, judge_invariant
-from moireid.verifier.measure import Measurement, measure
-from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
-from moireid.verifier.track import Progress, Track, track_badge
+from moireid.verifier.chapters import Claim, identity_of, invariant_of
+from moireid.verifier.identity import Identity
+from moireid.verifier.invariant import Invariant
+from moireid.verifier.measure import Measurement
+from moireid.verifier.reasons import Reason, Verdict, json_number, worst
+from moireid.verifier.segments import Segment
+from moireid.verifier.stream import Verifier
+from moireid.verifier.track import Progress, Track, no_track
 from moireid.verifier.video import Film, file_sha256
-
-#: Fewer frames than two windows say nothing about motion.
-MIN_FRAMES = 2 * WINDOW_FRAMES
 
 
 @dataclass(frozen=True)
@@ -51,6 +52,7 @@ class Report:
     track: Track = field(repr=False)
     measurement: Measurement | None = field(default=None, repr=False)
     pipeline: str = "moireid"
+    segments: tuple[Segment, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """The object that `verify --json` prints."""
@@ -68,6 +70,7 @@ class Report:
                 "shutter_s": json_number(camera.shutter_s),
             } if camera else None,
             "frames": self.frames,
+            "segments": [segment.to_json() for segment in self.segments],
             "mirrored": self.track.mirrored,
             "pipeline": self.pipeline,
             "timing": self.timing,
@@ -101,69 +104,40 @@ def verify(
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
-    track = track_badge(film, badge, progress)  # 2
-    stages = dict(track.stages_s)
-    measurement = None
-    if track.tracked < MIN_FRAMES:
-        reason = _badge_absent(track)
-        invariant = Invariant("inconclusive", (reason,))
-        identity = Identity("unreadable" if claimed_id else "not_claimed", (), claimed_id=claimed_id)
-        reasons: tuple[Reason, ...] = (reason,)
-    else:
-        measurement = measure(track, badge, focal_px=focal_px)  # 3, 4
-        stages |= measurement.stages_s
+    claim = Claim(badge, claimed_id, focal_px, as_built, require_original)
+    verifier = Verifier(claim, running=False)
+    read, decode_s = 0, 0.0
+    clock = time.perf_counter()
+    for frame in film.frames():
+        decode_s += time.perf_counter() - clock
+        read += 1
+        verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
+        if progress:
+            progress(read, film.frames_expected)
         clock = time.perf_counter()
-        invariant = judge_invariant(measurement)  # 5
-        stages["invariant"] = time.perf_counter() - clock
-        clock = time.perf_counter()
-        identity = judge_identity(track, measurement, badge, claimed_id=claimed_id)  # 6
-        stages["identity"] = time.perf_counter() - clock
-        identity, built_reasons = _judge_built(
-            track, measurement, badge, invariant, identity, as_built, require_original
-        )  # 7
-        reasons = invariant.reasons + identity.reasons + built_reasons
+    chapters = verifier.finish()  # 3 to 7
+    invariant = invariant_of(chapters)
+    identity, built_reasons = identity_of(chapters)
+    reasons = invariant.reasons + identity.reasons + built_reasons
     if revoked is not None:
         reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
     verdict = worst(list(reasons))  # 8
+    stages = {"decode": decode_s}
+    for chapter in chapters:
+        for name, seconds in chapter.stages_s.items():
+            stages[name] = stages.get(name, 0.0) + seconds
     timing = {
         "total_s": round(time.perf_counter() - begun, 4),
         "stages": {name: round(seconds, 4) for name, seconds in stages.items()},
     }
+    shown = next(chapter for chapter in chapters if chapter.track is not None)
     return Report(
         verdict, reasons, invariant, identity, badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
-        {"read": track.frames_read, "tracked": track.tracked}, timing, _left_out(badge, measurement),
-        track, measurement,
+        {"read": read, "tracked": sum(chapter.tracked for chapter in chapters)}, timing,
+        _left_out(badge, shown.measurement), shown.track or no_track(read, (film.width, film.height)),
+        shown.measurement, segments=tuple(segment for chapter in chapters for segment in chapter.segments),
     )  # fmt: skip
-
-
-def _judge_built(
-    track: Track, measurement: Measurement, badge: Badge, invariant: Invariant, identity: Identity,
-    as_built: AsBuilt | None, require_original: bool,
-) -> tuple[Identity, tuple[Reason, ...]]:  # fmt: skip
-    """The identity with what is known of the building, and the reasons for it."""
-    if as_built is not None:
-        identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
-    reasons: tuple[Reason, ...] = ()
-    if as_built is not None and identity.verdict == "match" and invariant.verdict == "accept":
-        comparison = compare_built(measure_built(track, measurement, badge, invariant), as_built, badge)
-        identity, reasons = replace(identity, built=comparison.built), comparison.reasons
-    if not require_original or identity.verdict != "match":
-        return identity, reasons
-    level: Level = "pass" if identity.built == "original" else "fail" if identity.built == "copy" else "undecided"
-    text = {
-        "original": "The badge is the very one that was enrolled.",
-        "copy": "The badge is a copy of the enrolled one, and the original is asked for.",
-    }.get(identity.built, "Whether this is the enrolled badge or a copy cannot be told.")
-    return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
-
-
-def _badge_absent(track: Track) -> Reason:
-    text = (
-        f"The badge was found in {track.tracked} of {track.frames_read} frames, at least {MIN_FRAMES} are needed; film "
-        "the whole badge with its four corner markers, nearer or in better light."
-    )
-    return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)
 
 
 def _left_out(badge: Badge, measurement: Measurement | None) -> tuple[str, ...]:
