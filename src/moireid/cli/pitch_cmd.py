@@ -134,8 +134,8 @@ def _from_photo(
     photo: Path, chart: Badge, distance_m: float | None, focal_px: float | None, scale: float | None
 ) -> Calibration:
     """Read the photo, with the best figure for the distance that there is."""
-    from moireid.verifier.camera import FOCAL_PRIOR
     from moireid.verifier.chart import check_chart, view_chart
+    from moireid.verifier.film_wide import FOCAL_PRIOR
     from moireid.verifier.lens_fit import lens_from_views
     from moireid.verifier.still import load_pictures
 

@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
-from moireid.verifier.camera import CameraFit, fit_camera, smooth_camera, stretches
+from moireid.verifier.camera import CameraFit, fit_camera
 from moireid.verifier.fringe import StripPhase, measure_strip
 from moireid.verifier.markers import marker_corners_mm
 from moireid.verifier.predict import strip_law
+from moireid.verifier.smooth import smooth_camera, stretches
 from moireid.verifier.track import Track
 
 Array = NDArray[np.float64]

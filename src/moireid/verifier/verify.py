@@ -68,6 +68,8 @@ class Report:
                 "focal_sd_px": json_number(camera.focal_sd_px),
                 "focal_given": camera.focal_given,
                 "shutter_s": json_number(camera.shutter_s),
+                "distortion_k1": json_number(camera.bend_k1),
+                "distortion_sd": json_number(camera.bend_sd),
             } if camera else None,
             "frames": self.frames,
             "segments": [segment.to_json() for segment in self.segments],

@@ -1,0 +1,170 @@
+"""What is the same in all frames of a film: focal length, rolling-shutter time, and radial distortion.
+
+1. Which way does the shutter run through the picture?  Told at its usual time.
+2. Shutter time alone, then focal length alone, each from its prior.
+3. All together.
+
+Convention: as `camera`; the distortion is solved in units of the guessed focal length, and told in those of the found.
+Source: maximum a posteriori over reprojection error.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from moireid.verifier.distortion import taken_in_px
+from moireid.verifier.minimise import Unknown, minimise, minimise_together
+from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
+from moireid.verifier.smooth import GAP_S, stretches
+
+Array = NDArray[np.float64]
+#: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
+#: equivalent and some crop for stabilisation); 35 % lets a zoom of two lie at two standard deviations.
+FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.35
+#: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
+SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
+SHUTTER_LIMIT_S = 0.033
+#: Prior of the radial distortion k1 (`distortion`): phones correct theirs to 0.03 or so, webcams leave up to 0.1, and
+#: 0.1 makes the fringes' gain 9 % wrong if it is not solved for.
+BEND_PRIOR_SD, BEND_LIMIT = 0.05, 0.3
+#: A distortion belongs to the place where a point would have been without it, which the first round tells.
+BEND_ROUNDS = 2
+#: Frames that the film-wide unknowns are solved on; a long film has more than enough.
+SOLVE_FRAMES = 300
+
+
+class FilmWide:
+    """The film-wide unknowns of registered pages.
+
+    focal, log_focal_sd: px, and standard deviation of its logarithm, 0 where it was given; shutter_s: first to last
+    row; bend, bend_sd: distortion in units of the guessed focal length.
+    """
+
+    def __init__(
+        self, points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], focal_px: float | None
+    ) -> None:
+        """Parameters: as `camera.fit_camera`."""
+        self._points = points_px
+        self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
+        self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
+        self._velocity = _velocity_px_s(points_px, times_s)
+        apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
+        # Programs turn films, so the shutter may run down, right, up or left through the picture as it is now.
+        self._directions = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
+        self._rows = self._directions[0]
+        self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
+        self._long_side, self._given = max(image_px), focal_px is not None
+        self._guess = focal_px or FOCAL_PRIOR * self._long_side
+        self._bends = taken_in_px(points_px, self._guess, self._centre)
+        self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
+        self.focal, self.log_focal_sd = float(self._guess), 0.0
+        self.shutter_s, self.bend, self.bend_sd = SHUTTER_PRIOR_S, 0.0, BEND_PRIOR_SD
+
+    @property
+    def bend_k1(self) -> float:
+        """Radial distortion in units of the focal length found (OpenCV's k1)."""
+        return self.bend * (self.focal / self._guess) ** 2
+
+    @property
+    def bend_k1_sd(self) -> float:
+        """Standard deviation of `bend_k1`."""
+        return self.bend_sd * (self.focal / self._guess) ** 2
+
+    def solve(self) -> None:
+        """Steps 1 to 3."""
+        shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
+        middle = math.log(self._guess)
+        zoom = (math.log(0.4 * self._long_side), math.log(2.5 * self._long_side), middle, FOCAL_PRIOR_SD)
+        self._rows = self._likeliest_rows()  # 1
+        self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *shutter)  # 2
+        if not self._given:
+            log_focal, self.log_focal_sd = minimise(lambda x: self._errors(log_focal=x), *zoom)
+            self.focal = math.exp(log_focal)
+            if abs(log_focal - middle) > 0.1:
+                # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
+                self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
+        self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
+
+    def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
+        """Focal length where it is unknown, shutter and distortion; then once more with the distortion at its place."""
+        bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03)
+
+        def errors(at: Array) -> Array:
+            return self._errors(log_focal=float(at[0]) if zoom else None, shutter_s=float(at[-2]), bend=float(at[-1]))
+
+        for _ in range(BEND_ROUNDS):
+            start = [math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend]
+            place, sd = minimise_together(errors, np.array(start), [*zoom, shutter, bend])
+            if zoom:
+                self.focal, self.log_focal_sd = math.exp(place[0]), float(sd[0])
+            self.shutter_s, self.bend, self.bend_sd = float(place[-2]), float(place[-1]), float(sd[-1])
+            self._bends = taken_in_px(self._points - self.bend * self._bends, self._guess, self._centre)
+
+    def all_poses(self) -> PlanePoses:
+        """Poses of all frames with what was found."""
+        return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre)
+
+    def moved(self, poses: PlanePoses, *, bend: float = 0.0, log_focal: float = 0.0) -> PlanePoses:
+        """The same poses where distortion or focal length were off by so much."""
+        zoom = math.exp(log_focal)
+        points = self._flat(slice(None), bend=self.bend + bend)
+        return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._centre)
+
+    def _flat(
+        self, frames: NDArray[np.int64] | slice, *, shutter_s: float | None = None, bend: float | None = None
+    ) -> Array:
+        """Points as a pinhole without a rolling shutter would have seen them."""
+        seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
+        rolled = self._velocity[frames] * self._rows[frames] * seconds
+        return np.asarray(self._points[frames] - bent * self._bends[frames] - rolled)
+
+    def _errors(
+        self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None
+    ) -> Array:
+        """Reprojection errors (T,) px of the chosen frames; what is not given is as found so far."""
+        focal = self.focal if log_focal is None else math.exp(log_focal)
+        points = self._flat(self._chosen, shutter_s=shutter_s, bend=bend)
+        zoom = focal / self._guess
+        return moved_poses(self._start, self.plane, points, zoom, focal, self._centre).least_error_px
+
+    def _likeliest_rows(self) -> Array:
+        """The way in which the shutter runs, told at its usual time."""
+        tried = []
+        for direction in self._directions:
+            self._rows = direction
+            tried.append(self._errors(shutter_s=SHUTTER_PRIOR_S))
+        scale = min(float(np.median(errors)) for errors in tried) or 1e-9
+        return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
+
+
+def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
+    """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, 0 beside gaps.
+
+    Registered points are good to some hundredths of a pixel, so they are interpolated and not smoothed: differences
+    over several frames would cut the corners of a hand's tremor, and the shutter would come out longer than it is.
+    """
+    velocity = np.zeros_like(points_px)
+    for stretch in stretches(times_s, GAP_S):
+        if len(stretch) < 4:
+            continue
+        clock = times_s[stretch]
+        kept = _apart(clock, 0.5 * float(np.median(np.diff(clock))))
+        if len(kept) >= 4:
+            spline = CubicSpline(clock[kept], points_px[stretch][kept])
+            velocity[stretch] = spline(np.clip(clock, clock[kept[0]], clock[kept[-1]]), 1)
+    return velocity
+
+
+def _apart(clock: Array, least_s: float) -> list[int]:
+    """Places of times that lie so far apart: a file may repeat a time, or hold two that nearly agree, and a spline
+    through both would tell an endless velocity.
+    """
+    kept = [0]
+    for place in range(1, len(clock)):
+        if clock[place] - clock[kept[-1]] >= max(least_s, 1e-6):
+            kept.append(place)
+    return kept
