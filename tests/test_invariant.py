@@ -61,8 +61,9 @@ def signal(
 
 def judged(*signals: GratingSignal, tangent_sd: float = 0.0) -> Invariant:
     count = len(signals[0].measured_rad)
-    camera = CameraFit(np.zeros((count, 3)), np.zeros(count), 1450.0, 0.0, False, 0.01, (tangent_sd, 0.0), (0.0, 0.0))
-    return judge_invariant(Measurement(camera, np.zeros((count, 3)), np.arange(count) / 30.0, (), (), tuple(signals)))
+    camera = CameraFit(np.zeros((count, 3)), np.zeros(count), 1450.0, 0.0, False, 0.01, (0.0, 0.0), (0.0, 0.0))
+    known = tuple(replace(signal, tangent_sd=tangent_sd) for signal in signals)
+    return judge_invariant(Measurement(camera, np.zeros((count, 3)), np.arange(count) / 30.0, (), (), known))
 
 
 def levels(outcome: Invariant) -> dict[str, str]:

@@ -6,6 +6,7 @@ Reports are put together by hand, on the films of numbers of `test_identity`: te
 from __future__ import annotations
 
 import base64
+import csv
 import json
 import re
 from dataclasses import replace
@@ -22,13 +23,19 @@ from moireid.errors import SpecError
 from moireid.verifier.identity import Identity
 from moireid.verifier.invariant import judge_invariant
 from moireid.verifier.measure import measure
+from moireid.verifier.plots import timeline_plot
 from moireid.verifier.reasons import Reason
 from moireid.verifier.report import render_page, report_paths, write_report
+from moireid.verifier.segments import Segment
 from moireid.verifier.verify import Report
 from test_identity import FRAMES, TYPICAL, filmed
 
 #: Tags of HTML that have no end.
 VOID = {"meta", "link", "img", "br", "hr", "input"}
+SEGMENTS = (
+    Segment(0.5, 4.5, 120, "accept", 0.99, 1.0, 0.8), Segment(4.5, 8.5, 0, "inconclusive"),
+    Segment(8.5, 9.9, 42, "reject", 0.1, -1.0, 0.7),
+)  # fmt: skip
 EVIL = "<script>alert('x')</script> & \"Ada\" </title> {{ 7 * 7 }}"
 
 
@@ -50,7 +57,7 @@ def report_of(
     return Report(
         verdict, invariant.reasons + who.reasons, invariant, who, replace(badge, name=name or badge.name), film,
         {"read": FRAMES + 3, "tracked": FRAMES}, {"total_s": 3.21, "stages": {"decode": 1.0, "find": 2.0}},
-        ("colour",), track, measurement if tracked else None,
+        ("colour",), track, measurement if tracked else None, segments=SEGMENTS if tracked else (),
     )  # fmt: skip
 
 
@@ -136,7 +143,7 @@ def test_names_and_paths_cannot_write_html(ada):
 def test_names_of_any_script_survive(ada, tmp_path):
     """Catches: a file in the machine's own encoding; escapes where letters should stand."""
     name = "Zoë Ångström 王小明 🪪"
-    page, data = write_report(report_of(ada, name=name), tmp_path)
+    page, data, _ = write_report(report_of(ada, name=name), tmp_path)
     assert name in Page(page.read_text(encoding="utf-8")).text
     assert json.loads(data.read_text(encoding="utf-8"))["badge"]["name"] == name
     assert '<meta charset="utf-8">' in page.read_text(encoding="utf-8")
@@ -168,13 +175,13 @@ def test_every_reason_and_figure_is_told(ada):
 
 def test_the_plots_and_the_picture_are_in_the_page(page, ada):
     """Catches: a plot left out; a picture that is no picture; the plot of the same data twice."""
-    assert page.count("<svg") == 3
+    assert page.count("<svg") == 7
     picture = next(attributes["src"] for tag, attributes in Page(page).tags if tag == "img")
     kind, content = picture.split(",", 1)
     assert kind == "data:image/png;base64"
     shown = cv2.imdecode(np.frombuffer(base64.b64decode(content), np.uint8), cv2.IMREAD_UNCHANGED)
     assert np.array_equal(shown, report_of(ada).track.snapshot)
-    assert len(set(re.findall(r"<svg.*?</svg>", page, flags=re.DOTALL))) == 3
+    assert len(set(re.findall(r"<svg.*?</svg>", page, flags=re.DOTALL))) == 7
 
 
 def test_a_film_without_a_badge_has_a_page_too(ada):
@@ -182,7 +189,7 @@ def test_a_film_without_a_badge_has_a_page_too(ada):
     page = render_page(report_of(ada, verdict="inconclusive", identity="unreadable", tracked=False))
     parsed = Page(page)
     assert page.count("<svg") == 0 and all(tag != "img" for tag, _ in parsed.tags)
-    assert "focal length" not in parsed.text
+    assert "rolling shutter" not in parsed.text and "The law by time" not in parsed.text
 
 
 def test_one_report_makes_one_page(ada, page):
@@ -197,8 +204,8 @@ def test_the_json_beside_it_is_the_contract_s(ada, tmp_path):
     """Catches: NaN; rounding apart from that of `verify --json`."""
     report = report_of(ada)
     report = replace(report, invariant=replace(report.invariant, gain_sd=float("inf")))
-    page, data = write_report(report, tmp_path / "new" / "folder")
-    assert [page, data] == report_paths(tmp_path / "new" / "folder")
+    page, data, signals = write_report(report, tmp_path / "new" / "folder")
+    assert [page, data, signals] == report_paths(tmp_path / "new" / "folder")
 
     def refuse(constant: str) -> None:
         raise AssertionError(constant)
@@ -206,10 +213,12 @@ def test_the_json_beside_it_is_the_contract_s(ada, tmp_path):
     document = json.loads(data.read_text(encoding="utf-8"), parse_constant=refuse)
     assert document == json.loads(json.dumps(report.to_json()))
     assert document["invariant"]["gain_sd"] is None
-    assert sorted(p.name for p in (tmp_path / "new" / "folder").iterdir()) == ["report.html", "report.json"]
+    assert sorted(p.name for p in (tmp_path / "new" / "folder").iterdir()) == [
+        "report.html", "report.json", "signals.csv",
+    ]  # fmt: skip
 
 
-@pytest.mark.parametrize("there", ["report.html", "report.json"])
+@pytest.mark.parametrize("there", ["report.html", "report.json", "signals.csv"])
 def test_a_report_is_not_overwritten_unasked(ada, tmp_path, there):
     """Catches: one file checked and the other not; a page written before the JSON is found in the way."""
     (tmp_path / there).write_text("mine")
@@ -218,3 +227,26 @@ def test_a_report_is_not_overwritten_unasked(ada, tmp_path, there):
     assert [p.name for p in tmp_path.iterdir()] == [there] and (tmp_path / there).read_text() == "mine"
     write_report(report_of(ada), tmp_path, overwrite=True)
     assert Path(tmp_path / there).read_text(encoding="utf-8") != "mine"
+
+
+def test_the_signals_are_those_that_the_plots_show(ada, tmp_path):
+    """Catches: a column under another's name, frames counted instead of numbered, a parallax of the wrong sign."""
+    report = report_of(ada)
+    _, _, path = write_report(report, tmp_path)
+    rows = list(csv.DictReader(path.read_text().splitlines()))
+    found = report.measurement
+    assert len(rows) == len(found.times_s) and [int(row["frame"]) for row in rows] == list(report.track.frame_numbers)
+    x = np.array([float(row["camera_x_mm"]) for row in rows])
+    z = np.array([float(row["camera_z_mm"]) for row in rows])
+    middle = (ada.outline_mm[0] + ada.outline_mm[2]) / 2
+    assert np.array([float(row["parallax_x"]) for row in rows]) == pytest.approx((x - middle) / -z, abs=1e-5)
+    measured = np.array([float(row["measured_rad_0"]) for row in rows])
+    assert measured == pytest.approx(found.gratings[0].measured_rad, abs=1e-5)
+
+
+def test_the_law_by_time_names_what_was_seen(ada, page):
+    """Catches: a colour without its word, a timeline where nothing was seen."""
+    text = Page(page).text
+    assert "the law holds" in text and "the law is broken" in text and "too little to tell" in text
+    assert timeline_plot(report_of(ada, tracked=False)) is None
+    assert "Not checked were the face" in text

@@ -72,7 +72,7 @@ def test_a_minute_that_breaks_the_law_is_not_averaged_away(whole, prototype):
     """Catches: an hour of truth in which a forged minute drowns."""
     true = judge_chapter(whole[0], Claim(prototype))
     backwards = tuple(replace(signal, measured_rad=-signal.measured_rad) for signal in true.signals)
-    forged = replace(true, invariant=chapters.judge_signals(backwards, true.tangent_sd), signals=backwards)
+    forged = replace(true, invariant=chapters.judge_signals(backwards), signals=backwards)
     assert forged.invariant.verdict == "reject"
     together = invariant_of([true] * 300 + [forged])
     assert together.verdict == "reject"

@@ -119,7 +119,7 @@ def verify_command(
     if report_folder is not None:
         from moireid.verifier.report import write_report
 
-        page, _ = write_report(report, report_folder, overwrite=overwrite)
+        page, *_ = write_report(report, report_folder, overwrite=overwrite)
         say(f"report: {page}")
     if as_json:
         show_json(report.to_json())

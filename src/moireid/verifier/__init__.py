@@ -9,7 +9,7 @@ camera.py     poses of all frames                         identify.py   no claim
 predict.py    the phase that the optics say               report.py     the report for people: page and plots
 fringe.py     frequency and phase of a strip              cells.py      phases of the cells, shapes by waveform.py
 sample.py     a bounded sample of a long film             built.py      original or copy; capture.py enrols
-film_wide.py  focal length, shutter, distortion         minimise.py   of least misfit; smooth.py the course
+film_wide.py  focal length, shutter, distortion.py       minimise.py   least misfit; smooth.py the course
 chapters.py   a chapter judged, several joined          segments.py   the verdict by time
 stream.py     frame by frame, a running verdict
 published.py  the published pipeline, a baseline          corners.py    corners given by hand, followed

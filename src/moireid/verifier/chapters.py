@@ -66,7 +66,6 @@ class Chapter:
     built_reasons: tuple[Reason, ...]
     segments: tuple[Segment, ...]
     signals: tuple[GratingSignal, ...]
-    tangent_sd: float
     span_s: tuple[float, float]
     stages_s: dict[str, float]
     track: Track | None
@@ -94,7 +93,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
         return Chapter(
             track.frames_read, track.tracked - repeated, Invariant("inconclusive", (reason,)), identity, (), (), (),
-            0.0, span, dict(track.stages_s), track, None,
+            span, dict(track.stages_s), track, None,
         )  # fmt: skip
     measurement = measure(track, claim.badge, focal_px=claim.focal_px)
     stages = track.stages_s | measurement.stages_s
@@ -109,7 +108,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     signals = tuple(part_of(signal, slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
         track.frames_read, track.tracked - repeated, invariant, identity, built_reasons, segments, signals,
-        max(measurement.camera.tangent_sd), span, stages, track, measurement,
+        span, stages, track, measurement,
     )  # fmt: skip
 
 
@@ -122,7 +121,7 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     if len(seen) <= 1:
         return (seen or list(chapters))[0].invariant
     joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
-    whole = judge_signals(joined, max(chapter.tangent_sd for chapter in seen))
+    whole = judge_signals(joined)
     broken = [chapter for chapter in seen if chapter.invariant.verdict == "reject"]
     reasons = tuple(_broken_chapter(chapter) for chapter in broken)
     return replace(whole, verdict="reject" if broken else whole.verdict, reasons=whole.reasons + reasons)
@@ -156,6 +155,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         phase_sd_rad=np.concatenate([signal.phase_sd_rad for signal in signals]),
         pose_sd_rad=float(np.sqrt(np.mean([signal.pose_sd_rad**2 for signal in signals]))),
         strip_residual_rad=np.max([signal.strip_residual_rad for signal in signals], axis=0),
+        tangent_sd=max(signal.tangent_sd for signal in signals),
     )
 
 

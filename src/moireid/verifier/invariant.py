@@ -69,13 +69,12 @@ class Invariant:
 
 def judge_invariant(measurement: Measurement) -> Invariant:
     """Hold measured against predicted phase, over a whole measurement; conventions and source as `judge_signals`."""
-    return judge_signals(measurement.gratings, max(measurement.camera.tangent_sd))
+    return judge_signals(measurement.gratings)
 
 
-def judge_signals(signals: Sequence[GratingSignal], tangent_sd: float) -> Invariant:
+def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     """Hold measured against predicted phase, one signal a grating.
 
-    Parameters: tangent_sd: what the focal length's error makes of the spread of the parallax, as a share.
 
     Convention: gain is measured over predicted phase, +1 for a genuine badge; the score is the share of the predicted
     motion that the fringes follow, 1 for genuine, about 0 for unrelated, negative for contrary motion.
@@ -93,7 +92,6 @@ def judge_signals(signals: Sequence[GratingSignal], tangent_sd: float) -> Invari
         return float(sum(w * f[name] for w, f in zip(share, figures, strict=True) if w > 0))
 
     correlation, gain, gain_sd = mean("correlation"), mean("gain_ratio"), mean("gain_sd")
-    gain_sd = math.hypot(gain_sd, tangent_sd * abs(gain))
     residual, excitation, expected = mean("phase_residual_rad"), mean("excitation_rad"), mean("expected_error_rad")
     wander = max(f["strip_wander_rad"] for f in figures)
     reasons = [_enough_motion(excitation, expected)]
@@ -128,7 +126,7 @@ def _figures(signal: GratingSignal) -> dict[str, float]:
     expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
     values = (
         abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain,
-        _slope_sd(residual, power), float(residual.std()), excitation, expected,
+        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain)), float(residual.std()), excitation, expected,
         float(signal.strip_residual_rad.max(initial=0.0)), 1.0 - unexplained,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
     )  # fmt: skip
@@ -144,8 +142,15 @@ def pearson(a: Array, b: Array) -> float:
 
 def window_correlation_mean(measured: Array, predicted: Array) -> float:
     """Plain mean of |rho| over windows of 30 frames, stride 1: the published figure."""
+    return float(np.mean(np.abs(window_correlations(measured, predicted))))
+
+
+def window_correlations(measured: Array, predicted: Array) -> Array:
+    """Correlation of each window of 30 frames, stride 1, (T - 29,); none of a series that is shorter."""
+    if len(measured) < WINDOW_FRAMES:
+        return np.zeros(0)
     windows = np.lib.stride_tricks.sliding_window_view(np.stack([measured, predicted]), WINDOW_FRAMES, axis=1)
-    return float(np.mean([abs(pearson(a, b)) for a, b in windows.transpose(1, 0, 2)]))
+    return np.array([pearson(a, b) for a, b in windows.transpose(1, 0, 2)])
 
 
 def _slope_sd(residual: Array, power: float) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,7 +39,8 @@ class GratingSignal:
 
     measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0; phase_sd_rad: error bar of
     measured; pose_sd_rad: what the pose's error makes of the prediction, after smoothing;
-    strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square.
+    strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square; tangent_sd: what the
+    errors of focal length and distortion make of the spread of the parallax along the grating's axis, as a share.
     """
 
     measured_rad: Array
@@ -47,6 +48,7 @@ class GratingSignal:
     phase_sd_rad: Array
     pose_sd_rad: float
     strip_residual_rad: Array
+    tangent_sd: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -102,9 +104,8 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         ]
         axis = 0 if grating.axis == "x" else 1
         noise = _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis])
-        gratings.append(
-            _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
-        )
+        signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
+        gratings.append(replace(signal, tangent_sd=camera.tangent_sd[axis]))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 

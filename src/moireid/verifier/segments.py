@@ -53,9 +53,7 @@ def judge_segments(measurement: Measurement, first: int = 0) -> tuple[Segment, .
         if len(frames) < WINDOW_FRAMES:
             found.append(Segment(start, end, len(frames), "inconclusive"))
             continue
-        judged = judge_signals(
-            tuple(part_of(signal, frames) for signal in measurement.gratings), max(measurement.camera.tangent_sd)
-        )
+        judged = judge_signals(tuple(part_of(signal, frames) for signal in measurement.gratings))
         found.append(
             Segment(start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio,
                     judged.excitation_rad)
