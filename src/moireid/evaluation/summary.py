@@ -70,6 +70,7 @@ def _figures(scored: list[Scored], seed: int) -> Document:
         "seconds": sum(one.row["seconds"] for one in scored),
         "scored_films": _told_apart(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
         "all_films": _told_apart(a, b, seed, means=False),
+        "window_correlation": {"genuine": _window(genuine), "forged": _window(forged)},
         "verdicts": {"genuine": _verdicts(genuine), "forged": _verdicts(forged)},
         "groups": [
             {"group": group, "label": label} | _group([o for o in scored if _kind(o) == (group, label)])
@@ -111,6 +112,14 @@ def _told_apart(genuine: Array, forged: Array, seed: int, *, means: bool) -> Doc
             "cohens_d_interval": statistics.resampled_interval(statistics.cohens_d, genuine, forged, seed),
         }
     return found
+
+
+def _window(scored: list[Scored]) -> Document:
+    """Mean and deviation of the published figure, mean |rho| over windows of 30 frames, which both pipelines give."""
+    found = [one.row.get("window_correlation_mean") for one in scored]
+    values = np.array([value for value in found if value is not None], float)
+    mean, sd = (float(values.mean()), float(values.std(ddof=1))) if len(values) > 1 else (None, None)
+    return {"films": len(values), "mean": mean, "sd": sd}
 
 
 def _verdicts(scored: list[Scored]) -> Document:

@@ -44,17 +44,26 @@ def _side_by_side(document: Document) -> list[str]:
     pipelines, paper = list(document["pipelines"].values()), document["paper"]
     wide = 26
     names = (*document["pipelines"], "paper, other films")
-    lines = [f"{'95 % intervals in brackets':<38}" + "".join(f"{name:>{wide}}" for name in names)]
+    lines = [f"{'95 % intervals in brackets':<40}" + "".join(f"{name:>{wide}}" for name in names)]
 
     def line(name: str, cell: Callable[[Document], str], of_paper: str = "") -> None:
-        lines.append(f"{name:<38}" + "".join(f"{cell(p):>{wide}}" for p in pipelines) + f"{of_paper:>{wide}}")
+        cells = "".join(f"{cell(p):>{wide}}" for p in pipelines) + f"{of_paper:>{wide}}"
+        lines.append(f"{name:<40}{cells}".rstrip())
 
     def ranged(part: str, name: str) -> Callable[[Document], str]:
         return lambda p: _ranged(p[part].get(name), p[part].get(f"{name}_interval"))
 
+    def rate(kind: str, verdict: str) -> Callable[[Document], str]:
+        return lambda p: _rate(p["verdicts"][kind][verdict])
+
+    def window(kind: str) -> Callable[[Document], str]:
+        return lambda p: _spread(p["window_correlation"][kind])
+
+    for kind in ("genuine", "forged"):
+        line(f"{kind} films: |rho| over 30 frames", window(kind), _spread(paper[kind]))
     line("films without a score", lambda p: str(p["without_score"]))
     line("AUC of films with a score", ranged("scored_films", "auc"), str(paper["auc"]))
-    line("AUC of all, none the least genuine", ranged("all_films", "auc"))
+    line("AUC of all films (no score: the lowest)", ranged("all_films", "auc"))
     line("EER of films with a score", ranged("scored_films", "eer"))
     line("EER of all films", ranged("all_films", "eer"))
     line("threshold of greatest accuracy", lambda p: _number(_best(p).get("threshold")))
@@ -71,14 +80,11 @@ def _side_by_side(document: Document) -> list[str]:
     line("Cohen's d", ranged("scored_films", "cohens_d"))
     for kind in ("genuine", "forged"):
         for verdict in VERDICTS:
-            line(f"{kind} films: {verdict}", lambda p, k=kind, v=verdict: _rate(p["verdicts"][k][v]))  # type: ignore[misc]
+            line(f"{kind} films: {verdict}", rate(kind, verdict))
     told = "; ".join(
         f"{name}: {figures['scored_films']['missing']}"
         for name, figures in document["pipelines"].items() if "missing" in figures["scored_films"]
     )  # fmt: skip
-    lines.append(
-        f"The paper's |rho| (another collection): {_paper(paper, 'genuine')} real, {_paper(paper, 'forged')} generated."
-    )
     return lines + ([told] if told else [])
 
 
@@ -113,8 +119,8 @@ def _welch(pipeline: Document) -> Document:
     return pipeline["scored_films"].get("welch") or {}
 
 
-def _paper(paper: Document, kind: str) -> str:
-    return f"{paper[kind]['mean']} ± {paper[kind]['sd']}"
+def _spread(cell: Document) -> str:
+    return "-" if cell["mean"] is None else f"{cell['mean']:.3f} ± {cell['sd']:.3f}"
 
 
 def _number(value: float | None) -> str:
