@@ -195,6 +195,14 @@ def test_claims_are_files_names_or_ids(tmp_path: Path, prototype: Badge, ada: Ba
     assert found.entries[0].line == 2 and found.entries[0].video == tmp_path / "a.mp4"
 
 
+def test_the_manifest_of_the_films_made_outside_lists_them_all(films: Path):
+    """Catches: a film added without its label, a claim of the other board."""
+    found = read_manifest(films / "collection.csv").entries
+    assert {entry.video for entry in found} == set(films.glob("*.mp4"))
+    assert all(entry.genuine != entry.name.startswith("forged") for entry in found)
+    assert {entry.claimed.badge.lens.kind for entry in found if "rendered" in entry.name} == {"mask"}
+
+
 def row_of(score: float | None, verdict: str = "accept") -> Row:
     return failed_row("", 1.0) | {"score": score, "verdict": verdict, "error": None}
 
