@@ -35,7 +35,7 @@ def test_rows_that_are_kept_are_not_filmed_again(tmp_path, monkeypatch, rng):
     clips = [clip for _, clip in identity._jobs(1, 0)]
     kept = tmp_path / "clips.jsonl"
     rows = [row_of(rng, 0.05) for _ in clips]
-    lines = [json.dumps({"clip": identity._key(clip), "row": row}) for clip, row in zip(clips, rows, strict=True)]
+    lines = [json.dumps({"key": identity._key(clip), "row": row}) for clip, row in zip(clips, rows, strict=True)]
     kept.write_text("\n".join([*lines[:3], lines[0][:40], *lines[3:]]) + "\n", encoding="utf-8")
     monkeypatch.setattr(identity, "read_clip", None)
     assert identity._read_all(clips, kept, lambda done, of: None) == rows

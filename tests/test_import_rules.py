@@ -20,8 +20,11 @@ from moireid.simulate.forge import KINDS
 
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
-GROUND = {"asbuilt", "badge", "dots", "errors", "files", "lenticule", "optics", "profiles"}
-ROOMS = {"archive", "bench", "cli", "designer", "fabrication", "idcodes", "registry", "simulate", "verifier", "web"}
+GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept", "lenticule", "optics", "profiles"}
+ROOMS = {
+    "archive", "bench", "cli", "designer", "evaluation", "fabrication", "idcodes", "registry", "simulate", "verifier",
+    "web",
+}  # fmt: skip
 MAY_IMPORT = {
     "ground": GROUND,
     "idcodes": GROUND,
@@ -30,6 +33,7 @@ MAY_IMPORT = {
     "simulate": GROUND,
     "verifier": GROUND | {"idcodes"},
     "registry": GROUND,
+    "evaluation": GROUND | {"registry", "verifier"},
     # The bench plays all parts: it prints, films and verifies.  Nobody but the command line may lean on it.
     "bench": GROUND | ROOMS - {"cli", "web"},
     "cli": GROUND | ROOMS,

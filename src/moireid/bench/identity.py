@@ -6,26 +6,23 @@ Numbers of clips are small enough for a morning; intervals say what they can mea
 
 from __future__ import annotations
 
-import hashlib
-import json
 import math
 import multiprocessing
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-import moireid
 from moireid.asbuilt import as_built_from_json
 from moireid.bench.clips import CRF, FOCAL_PX, FPS, HEIGHT, WIDTH, Clip, one_thread, read_clip
 from moireid.bench.matching import matching_figures
 from moireid.bench.shorter import shorter_figures
-from moireid.bench.stats import interval
 from moireid.designer import Request, design_badge
+from moireid.evaluation.statistics import interval
+from moireid.kept import keep_row, kept_rows, program_digest
 from moireid.verifier.built import compare_built
 
 CONDITIONS = ((64, 1000.0), (64, 2000.0), (64, 3000.0), (128, 2000.0), (128, 3000.0))
@@ -78,44 +75,20 @@ def _read_all(
     clips: list[Clip], kept: Path | None, progress: Callable[[int, int | None], None]
 ) -> list[dict[str, Any]]:
     """One row a clip, in their order."""
-    rows = _rows_of(kept)
+    rows = kept_rows(kept)
     todo = [clip for clip in clips if _key(clip) not in rows]
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(max_workers=2, mp_context=context, initializer=one_thread) as pool:
         for clip, row in zip(todo, pool.map(read_clip, todo), strict=True):
             rows[_key(clip)] = row
-            if kept is not None:
-                with kept.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps({"clip": _key(clip), "row": row}) + "\n")
+            keep_row(kept, _key(clip), row)
             progress(sum(_key(clip) in rows for clip in clips), len(clips))
     return [rows[_key(clip)] for clip in clips]
 
 
 def _key(clip: Clip) -> str:
     """A clip, the camera, and a digest of the program that filmed and read it: other code gives other rows."""
-    return f"{_program()} {WIDTH}x{HEIGHT} {FOCAL_PX} {FPS} {CRF} {clip}"
-
-
-@cache
-def _program() -> str:
-    """Digest of the package's sources."""
-    digest = hashlib.sha256()
-    for source in sorted(Path(moireid.__file__).parent.rglob("*.py")):
-        digest.update(source.read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def _rows_of(kept: Path | None) -> dict[str, dict[str, Any]]:
-    """Rows of an earlier run; a last line that was cut off is passed over."""
-    rows = {}
-    if kept is not None and kept.exists():
-        for line in kept.read_text(encoding="utf-8").splitlines():
-            try:
-                entry = json.loads(line)
-            except json.JSONDecodeError:
-                continue
-            rows[entry["clip"]] = entry["row"]
-    return rows
+    return f"{program_digest()} {WIDTH}x{HEIGHT} {FOCAL_PX} {FPS} {CRF} {clip}"
 
 
 def _condition(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t
 
-from moireid.bench.stats import interval
+from moireid.evaluation.statistics import interval
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS, decode_phases, word_places
 from moireid.idcodes.words import WordCode
 

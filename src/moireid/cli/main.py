@@ -14,6 +14,7 @@ from moireid import __version__
 from moireid.cli.bench_cmd import bench_command
 from moireid.cli.common import BAD_INPUT
 from moireid.cli.enroll_cmd import enroll_command, registry_group
+from moireid.cli.evaluate_cmd import evaluate_command
 from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
 from moireid.cli.print_cmd import print_command
 from moireid.cli.simulate_cmd import simulate_command
@@ -44,6 +45,7 @@ for command in (
     identify_command,
     simulate_command,
     registry_group,
+    evaluate_command,
     bench_command,
 ):
     moireid.add_command(command)

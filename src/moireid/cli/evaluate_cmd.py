@@ -1,0 +1,85 @@
+"""evaluate: a labelled collection in, figures of both pipelines out."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from moireid.cli.common import (
+    FiniteRange,
+    friendly,
+    json_option,
+    overwrite_option,
+    progress_bar,
+    registry_option,
+    say,
+    show_json,
+)
+
+
+@click.command("evaluate")
+@click.argument("manifest_csv", metavar="MANIFEST.csv", type=click.Path(path_type=Path))
+@click.option(
+    "--out",
+    "folder",
+    required=True,
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Folder for JSON and plots.",
+)
+@registry_option
+@click.option("--badge", "badge_json", type=click.Path(path_type=Path), help="The badge of films without a claim.")
+@click.option("--pipeline", type=click.Choice(["ours", "published", "both"]), default="both", show_default=True)
+@click.option("--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Films scored at a time.")
+@click.option(
+    "--timeout", "timeout_s", type=FiniteRange(1, 1e6), default=3600.0, show_default=True, help="Seconds for one film."
+)
+@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the resampling.")
+@overwrite_option
+@json_option
+@friendly
+def evaluate_command(
+    manifest_csv: Path, folder: Path, registry_url: str | None, badge_json: Path | None, pipeline: str, workers: int,
+    timeout_s: float, seed: int, overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
+    """Score a labelled collection of films: distributions, ROC, DET and verdicts, for ours and the published pipeline.
+
+    MANIFEST.csv has the columns video, label, claim, group, and corners if need be; its paths are relative to it.
+    label: genuine, forged or forged:KIND.  claim: a badge.json, or a name or id in the registry; empty: --badge.
+    corners: a file of corners for the published pipeline, as in `moireid verify --corners`.
+
+    Rows are kept in films.jsonl as they are made, so that a run that was broken off goes on; only films, claims and
+    programs that changed are scored anew. A film that cannot be scored is counted as failed, and the run goes on.
+    """
+    from moireid import __version__
+    from moireid.badge import load_badge
+    from moireid.evaluation.collect import collect
+    from moireid.evaluation.manifest import read_manifest
+    from moireid.evaluation.plots import write_plots
+    from moireid.evaluation.rows import PIPELINES
+    from moireid.evaluation.summary import summarise
+    from moireid.evaluation.table import table
+    from moireid.files import planned, write_text
+
+    outputs = [folder / name for name in ("evaluate.json", "scores.svg", "roc.svg", "det.svg")]
+    planned(outputs, overwrite=overwrite, make_folders=False)
+    badge = load_badge(badge_json) if badge_json else None
+    manifest = read_manifest(manifest_csv, registry_url=registry_url, badge=badge)
+    if manifest.unused:
+        say(f"nothing is done with the column {', '.join(name[:40] or 'without a name' for name in manifest.unused)}")
+    planned(outputs, overwrite=overwrite)
+    pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
+    with progress_bar("films") as progress:
+        scored = collect(
+            manifest.entries, pipelines, kept=folder / "films.jsonl", workers=workers, timeout_s=timeout_s,
+            progress=progress,
+        )  # fmt: skip
+    document = {"moireid": __version__, "manifest": str(manifest_csv)} | summarise(scored, seed=seed)
+    write_text(outputs[0], json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    for path in [outputs[0], *write_plots(document, folder)]:
+        say(f"written: {path}")
+    if as_json:
+        show_json(document)
+    else:
+        click.echo(table(document))

@@ -1,0 +1,160 @@
+"""The list of a labelled collection, read and checked whole before any film is opened.
+
+Convention: paths are relative to the manifest.  A label is `genuine`, `forged` or `forged:KIND`, as `moireid simulate`
+writes into the truth of a film.  A claim is the path of a badge's file (it ends with .json), or a name or id in the
+registry; where it is empty, the command's own badge is meant.  Where a group is empty, it is the label.
+"""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from moireid.asbuilt import AsBuilt, as_built_from_json
+from moireid.badge import Badge, load_badge
+from moireid.errors import MoireIdError, SpecError
+from moireid.registry import Record, Registry, open_registry
+from moireid.verifier.corners import Corners, read_corners
+
+COLUMNS = ("video", "label", "claim", "group")
+OPTIONAL = ("corners",)
+EXAMPLE = f"give a CSV file whose first line is {','.join(COLUMNS)}, with corners as a fifth column if need be"
+LABEL = re.compile(r"genuine|forged(:[\w.-]+)?")
+
+
+@dataclass(frozen=True)
+class Claimed:
+    """The badge that a film is said to show, with what its registry knows of it beside."""
+
+    badge: Badge
+    as_built: AsBuilt | None = None
+    revoked: str | None = None
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One film of the collection; `line` is that of the manifest, `name` the film as written there."""
+
+    line: int
+    name: str
+    video: Path
+    label: str
+    claim: str
+    group: str
+    claimed: Claimed
+    corners: Corners | None = None
+
+    @property
+    def genuine(self) -> bool:
+        """Whether the film is a true one."""
+        return self.label == "genuine"
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """All films, and the columns that nothing is done with."""
+
+    entries: tuple[Entry, ...]
+    unused: tuple[str, ...]
+
+
+def read_manifest(path: Path, *, registry_url: str | None = None, badge: Badge | None = None) -> Manifest:
+    """Read a manifest, with every badge and every corner file that it names.
+
+    Parameters: registry_url: where names and ids are looked up, None for the default; opened only where one is named.
+        badge: of films without a claim.
+    Raises: SpecError where the file is no such list, or rows cannot be used; the first is named and the rest counted.
+    """
+    header, rows = _rows(path)
+    claims = _Claims(path.parent, registry_url, badge)
+    entries, wrong = [], []
+    try:
+        for line, row in rows:
+            try:
+                entries.append(_entry(line, row, path.parent, claims))
+            except MoireIdError as error:
+                wrong.append(f"line {line} of {path.name} ({row['video'][:60]!r}): {error}")
+    finally:
+        claims.close()
+    if wrong:
+        more = f" ({len(wrong) - 1} more lines cannot be used either)" if len(wrong) > 1 else ""
+        raise SpecError(wrong[0] + more)
+    if not entries:
+        raise SpecError(f"manifest {path} names no film; {EXAMPLE}, and a line for each film")
+    return Manifest(tuple(entries), tuple(name for name in header if name not in (*COLUMNS, *OPTIONAL)))
+
+
+def _rows(path: Path) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
+    """The columns, and the number and cells of each line that is not empty."""
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as stream:
+            reader = csv.reader(stream, strict=True)
+            lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        reason = error.strerror if isinstance(error, OSError) else f"no CSV in UTF-8: {error}"
+        raise SpecError(f"manifest {path} cannot be read ({reason}); {EXAMPLE}") from error
+    header = [name.lower() for name in lines[0][1]] if lines else []
+    lacking = [name for name in COLUMNS if name not in header]
+    if lacking or len(set(header)) < len(header):
+        fault = f"has no column {' and no column '.join(lacking)}" if lacking else "names a column twice"
+        raise SpecError(f"manifest {path} {fault}, its first line is {','.join(header)[:80]!r}; {EXAMPLE}")
+    rows = []
+    for line, cells in lines[1:]:
+        if not any(cells):
+            continue
+        if len(cells) > len(header):
+            raise SpecError(
+                f"line {line} of {path.name} has {len(cells)} cells, the first line {len(header)}; put names that hold "
+                "a comma in double quotes"
+            )
+        rows.append((line, dict.fromkeys(header, "") | dict(zip(header, cells, strict=False))))
+    return header, rows
+
+
+def _entry(line: int, row: dict[str, str], folder: Path, claims: _Claims) -> Entry:
+    """One line, checked.  Raises: MoireIdError where it cannot be used."""
+    video, label = folder / row["video"], row["label"]
+    if not row["video"] or not os.path.isfile(video):
+        raise SpecError(f"there is no film {str(video)!r}; write its path relative to the manifest")
+    if not LABEL.fullmatch(label):
+        raise SpecError(f"label {label[:40]!r} is not known; give genuine, forged, or forged:KIND")
+    corners = read_corners(folder / row["corners"]) if row.get("corners") else None
+    return Entry(
+        line, row["video"], video, label, row["claim"], row["group"] or label, claims.find(row["claim"]), corners
+    )
+
+
+class _Claims:
+    """Looks up what a claim means, each one once."""
+
+    def __init__(self, folder: Path, registry_url: str | None, badge: Badge | None) -> None:
+        self._folder, self._url, self._badge = folder, registry_url, badge
+        self._registry: Registry | None = None
+        self._found: dict[str, Claimed] = {}
+
+    def find(self, claim: str) -> Claimed:
+        """The badge of a claim.  Raises: MoireIdError where there is none."""
+        if claim not in self._found:
+            self._found[claim] = self._look_up(claim)
+        return self._found[claim]
+
+    def close(self) -> None:
+        """Close the registry, where it was opened."""
+        if self._registry is not None:
+            self._registry.close()
+
+    def _look_up(self, claim: str) -> Claimed:
+        if not claim:
+            if self._badge is None:
+                raise SpecError("it has no claim, and no badge is given for such films; fill it in, or add --badge")
+            return Claimed(self._badge)
+        if claim.lower().endswith(".json"):
+            return Claimed(load_badge(self._folder / claim))
+        if self._registry is None:
+            self._registry = open_registry(self._url, create=False)
+        record: Record = self._registry.find(claim)
+        as_built = as_built_from_json(record.as_built) if record.as_built else None
+        return Claimed(record.badge, as_built, record.revoked_reason)

@@ -1,0 +1,161 @@
+"""Plots of a collection: scores by group, ROC and DET."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.stats import norm
+
+from moireid.files import whole_file
+
+Document = dict[str, Any]
+INK, PALE = "#1d2733", "#8a97a6"
+GENUINE, FORGED = "#1f6fb2", "#c2571a"
+LINES = {"ours": ("#1f6fb2", "-"), "published": ("#8a97a6", "--")}
+#: Scores below this are drawn at the edge: the ranks below it matter to nobody, and would press all else together.
+LEAST_SHOWN = -0.55
+RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
+
+
+def write_plots(document: Document, folder: Path) -> list[Path]:
+    """Write scores.svg, roc.svg and det.svg, each whole or not at all."""
+    from matplotlib import rc_context
+
+    paths = []
+    for name, plot in (("scores", _scores), ("roc", _roc), ("det", _det)):
+        path = folder / f"{name}.svg"
+        with rc_context({"svg.hashsalt": "moireid"}), whole_file(path) as temporary:
+            plot(document).savefig(temporary, format="svg", metadata={"Date": None})
+        paths.append(path)
+    return paths
+
+
+def _figure(width: float, height: float) -> Any:
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasSVG(figure)
+    return figure
+
+
+def _plain(axes: Any) -> None:
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(colors=INK, labelsize=9)
+    axes.grid(color="#e4e8ed", linewidth=0.7)
+    axes.set_axisbelow(True)
+
+
+def _scores(document: Document) -> Any:
+    """A dot a film, a row for each group and label, a panel for each pipeline."""
+    pipelines = document["pipelines"]
+    kinds = [(row["group"], row["label"]) for row in next(iter(pipelines.values()))["groups"]][::-1]
+    figure = _figure(2.6 + 3.6 * len(pipelines), 0.34 * len(kinds) + 1.5)
+    panels = figure.subplots(1, len(pipelines), sharey=True, squeeze=False)[0]
+    for axes, (pipeline, figures) in zip(panels, pipelines.items(), strict=True):
+        for place, kind in enumerate(kinds):
+            own = [
+                row for row in document["rows"] if row["pipeline"] == pipeline and (row["group"], row["label"]) == kind
+            ]
+            _dots(axes, place, own, GENUINE if kind[1] == "genuine" else FORGED)
+        best = figures["scored_films"].get("best_threshold")
+        if best:
+            axes.axvline(best["threshold"], color=INK, linewidth=1, linestyle=":")
+        axes.set_xlim(LEAST_SHOWN - 0.08, 1.2)
+        axes.set_xlabel(f"score, {pipeline}", color=INK)
+        _plain(axes)
+        axes.text(1.04, 1.0, "no\nscore", transform=axes.get_xaxis_transform(), fontsize=7, color=PALE, va="bottom")
+    names = [group if group == label else f"{group}: {label}" for group, label in kinds]
+    panels[0].set_yticks(range(len(kinds)), names)
+    panels[0].set_ylim(-0.6, len(kinds) - 0.4)
+    figure.suptitle(
+        "A dot a film, an arrow a lower score; bar: the median; dotted: the threshold of greatest accuracy",
+        fontsize=9,
+        color=INK,
+        x=0.01,
+        ha="left",
+    )
+    return figure
+
+
+def _dots(axes: Any, place: int, rows: list[Document], colour: str) -> None:
+    """The films of one row: dots in five lanes, an arrow for a score beyond the edge, a count of those without."""
+    scores = np.array(sorted(row["score"] for row in rows if row["score"] is not None))
+    lanes = place + 0.12 * (np.arange(len(scores)) % 5 - 2) if len(scores) > 1 else np.full(len(scores), float(place))
+    off = scores < LEAST_SHOWN
+    axes.plot(scores[~off], lanes[~off], "o", color=colour, markersize=4.5, alpha=0.6, markeredgewidth=0)
+    axes.plot(np.full(off.sum(), LEAST_SHOWN), lanes[off], "<", color=colour, markersize=5, alpha=0.8)
+    if len(scores) > 4:
+        median = max(float(np.median(scores)), LEAST_SHOWN)
+        axes.plot([median, median], [place - 0.36, place + 0.36], color=INK, linewidth=1.6)
+    if len(scores) < len(rows):
+        axes.text(1.1, place, str(len(rows) - len(scores)), color=colour, va="center", fontsize=9)
+
+
+def _roc(document: Document) -> Any:
+    """True accepts against false accepts; films without a score are never accepted."""
+    figure = _figure(4.6, 4.6)
+    axes = figure.add_subplot()
+    axes.plot([0, 1], [0, 1], color="#c9d0d8", linewidth=1)
+    for name, figures in document["pipelines"].items():
+        found = figures["all_films"]
+        if "roc" in found:
+            colour, style = LINES[name]
+            label = f"{name}: AUC {found['auc']:.3f}"
+            axes.plot(
+                found["roc"]["false_accept"], found["roc"]["true_accept"], style, color=colour, linewidth=2, label=label
+            )
+    axes.set_xlabel("forged films accepted")
+    axes.set_ylabel("genuine films accepted")
+    axes.set_aspect("equal")
+    _plain(axes)
+    _legend_or_reason(axes, document)
+    return figure
+
+
+def _det(document: Document) -> Any:
+    """False rejects against false accepts, on axes on which normal scores lie on a straight line.
+
+    Rates of 0 and 1 have no place there and are drawn half a film away.
+    """
+    figure = _figure(4.6, 4.6)
+    axes = figure.add_subplot()
+    ends = [-norm.ppf(1 - RATES[0]), norm.ppf(1 - RATES[0])]
+    axes.plot(ends, ends, color="#c9d0d8", linewidth=1)
+    for name, figures in document["pipelines"].items():
+        found = figures["all_films"]
+        if "roc" in found:
+            colour, style = LINES[name]
+            # The last step takes in the films without a score, which no threshold does.
+            steps = slice(None, -1 if found["roc"]["threshold"][-1] is None else None)
+            x = _deviate(np.array(found["roc"]["false_accept"][steps]), found["forged"])
+            y = _deviate(1 - np.array(found["roc"]["true_accept"][steps]), found["genuine"])
+            axes.plot(x, y, style, color=colour, linewidth=2, label=f"{name}: EER {100 * found['eer']:.1f} %")
+    ticks = [float(norm.ppf(rate)) for rate in RATES]
+    names = [f"{100 * rate:g}" for rate in RATES]
+    axes.set_xticks(ticks, names)
+    axes.set_yticks(ticks, names)
+    axes.set_xlabel("forged films accepted, %")
+    axes.set_ylabel("genuine films not accepted, %")
+    axes.set_aspect("equal")
+    axes.set_xlim(ends)
+    axes.set_ylim(ends)
+    _plain(axes)
+    _legend_or_reason(axes, document)
+    return figure
+
+
+def _deviate(rates: Any, films: int) -> Any:
+    """Normal deviates of rates out of so many films."""
+    return norm.ppf(np.clip(rates, 0.5 / films, 1 - 0.5 / films))
+
+
+def _legend_or_reason(axes: Any, document: Document) -> None:
+    """Names of the lines, or why there is none."""
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
+        return
+    kind = "genuine" if document["genuine"] else "forged"
+    axes.text(0.5, 0.5, f"all films are {kind}", ha="center", transform=axes.transAxes, color=INK)

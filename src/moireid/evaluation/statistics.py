@@ -1,0 +1,197 @@
+"""How well scores tell genuine films from forged ones: plain functions over arrays.
+
+Convention: a greater score is more genuine, and a film is accepted where its score is at the threshold or above.
+A score of -inf is that of a film without one: no threshold accepts it.  All intervals are of 95 %, and take films
+as drawn independently, so many films of one scene make them too narrow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.stats import binomtest, bootstrap, norm, t, ttest_ind
+
+Array = NDArray[np.float64]
+LEVEL = 0.95
+RESAMPLES = 2000
+#: Fewer films on a side than this are not resampled: their resamples are few, and repeat one film too often.
+LEAST_RESAMPLED = 5
+
+
+@dataclass(frozen=True)
+class Roc:
+    """Rates at every threshold that makes a difference, from the one that accepts nothing downwards.
+
+    false_accept, true_accept (K,): shares of forged and of genuine films accepted; threshold (K,), the first is inf.
+    """
+
+    false_accept: Array
+    true_accept: Array
+    threshold: Array
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """The threshold of greatest accuracy, with the rates there."""
+
+    threshold: float
+    accuracy: float
+    balanced_accuracy: float
+    false_accept: float
+    false_reject: float
+
+
+@dataclass(frozen=True)
+class Welch:
+    """Welch's test of equal means, and the interval of genuine less forged."""
+
+    t: float
+    df: float
+    p: float
+    difference: float
+    interval: tuple[float, float]
+
+
+def roc(genuine: Array, forged: Array) -> Roc:
+    """The receiver operating characteristic of scores (M,) against scores (N,), neither empty and none of them NaN.
+
+    Convention: films of equal score, those without a score among them, share one step; the last step accepts all.
+    """
+    values, place = np.unique(np.concatenate([genuine, forged]), return_inverse=True)
+    shares = []
+    for some in (place[len(genuine) :], place[: len(genuine)]):
+        counts = np.bincount(some, minlength=len(values))[::-1]
+        shares.append(np.concatenate([[0.0], np.cumsum(counts) / len(some)]))
+    return Roc(shares[0], shares[1], np.concatenate([[np.inf], values[::-1]]))
+
+
+def area(curve: Roc) -> float:
+    """Area under the curve: the chance that a genuine film outscores a forged one, ties counted half."""
+    return float(np.trapezoid(curve.true_accept, curve.false_accept))
+
+
+def area_interval(auc: float, genuine: int, forged: int) -> tuple[float, float]:
+    """Interval of an AUC from so many films of either kind; it does not collapse where the AUC is 0 or 1.
+
+    Source: Newcombe, Statistics in Medicine 25 (2006) 559, method 5: a score interval on Hanley and McNeil's variance
+    with both numbers of films in it replaced by their mean.
+    """
+    z, both = float(norm.ppf(0.5 + LEVEL / 2)), (genuine + forged) / 2 - 1
+
+    def low(at: float) -> float:
+        if at <= 0:
+            return 0.0
+
+        def short(x: float) -> float:
+            inner = 1 + both * ((1 - x) / (2 - x) + x / (1 + x))
+            return at - x - z * math.sqrt(x * (1 - x) * inner / (genuine * forged))
+
+        # At 1 the variance is nothing and 1 itself a root; the one that is meant lies below.
+        return float(brentq(short, 0.0, min(at, 1 - 1e-9)))
+
+    return low(auc), 1 - low(1 - auc)
+
+
+def equal_error(curve: Roc) -> float:
+    """The rate at which false accepts and false rejects are equal, on the straight line between two thresholds."""
+    return float(np.interp(0.0, curve.false_accept - (1 - curve.true_accept), curve.false_accept))
+
+
+def equal_error_interval(genuine: Array, forged: Array, seed: int) -> tuple[float, float] | None:
+    """Interval of the equal error rate, by resampling; None where films are too few.
+
+    Where no film is misplaced, none is in any resample, so the bound is then that of no error in the smaller side.
+    """
+    if equal_error(roc(genuine, forged)) == 0.0:
+        return interval(0, min(len(genuine), len(forged)))
+    return resampled_interval(lambda a, b: equal_error(roc(a, b)), genuine, forged, seed)
+
+
+def best_threshold(genuine: Array, forged: Array) -> Threshold:
+    """The threshold that puts most films right, for finite scores (M,) and (N,).
+
+    Convention: of equal accuracy the greatest balanced accuracy is taken, and of those the highest threshold, which
+    accepts least.  It lies half-way between two scores, at the least score where everything is accepted, and just
+    above the greatest where nothing is.
+    """
+    curve = roc(genuine, forged)
+    right = curve.true_accept * len(genuine) + (1 - curve.false_accept) * len(forged)
+    # Counted in whole films, so that ties are ties.
+    right = np.rint(right)
+    balanced = (curve.true_accept + 1 - curve.false_accept) / 2
+    tied = np.flatnonzero(right == right.max())
+    k = int(tied[np.argmax(np.round(balanced[tied], 12))])
+    scores = curve.threshold[1:]
+    if k == 0:
+        limit = float(np.nextafter(scores[0], np.inf))
+    elif k == len(scores):
+        limit = float(scores[-1])
+    else:
+        # Two neighbouring floats have nothing between them.
+        limit = max(float(scores[k - 1] / 2 + scores[k] / 2), float(np.nextafter(scores[k], np.inf)))
+    return Threshold(
+        limit, float(right[k]) / (len(genuine) + len(forged)), float(balanced[k]), float(curve.false_accept[k]),
+        float(1 - curve.true_accept[k]),
+    )  # fmt: skip
+
+
+def welch(genuine: Array, forged: Array) -> Welch | None:
+    """Welch's t of two samples of finite scores; None where one of them has no spread to tell."""
+    if any(len(some) < 2 or np.ptp(some) == 0 for some in (genuine, forged)):
+        return None
+    found = ttest_ind(genuine, forged, equal_var=False)
+    low, high = found.confidence_interval(LEVEL)
+    difference = float(genuine.mean() - forged.mean())
+    return Welch(float(found.statistic), float(found.df), float(found.pvalue), difference, (float(low), float(high)))
+
+
+def cohens_d(genuine: Array, forged: Array) -> float | None:
+    """Difference of the means in pooled standard deviations (n - 1); None where there is no spread to tell."""
+    freedom = len(genuine) + len(forged) - 2
+    if min(len(genuine), len(forged)) < 2:
+        return None
+    pooled = math.sqrt((np.var(genuine) * len(genuine) + np.var(forged) * len(forged)) / freedom)
+    return float(genuine.mean() - forged.mean()) / pooled if pooled > 0 else None
+
+
+def resampled_interval(
+    statistic: Callable[[Array, Array], float | None], genuine: Array, forged: Array, seed: int
+) -> tuple[float, float] | None:
+    """Percentile interval of a statistic, genuine and forged films resampled apart; None where films are too few.
+
+    Source: Efron's bootstrap, as SciPy has it.
+    """
+    if min(len(genuine), len(forged)) < LEAST_RESAMPLED:
+        return None
+
+    def number(a: Array, b: Array) -> float:
+        found = statistic(a, b)
+        return math.nan if found is None else found
+
+    found = bootstrap(
+        (genuine, forged), number, n_resamples=RESAMPLES, confidence_level=LEVEL, method="percentile",
+        vectorized=False, rng=np.random.default_rng(seed),
+    ).confidence_interval  # fmt: skip
+    low, high = float(found.low), float(found.high)
+    return (low, high) if math.isfinite(low) and math.isfinite(high) else None
+
+
+def interval(hits: int, trials: int) -> tuple[float, float]:
+    """Clopper-Pearson interval of a rate; of no trial nothing is known."""
+    if trials == 0:
+        return 0.0, 1.0
+    found = binomtest(hits, trials).proportion_ci(LEVEL, method="exact")
+    return float(found.low), float(found.high)
+
+
+def mean_interval(scores: Array) -> tuple[float, float] | None:
+    """Student's interval of the mean of finite scores (N,); None for fewer than two."""
+    if len(scores) < 2:
+        return None
+    half = float(t.ppf(0.5 + LEVEL / 2, len(scores) - 1) * scores.std(ddof=1) / math.sqrt(len(scores)))
+    return float(scores.mean()) - half, float(scores.mean()) + half

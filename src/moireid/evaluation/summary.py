@@ -1,0 +1,189 @@
+"""From rows to the figures of evaluate.json.
+
+Convention: a film without a score (it failed, or nothing could be measured in it) is counted apart; in the figures of
+all films it stands as the least genuine, since no threshold accepts it.  Means, deviations, t and d are of the films
+with a score.  A group that has films of one kind only is held against all films of the other kind.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.evaluation import statistics
+from moireid.evaluation.collect import Scored
+from moireid.evaluation.statistics import interval
+
+Array = NDArray[np.float64]
+Document = dict[str, Any]
+VERDICTS = ("accept", "reject", "inconclusive", "failed")
+SCORES = {
+    "ours": "share of the predicted motion that the fringes follow: 1 for a genuine film",
+    "published": "mean of |rho| over windows of 30 frames: 1 for a genuine film",
+}
+#: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films, which are not these.
+PAPER = {
+    "source": "Qing et al. 2026, on a collection of its own", "genuine": {"mean": 0.87, "sd": 0.14},
+    "forged": {"mean": 0.57, "sd": 0.21}, "auc": 0.845,
+}  # fmt: skip
+
+
+def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
+    """All figures of a collection.  Parameters: seed: of the resampling.  Returns: an object that JSON can hold."""
+    films = {one.entry.line: one.entry for one in scored}
+    pipelines = list(dict.fromkeys(one.pipeline for one in scored))
+    return _plain({
+        "films": len(films),
+        "genuine": sum(entry.genuine for entry in films.values()),
+        "forged": sum(not entry.genuine for entry in films.values()),
+        "seed": seed,
+        "pipelines": {
+            pipeline: {"score": SCORES[pipeline]} | _figures([o for o in scored if o.pipeline == pipeline], seed)
+            for pipeline in pipelines
+        },
+        "paper": PAPER,
+        "rows": [_row(one) for one in scored],
+    })  # fmt: skip
+
+
+def scores_of(scored: Sequence[Scored]) -> Array:
+    """Scores (N,) of films; -inf for one without a score."""
+    found = [one.row.get("score") for one in scored]
+    return np.array([s if isinstance(s, (int, float)) and math.isfinite(s) else -math.inf for s in found], float)
+
+
+def _figures(scored: list[Scored], seed: int) -> Document:
+    """The figures of one pipeline."""
+    genuine = [one for one in scored if one.entry.genuine]
+    forged = [one for one in scored if not one.entry.genuine]
+    a, b = scores_of(genuine), scores_of(forged)
+    kinds = list(dict.fromkeys((one.entry.group, one.entry.label) for one in scored))
+    groups = list(dict.fromkeys(one.entry.group for one in scored))
+    return {
+        "failed": sum(one.row["verdict"] == "failed" for one in scored),
+        "without_score": int(np.isneginf(np.concatenate([a, b])).sum()),
+        "seconds": sum(one.row["seconds"] for one in scored),
+        "scored_films": _told_apart(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
+        "all_films": _told_apart(a, b, seed, means=False),
+        "window_correlation": {"genuine": _window(genuine), "forged": _window(forged)},
+        "verdicts": {"genuine": _verdicts(genuine), "forged": _verdicts(forged)},
+        "groups": [
+            {"group": group, "label": label} | _group([o for o in scored if _kind(o) == (group, label)])
+            for group, label in kinds
+        ],
+        "by_group": [_held_against(group, scored) for group in groups] if len(groups) > 1 else [],
+    }  # fmt: skip
+
+
+def _kind(one: Scored) -> tuple[str, str]:
+    return one.entry.group, one.entry.label
+
+
+def _told_apart(genuine: Array, forged: Array, seed: int, *, means: bool) -> Document:
+    """How well the scores tell genuine films from forged ones; with one kind only, `missing` says what lacks."""
+    counts = {"genuine": len(genuine), "forged": len(forged)}
+    if not len(genuine) or not len(forged):
+        lacking = " and no ".join(kind for kind, count in counts.items() if not count)
+        return counts | {"missing": f"no {lacking} film has a score, so there is no ROC, AUC, EER or threshold"}
+    curve = statistics.roc(genuine, forged)
+    auc = statistics.area(curve)
+    found: Document = counts | {
+        "auc": auc,
+        "auc_interval": statistics.area_interval(auc, len(genuine), len(forged)),
+        "eer": statistics.equal_error(curve),
+        "eer_interval": statistics.equal_error_interval(genuine, forged, seed),
+        "roc": {
+            "false_accept": curve.false_accept.tolist(), "true_accept": curve.true_accept.tolist(),
+            "threshold": curve.threshold.tolist(),
+        },
+    }  # fmt: skip
+    if means:
+        best, test = statistics.best_threshold(genuine, forged), statistics.welch(genuine, forged)
+        right = round(best.accuracy * (len(genuine) + len(forged)))
+        found |= {
+            "best_threshold": asdict(best) | {"accuracy_interval": interval(right, len(genuine) + len(forged))},
+            "welch": asdict(test) if test else None,
+            "cohens_d": statistics.cohens_d(genuine, forged),
+            "cohens_d_interval": statistics.resampled_interval(statistics.cohens_d, genuine, forged, seed),
+        }
+    return found
+
+
+def _window(scored: list[Scored]) -> Document:
+    """Mean and deviation of the published figure, mean |rho| over windows of 30 frames, which both pipelines give."""
+    found = [one.row.get("window_correlation_mean") for one in scored]
+    values = np.array([value for value in found if value is not None], float)
+    mean, sd = (float(values.mean()), float(values.std(ddof=1))) if len(values) > 1 else (None, None)
+    return {"films": len(values), "mean": mean, "sd": sd}
+
+
+def _verdicts(scored: list[Scored]) -> Document:
+    """How often each verdict was given, with the interval of its rate."""
+    given = [one.row["verdict"] for one in scored]
+    return {
+        verdict: {
+            "films": given.count(verdict),
+            "of": len(given),
+            "interval": interval(given.count(verdict), len(given)),
+        }
+        for verdict in VERDICTS
+    }
+
+
+def _group(scored: list[Scored]) -> Document:
+    """Distribution of the scores of films of one group and label, and their verdicts."""
+    scores = scores_of(scored)
+    scores = scores[np.isfinite(scores)]
+    names = ("least", "lower_quartile", "median", "upper_quartile", "most")
+    five = np.quantile(scores, [0, 0.25, 0.5, 0.75, 1]).tolist() if len(scores) else [None] * 5
+    return {
+        "films": len(scored), "scored": len(scores), "mean": float(scores.mean()) if len(scores) else None,
+        "mean_interval": statistics.mean_interval(scores),
+        "sd": float(scores.std(ddof=1)) if len(scores) > 1 else None, **dict(zip(names, five, strict=True)),
+        "verdicts": _verdicts(scored),
+    }  # fmt: skip
+
+
+def _held_against(group: str, scored: list[Scored]) -> Document:
+    """AUC and effect size of one group's films, against all films of the kind that it lacks."""
+    sides, against = {}, "its own"
+    for genuine, other in ((True, "all genuine"), (False, "all forged")):
+        kind = [one for one in scored if one.entry.genuine == genuine]
+        own = [one for one in kind if one.entry.group == group]
+        if not own:
+            against = other
+        sides[genuine] = scores_of(own or kind)
+    a, b = sides[True], sides[False]
+    found: Document = {"group": group, "against": against, "genuine": len(a), "forged": len(b)}
+    if not len(a) or not len(b):
+        return found | {"auc": None, "auc_interval": None, "welch": None, "cohens_d": None}
+    auc = statistics.area(statistics.roc(a, b))
+    a, b = a[np.isfinite(a)], b[np.isfinite(b)]
+    test = statistics.welch(a, b)
+    d = statistics.cohens_d(a, b)
+    return found | {
+        "auc": auc, "auc_interval": statistics.area_interval(auc, len(sides[True]), len(sides[False])),
+        "welch": asdict(test) if test else None, "cohens_d": d,
+    }  # fmt: skip
+
+
+def _row(one: Scored) -> Document:
+    entry = one.entry
+    return {
+        "line": entry.line, "video": entry.name, "label": entry.label, "claim": entry.claim, "group": entry.group,
+        "pipeline": one.pipeline, "sha256": one.sha256, **one.row,
+    }  # fmt: skip
+
+
+def _plain(value: Any) -> Any:
+    """The value as JSON can hold it, null for what is not finite; a rounded threshold could miss films beside it."""
+    if isinstance(value, dict):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

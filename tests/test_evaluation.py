@@ -1,0 +1,396 @@
+"""`moireid evaluate`: the arithmetic, the manifest, going on after a break, and a run over true and forged films."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import av
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from scipy.stats import mannwhitneyu, norm
+
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.errors import SpecError
+from moireid.evaluation import collect as collecting
+from moireid.evaluation import statistics
+from moireid.evaluation.collect import Scored, collect
+from moireid.evaluation.manifest import COLUMNS, Entry, read_manifest
+from moireid.evaluation.plots import write_plots
+from moireid.evaluation.rows import FIGURES, Job, Row, failed_row
+from moireid.evaluation.summary import summarise
+from moireid.evaluation.table import table
+from moireid.evaluation.workers import Lost, run_jobs
+from moireid.kept import keep_row, kept_rows, program_digest
+from moireid.registry import open_registry
+
+
+def scores(*values: float) -> np.ndarray:
+    return np.array(values, float)
+
+
+def test_a_small_roc_is_the_one_drawn_by_hand():
+    """Catches: equal scores that take two steps, axes swapped, an EER taken at a step and not between two."""
+    curve = statistics.roc(scores(3, 2, 2), scores(2, 1))
+    assert curve.threshold.tolist() == [math.inf, 3, 2, 1]
+    assert curve.false_accept.tolist() == [0, 0, 0.5, 1]
+    assert curve.true_accept == pytest.approx([0, 1 / 3, 1, 1])
+    assert statistics.area(curve) == pytest.approx(5 / 6)
+    assert statistics.equal_error(curve) == pytest.approx(2 / 7)
+
+
+def test_scores_apart_alike_and_reversed():
+    """Catches: a score whose sense is turned round, an AUC folded to one half and above."""
+    low, high = scores(0.1, 0.2, 0.3), scores(0.7, 0.8)
+    for genuine, forged, auc, eer in ((high, low, 1, 0), (low, high, 0, 1), (low, low, 0.5, 0.5)):
+        curve = statistics.roc(genuine, forged)
+        assert statistics.area(curve) == pytest.approx(auc) and statistics.equal_error(curve) == pytest.approx(eer)
+
+
+def test_the_area_is_mann_whitney_s_and_that_of_known_normals(rng):
+    """Two routes; catches ties that count whole or nothing, films without a score that fall out."""
+    genuine = np.concatenate([rng.integers(2, 8, 60).astype(float), [-np.inf] * 5])
+    forged = np.concatenate([rng.integers(0, 6, 40).astype(float), [-np.inf] * 9])
+    pairs = mannwhitneyu(genuine, forged).statistic / (len(genuine) * len(forged))
+    assert statistics.area(statistics.roc(genuine, forged)) == pytest.approx(pairs, abs=1e-12)
+    curve = statistics.roc(rng.normal(1, 1, 20000), rng.normal(0, 1, 20000))
+    assert statistics.area(curve) == pytest.approx(norm.cdf(1 / math.sqrt(2)), abs=0.01)
+    assert statistics.equal_error(curve) == pytest.approx(norm.cdf(-0.5), abs=0.01)
+
+
+def test_an_interval_of_the_area_keeps_what_it_promises(rng):
+    """Catches: an interval that collapses at 1, that ignores the number of films, that covers too seldom."""
+    assert statistics.area_interval(1.0, 3, 3)[0] < 0.6 and statistics.area_interval(1.0, 3, 3)[1] == 1.0
+    assert statistics.area_interval(0.0, 9, 4) == pytest.approx(
+        [1 - x for x in statistics.area_interval(1.0, 9, 4)][::-1]
+    )
+    narrow, wide = statistics.area_interval(0.845, 200, 200), statistics.area_interval(0.845, 20, 20)
+    assert wide[0] < narrow[0] < 0.845 < narrow[1] < wide[1]
+    shift, inside = math.sqrt(2) * norm.ppf(0.845), 0
+    for _ in range(400):
+        curve = statistics.roc(rng.normal(shift, 1, 30), rng.normal(0, 1, 20))
+        low, high = statistics.area_interval(statistics.area(curve), 30, 20)
+        inside += low <= 0.845 <= high
+    assert 0.92 <= inside / 400 <= 0.99
+
+
+@pytest.mark.parametrize(
+    ("genuine", "forged", "threshold", "accuracy", "balanced"),
+    [
+        # Above 4 and above 2 both put four of five right; the second lets no genuine film go.
+        (scores(5, 3), scores(4, 2, 1), 2.5, 0.8, 5 / 6),
+        # Here the first of two ties is the balanced one.
+        (scores(5, 4, 2), scores(3, 1), 3.5, 0.8, 5 / 6),
+        (scores(2, 3), scores(0, 1), 1.5, 1.0, 1.0),
+        # All forged films score higher: accepting nothing is best, or everything, whichever kind is commoner.
+        (scores(0), scores(1, 2), math.nextafter(2, 3), 2 / 3, 0.5),
+        (scores(0, 0.5), scores(1), 0.0, 2 / 3, 0.5),
+    ],
+)
+def test_the_threshold_of_greatest_accuracy(genuine, forged, threshold, accuracy, balanced):
+    """Catches: a tie left to chance, the middle of the wrong gap, a threshold that does not give its own accuracy."""
+    best = statistics.best_threshold(genuine, forged)
+    assert best.threshold == pytest.approx(threshold, rel=1e-15)
+    assert best.accuracy == pytest.approx(accuracy) and best.balanced_accuracy == pytest.approx(balanced)
+    right = (genuine >= best.threshold).sum() + (forged < best.threshold).sum()
+    assert right / (len(genuine) + len(forged)) == pytest.approx(accuracy)
+    assert best.false_accept == np.mean(forged >= best.threshold)
+    assert best.false_reject == pytest.approx(np.mean(genuine < best.threshold))
+
+
+def test_a_threshold_lies_between_neighbouring_numbers():
+    """Catches: a middle that rounds down onto the forged film's own score and accepts it."""
+    below = math.nextafter(1.0, 0.0)
+    assert statistics.best_threshold(scores(1.0), scores(below)).threshold == 1.0
+
+
+def test_welch_and_cohen_by_hand(rng):
+    """Catches: pooled for apart, n for n - 1, the difference the wrong way round."""
+    genuine, forged = scores(4, 6), scores(0, 1, 2, 3)
+    found = statistics.welch(genuine, forged)
+    assert found is not None
+    assert (found.t, found.df, found.difference) == pytest.approx((2.940588, 1.897146, 3.5), rel=1e-5)
+    assert found.interval[0] < 0 < 3.5 < found.interval[1]
+    assert statistics.cohens_d(genuine, forged) == pytest.approx(3.5 / math.sqrt(1.75))
+    known = statistics.cohens_d(rng.normal(0.87, 0.1, 5000), rng.normal(0.57, 0.1, 5000))
+    assert known == pytest.approx(3.0, abs=0.1)
+    assert statistics.welch(scores(1), forged) is None and statistics.welch(scores(1, 1), scores(2, 2)) is None
+    assert statistics.cohens_d(scores(1, 1), scores(2, 2)) is None and statistics.cohens_d(scores(1), forged) is None
+
+
+def test_intervals_of_rates_and_resampled_figures(rng):
+    """Catches: a rate of nothing with an interval of nothing, resampling without the seed, too few films resampled."""
+    assert statistics.interval(0, 8) == pytest.approx((0, 1 - 0.025 ** (1 / 8)))
+    assert statistics.interval(8, 8) == pytest.approx((0.025 ** (1 / 8), 1)) and statistics.interval(0, 0) == (0, 1)
+    genuine, forged = rng.normal(1, 1, 60), rng.normal(0, 1, 60)
+    low, high = statistics.equal_error_interval(genuine, forged, 1)
+    assert low < statistics.equal_error(statistics.roc(genuine, forged)) < high and high - low < 0.3
+    assert statistics.equal_error_interval(genuine, forged, 1) == (low, high)
+    assert statistics.equal_error_interval(genuine[:4], forged, 1) is None
+    assert statistics.equal_error_interval(scores(2, 3, 4), scores(0, 1), 1) == statistics.interval(0, 2)
+    assert statistics.mean_interval(scores(1, 3)) == pytest.approx((2 - 12.7062, 2 + 12.7062), rel=1e-4)
+
+
+def written(folder: Path, *rows: str, header: str = "video,label,claim,group") -> Path:
+    """A manifest beside some files that stand for films."""
+    for name in ("a.mp4", "b.mp4"):
+        (folder / name).write_bytes(name.encode())
+    path = folder / "films.csv"
+    path.write_text("\n".join([header, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        ([], "names no film"),
+        (["a.mp4,genuine,,", "none.mp4,genuine,,"], "line 3 of films.csv ('none.mp4'): there is no film"),
+        (["a.mp4,real,,"], "line 2 of films.csv ('a.mp4'): label 'real' is not known; give genuine, forged"),
+        (["a.mp4,forged:,,"], "label 'forged:' is not known"),
+        ([",genuine,,"], "there is no film"),
+        (["a.mp4,genuine,none.json,"], "line 2 of films.csv ('a.mp4'): badge file"),
+        (["a.mp4,genuine,Nobody,", "b.mp4,false,,"], "(1 more lines cannot be used either)"),
+        (["a.mp4,genuine,,x,y,z"], "has 6 cells"),
+        (['a.mp4,gen"uine",,,"'], "no CSV"),
+    ],
+)
+def test_a_manifest_that_cannot_be_used_is_refused(tmp_path: Path, prototype: Badge, rows: list[str], words: str):
+    """Catches: a fault found after an hour's work, or one that names no line."""
+    with pytest.raises(SpecError) as refused:
+        read_manifest(written(tmp_path, *rows), registry_url=f"sqlite:///{tmp_path}/none.sqlite3", badge=prototype)
+    assert words in str(refused.value)
+
+
+def test_columns_that_lack_or_come_twice_are_named(tmp_path: Path, prototype: Badge):
+    """Catches: a KeyError, a column that silently holds for another."""
+    for header, words in (("video,label", "no column claim and no column group"), ("", "no column video"),
+                          ("video,label,claim,group,Label", "twice")):  # fmt: skip
+        with pytest.raises(SpecError, match=words):
+            read_manifest(written(tmp_path, "a.mp4,genuine", header=header), badge=prototype)
+    with pytest.raises(SpecError, match="cannot be read"):
+        read_manifest(tmp_path / "absent.csv", badge=prototype)
+    with pytest.raises(SpecError, match="add --badge"):
+        read_manifest(written(tmp_path, "a.mp4,genuine"))
+
+
+def test_claims_are_files_names_or_ids(tmp_path: Path, prototype: Badge, ada: Badge):
+    """Catches: a path taken from where the command runs, an empty group, a name that is not looked up."""
+    (tmp_path / "ada.json").write_text(ada.to_json(), encoding="utf-8")
+    url = f"sqlite:///{tmp_path}/people.sqlite3"
+    with open_registry(url, create=True) as registry:
+        registry.enroll(ada)
+    rows = ("a.mp4,genuine,ada.json,x", "b.mp4,forged:late,Ada Lovelace,", f"b.mp4,forged,{ada.id},", "b.mp4,genuine")
+    found = read_manifest(
+        written(tmp_path, *rows, header="Video,label,claim,group,note"), registry_url=url, badge=prototype
+    )
+    assert [entry.claimed.badge for entry in found.entries] == [ada, ada, ada, prototype]
+    assert [entry.group for entry in found.entries] == ["x", "forged:late", "forged", "genuine"]
+    assert [entry.genuine for entry in found.entries] == [True, False, False, True] and found.unused == ("note",)
+    assert found.entries[0].line == 2 and found.entries[0].video == tmp_path / "a.mp4"
+
+
+def test_the_manifest_of_the_films_made_outside_lists_them_all(films: Path):
+    """Catches: a film added without its label, a claim of the other board."""
+    found = read_manifest(films / "collection.csv").entries
+    assert {entry.video for entry in found} == set(films.glob("*.mp4"))
+    assert all(entry.genuine != entry.name.startswith("forged") for entry in found)
+    assert {entry.claimed.badge.lens.kind for entry in found if "rendered" in entry.name} == {"mask"}
+
+
+def row_of(score: float | None, verdict: str = "accept") -> Row:
+    return failed_row("", 1.0) | {"score": score, "verdict": verdict, "error": None}
+
+
+def counting(monkeypatch: pytest.MonkeyPatch, *, breaks_at: int | None = None) -> list[str]:
+    """Films scored, in place of the processes that would score them; the run breaks off after so many."""
+    done: list[str] = []
+
+    def run(work: Callable[[Job], Row], jobs: list[Job], **_: Any) -> Iterator[tuple[int, Any]]:
+        for place, job in enumerate(jobs):
+            if len(done) == breaks_at:
+                raise KeyboardInterrupt
+            done.append(f"{job.entry.name} {job.pipeline}")
+            yield place, Lost("gone", 1.0) if job.entry.name == "b.mp4" else row_of(0.5)
+
+    monkeypatch.setattr(collecting, "run_jobs", run)
+    return done
+
+
+def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge, ada: Badge, monkeypatch):
+    """Catches: films scored twice, another film's or claim's row taken, a crash that holds for ever."""
+    kept = tmp_path / "films.jsonl"
+
+    def run(*rows: str, badge: Badge = prototype) -> list[Scored]:
+        entries = read_manifest(
+            written(tmp_path, *(rows or ("a.mp4,genuine,,", "b.mp4,forged,,"))), badge=badge
+        ).entries
+        return collect(entries, ("ours", "published"), kept=kept)
+
+    first = counting(monkeypatch, breaks_at=1)
+    with pytest.raises(KeyboardInterrupt):
+        run()
+    rest = counting(monkeypatch)
+    scored = run()
+    assert first == ["a.mp4 ours"] and rest == ["a.mp4 published", "b.mp4 ours", "b.mp4 published"]
+    assert [one.row["score"] for one in scored] == [0.5, 0.5, None, None]
+    assert scored[2].row["verdict"] == "failed" and scored[2].row["error"] == "gone"
+    again = counting(monkeypatch)
+    # Labelled anew; what crashed is tried again.
+    assert run("a.mp4,forged:late,,far", "b.mp4,forged,,")[0].row == scored[0].row
+    assert again == ["b.mp4 ours", "b.mp4 published"]
+    other = counting(monkeypatch)
+    run("a.mp4,genuine,,", badge=ada)
+    assert other == ["a.mp4 ours", "a.mp4 published"]
+    (tmp_path / "c.mp4").write_bytes(b"another film")
+    (tmp_path / "d.mp4").write_bytes(b"a.mp4")
+    changed = counting(monkeypatch)
+    run("c.mp4,genuine,,", "d.mp4,genuine,,")
+    assert changed == ["c.mp4 ours", "c.mp4 published"]
+    with pytest.raises(SpecError, match="lines 2 and 3 list one film"):
+        run("a.mp4,genuine,,", "d.mp4,forged,,")
+
+
+def test_kept_rows_outlive_a_line_that_was_cut_off(tmp_path: Path):
+    """Catches: the next row written onto the end of a broken line, an old row that outlives a newer one."""
+    path = tmp_path / "kept.jsonl"
+    keep_row(path, "a", {"n": 1})
+    with path.open("a") as file:
+        file.write('{"key": "b", "ro')
+    keep_row(path, "c", {"n": 3})
+    keep_row(path, "a", {"n": 4})
+    with path.open("a") as file:
+        file.write('[1]\n{"key": 1, "row": {}}\n')
+    assert kept_rows(path) == {"a": {"n": 4}, "c": {"n": 3}} and kept_rows(tmp_path / "absent") == {}
+    assert program_digest("verifier") != program_digest("registry") != program_digest()
+
+
+def test_a_job_that_crashes_or_hangs_loses_itself_alone():
+    """Catches: a pool that breaks as a whole, a hang that is waited for, a result given to another job.
+
+    `eval` is the work here since a process of its own finds it without reading this file.
+    """
+    jobs = ["2 + 3", "__import__('os')._exit(7)", "7 * 6", "__import__('time').sleep(60)", "10 - 1"]
+    found = dict(run_jobs(eval, jobs, workers=2, timeout_s=1.0))
+    assert (found[0], found[2], found[4]) == (5, 42, 9)
+    assert "exit code 7" in found[1].why and "longer than the 1 s" in found[3].why
+    assert list(run_jobs(eval, [], workers=2, timeout_s=1.0)) == []
+
+
+def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
+    """Scored films of (group, label, score), both pipelines alike."""
+    made = []
+    for line, (group, label, score) in enumerate(films, start=2):
+        entry: Any = SimpleNamespace(
+            line=line, name=f"{line}.mp4", label=label, claim="", group=group, genuine=label == "genuine"
+        )
+        row = row_of(score, "accept" if score and score > 0.6 else "reject")
+        made += [Scored(entry, "ours", "00", row), Scored(entry, "published", "00", row)]
+    return made
+
+
+def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: Path):
+    """Catches: a missing or NaN score taken for 0, dropped in silence, or spread over every mean as NaN."""
+    films = (
+        ("near", "genuine", 0.9), ("near", "genuine", 0.8), ("far", "genuine", None), ("near", "forged:late", 0.3),
+        ("near", "forged:late", -9.0), ("sora", "forged", math.nan),
+    )  # fmt: skip
+    document = json.loads(json.dumps(summarise(collection(*films), seed=0), allow_nan=False))
+    ours = document["pipelines"]["ours"]
+    assert (document["films"], document["genuine"], ours["without_score"], ours["failed"]) == (6, 3, 2, 0)
+    assert ours["scored_films"]["auc"] == 1.0 and ours["scored_films"]["genuine"] == 2
+    # Of nine pairs the genuine film without a score wins half of one.
+    assert ours["all_films"]["auc"] == pytest.approx(6.5 / 9) and ours["all_films"]["roc"]["threshold"][-1] is None
+    assert ours["scored_films"]["best_threshold"]["threshold"] == pytest.approx(0.55)
+    by = {(row["group"], row["label"]): row for row in ours["groups"]}
+    assert by["near", "genuine"]["mean"] == pytest.approx(0.85) and by["near", "forged:late"]["least"] == -9.0
+    assert by["far", "genuine"]["mean"] is None and by["sora", "forged"]["scored"] == 0
+    assert {row["group"]: row["against"] for row in ours["by_group"]} == {
+        "near": "its own", "far": "all forged", "sora": "all genuine"
+    }  # fmt: skip
+    assert ours["verdicts"]["genuine"]["accept"]["films"] == 2 and ours["verdicts"]["forged"]["reject"]["films"] == 3
+    told = table(document)
+    assert "0.845" in told and "0.870 ± 0.140" in told and "paper, other films" in told and "nan" not in told
+    for path in write_plots(document, tmp_path):
+        assert path.read_text(encoding="utf-8").rstrip().endswith("</svg>")
+
+
+def test_films_of_one_kind_alone_have_no_roc_but_the_rest(tmp_path: Path):
+    """Catches: a division by the number of forged films, an AUC of 0 for none."""
+    document = summarise(collection(("a", "genuine", 0.9), ("b", "genuine", 0.7)), seed=0)
+    ours = document["pipelines"]["ours"]
+    assert "auc" not in ours["scored_films"] and "no forged film" in ours["all_films"]["missing"]
+    assert ours["by_group"][0]["auc"] is None and ours["groups"][0]["mean"] == 0.9
+    assert "no forged film has a score, so there is no ROC" in table(document)
+    assert len(write_plots(document, tmp_path)) == 3
+
+
+def first_frames(source: Path, target: Path, frames: int) -> Path:
+    """The beginning of a film, its pictures as they are coded."""
+    with av.open(str(source)) as given, av.open(str(target), "w") as made:
+        stream = made.add_stream_from_template(given.streams.video[0])
+        for packet, _ in zip(given.demux(video=0), range(frames), strict=False):
+            packet.stream = stream
+            made.mux(packet)
+    return target
+
+
+def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
+    """Catches: labels swapped on the way, a broken film that ends the run, a second run that scores again."""
+    first_frames(films / "genuine_1.0m.mp4", tmp_path / "true.mp4", 70)
+    first_frames(films / "forged_reversed_1.0m.mp4", tmp_path / "reversed.mp4", 70)
+    (tmp_path / "broken.mp4").write_bytes(b"no film at all")
+    rows = ("true.mp4,genuine,,lab", "reversed.mp4,forged:reversed,,lab", "broken.mp4,genuine,,lab")
+    manifest, out = tmp_path / "m.csv", tmp_path / "out"
+    manifest.write_text("\n".join([",".join(COLUMNS), *rows]), encoding="utf-8")
+    command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(out)]
+    ran = CliRunner().invoke(moireid, [*command, "--workers", "2", "--json"])
+    assert ran.exit_code == 0, ran.output
+    document = json.loads(ran.stdout)
+    assert document == json.loads((out / "evaluate.json").read_text(encoding="utf-8"))
+    by = {(row["video"], row["pipeline"]): row for row in document["rows"]}
+    assert by["true.mp4", "ours"]["verdict"] == "accept" and by["reversed.mp4", "ours"]["verdict"] == "reject"
+    assert by["true.mp4", "ours"]["score"] > 0.99 > by["reversed.mp4", "ours"]["score"]
+    # The baseline is blind to the sign.
+    assert by["reversed.mp4", "published"]["verdict"] == "accept" and by["true.mp4", "published"]["gain_ratio"] is None
+    for pipeline in ("ours", "published"):
+        assert by["broken.mp4", pipeline]["verdict"] == "failed" and "broken.mp4" in by["broken.mp4", pipeline]["error"]
+        assert set(FIGURES) <= set(by["true.mp4", pipeline]) and by["true.mp4", pipeline]["frames"] == 70
+    assert document["pipelines"]["ours"]["scored_films"]["auc"] == 1.0
+    assert sorted(path.name for path in out.iterdir()) == [
+        "det.svg", "evaluate.json", "films.jsonl", "roc.svg", "scores.svg",
+    ]  # fmt: skip
+
+    kept = (out / "films.jsonl").read_bytes()
+    refused = CliRunner().invoke(moireid, command)
+    assert refused.exit_code == 2 and "--overwrite" in refused.stderr
+    again = CliRunner().invoke(moireid, [*command, "--overwrite"])
+    assert again.exit_code == 0 and "3 films: 2 genuine, 1 forged" in again.stdout and "failed:" in again.stdout
+    assert (out / "films.jsonl").read_bytes() == kept
+
+
+def test_a_manifest_in_error_leaves_nothing_behind(tmp_path: Path, films: Path):
+    """Catches: a folder made before the list was read, a traceback."""
+    manifest = written(tmp_path, "none.mp4,genuine,,")
+    command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(tmp_path / "out")]
+    ran = CliRunner().invoke(moireid, command)
+    assert ran.exit_code == 2 and ran.stderr.startswith("error: line 2 of films.csv") and not ran.stdout
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_manifest_names_corners(tmp_path: Path, prototype: Badge):
+    """Catches: corners passed over, read from elsewhere, or found wrong only when the film is scored."""
+    (tmp_path / "corners.csv").write_text("frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,10,10,90,12,92,80,11,85\n")
+    header = "video,label,claim,group,corners"
+    found: tuple[Entry, ...] = read_manifest(
+        written(tmp_path, "a.mp4,genuine,,,corners.csv", "b.mp4,genuine,,,", header=header), badge=prototype
+    ).entries
+    assert found[0].corners is not None and found[0].corners[0][1] == pytest.approx([90, 12])
+    assert found[1].corners is None
+    with pytest.raises(SpecError, match="line 2 of films"):
+        read_manifest(written(tmp_path, "a.mp4,genuine,,,none.csv", header=header), badge=prototype)
