@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.process import LEAST_LAND_MM, STOCK_MM, TWIST_DEG, AcrylicProcess
-from moireid.fabrication.sight import Obstacle, check_sight, half_board_mm, sheet_rects, sheet_spans
+from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_rects, sheet_spans
 
 #: M3 button head, ISO 7380: diameter and height; the thread, and its nut's height (ISO 4032).
 HEAD_MM, HEAD_HIGH_MM, THREAD_MM, NUT_MM = 5.7, 1.65, 3.0, 2.4
@@ -151,7 +151,7 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     process = process or AcrylicProcess()
     half_x, half_y = half_board_mm(badge)
     spans = sheet_spans(badge)
-    sheet_top = process.card_mm + badge.lens.thickness_mm
+    sheet_top = process.card_mm + front_mm(badge, process.film_mm)
     frame_mm = _frame_mm(process.card_mm, sheet_top)
     clearance = _clearance_mm(spans, 2 * half_y, process)
     reach_x, reach_y = half_x + clearance, half_y + clearance
@@ -226,16 +226,18 @@ def _frame_mm(card_mm: float, sheet_top: float) -> float:
     fitting = [stock for stock in STOCK_MM if stock <= sheet_top - LEAST_SQUEEZE_MM + 1e-9]
     frame_mm = fitting[-1] if fitting else 0.0
     if frame_mm < card_mm + LEAST_GRIP_MM - 1e-9:
+        thinnest = next(stock for stock in STOCK_MM if stock >= card_mm + LEAST_GRIP_MM - 1e-9)
+        least_mm = round(thinnest + LEAST_SQUEEZE_MM - card_mm, 3)
         raise FabricationError(
             f"a lens sheet {sheet_top - card_mm:g} mm thick is too thin for a frame to hold it by its edge: the frame "
-            f"must be {card_mm + LEAST_GRIP_MM:g} to {sheet_top - LEAST_SQUEEZE_MM:g} mm; give a sheet of 0.5 mm or "
-            "more, or no mount",
-            frame_mm=frame_mm,
+            f"must be {card_mm + LEAST_GRIP_MM:g} mm or thicker, and {sheet_top - LEAST_SQUEEZE_MM:g} mm or thinner; "
+            f"give a sheet of {least_mm:g} mm or more",
+            least_mm=least_mm,
         )
     if sheet_top - frame_mm > MOST_SQUEEZE_MM:
         raise FabricationError(
             f"page and sheet together are {sheet_top:g} mm thick, and frames are sold up to {STOCK_MM[-1]:g} mm; give "
-            f"a sheet of {STOCK_MM[-1] - card_mm + MOST_SQUEEZE_MM:g} mm or less, or no mount"
+            f"a sheet of {STOCK_MM[-1] - card_mm + MOST_SQUEEZE_MM:g} mm or less"
         )
     return frame_mm
 
@@ -253,14 +255,20 @@ def _twist_deg(clearance: float, spans: tuple[tuple[float, float], ...], height:
 def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process: AcrylicProcess) -> float:
     """The clearance asked for, or what the twist leaves, in hundredths."""
     most = TWIST_DEG / _twist_deg(1.0, spans, height)
-    if process.clearance_mm is None and most >= LASER_MM:
-        return min(math.floor(most * 100 + 1e-9) / 100, MOST_CLEARANCE_MM)
-    if process.clearance_mm is None or process.clearance_mm > most:
-        got = LASER_MM if process.clearance_mm is None else process.clearance_mm
+    if most < LASER_MM:
         raise FabricationError(
-            f"register edges with {got:g} mm of air let page and lens turn by {_twist_deg(got, spans, height):.2f} "
-            f"degrees, allowed are {TWIST_DEG:g}; give a clearance of {most:.3f} mm or less, or a board with taller "
-            "gratings",
+            f"register edges with the {LASER_MM:g} mm of air that a laser needs let page and lens turn by "
+            f"{_twist_deg(LASER_MM, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a board of "
+            f"{math.ceil(height * LASER_MM / most):g} mm or more in height, and wider in proportion",
+            most_mm=most,
+        )
+    if process.clearance_mm is None:
+        return min(math.floor(most * 100 + 1e-9) / 100, MOST_CLEARANCE_MM)
+    if process.clearance_mm > most:
+        raise FabricationError(
+            f"register edges with {process.clearance_mm:g} mm of air let page and lens turn by "
+            f"{_twist_deg(process.clearance_mm, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a "
+            f"clearance_mm of {math.floor(most * 1000) / 1000:g} or less, or a taller board",
             most_mm=most,
         )
     return process.clearance_mm
@@ -286,18 +294,24 @@ def _cover_mm(
 ) -> float:
     """The thickest cover on sale that hides nothing.  Raises: FabricationError where not even the thinnest does."""
     choices = [stock for stock in STOCK_MM if COVER_MM[0] <= stock <= COVER_MM[1]]
-    advice = "take a smaller lip_reach_mm, a thinner sheet, or a badge with a wider margin"
     for cover_mm in reversed(choices):
         obstacles = _obstacles(badge, process, clearance, sheet_top + cover_mm, screws)
         try:
             check_sight(
                 badge, obstacles,
-                card_top=process.card_mm, sheet_top=sheet_top, play_mm=clearance, advice=advice,
+                card_top=process.card_mm, sheet_top=sheet_top, play_mm=clearance,
+                advice="take a smaller lip_reach_mm, or a board with a wider margin",
             )  # fmt: skip
-        except FabricationError:
-            if cover_mm == choices[0]:
+        except FabricationError as error:
+            if cover_mm != choices[0]:
+                continue
+            over_mm = float(str(error.details.get("over_mm", math.inf)))
+            most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
+            if most_mm <= 0:
                 raise
-            continue
+            raise FabricationError(
+                f"{str(error).partition(';')[0]}; give a sheet of {most_mm:g} mm or less", **error.details
+            ) from error
         return cover_mm
     raise AssertionError("the thinnest cover either fits or is refused")
 
