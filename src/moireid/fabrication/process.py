@@ -43,9 +43,9 @@ class MountProcess:
     clearance_mm: air left, right and below of board and sheet, each; wall_mm: the rim's width; back_mm: the plate
     behind the board; lip_reach_mm: how far a lip comes over the board, from the board's edge; lip_mm: its thickness;
     card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer; depth_clearance_mm:
-    room between sheet and lip to slide in by; preload_mm: how far the springs' pads stand higher than that room, so that they press card and sheet on the lips;
-    slot_mm: lanyard slot, width and height, narrowed on a narrow board; seat_mm: how far a printed register edge may be
-    off its place.
+    room between sheet and lip to slide in by; preload_mm: how far the springs' pads stand higher than that room, so
+    that they press card and sheet on the lips; slot_mm: lanyard slot, width and height, narrowed on a narrow board;
+    seat_mm: how far a printed register edge may be off its place.
     """
 
     clearance_mm: float = 0.3
