@@ -184,10 +184,14 @@ def test_frame_is_the_thickest_on_sale_below_the_stack(lens_mm: float, frame: fl
         (
             0.2,
             5.0,
-            r"sheet 0\.2 mm thick is too thin for a frame .* and 0\.4 mm or thinner; give a sheet of 0\.3 mm or more",
+            r"too thin for a frame .* 0\.4 mm or thinner; give a lens sheet .--lens. of 0\.3 mm or more",
         ),
-        (6.0, 5.0, r"cover's lip leaves 3\.40 mm beside marker \d, .* give a sheet of 2\.35 mm or less"),
-        (14.0, 40.0, r"14\.3 mm thick, and frames are sold up to 10 mm; give a sheet of 10\.8 mm or less"),
+        (6.0, 5.0, r"cover's lip leaves 3\.40 mm beside marker \d, .* give a lens sheet .--lens. of 2\.35 mm or less"),
+        (
+            14.0,
+            40.0,
+            r"14\.3 mm thick, and frames are sold up to 10 mm; give a lens sheet .--lens. of 10\.8 mm or less",
+        ),
     ],
 )
 def test_sheets_that_no_frame_holds_are_refused(lens_mm: float, margin: float, words: str, badge: Badge) -> None:

@@ -451,7 +451,7 @@ def test_thin_and_thick_sheets(badge: Badge) -> None:
     thick = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=6.0))
     top_mm = thick.bounding_box().max.Z
     assert top_mm == pytest.approx(0.3 + 6.0 + 0.1 + 1.2, abs=1e-4)
-    with pytest.raises(FabricationError, match=r"lip leaves .* beside marker .*; take a thinner sheet"):
+    with pytest.raises(FabricationError, match=r"lip leaves .* beside marker .*; take a smaller lip_reach_mm"):
         lanyard_mount(board_of(badge, 60.0, 40.0, lens_mm=6.0))
 
 

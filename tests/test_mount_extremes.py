@@ -46,7 +46,11 @@ def test_every_extreme_is_whole_or_says_why_not() -> None:
     names = {(row["case"], row["front"], row["mount"]) for row in rows}
     assert set(BUILT) <= names
     table = extremes_table([row | {"built": True} for row in rows])
-    assert table.count("\n") == len(cases()) and "printed*" in table and "give a sheet of 4 mm or less" in table
+    assert (
+        table.count("\n") == len(cases())
+        and "printed*" in table
+        and "give a lens sheet (--lens) of 4 mm or less" in table
+    )
 
 
 def why(case: Case, kind: str = "lanyard") -> str:
@@ -71,14 +75,17 @@ def test_what_the_refusals_advise_does_work() -> None:
         return outcome_of(planned_case(case, "clip")[1]) == "whole"
 
     tall = case_named("board 30x40 mm")
-    (height,) = numbers(r"board of ([\d.]+) mm or more in height, and wider in proportion", why(tall))
+    (height,) = numbers(r"board \(--size\) of ([\d.]+) mm or more in height, and wider in proportion", why(tall))
     assert whole(replace(tall, request=replace(tall.request, size_mm=(30.0 / 40.0 * height, height))))
-    for name, pattern in (("sheet 0.2 mm", r"sheet of ([\d.]+) mm or more"), ("sheet 6 mm", r"of ([\d.]+) mm or less")):
+    for name, pattern in (
+        ("sheet 0.2 mm", r"sheet \(--lens\) of ([\d.]+) mm or more"),
+        ("sheet 6 mm", r"\) of ([\d.]+) mm or less"),
+    ):
         (lens_mm,) = numbers(pattern, why(case_named(name)))
         assert whole(replace(case_named(name), lens_mm=lens_mm))
     assert not whole(replace(case_named("sheet 6 mm"), lens_mm=4.1))
     thick = case_named("spacer 6 mm", "mask")
-    (gap,) = numbers(r"of ([\d.]+) mm or less", why(thick))
+    (gap,) = numbers(r"\) of ([\d.]+) mm or less", why(thick))
     assert whole(replace(thick, request=replace(thick.request, gap_mm=gap)))
     for name in ("board 30x30 mm", "board 300x300 mm"):
         case = case_named(name)
@@ -184,7 +191,7 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
         ("base_mm=25", "base_mm=25 is no base plate"),
         ("printed.lip_reach_mm=0.9", "lip_reach_mm=0.9 leaves no place for the springs"),
         ("acrylic.clearance_mm=0.5", "give a clearance_mm of 0.149 or less"),
-        ("printed.lip_reach_mm=4.5", "take a thinner sheet, a smaller lip_reach_mm"),
+        ("printed.lip_reach_mm=4.5", "take a smaller lip_reach_mm or lip_mm .--mount-figure."),
     ],
 )
 def test_figures_that_cannot_be_are_named(pair: str, words: str, ada: Badge) -> None:

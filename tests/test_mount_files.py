@@ -50,7 +50,11 @@ def test_what_cannot_be_made_is_left_out_and_told(tmp_path: Path) -> None:
     assert outcome.exit_code == 0, outcome.output
     assert names(out) == SHEETS | set(PRINTED_FILES) | {"stack.glb"}
     told = [line for line in outcome.stderr.splitlines() if line.startswith("note:")]
-    assert len(told) == 1 and "no acrylic stack was made" in told[0] and "give a sheet of 3.9 mm or less" in told[0]
+    assert (
+        len(told) == 1
+        and "no acrylic stack was made" in told[0]
+        and "give a spacer (--gap) of 3.9 mm or less" in told[0]
+    )
     document = json.loads(outcome.stdout)
     assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in told[0]
     assert set(document["files"]) == names(out) and "kerf_mm" not in document["mount_figures"]
@@ -58,7 +62,7 @@ def test_what_cannot_be_made_is_left_out_and_told(tmp_path: Path) -> None:
     assert "mount.stl" in words and "acrylic.dxf" not in words and "M3" not in words
     # The same spacer with a kerf: somebody wants the stack, and it cannot be.
     refused = run("Ada", "--out", tmp_path / "new", "--front", "mask", "--gap", "6", "--kerf", "0.2")
-    assert refused.exit_code == 2 and "give a sheet of 3.9 mm or less" in refused.stderr
+    assert refused.exit_code == 2 and "give a spacer (--gap) of 3.9 mm or less" in refused.stderr
     assert not (tmp_path / "new").exists()
 
 
@@ -198,7 +202,10 @@ def test_a_folder_must_be_named(out: str, tmp_path: Path, monkeypatch: pytest.Mo
         (["--mount-figure", "clearance_mm=3"], "at most 1 mm"),
         (["--mount-figure", "thickness=3"], "is not known; give NAME=MM"),
         (["--mount-figure", "card_mm=1e400"], "card_mm"),
-        (["--mount", "stand", "--mount-figure", "printed.seat_mm=0.5"], "give a smaller seat_mm or a wider board"),
+        (
+            ["--mount", "stand", "--mount-figure", "printed.seat_mm=0.5"],
+            "give a smaller seat_mm (--mount-figure) or a wider board",
+        ),
         (["--lens", "40lpi", "--mount-figure", "acrylic.clearance_mm=0.4"], "give a clearance_mm of"),
     ],
 )

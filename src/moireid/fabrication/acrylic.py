@@ -18,7 +18,15 @@ from dataclasses import dataclass, replace
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.process import LEAST_LAND_MM, STOCK_MM, TWIST_DEG, AcrylicProcess
-from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_rects, sheet_spans
+from moireid.fabrication.sight import (
+    Obstacle,
+    check_sight,
+    front_mm,
+    front_word,
+    half_board_mm,
+    sheet_rects,
+    sheet_spans,
+)
 
 #: M3 button head, ISO 7380: diameter and height; the thread, and its nut's height (ISO 4032).
 HEAD_MM, HEAD_HIGH_MM, THREAD_MM, NUT_MM = 5.7, 1.65, 3.0, 2.4
@@ -231,13 +239,13 @@ def _frame_mm(card_mm: float, sheet_top: float) -> float:
         raise FabricationError(
             f"a lens sheet {sheet_top - card_mm:g} mm thick is too thin for a frame to hold it by its edge: the frame "
             f"must be {card_mm + LEAST_GRIP_MM:g} mm or thicker, and {sheet_top - LEAST_SQUEEZE_MM:g} mm or thinner; "
-            f"give a sheet of {least_mm:g} mm or more",
+            f"give a lens sheet (--lens) of {least_mm:g} mm or more",
             least_mm=least_mm,
         )
     if sheet_top - frame_mm > MOST_SQUEEZE_MM:
         raise FabricationError(
             f"page and sheet together are {sheet_top:g} mm thick, and frames are sold up to {STOCK_MM[-1]:g} mm; give "
-            f"a sheet of {STOCK_MM[-1] - card_mm + MOST_SQUEEZE_MM:g} mm or less"
+            f"a lens sheet (--lens) of {STOCK_MM[-1] - card_mm + MOST_SQUEEZE_MM:g} mm or less"
         )
     return frame_mm
 
@@ -258,7 +266,7 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
     if most < LASER_MM:
         raise FabricationError(
             f"register edges with the {LASER_MM:g} mm of air that a laser needs let page and lens turn by "
-            f"{_twist_deg(LASER_MM, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a board of "
+            f"{_twist_deg(LASER_MM, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a board (--size) of "
             f"{math.ceil(height * LASER_MM / most):g} mm or more in height, and wider in proportion",
             most_mm=most,
         )
@@ -268,7 +276,7 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
         raise FabricationError(
             f"register edges with {process.clearance_mm:g} mm of air let page and lens turn by "
             f"{_twist_deg(process.clearance_mm, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a "
-            f"clearance_mm of {math.floor(most * 1000) / 1000:g} or less, or a taller board",
+            f"clearance_mm of {math.floor(most * 1000) / 1000:g} or less (--mount-figure), or a taller board (--size)",
             most_mm=most,
         )
     return process.clearance_mm
@@ -280,12 +288,12 @@ def _check_land(process: AcrylicProcess) -> None:
     if (land := (process.rim_mm - widest) / 2) < LEAST_LAND_MM:
         raise FabricationError(
             f"a rim of {process.rim_mm:g} mm leaves {land:.2f} mm beside its openings, {LEAST_LAND_MM:g} mm "
-            f"are needed; give a rim_mm of {widest + 2 * LEAST_LAND_MM:g} or more",
+            f"are needed; give a rim_mm of {widest + 2 * LEAST_LAND_MM:g} or more (--mount-figure)",
             land_mm=land,
         )
     if process.hole_mm < THREAD_MM + 0.1:
         raise FabricationError(
-            f"hole_mm={process.hole_mm:g} lets no M3 screw through; give {THREAD_MM + 0.1:g} or more"
+            f"hole_mm={process.hole_mm:g} lets no M3 screw through; give {THREAD_MM + 0.1:g} or more (--mount-figure)"
         )
 
 
@@ -300,7 +308,7 @@ def _cover_mm(
             check_sight(
                 badge, obstacles,
                 card_top=process.card_mm, sheet_top=sheet_top, play_mm=clearance,
-                advice="take a smaller lip_reach_mm, or a board with a wider margin",
+                advice="take a smaller lip_reach_mm (--mount-figure)",
             )  # fmt: skip
         except FabricationError as error:
             if cover_mm != choices[0]:
@@ -310,7 +318,7 @@ def _cover_mm(
             if most_mm <= 0:
                 raise
             raise FabricationError(
-                f"{str(error).partition(';')[0]}; give a sheet of {most_mm:g} mm or less", **error.details
+                f"{str(error).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **error.details
             ) from error
         return cover_mm
     raise AssertionError("the thinnest cover either fits or is refused")

@@ -64,7 +64,8 @@ def clip(plan: TrayPlan, process: MountProcess) -> Holder:
     wall, (slot_width, slot_height) = process.wall_mm, plan.slot_mm
     if slot_height < 3.0 or slot_width < 8.0:
         raise FabricationError(
-            f"a slot of {slot_width:g} x {slot_height:g} mm takes no clip's hook; give a slot_mm of 8x3 or more"
+            f"a slot of {slot_width:g} x {slot_height:g} mm takes no clip's hook; give a slot_mm of 8x3 or "
+            "more (--mount-figure)"
         )
     # The bar is what lies above the slot; it rests on the hook's floor, which passes through the slot.
     bar = plan.half_mm[1] + 2 * wall + slot_height - FIT_MM

@@ -45,6 +45,11 @@ def front_mm(badge: Badge, film_mm: float) -> float:
     return badge.lens.thickness_mm + (film_mm if badge.lens.kind == "mask" else 0.0)
 
 
+def front_word(badge: Badge) -> str:
+    """What lies on the card, with the option that chooses it: for messages."""
+    return "spacer (--gap)" if badge.lens.kind == "mask" else "lens sheet (--lens)"
+
+
 def in_frame(rect: Rect, badge: Badge) -> Rect:
     """A page rectangle in the mount's frame, again with its lower corner first: y turns round."""
     x0, y0, x1, y1 = badge.outline_mm

@@ -36,7 +36,7 @@ SIDE_MM, LEAST_STEP_MM = 1.5, 0.5
 LIP_STEP_MM = 0.5
 #: A narrower strap than this carries no badge.
 LEAST_SLOT_MM = 10.0
-ADVICE = "take a thinner sheet, a smaller lip_reach_mm or lip_mm, or a larger board"
+ADVICE = "take a smaller lip_reach_mm or lip_mm (--mount-figure), a thinner sheet, or a larger board (--size)"
 
 
 @dataclass(frozen=True)
@@ -135,12 +135,13 @@ def plan_tray(badge: Badge, process: MountProcess, *, tab: bool = True) -> TrayP
     if process.lip_reach_mm < SLIT_MM + 0.5:
         raise FabricationError(
             f"lip_reach_mm={process.lip_reach_mm:g} leaves no place for the springs below the lips; give "
-            f"{SLIT_MM + 0.5:g} mm or more"
+            f"{SLIT_MM + 0.5:g} mm or more (--mount-figure)"
         )
     if (twist := seated_twist_deg(plan, process)) > TWIST_DEG:
         raise FabricationError(
             f"on register edges {2 * half[0]:g} mm apart a print off by {process.seat_mm:g} mm turns the sheet by "
-            f"{twist:.2f} degrees, allowed are {TWIST_DEG:g}; give a smaller seat_mm or a wider board",
+            f"{twist:.2f} degrees, allowed are {TWIST_DEG:g}; give a smaller seat_mm (--mount-figure) or "
+            "a wider board (--size)",
             twist_deg=twist,
         )
     return _in_sight(badge, plan, process)
@@ -223,8 +224,8 @@ def _slot_mm(width: float, process: MountProcess) -> tuple[float, float]:
     least_mm = LEAST_SLOT_MM + beside_mm
     if width < least_mm - 1e-6:
         raise FabricationError(
-            f"a board {width:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more, "
-            "or a stand",
+            f"a board {width:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more "
+            "(--size), or a stand (--mount)",
             least_mm=least_mm,
         )
     return (min(process.slot_mm[0], width - beside_mm), process.slot_mm[1])
@@ -239,7 +240,7 @@ def _check_springs(plan: TrayPlan) -> None:
     if (shortest := _shortest_spring_mm(plan)) < LEAST_TONGUE_MM - 1e-6:
         raise FabricationError(
             f"the sheet's shortest rows leave springs of {shortest:.1f} mm, and {LEAST_TONGUE_MM:g} mm are needed to "
-            f"press it on the page; give gratings of {LEAST_TONGUE_MM / 0.6:g} mm or more on a larger board",
+            f"press it on the page; give gratings of {LEAST_TONGUE_MM / 0.6:g} mm or more on a larger board (--size)",
             least_mm=LEAST_TONGUE_MM / 0.6,
         )
 
