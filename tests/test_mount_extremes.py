@@ -188,6 +188,8 @@ def test_figures_are_set_by_the_names_that_messages_give() -> None:
         ("printed.clearance_mm=9", "clearance_mm=9.0 .* at most 1 mm"),
         ("rim_mm=1e6", "rim_mm=1000000.0 .* at most 50 mm"),
         ("slot_mm=16x900", "slot_mm=.* at most 60 mm"),
+        ("slot_mm=16x20", "slot_mm=16x20 is no slot for a strap; give more width than height"),
+        ("wall_mm=0.9", "wall_mm=0.9 is thinner than a printed wall; give 1 mm or more"),
         ("base_mm=25", "base_mm=25 is no base plate"),
         ("printed.lip_reach_mm=0.9", "lip_reach_mm=0.9 leaves no place for the springs"),
         ("acrylic.clearance_mm=0.5", "give a clearance_mm of 0.149 or less"),
@@ -216,6 +218,14 @@ def test_a_figure_of_its_own_is_an_order(ada: Badge) -> None:
         plan_parts(ada, "clip", mount_figures(["slot_mm=16x2"]))
     with pytest.raises(FabricationError, match=r"no mount can be made: printed, .* hook.*; in acrylic, .* too thin"):
         plan_parts(thin, "clip", slotted)
+
+
+@pytest.mark.parametrize("figure", ["wall_mm=1", "printed.lip_reach_mm=1.3"])
+def test_least_figures_make_sound_solids(figure: str, tmp_path: Path) -> None:
+    """Catches: a chamfer that eats the corners of a thin wall, a spring that has no room below a short lip."""
+    badge = design_badge(Request("Fine", size_mm=(60.0, 66.0), range_m=(0.5, 0.7)), bytes(8))
+    report = write_mount(badge, tmp_path, process=mount_figures([figure]).printed)
+    assert trimesh.load_mesh(report.stl).is_watertight
 
 
 def test_slot_narrows_with_the_board(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from moireid.badge import Badge, Point
 from moireid.errors import FabricationError
 from moireid.fabrication.process import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight
-from moireid.fabrication.tray import ADVICE, TrayPlan
+from moireid.fabrication.tray import TrayPlan
 
 #: Air between a holder and the tray, where the two need not touch; where they do, FIT_MM keeps them from binding.
 PLAY_MM, FIT_MM = 0.3, 0.05
@@ -162,7 +162,8 @@ def _front_wall_mm(badge: Badge, plan: TrayPlan, process: MountProcess, width: f
         try:
             check_sight(
                 badge, wall,
-                card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm, advice=ADVICE,
+                card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm,
+                advice="take a larger wall_mm (--mount-figure), a thinner sheet, or another mount (--mount)",
             )  # fmt: skip
         except FabricationError:
             if height == 2.0:

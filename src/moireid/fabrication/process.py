@@ -63,13 +63,18 @@ class MountProcess:
     def __post_init__(self) -> None:
         _check_positive(self)
         _check_most(self, MOST_MM["printed"])
-        for name in ("wall_mm", "back_mm", "lip_mm"):
-            if (value := getattr(self, name)) < LEAST_WALL_MM:
+        # The rim is a fifth thinner where its corners are rounded outside and sharp inside.
+        for name, least in (("wall_mm", 1.25 * LEAST_WALL_MM), ("back_mm", LEAST_WALL_MM), ("lip_mm", LEAST_WALL_MM)):
+            if (value := getattr(self, name)) < least:
                 raise FabricationError(
-                    f"process figure {name}={value:g} is thinner than a printed wall; give {LEAST_WALL_MM:g} mm or "
-                    "more",
-                    least_mm=LEAST_WALL_MM,
+                    f"process figure {name}={value:g} is thinner than a printed wall; give {least:g} mm or more",
+                    least_mm=least,
                 )
+        if self.slot_mm[0] <= self.slot_mm[1]:
+            raise FabricationError(
+                f"process figure slot_mm={self.slot_mm[0]:g}x{self.slot_mm[1]:g} is no slot for a strap; give more "
+                "width than height, such as 16x4"
+            )
 
 
 @dataclass(frozen=True)

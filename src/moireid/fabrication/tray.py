@@ -271,8 +271,9 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     half_y, wall = plan.half_mm[1], process.wall_mm
     outline = _outline(b3d, plan, process)
     body = b3d.extrude(outline, plan.side_top + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out.
-    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4))
+    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out; it must be smaller than
+    # the corners' radii, of which the least is half a wall.
+    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4, wall / 4))
     inner = plan.out_x - wall
     body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.side_top)
     if not plan.tab:
