@@ -22,7 +22,8 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import FabricationError
 from moireid.fabrication import cutting, dxf, svg
-from moireid.fabrication.acrylic import AcrylicPlan, Contour, plan_acrylic
+from moireid.fabrication.acrylic import AcrylicPlan, plan_acrylic
+from moireid.fabrication.contour import Contour
 from moireid.fabrication.process import AcrylicProcess
 from moireid.fabrication.sight import sheet_rects
 from mounting import board_of, framed, sight_volume
