@@ -110,6 +110,11 @@ def test_the_fabricate_suite_writes_its_table(tmp_path):
     document = json.loads(outcome.stdout)
     assert {row["form"] for row in document["pages"]} == {"dots", "vector", "bitmap"}
     assert all(row["chord_error_mm"] <= row["tolerance_mm"] for row in document["mounts"])
+    rows = document["mount_extremes"]
+    assert {row["outcome"] for row in rows} == {"whole", "printed", "refused"} and sum(
+        row["built"] for row in rows
+    ) == 1
+    assert "board 30x40 mm" in TABLES["fabricate"](document)
     assert (tmp_path / "fabricate.json").exists() and (tmp_path / "fabricate.svg").stat().st_size > 1000
     again = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path)])
     assert again.exit_code == 2 and "--overwrite" in again.stderr

@@ -15,10 +15,10 @@ import trimesh
 from moireid.badge import Badge
 from moireid.cli.print_cmd import print_command
 from moireid.errors import FabricationError, SpecError
-from moireid.fabrication import package, stack
+from moireid.fabrication import package, parts, stack
 from moireid.fabrication.acrylic import AcrylicPlan, plan_acrylic
 from moireid.fabrication.mount import KINDS
-from moireid.fabrication.process import AcrylicProcess
+from moireid.fabrication.process import mount_figures
 
 
 @pytest.fixture(scope="module")
@@ -62,8 +62,8 @@ def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, 
     """Everything for one badge with a clip, as the command line orders it."""
     told: list[str] = []
     place = tmp_path_factory.mktemp("ada")
-    laser = AcrylicProcess(kerf_mm=0.2, base_mm=4.0)
-    return place, package.print_badge(ada, place, mount="clip", acrylic=laser, progress=told.append), told
+    figures = mount_figures(["kerf_mm=0.2", "base_mm=4"])
+    return place, package.print_badge(ada, place, mount="clip", figures=figures, progress=told.append), told
 
 
 def test_every_promised_file_is_there(folder: tuple[Path, package.Printed, list[str]]) -> None:
@@ -138,11 +138,9 @@ def test_assembly_sheet_lists_what_the_mount_needs(folder: tuple[Path, package.P
 def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a badge.pdf beside a mount that does not fit it, and a late refusal of what could be known at once."""
     told: list[str] = []
-    with pytest.raises(FabricationError, match="kerf"):
-        package.print_badge(ada, tmp_path, acrylic=AcrylicProcess(kerf_mm=9.0), progress=told.append)
     thin = replace(ada, lens=replace(ada.lens, thickness_mm=0.2, radius_mm=1.0))
     with pytest.raises(FabricationError, match="too thin for a frame"):
-        package.print_badge(thin, tmp_path, progress=told.append)
+        package.print_badge(thin, tmp_path, figures=mount_figures(["kerf_mm=0.2"]), progress=told.append)
     assert told == [] and list(tmp_path.iterdir()) == []
     package.print_badge(thin, tmp_path / "plain", mount="none")
 
@@ -168,4 +166,4 @@ def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None
 def test_command_line_workshop_and_package_know_the_same_mounts() -> None:
     """Catches: a mount that --mount does not offer, or offers and nobody can make (the list is written three times)."""
     option = next(entry for entry in print_command.params if entry.name == "mount")
-    assert tuple(option.type.choices) == package.MOUNTS == (*KINDS, "none")
+    assert tuple(option.type.choices) == parts.MOUNTS == (*KINDS, "none")

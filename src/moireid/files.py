@@ -9,7 +9,7 @@ from __future__ import annotations
 import os
 import tempfile
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from moireid.errors import SpecError
@@ -76,3 +76,43 @@ def write_text(path: Path, text: str) -> None:
     """Write `text` as UTF-8 to `path`, whole or not at all."""
     with whole_file(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+@contextmanager
+def tidy_folders(folders: Iterable[Path]) -> Iterator[None]:
+    """Where the work inside fails, take away again those of the folders, and of those above, that it made."""
+    absent = {step for folder in folders for step in (folder, *folder.parents) if not step.exists()}
+    try:
+        yield
+    except BaseException:
+        for step in sorted(absent, key=lambda one: len(one.parts), reverse=True):
+            with suppress(OSError):
+                step.rmdir()
+        raise
+
+
+def move_together(moves: Iterable[tuple[Path, Path]], gone: Iterable[Path] = ()) -> None:
+    """Give files their final names, and take others away; where one step fails, all is as it was before.
+
+    Convention: old files are kept beside the new ones, which a temporary folder holds, until all is done.
+    Raises: OSError of the step that failed.
+    """
+    steps: list[tuple[Path, Path]] = []
+
+    def move(source: Path, target: Path) -> None:
+        source.replace(target)
+        steps.append((source, target))
+
+    moves, gone = list(moves), list(gone)
+    if not moves:
+        return
+    kept = Path(tempfile.mkdtemp(prefix="old-", dir=moves[0][0].parent))
+    try:
+        for number, old in enumerate([target for _, target in moves if target.exists()] + gone):
+            move(old, kept / str(number))
+        for source, target in moves:
+            move(source, target)
+    except BaseException:
+        for source, target in reversed(steps):
+            target.replace(source)
+        raise

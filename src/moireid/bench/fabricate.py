@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from moireid.badge import Badge
+from moireid.bench.mount_extremes import BUILT, extremes
 from moireid.designer import Request, design_badge
 from moireid.dots import line_edges_mm
 from moireid.fabrication.page import write_badge_pdf
@@ -44,7 +45,8 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
         progress(done, total)
     mounts = mount_figures(TOLERANCES_MM[:2] if quick else TOLERANCES_MM)
     progress(total, total)
-    return {"suite": "fabricate", "seed": seed, "pages": pages, "mounts": mounts}
+    rows = extremes(BUILT[:1] if quick else BUILT)
+    return {"suite": "fabricate", "seed": seed, "pages": pages, "mounts": mounts, "mount_extremes": rows}
 
 
 def page_figures(form: str, dpi: int, seed: int) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from moireid import __version__
+from moireid.bench.mount_extremes import extremes_table
 from moireid.files import planned, whole_file, write_text
 
 
@@ -76,7 +77,7 @@ def fabricate_table(result: dict[str, Any]) -> str:
         f"{row['chord_error_mm']:>17.4f}"
         for row in result["mounts"]
     ]
-    return "\n".join(lines)
+    return "\n".join([*lines, "", extremes_table(result["mount_extremes"])])
 
 
 def fabricate_plot(result: dict[str, Any]) -> Any:

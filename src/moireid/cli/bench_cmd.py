@@ -6,14 +6,12 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import friendly, json_option, overwrite_option, progress_bar, say, show_json
+from moireid.cli.common import FolderPath, friendly, json_option, overwrite_option, progress_bar, say, show_json
 
 
 @click.command("bench")
 @click.argument("suite", type=click.Choice(["identity", "stability", "fabricate"]))
-@click.option(
-    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for JSON and plot."
-)
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for JSON and plot.")
 @click.option("--quick", is_flag=True, help="A few clips only: minutes, not hours.")
 @click.option("--clips", type=click.IntRange(1, 10000), help="Clips a condition, instead of 100 (or 4 with --quick).")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True)
@@ -26,7 +24,8 @@ def bench_command(
     """Measure SUITE on simulated films: a table, JSON and a plot.
 
     identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
-    fabricate: edges of the page by form and resolution, facets of the mount by tolerance.
+    fabricate: edges of the page by form and resolution, facets of the mount by tolerance,
+    mounts at their extremes.
 
     Figures of clips that were read are kept in clips.jsonl beside them, so that a run that was broken off goes on.
     """

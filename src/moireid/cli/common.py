@@ -7,8 +7,9 @@ import json
 import math
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, NoReturn
 
 import click
@@ -25,6 +26,19 @@ class FiniteRange(click.FloatRange):
         if not math.isfinite(number):
             self.fail(f"{value!r} is not a finite number.", param, ctx)
         return number
+
+
+class FolderPath(click.Path):
+    """A folder for outputs; an empty word, which a path takes for the present folder, is none."""
+
+    def __init__(self) -> None:
+        super().__init__(path_type=Path, file_okay=False)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """The folder, if one is named."""
+        if not str(value).strip():
+            self.fail("no folder is named; give one, or . for the present folder", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 ACCEPT, REJECT, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
@@ -82,6 +96,15 @@ def show_json(document: dict[str, Any]) -> None:
 def say(message: str) -> None:
     """Talk, on stderr."""
     click.echo(message, err=True)
+
+
+def tell_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
+    """Say on stderr which of the two mounts was not made and why, and which old files were taken away."""
+    names = {"printed": "3D-printed mount", "acrylic": "acrylic stack"}
+    for shop, why in left_out.items():
+        say(f"note: no {names[shop]} was made: {why}")
+    for path in removed:
+        say(f"note: {path} was removed, as it belonged to the badge that was here before")
 
 
 @contextmanager

@@ -5,16 +5,17 @@ from __future__ import annotations
 import csv
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import progress_bar, show_json
+from moireid.cli.common import progress_bar, show_json, tell_mount
 from moireid.errors import MoireIdError, SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer import Request
+    from moireid.fabrication.process import MountFigures
     from moireid.registry import Registry
 
 MOST_PEOPLE = 10_000
@@ -22,34 +23,45 @@ MOST_PEOPLE = 10_000
 
 def print_people(
     people_csv: Path, request: Request, folder: Path, registry_url: str | None, measured_scale: tuple[float, float], *,
-    overwrite: bool, as_json: bool,
+    mount: str, figures: MountFigures, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Make what `print-your-badge --people` makes, and say what was made.
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
     """
     from moireid.fabrication.event import print_event
+    from moireid.fabrication.parts import plan_parts
 
     badges = designed(people_csv, request)
+    # A wish that cannot be is refused before a registry is made for it.
+    plan_parts(badges[0], mount, figures)
 
     def work(registry: Registry | None) -> None:
         issue = (lambda: registry.enroll_many(badges)) if registry else None
         with progress_bar("making badges") as progress:
             event = print_event(
-                badges, folder, measured_scale=measured_scale, overwrite=overwrite, before_moving=issue,
-                progress=progress,
+                badges, folder, measured_scale=measured_scale, mount=mount, figures=figures, overwrite=overwrite,
+                before_moving=issue, progress=progress,
             )  # fmt: skip
+        tell_mount(event.left_out, event.removed)
         if as_json:
             people = [
                 {"name": badge.name, "id": badge.id, "folder": str(place)}
                 for badge, place in zip(badges, event.folders, strict=True)
             ]
             files = {"badges.pdf": str(event.sheets), "summary.csv": str(event.summary)}
+            files |= {name: str(path) for name, path in event.mount.items()}
             counts = {"sheets": event.sheet_count, "boards_to_a_sheet": event.boards_to_a_sheet}
-            show_json({"people": people, "files": files, "issued": registry is not None} | counts)
+            told: dict[str, Any] = {"mount_mass_g": event.mount_mass_g, "mount_figures": event.mount_figures}
+            told |= {"left_out": event.left_out, "removed": [str(path) for path in event.removed]}
+            show_json({"people": people, "files": files, "issued": registry is not None} | counts | told)
             return
         click.echo(f"{len(badges)} badges on {event.sheet_count} sheets, {event.boards_to_a_sheet} to a sheet:")
         click.echo(f"  {event.sheets}\n  {event.summary}\n  {event.folders[0]} and so on, a folder for each person")
+        if event.mount:
+            click.echo(f"One mount for all, to be made {len(badges)} times:")
+            for path in event.mount.values():
+                click.echo(f"  {path}")
         click.echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")
 
     if registry_url is None:

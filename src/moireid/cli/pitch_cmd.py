@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, say, show_json
+from moireid.cli.common import FiniteRange, FolderPath, friendly, json_option, overwrite_option, say, show_json
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -20,9 +20,7 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
 
 
 @click.command("pitch-test")
-@click.option(
-    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for the files."
-)
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
     "--lens", default="50lpi", show_default=True, metavar="LABEL|FILE",
     help="What the sheet is sold as: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile (.json).",

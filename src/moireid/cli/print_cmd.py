@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, say, show_json
+from moireid.cli.common import (
+    FiniteRange,
+    FolderPath,
+    friendly,
+    json_option,
+    overwrite_option,
+    say,
+    show_json,
+    tell_mount,
+)
 from moireid.errors import RegistryError, SpecError
 
 if TYPE_CHECKING:
@@ -24,9 +33,7 @@ if TYPE_CHECKING:
     type=click.Path(path_type=Path),
     help="Instead of NAME: a CSV file with the columns name and, if wished, payload; fills sheets for an event.",
 )
-@click.option(
-    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for the files."
-)
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
     "--registry", "registry_url", metavar="URL", help="Also issue the badge in this registry (SQLAlchemy URL)."
 )
@@ -79,28 +86,21 @@ if TYPE_CHECKING:
 @click.option(
     "--mount",
     type=click.Choice(["lanyard", "clip", "stand", "none"]),
-    default="lanyard",
-    show_default=True,
+    show_default="lanyard; with --people none",
     help="What carries the badge; with it come the parts to 3D-print and an acrylic stack to laser-cut.",
 )
 @click.option(
-    "--kerf",
-    "kerf_mm",
-    type=FiniteRange(0, 1),
-    default=0.15,
-    show_default=True,
-    metavar="MM",
+    "--kerf", "kerf_mm", type=FiniteRange(0, 1), show_default="0.15", metavar="MM",
     help="Width that the laser burns away; 0 where the shop compensates.",
-)
+)  # fmt: skip
 @click.option(
-    "--acrylic",
-    "base_mm",
-    type=FiniteRange(2, 10),
-    default=3.0,
-    show_default=True,
-    metavar="MM",
+    "--acrylic", "base_mm", type=FiniteRange(2, 10), show_default="3", metavar="MM",
     help="Thickness of the acrylic base plate; frame and cover follow from the badge.",
-)
+)  # fmt: skip
+@click.option(
+    "--mount-figure", "mount_pairs", multiple=True, metavar="NAME=MM",
+    help="Another figure of the mount, by the name that messages give it, such as card_mm=0.5; may be repeated.",
+)  # fmt: skip
 @click.option("--explain", is_flag=True, help="Show why the badge is as it is.")
 @overwrite_option
 @json_option
@@ -108,12 +108,14 @@ if TYPE_CHECKING:
 def print_command(
     name: str | None, people_csv: Path | None, folder: Path, registry_url: str | None, payload: str | None,
     key_file: Path | None, code: str, lens: str, front: str, gap_mm: float, printer_dpi: int, paper: str,
-    range_text: str, axes: str, size_text: str, form: str, scale_text: str | None, mount: str, kerf_mm: float,
-    base_mm: float, explain: bool, overwrite: bool, as_json: bool,
+    range_text: str, axes: str, size_text: str, form: str, scale_text: str | None, mount: str | None,
+    kerf_mm: float | None, base_mm: float | None, mount_pairs: tuple[str, ...], explain: bool, overwrite: bool,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount.
 
-    With --people, the badges of many: sheets with as many boards as fit, a folder for each person, and a summary.
+    With --people, the badges of many: sheets with as many boards as fit, a folder for each person, and a summary; with
+    --mount too, one set of a mount's files for all.
 
     The identity is derived from the name, so the same name gives the same badge; with --registry an identity that
     somebody else holds is never given twice.
@@ -121,8 +123,9 @@ def print_command(
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
-    from moireid.fabrication.package import check_mount, file_names, print_badge
-    from moireid.fabrication.process import AcrylicProcess
+    from moireid.fabrication.package import file_names, print_badge
+    from moireid.fabrication.parts import plan_parts
+    from moireid.fabrication.process import mount_figures
     from moireid.files import planned
 
     if (name is None) == (people_csv is None):
@@ -134,12 +137,17 @@ def print_command(
         parse_size_mm(size_text), code, axes, form, front, gap_mm,
     )  # fmt: skip
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
+    given = {"kerf_mm": kerf_mm, "base_mm": base_mm}
+    figures = mount_figures([*mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)])
     if people_csv is not None:
         if payload is not None or key_file is not None:
             raise SpecError("--payload and --key are for one person; give the payloads in a column of the CSV file")
         from moireid.cli.people import print_people
 
-        print_people(people_csv, request, folder, registry_url, measured_scale, overwrite=overwrite, as_json=as_json)
+        print_people(
+            people_csv, request, folder, registry_url, measured_scale,
+            mount=mount or "none", figures=figures, overwrite=overwrite, as_json=as_json,
+        )  # fmt: skip
         return
     chosen = None
     if payload is not None:
@@ -147,7 +155,7 @@ def print_command(
     elif key_file is not None:
         chosen = payload_from_key(key_file)
 
-    laser = AcrylicProcess(kerf_mm=kerf_mm, base_mm=base_mm)
+    kind = mount or "lanyard"
 
     def work(registry: Registry | None) -> None:
         badge = _design(request, chosen, registry)
@@ -155,14 +163,15 @@ def print_command(
         printed = print_badge(
             badge,
             folder,
-            mount=mount,
+            mount=kind,
             measured_scale=measured_scale,
-            acrylic=laser,
+            figures=figures,
             overwrite=overwrite,
             before_moving=issue,
             progress=lambda file: say(f"making {file}"),
         )
         files = {name: str(path) for name, path in printed.files.items()}
+        tell_mount(printed.left_out, printed.removed)
         rows = explain_badge(badge)
         if as_json:
             document: dict[str, Any] = {
@@ -172,6 +181,7 @@ def print_command(
                 "issued": registry is not None,
             }
             document |= {"mount_mass_g": printed.mount_mass_g, "mount_figures": printed.mount_figures}
+            document |= {"left_out": printed.left_out, "removed": [str(path) for path in printed.removed]}
             show_json(document | {"measured_scale": measured_scale, "explain": dict(rows)})
             return
         click.echo(f"Badge {badge.id} for {badge.name}:")
@@ -184,11 +194,11 @@ def print_command(
         click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
 
     # A wish that cannot be is refused before a registry is made for it.
-    check_mount(_design(request, chosen, None), mount, laser)
+    parts = plan_parts(_design(request, chosen, None), kind, figures)
     if registry_url is None:
         work(None)
         return
-    planned([folder / name for name in file_names(mount)], overwrite=overwrite, make_folders=False)
+    planned([folder / name for name in file_names(parts)], overwrite=overwrite, make_folders=False)
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=True) as registry:

@@ -13,12 +13,21 @@ run anticlockwise, holes too.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
+from moireid.fabrication.contour import Contour
 from moireid.fabrication.process import LEAST_LAND_MM, STOCK_MM, TWIST_DEG, AcrylicProcess
-from moireid.fabrication.sight import Obstacle, check_sight, half_board_mm, sheet_rects, sheet_spans
+from moireid.fabrication.sight import (
+    Obstacle,
+    check_sight,
+    front_mm,
+    front_word,
+    half_board_mm,
+    sheet_rects,
+    sheet_spans,
+)
 
 #: M3 button head, ISO 7380: diameter and height; the thread, and its nut's height (ISO 4032).
 HEAD_MM, HEAD_HIGH_MM, THREAD_MM, NUT_MM = 5.7, 1.65, 3.0, 2.4
@@ -35,65 +44,6 @@ LASER_MM, MOST_CLEARANCE_MM = 0.05, 0.15
 COVER_MM = (1.0, 3.0)
 SLOT_MM = (16.0, 4.0)
 OUTER_RADIUS_MM = 4.0
-
-
-@dataclass(frozen=True)
-class Contour:
-    """A closed path with rounded corners: one radius a corner, 0 for a sharp one; anticlockwise."""
-
-    corners: tuple[Point, ...]
-    radii_mm: tuple[float, ...]
-
-    def grown(self, by_mm: float) -> Contour:
-        """The same path moved outwards by `by_mm`, or inwards where that is negative; corners keep their centres.
-
-        Raises: FabricationError where a rounded corner would turn inside out.
-        """
-        count, moved, radii = len(self.corners), [], []
-        for k, (x, y) in enumerate(self.corners):
-            before, after = _direction(self.corners[k - 1], (x, y)), _direction((x, y), self.corners[(k + 1) % count])
-            turn = before[0] * after[1] - before[1] * after[0]
-            along = 1.0 + before[0] * after[0] + before[1] * after[1]
-            # The corner moves so that both its edges end up `by_mm` to the right of where they were.
-            moved.append((x + by_mm * (before[1] + after[1]) / along, y - by_mm * (before[0] + after[0]) / along))
-            radius = self.radii_mm[k] + (math.copysign(by_mm, by_mm * turn) if self.radii_mm[k] else 0.0)
-            if radius < 0:
-                raise FabricationError(
-                    f"a corner of radius {self.radii_mm[k]:g} mm cannot be moved by {by_mm:g} mm; give "
-                    "a smaller kerf_mm"
-                )
-            radii.append(radius)
-        return Contour(tuple(moved), tuple(radii))
-
-    def moved(self, dx: float, dy: float) -> Contour:
-        """The same path elsewhere."""
-        return replace(self, corners=tuple((x + dx, y + dy) for x, y in self.corners))
-
-    def vertices(self) -> list[tuple[float, float, float]]:
-        """Corners as (x, y, bulge): where an arc begins its bulge is the tangent of a quarter of its angle, else 0.
-
-        Source: the DXF reference's LWPOLYLINE.
-        """
-        count = len(self.corners)
-        points: list[tuple[float, float, float]] = []
-        for k, (x, y) in enumerate(self.corners):
-            radius = self.radii_mm[k]
-            before, after = _direction(self.corners[k - 1], (x, y)), _direction((x, y), self.corners[(k + 1) % count])
-            angle = math.atan2(before[0] * after[1] - before[1] * after[0], before[0] * after[0] + before[1] * after[1])
-            if radius == 0 or angle == 0:
-                points.append((x, y, 0.0))
-                continue
-            back = radius * math.tan(abs(angle) / 2)
-            points.append((x - back * before[0], y - back * before[1], math.tan(angle / 4)))
-            points.append((x + back * after[0], y + back * after[1], 0.0))
-        # Where two roundings meet, as in a circle, the straight between them has no length.
-        return [p for k, p in enumerate(points) if math.dist(p[:2], points[(k + 1) % len(points)][:2]) > 1e-9]
-
-    @property
-    def bounds(self) -> Rect:
-        """The corners' bounding box, which a rounded path touches too."""
-        xs, ys = zip(*self.corners, strict=True)
-        return (min(xs), min(ys), max(xs), max(ys))
 
 
 @dataclass(frozen=True)
@@ -151,7 +101,7 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     process = process or AcrylicProcess()
     half_x, half_y = half_board_mm(badge)
     spans = sheet_spans(badge)
-    sheet_top = process.card_mm + badge.lens.thickness_mm
+    sheet_top = process.card_mm + front_mm(badge, process.film_mm)
     frame_mm = _frame_mm(process.card_mm, sheet_top)
     clearance = _clearance_mm(spans, 2 * half_y, process)
     reach_x, reach_y = half_x + clearance, half_y + clearance
@@ -180,11 +130,6 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
         screws=screws,
         screw_mm=process.base_mm + sheet_top + cover_mm + NUT_MM,
     )  # fmt: skip
-
-
-def _direction(start: Point, end: Point) -> Point:
-    length = math.dist(start, end)
-    return (end[0] - start[0]) / length, (end[1] - start[1]) / length
 
 
 def _rectangle(rect: Rect, *, radius: float = 0.0) -> Contour:
@@ -226,16 +171,18 @@ def _frame_mm(card_mm: float, sheet_top: float) -> float:
     fitting = [stock for stock in STOCK_MM if stock <= sheet_top - LEAST_SQUEEZE_MM + 1e-9]
     frame_mm = fitting[-1] if fitting else 0.0
     if frame_mm < card_mm + LEAST_GRIP_MM - 1e-9:
+        thinnest = next(stock for stock in STOCK_MM if stock >= card_mm + LEAST_GRIP_MM - 1e-9)
+        least_mm = round(thinnest + LEAST_SQUEEZE_MM - card_mm, 3)
         raise FabricationError(
             f"a lens sheet {sheet_top - card_mm:g} mm thick is too thin for a frame to hold it by its edge: the frame "
-            f"must be {card_mm + LEAST_GRIP_MM:g} to {sheet_top - LEAST_SQUEEZE_MM:g} mm; give a sheet of 0.5 mm or "
-            "more, or no mount",
-            frame_mm=frame_mm,
+            f"must be {card_mm + LEAST_GRIP_MM:g} mm or thicker, and {sheet_top - LEAST_SQUEEZE_MM:g} mm or thinner; "
+            f"give a lens sheet (--lens) of {least_mm:g} mm or more",
+            least_mm=least_mm,
         )
     if sheet_top - frame_mm > MOST_SQUEEZE_MM:
         raise FabricationError(
             f"page and sheet together are {sheet_top:g} mm thick, and frames are sold up to {STOCK_MM[-1]:g} mm; give "
-            f"a sheet of {STOCK_MM[-1] - card_mm + MOST_SQUEEZE_MM:g} mm or less, or no mount"
+            f"a lens sheet (--lens) of {STOCK_MM[-1] - card_mm + MOST_SQUEEZE_MM:g} mm or less"
         )
     return frame_mm
 
@@ -253,14 +200,20 @@ def _twist_deg(clearance: float, spans: tuple[tuple[float, float], ...], height:
 def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process: AcrylicProcess) -> float:
     """The clearance asked for, or what the twist leaves, in hundredths."""
     most = TWIST_DEG / _twist_deg(1.0, spans, height)
-    if process.clearance_mm is None and most >= LASER_MM:
-        return min(math.floor(most * 100 + 1e-9) / 100, MOST_CLEARANCE_MM)
-    if process.clearance_mm is None or process.clearance_mm > most:
-        got = LASER_MM if process.clearance_mm is None else process.clearance_mm
+    if most < LASER_MM:
         raise FabricationError(
-            f"register edges with {got:g} mm of air let page and lens turn by {_twist_deg(got, spans, height):.2f} "
-            f"degrees, allowed are {TWIST_DEG:g}; give a clearance of {most:.3f} mm or less, or a board with taller "
-            "gratings",
+            f"register edges with the {LASER_MM:g} mm of air that a laser needs let page and lens turn by "
+            f"{_twist_deg(LASER_MM, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a board (--size) of "
+            f"{math.ceil(height * LASER_MM / most):g} mm or more in height, and wider in proportion",
+            most_mm=most,
+        )
+    if process.clearance_mm is None:
+        return min(math.floor(most * 100 + 1e-9) / 100, MOST_CLEARANCE_MM)
+    if process.clearance_mm > most:
+        raise FabricationError(
+            f"register edges with {process.clearance_mm:g} mm of air let page and lens turn by "
+            f"{_twist_deg(process.clearance_mm, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a "
+            f"clearance_mm of {math.floor(most * 1000) / 1000:g} or less (--mount-figure), or a taller board (--size)",
             most_mm=most,
         )
     return process.clearance_mm
@@ -272,12 +225,12 @@ def _check_land(process: AcrylicProcess) -> None:
     if (land := (process.rim_mm - widest) / 2) < LEAST_LAND_MM:
         raise FabricationError(
             f"a rim of {process.rim_mm:g} mm leaves {land:.2f} mm beside its openings, {LEAST_LAND_MM:g} mm "
-            f"are needed; give a rim_mm of {widest + 2 * LEAST_LAND_MM:g} or more",
+            f"are needed; give a rim_mm of {widest + 2 * LEAST_LAND_MM:g} or more (--mount-figure)",
             land_mm=land,
         )
     if process.hole_mm < THREAD_MM + 0.1:
         raise FabricationError(
-            f"hole_mm={process.hole_mm:g} lets no M3 screw through; give {THREAD_MM + 0.1:g} or more"
+            f"hole_mm={process.hole_mm:g} lets no M3 screw through; give {THREAD_MM + 0.1:g} or more (--mount-figure)"
         )
 
 
@@ -286,18 +239,24 @@ def _cover_mm(
 ) -> float:
     """The thickest cover on sale that hides nothing.  Raises: FabricationError where not even the thinnest does."""
     choices = [stock for stock in STOCK_MM if COVER_MM[0] <= stock <= COVER_MM[1]]
-    advice = "take a smaller lip_reach_mm, a thinner sheet, or a badge with a wider margin"
     for cover_mm in reversed(choices):
         obstacles = _obstacles(badge, process, clearance, sheet_top + cover_mm, screws)
         try:
             check_sight(
                 badge, obstacles,
-                card_top=process.card_mm, sheet_top=sheet_top, play_mm=clearance, advice=advice,
+                card_top=process.card_mm, sheet_top=sheet_top, play_mm=clearance,
+                advice="take a smaller lip_reach_mm (--mount-figure)",
             )  # fmt: skip
-        except FabricationError:
-            if cover_mm == choices[0]:
+        except FabricationError as error:
+            if cover_mm != choices[0]:
+                continue
+            over_mm = float(str(error.details.get("over_mm", math.inf)))
+            most_mm = math.floor((badge.lens.thickness_mm - over_mm) * 20) / 20 if math.isfinite(over_mm) else 0.0
+            if most_mm <= 0:
                 raise
-            continue
+            raise FabricationError(
+                f"{str(error).partition(';')[0]}; give a {front_word(badge)} of {most_mm:g} mm or less", **error.details
+            ) from error
         return cover_mm
     raise AssertionError("the thinnest cover either fits or is refused")
 

@@ -26,16 +26,18 @@ _CARRIED = {
 def write_assembly_pdf(badge: Badge, path: Path, *, mount: str, acrylic: AcrylicPlan | None = None) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
-    Parameters: mount: the contract's word for the mount; acrylic: the stack that may be built instead of it.
+    Parameters: mount: the contract's word for the printed mount, none where none is made; acrylic: the stack that may
+        be built instead of it, or is the only mount.
     """
     paper = str((badge.print or {}).get("paper", "a4"))
     with whole_file(path) as temporary:
         sheet = Sheet(temporary, PAPERS_MM.get(paper, PAPERS_MM["a4"]), f"Assembly of moiré badge {badge.id}")
         sheet.text(LEFT_MM, TOP_MM, f"Moiré badge {badge.id}: assembly", points=16, font=BOLD, align="left")
         y = TOP_MM + 12
-        sections = [("You need", _parts(badge, mount)), ("Steps", _steps(badge, mount))]
+        sections = [("You need", _parts(badge, mount)), ("Steps", _steps(badge, mount, acrylic is not None))]
         if acrylic:
-            sections.append(("Or, instead of the printed mount, in acrylic", _acrylic(acrylic)))
+            heading = "The mount, in acrylic" if mount == "none" else "Or, instead of the printed mount, in acrylic"
+            sections.append((heading, _acrylic(acrylic)))
         for heading, lines in sections:
             sheet.text(LEFT_MM, y, heading, points=12, font=BOLD, align="left")
             for line in lines:
@@ -68,8 +70,9 @@ def _parts(badge: Badge, mount: str) -> list[str]:
     return parts
 
 
-def _steps(badge: Badge, mount: str) -> list[str]:
+def _steps(badge: Badge, mount: str, acrylic: bool) -> list[str]:
     hold = "2 mm tape along its left and right edges" if mount == "none" else "the mount's lips"
+    hold = "the acrylic cover" if mount == "none" and acrylic else hold
     if badge.lens.kind == "mask":
         front, lay = "film", "Lay the acrylic over the striped field, and the film on it, printed side down."
     else:

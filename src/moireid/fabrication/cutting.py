@@ -14,7 +14,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from moireid.errors import FabricationError
-from moireid.fabrication.acrylic import AcrylicPlan, Contour
+from moireid.fabrication.acrylic import AcrylicPlan
+from moireid.fabrication.contour import Contour
 from moireid.fabrication.process import LEAST_LAND_MM
 from moireid.fabrication.solids import cad_package
 

@@ -18,9 +18,11 @@ from pathlib import Path
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.artwork import CROP_GAP_MM, CROP_MARK_MM
-from moireid.fabrication.package import print_badge
+from moireid.fabrication.package import file_names, leftover_parts, write_sheets
 from moireid.fabrication.page import DEFAULT_DPI, Sheet, draw_board, draw_mask, draw_scale_bars
-from moireid.files import planned, whole_file, write_text
+from moireid.fabrication.parts import Parts, plan_parts, write_parts
+from moireid.fabrication.process import MountFigures
+from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
 from moireid.profiles import PAPERS_MM, Printer
 
 #: Between boards: crop marks of both sides, which may share the room.
@@ -33,13 +35,22 @@ _MOST_LETTERS = 40
 
 @dataclass(frozen=True)
 class Event:
-    """What was written: the sheets, their number, boards to a sheet, the summary, and a folder a person."""
+    """What was written: the sheets, their number, boards to a sheet, the summary, and a folder a person.
+
+    mount: path by name of the mount's files, one set for all; mount_mass_g, mount_figures, left_out and removed: as
+    `package.Printed`.
+    """
 
     sheets: Path
     sheet_count: int
     boards_to_a_sheet: int
     summary: Path
     folders: tuple[Path, ...]
+    mount: dict[str, Path]
+    mount_mass_g: float | None
+    mount_figures: dict[str, float]
+    left_out: dict[str, str]
+    removed: tuple[Path, ...]
 
 
 def places_mm(badge: Badge) -> list[tuple[float, float]]:
@@ -97,36 +108,42 @@ def write_sheets_pdf(
 
 
 def print_event(
-    badges: Sequence[Badge], folder: Path, *, measured_scale: tuple[float, float] = (1.0, 1.0),
-    overwrite: bool = False, before_moving: Callable[[], object] | None = None,
+    badges: Sequence[Badge], folder: Path, *, measured_scale: tuple[float, float] = (1.0, 1.0), mount: str = "none",
+    figures: MountFigures | None = None, overwrite: bool = False, before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Event:  # fmt: skip
-    """Write sheets, summary and a folder for each person into `folder`.
+    """Write sheets, summary, a folder for each person, and one set of a mount's files for all into `folder`.
 
-    Parameters: badges: in the order of the list; before_moving: as `package.print_badge`; progress: told (done, of).
+    Parameters: badges: in the order of the list; mount: one of `parts.MOUNTS`, the same for all, as boards of one
+        event have one layout; figures, overwrite, before_moving: as `package.print_badge`; progress: told (done, of).
     Returns: Event.
-    Raises: SpecError where a file is in the way; FabricationError as `write_sheets_pdf`.
+    Raises: SpecError where a file is in the way; FabricationError as `write_sheets_pdf` and `package.print_badge`.
     """
+    parts = plan_parts(badges[0], mount, figures)
     names = [folder_name(number, badge) for number, badge in enumerate(badges, start=1)]
-    planned([folder / SHEETS, folder / SUMMARY, *(folder / name / "badge.json" for name in names)], overwrite=overwrite)
-    with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
-        aside = Path(aside_name)
-        for done, (name, badge) in enumerate(zip(names, badges, strict=True), start=1):
-            (aside / name).mkdir()
-            print_badge(badge, aside / name, mount="none", measured_scale=measured_scale)
-            if progress:
-                progress(done, len(badges))
-        sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
-        write_text(aside / SUMMARY, _summary(names, badges))
-        if before_moving:
-            before_moving()
-        for name in names:
-            for file in sorted((aside / name).iterdir(), key=lambda one: one.name == "badge.json"):
-                file.replace(folder / name / file.name)
-        for name in (SHEETS, SUMMARY):
-            (aside / name).replace(folder / name)
+    people = [f"{name}/{file}" for name in names for file in file_names(Parts("none", None, parts.figures))]
+    files = [*people, *parts.files, SHEETS, SUMMARY]
+    with tidy_folders([folder, *(folder / name for name in names)]):
+        planned([folder / file for file in files], overwrite=overwrite)
+        with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
+            aside = Path(aside_name)
+            mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
+            for done, (name, badge) in enumerate(zip(names, badges, strict=True), start=1):
+                (aside / name).mkdir()
+                write_sheets(badge, aside / name, parts, measured_scale=measured_scale, say=lambda file: None)
+                if progress:
+                    progress(done, len(badges))
+            sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
+            write_text(aside / SUMMARY, _summary(names, badges, parts))
+            if before_moving:
+                before_moving()
+            stale = leftover_parts(folder, parts) if overwrite else ()
+            move_together([(aside / file, folder / file) for file in files], stale)
     folders = tuple(folder / name for name in names)
-    return Event(folder / SHEETS, sheet_count, to_a_sheet, folder / SUMMARY, folders)
+    made = {name: folder / name for name in parts.files}
+    return Event(
+        folder / SHEETS, sheet_count, to_a_sheet, folder / SUMMARY, folders, made, mass_g, told, parts.left_out, stale
+    )
 
 
 def folder_name(number: int, badge: Badge) -> str:
@@ -136,11 +153,13 @@ def folder_name(number: int, badge: Badge) -> str:
     return f"{number:03d}-{letters or badge.id}"
 
 
-def _summary(names: list[str], badges: Sequence[Badge]) -> str:
+def _summary(names: list[str], badges: Sequence[Badge], parts: Parts) -> str:
     """The list of what was made, as CSV."""
+    made = [parts.printed if parts.printed != "none" else "", "acrylic" if parts.acrylic else ""]
+    mount = " or ".join(filter(None, made)) or "none"
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["number", "name", "id", "folder"])
+    writer.writerow(["number", "name", "id", "folder", "mount"])
     for number, (name, badge) in enumerate(zip(names, badges, strict=True), start=1):
-        writer.writerow([number, badge.name, badge.id, name])
+        writer.writerow([number, badge.name, badge.id, name, mount])
     return out.getvalue()

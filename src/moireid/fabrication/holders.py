@@ -18,7 +18,7 @@ from moireid.badge import Badge, Point
 from moireid.errors import FabricationError
 from moireid.fabrication.process import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight
-from moireid.fabrication.tray import ADVICE, TrayPlan
+from moireid.fabrication.tray import TrayPlan
 
 #: Air between a holder and the tray, where the two need not touch; where they do, FIT_MM keeps them from binding.
 PLAY_MM, FIT_MM = 0.3, 0.05
@@ -27,6 +27,8 @@ CLIP_ARM_MM, CLOTH_MM, PINCH_MM, CLIP_LENGTH_MM = 2.0, 2.4, 0.4, 34.0
 #: The stand leans the badge back by this much: a camera at eye height looks down on a table.
 LEAN_DEG = 12.0
 STAND_WALL_MM = 3.0
+#: The wall before the tray's bottom edge is at most this high.
+MOST_FRONT_MM = 5.0
 #: The badge's middle must stay this far inside the foot's back edge, so that no draught turns it over.
 STAND_SAFETY_MM = 15.0
 
@@ -59,10 +61,11 @@ def clip(plan: TrayPlan, process: MountProcess) -> Holder:
 
     Raises: FabricationError where the slot is too small for a hook.
     """
-    wall, (slot_width, slot_height) = process.wall_mm, process.slot_mm
+    wall, (slot_width, slot_height) = process.wall_mm, plan.slot_mm
     if slot_height < 3.0 or slot_width < 8.0:
         raise FabricationError(
-            f"a slot of {slot_width:g} x {slot_height:g} mm takes no clip's hook; give 8 x 3 mm or more"
+            f"a slot of {slot_width:g} x {slot_height:g} mm takes no clip's hook; give a slot_mm of 8x3 or "
+            "more (--mount-figure)"
         )
     # The bar is what lies above the slot; it rests on the hook's floor, which passes through the slot.
     bar = plan.half_mm[1] + 2 * wall + slot_height - FIT_MM
@@ -89,7 +92,9 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> Holder:
     """
     width = min(0.6 * 2 * plan.half_mm[0], 90.0)
     height = plan.half_mm[1] - plan.bottom
-    front, wall = plan.rim_top + PLAY_MM, 2.4
+    # The wall stands before the tray's bottom rim, and before the sheet only where that reaches down so far.
+    clear = plan.spans[0][0] - process.clearance_mm > plan.bottom + MOST_FRONT_MM
+    front, wall = (plan.side_top if clear else plan.rim_top) + PLAY_MM, 2.4
     lip = _front_wall_mm(badge, plan, process, width, front + wall)
     behind = -process.back_mm - FIT_MM
     rest = min(0.35 * height, 60.0)
@@ -151,13 +156,14 @@ def as_printed(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) 
 
 def _front_wall_mm(badge: Badge, plan: TrayPlan, process: MountProcess, width: float, top: float) -> float:
     """The highest wall before the tray's bottom edge that hides nothing, mm above that edge; at most 5."""
-    for height in (5.0, 4.0, 3.0, 2.0):
+    for height in (MOST_FRONT_MM, 4.0, 3.0, 2.0):
         rect = (-width / 2, plan.bottom, width / 2, plan.bottom + height)
         wall = [Obstacle("front wall", rect, top)]
         try:
             check_sight(
                 badge, wall,
-                card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm, advice=ADVICE,
+                card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm,
+                advice="take a larger wall_mm (--mount-figure), a thinner sheet, or another mount (--mount)",
             )  # fmt: skip
         except FabricationError:
             if height == 2.0:

@@ -61,6 +61,22 @@ def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
     return mount_bodies(badge, "lanyard", process)[0].laid
 
 
+def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan, Holder | None]:
+    """The figures of a mount, checked in milliseconds and before any CAD package is needed.
+
+    Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, or a body is larger than a
+        printer.
+    """
+    if kind not in KINDS:
+        raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
+    plan = plan_tray(badge, process, tab=kind != "stand")
+    holder = plan_holder(badge, plan, process, kind)
+    _check_bed("tray", 2 * plan.out_x, plan.tab_top - plan.bottom, plan.lip_top + process.back_mm)
+    if holder:
+        _check_bed(holder.name, *holder.size_mm, holder.width_mm)
+    return plan, holder
+
+
 def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -> tuple[Body, ...]:
     """The bodies of a mount; the tray is the first.
 
@@ -69,13 +85,9 @@ def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -
         printer, or no solid can be made so; MissingExtraError without build123d.
     """
     process = process or MountProcess()
-    if kind not in KINDS:
-        raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
-    plan = plan_tray(badge, process, tab=kind != "stand")
-    holder = plan_holder(badge, plan, process, kind)
+    plan, holder = plan_mount(badge, kind, process)
     lower = (-plan.out_x, plan.bottom, -process.back_mm)
     upper = (plan.out_x, plan.tab_top, plan.lip_top)
-    _check_bed("tray", lower, upper)
     b3d = cad_package("build123d")
     try:
         tray = shape_tray(b3d, plan, process)
@@ -131,17 +143,15 @@ def write_mount(
 def _holder_body(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) -> Body:
     shape = shape_holder(b3d, holder)
     location, lower, upper = as_printed(b3d, holder, plan, process)
-    _check_bed(holder.name, lower, upper)
     used = shape.moved(in_use(b3d, holder, plan))
     return Body(holder.name, shape.moved(location), used, Expected(float(shape.volume), lower, upper))
 
 
-def _check_bed(name: str, lower: tuple[float, ...], upper: tuple[float, ...]) -> None:
-    longest = max(high - low for low, high in zip(lower, upper, strict=True))
-    if longest > BED_MM:
+def _check_bed(name: str, *sides_mm: float) -> None:
+    if (longest := max(sides_mm)) > BED_MM:
         raise FabricationError(
             f"the mount's {name} is {longest:.0f} mm long, and common printers reach {BED_MM:g} mm; give a smaller "
-            "board, or no mount",
+            "board (--size)",
             longest_mm=longest,
         )
 
@@ -173,7 +183,8 @@ def _check_bodies(
     """
     tray, card_mm = solid_of(meshes[0]), process.card_mm
     half_x, half_y = plan.half_mm
-    levels = [-process.back_mm / 2, plan.rim_top - 0.1, plan.rim_top + (process.lip_mm - plan.chamfer) / 2]
+    levels = [-process.back_mm / 2, plan.side_top - 0.1, plan.rim_top - 0.1]
+    levels.append(plan.rim_top + (process.lip_mm - plan.chamfer) / 2)
     check_walls(tray, levels, LEAST_WALL_MM, "tray")
     # The springs' pads are bent back in use by as much as they stand in the way, so they are cut off here.
     free = tray

@@ -1,4 +1,4 @@
-"""What printer, laser and card ask for, apart from the parts themselves; all in mm.
+"""What printer, laser and card ask for, apart from the parts themselves; all in mm, each to be set by its name.
 
 Convention: `kerf_mm` is the whole width that the laser burns away, so each drawn line lies half of it off the edge
 that is wanted.
@@ -7,9 +7,10 @@ that is wanted.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields, replace
 
-from moireid.errors import FabricationError
+from moireid.errors import FabricationError, SpecError
 
 #: Two lines of a 0.4 mm nozzle: a printed wall thinner than this has no inside.
 LEAST_WALL_MM = 0.8
@@ -21,6 +22,16 @@ TWIST_DEG = 0.3
 MOST_KERF_MM = 1.0
 #: Acrylic narrower than this between two cuts breaks.
 LEAST_LAND_MM = 2.0
+#: No part is laid nearer to an edge than this, since neither nozzle nor laser keeps it; a card needs some room.
+LEAST_CLEARANCE_MM = 0.05
+#: What no workshop means: beyond these a figure is a slip of the pen, or the part no mount any more.
+MOST_MM = {
+    "printed": {
+        "clearance_mm": 1.0, "wall_mm": 6.0, "back_mm": 6.0, "lip_mm": 6.0, "card_mm": 2.0, "film_mm": 0.5,
+        "depth_clearance_mm": 0.5, "preload_mm": 0.5, "slot_mm": 60.0,
+    },
+    "acrylic": {"rim_mm": 50.0, "hole_mm": 4.5, "card_mm": 2.0, "film_mm": 0.5},
+}  # fmt: skip
 #: Plates are sold in these thicknesses: polyester film up to 0.5 mm, acrylic above.
 STOCK_MM = (0.25, 0.35, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 
@@ -31,9 +42,10 @@ class MountProcess:
 
     clearance_mm: air left, right and below of board and sheet, each; wall_mm: the rim's width; back_mm: the plate
     behind the board; lip_reach_mm: how far a lip comes over the board, from the board's edge; lip_mm: its thickness;
-    card_mm: thickness of the printed board; depth_clearance_mm: room between sheet and lip to slide in by;
-    preload_mm: how far the springs' pads stand higher than that room, so that they press card and sheet on the lips;
-    slot_mm: lanyard slot, width and height; seat_mm: how far a printed register edge may be off its place.
+    card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer; depth_clearance_mm:
+    room between sheet and lip to slide in by; preload_mm: how far the springs' pads stand higher than that room, so
+    that they press card and sheet on the lips; slot_mm: lanyard slot, width and height, narrowed on a narrow board;
+    seat_mm: how far a printed register edge may be off its place.
     """
 
     clearance_mm: float = 0.3
@@ -42,6 +54,7 @@ class MountProcess:
     lip_reach_mm: float = 2.0
     lip_mm: float = 1.2
     card_mm: float = 0.3
+    film_mm: float = 0.1
     depth_clearance_mm: float = 0.1
     preload_mm: float = 0.1
     slot_mm: tuple[float, float] = (16.0, 4.0)
@@ -49,16 +62,18 @@ class MountProcess:
 
     def __post_init__(self) -> None:
         _check_positive(self)
-        for name in ("wall_mm", "back_mm", "lip_mm"):
-            if (value := getattr(self, name)) < LEAST_WALL_MM:
+        _check_most(self, MOST_MM["printed"])
+        # The rim is a fifth thinner where its corners are rounded outside and sharp inside.
+        for name, least in (("wall_mm", 1.25 * LEAST_WALL_MM), ("back_mm", LEAST_WALL_MM), ("lip_mm", LEAST_WALL_MM)):
+            if (value := getattr(self, name)) < least:
                 raise FabricationError(
-                    f"process figure {name}={value:g} is thinner than a printed wall; give {LEAST_WALL_MM:g} mm or "
-                    "more",
-                    least_mm=LEAST_WALL_MM,
+                    f"process figure {name}={value:g} is thinner than a printed wall; give {least:g} mm or more",
+                    least_mm=least,
                 )
-        if self.clearance_mm > 1.0:
+        if self.slot_mm[0] <= self.slot_mm[1]:
             raise FabricationError(
-                f"process figure clearance_mm={self.clearance_mm:g} would let board and sheet rattle; give at most 1 mm"
+                f"process figure slot_mm={self.slot_mm[0]:g}x{self.slot_mm[1]:g} is no slot for a strap; give more "
+                "width than height, such as 16x4"
             )
 
 
@@ -69,7 +84,7 @@ class AcrylicProcess:
     kerf_mm: width of the burnt line, 0 where the shop compensates; base_mm: the base plate; clearance_mm: air between
     the board and each of the frame's register edges, None for what the allowed twist leaves; rim_mm: width of the
     frame round the board; lip_reach_mm: how far the cover comes over the sheet; hole_mm: clearance hole of an M3 screw;
-    card_mm: thickness of the printed board.
+    card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer.
     """
 
     kerf_mm: float = 0.15
@@ -79,9 +94,11 @@ class AcrylicProcess:
     lip_reach_mm: float = 2.0
     hole_mm: float = 3.4
     card_mm: float = 0.3
+    film_mm: float = 0.1
 
     def __post_init__(self) -> None:
         _check_positive(self, but=("kerf_mm",))
+        _check_most(self, MOST_MM["acrylic"])
         if not 0 <= self.kerf_mm <= MOST_KERF_MM:
             raise FabricationError(
                 f"kerf_mm={self.kerf_mm:g} is no laser's kerf, allowed is 0 to {MOST_KERF_MM:g} mm; cut a square of "
@@ -102,3 +119,74 @@ def _check_positive(process: MountProcess | AcrylicProcess, *, but: tuple[str, .
         values = value if isinstance(value, tuple) else (value,)
         if not all(math.isfinite(v) and (v > 0 or entry.name in but) for v in values):
             raise FabricationError(f"process figure {entry.name}={value} must be positive; give it in mm")
+
+
+def _check_most(process: MountProcess | AcrylicProcess, most_mm: dict[str, float]) -> None:
+    """Raise where a figure is beyond what any workshop means, or a clearance is none."""
+    for name, most in most_mm.items():
+        value = getattr(process, name)
+        if max(value if isinstance(value, tuple) else (value,)) > most:
+            raise FabricationError(
+                f"process figure {name}={value} is more than any mount has use for; give at most {most:g} mm",
+                most_mm=most,
+            )
+    if process.clearance_mm is not None and process.clearance_mm < LEAST_CLEARANCE_MM:
+        raise FabricationError(
+            f"process figure clearance_mm={process.clearance_mm:g} is less than a workshop keeps; give "
+            f"{LEAST_CLEARANCE_MM:g} mm or more",
+            least_mm=LEAST_CLEARANCE_MM,
+        )
+
+
+@dataclass(frozen=True)
+class MountFigures:
+    """The figures of both workshops.
+
+    insisted: "printed" or "acrylic" where somebody gave that one a figure of its own: what cannot be made so is
+    refused then, and not left out.
+    """
+
+    printed: MountProcess = field(default_factory=MountProcess)
+    acrylic: AcrylicProcess = field(default_factory=AcrylicProcess)
+    insisted: frozenset[str] = frozenset()
+
+
+def mount_figures(pairs: Iterable[str]) -> MountFigures:
+    """The defaults with figures set by name: "kerf_mm=0.2", "slot_mm=20x5".
+
+    Convention: a name that both workshops have (card_mm, film_mm, clearance_mm, lip_reach_mm) sets both, and
+        "printed.clearance_mm" or "acrylic.clearance_mm" one.
+    Raises: SpecError for a name that is none, or no number; FabricationError for a figure that no workshop has.
+    """
+    known = {"printed": {f.name for f in fields(MountProcess)}, "acrylic": {f.name for f in fields(AcrylicProcess)}}
+    given: dict[str, dict[str, float | tuple[float, ...]]] = {"printed": {}, "acrylic": {}}
+    insisted = set()
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        where, dot, name = key.strip().rpartition(".")
+        shops = [shop for shop, names in known.items() if name in names and (not dot or shop == where)]
+        if not (equals and shops):
+            names = ", ".join(sorted(known["printed"] | known["acrylic"]))
+            raise SpecError(f"mount figure {pair[:60]!r} is not known; give NAME=MM with one of {names}")
+        if len(shops) == 1:
+            insisted.add(shops[0])
+        for shop in shops:
+            given[shop][name] = _figure(name, text)
+    return MountFigures(
+        replace(MountProcess(), **given["printed"]),  # type: ignore[arg-type]
+        replace(AcrylicProcess(), **given["acrylic"]),  # type: ignore[arg-type]
+        frozenset(insisted),
+    )
+
+
+def _figure(name: str, text: str) -> float | tuple[float, ...]:
+    """A number, or width and height of the slot.  Raises: SpecError where it is neither."""
+    parts = text.lower().split("x") if name == "slot_mm" else [text]
+    try:
+        numbers = tuple(float(part) for part in parts)
+    except ValueError:
+        numbers = ()
+    if len(numbers) != (2 if name == "slot_mm" else 1):
+        form = "width and height in mm such as 16x4" if name == "slot_mm" else "a number of mm"
+        raise SpecError(f"mount figure {name}={text[:40]!r} is not understood; give {form}")
+    return numbers if name == "slot_mm" else numbers[0]

@@ -40,6 +40,16 @@ def half_board_mm(badge: Badge) -> tuple[float, float]:
     return (x1 - x0) / 2, (y1 - y0) / 2
 
 
+def front_mm(badge: Badge, film_mm: float) -> float:
+    """Thickness of all that lies on the card: the lens sheet, or a mask's spacer with its film."""
+    return badge.lens.thickness_mm + (film_mm if badge.lens.kind == "mask" else 0.0)
+
+
+def front_word(badge: Badge) -> str:
+    """What lies on the card, with the option that chooses it: for messages."""
+    return "spacer (--gap)" if badge.lens.kind == "mask" else "lens sheet (--lens)"
+
+
 def in_frame(rect: Rect, badge: Badge) -> Rect:
     """A page rectangle in the mount's frame, again with its lower corner first: y turns round."""
     x0, y0, x1, y1 = badge.outline_mm
@@ -81,20 +91,28 @@ def check_sight(
 
     Parameters: card_top, sheet_top: heights of page and lenses in the frame; play_mm: how far the board may slide
         along each axis; advice: the next step of the message, "take …".
-    Raises: FabricationError that names what hides what, with `have_mm` and `need_mm`.
+    Raises: FabricationError that names what hides most of what, with `have_mm` and `need_mm`; of markers it says in
+        `over_mm` how much lower the obstacle had to be.
     """
     obstacles = list(obstacles)
+    worst, message, details = 0.0, "", {}
     for target, rect, level, angle_deg in _targets(badge, card_top, sheet_top):
+        slope = math.tan(math.radians(angle_deg))
         for obstacle in obstacles:
             have_mm = gap_mm(rect, obstacle.rect, play_mm=play_mm)
-            need_mm = (obstacle.top_mm - level) * math.tan(math.radians(angle_deg))
-            if have_mm < need_mm:
-                raise FabricationError(
-                    f"the mount's {obstacle.name} leaves {have_mm:.2f} mm beside {target}, but {need_mm:.2f} mm are "
-                    f"needed to see it from {angle_deg:g} degrees; {advice}",
-                    have_mm=have_mm,
-                    need_mm=need_mm,
-                )
+            need_mm = (obstacle.top_mm - level) * slope
+            if need_mm - have_mm <= worst:
+                continue
+            worst = need_mm - have_mm
+            message = (
+                f"the mount's {obstacle.name} leaves {have_mm:.2f} mm beside {target}, but {need_mm:.2f} mm are "
+                f"needed to see it from {angle_deg:g} degrees; {advice}"
+            )
+            details = {"have_mm": have_mm, "need_mm": need_mm}
+            if level == card_top:
+                details["over_mm"] = worst / slope
+    if message:
+        raise FabricationError(message, **details)
 
 
 def gap_mm(one: Rect, other: Rect, *, play_mm: float) -> float:

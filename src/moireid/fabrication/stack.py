@@ -20,6 +20,7 @@ from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import HEAD_HIGH_MM, HEAD_MM, THREAD_MM, AcrylicPlan, Plate
 from moireid.fabrication.meshes import overlap_mm3, solid_of
+from moireid.fabrication.sight import half_board_mm, sheet_rects
 from moireid.fabrication.solids import cad_package
 
 #: The solver's own error: places that differ by more are not the planned ones.
@@ -107,18 +108,25 @@ def check_stack(plan: AcrylicPlan) -> None:
 
 
 def write_glb(
-    badge: Badge, plan: AcrylicPlan, path: Path, *, mount: list[tuple[str, Any]], spread_mm: float = 15
-) -> None:
-    """Write the exploded stack, and the printed mount's bodies beside it, as binary glTF.
+    badge: Badge, plan: AcrylicPlan | None, path: Path, *, mount: list[tuple[str, Any]],
+    held_mm: tuple[float, float], spread_mm: float = 15,
+) -> None:  # fmt: skip
+    """Write the exploded stack, and the printed mount's bodies beside it, as binary glTF; either may be absent.
 
-    Parameters: mount: name and build123d shape of each printed body, in its place in use.
+    Parameters: mount: name and build123d shape of each printed body, in its place in use; held_mm: thickness of
+        the page that it holds, and of what lies on that.
     Raises: FabricationError where what is read back is not what was written.
     """
     trimesh = cad_package("trimesh")
     scene, volumes = trimesh.Scene(), {}
-    aside = [2.2 * plan.page[2] + 60.0, 0.0, 0.0]
-    pieces = [(part.name, part.shape, [0.0, 0.0, 0.0]) for part in assemble(plan, spread_mm=spread_mm)]
-    pieces += [(name, shape, aside) for name, shape in [*mount, *(_held(plan) if mount else [])]]
+    half_x, half_y = half_board_mm(badge)
+    page = (-half_x, -half_y, half_x, half_y)
+    # The mount stands beside the stack, or alone in the middle.
+    aside = [2.2 * half_x + 60.0 if plan else 0.0, 0.0, 0.0]
+    pieces: list[tuple[str, Any, list[float]]] = []
+    if plan:
+        pieces += [(part.name, part.shape, [0.0, 0.0, 0.0]) for part in assemble(plan, spread_mm=spread_mm)]
+    pieces += [(name, shape, aside) for name, shape in [*mount, *(_held(badge, *held_mm) if mount else [])]]
     for name, shape, place in pieces:
         mesh = _mesh(shape)
         volumes[name] = float(mesh.volume)
@@ -126,11 +134,11 @@ def write_glb(
         mesh.apply_scale(METRES_PER_MM)
         mesh.visual = trimesh.visual.TextureVisuals(material=_material(trimesh, name.split("-")[0]))
         scene.add_geometry(mesh, geom_name=name, node_name=name)
-    tops = [(0.0, 0.0, _page_top(plan, spread_mm))]
+    tops = [(0.0, 0.0, plan.card_mm + spread_mm)] if plan else []
     if mount:
-        tops.append((aside[0], 0.0, plan.card_mm))
+        tops.append((aside[0], 0.0, held_mm[0]))
     for k, top in enumerate(tops):
-        picture = _picture(trimesh, badge, plan.page, top)
+        picture = _picture(trimesh, badge, page, top)
         scene.add_geometry(picture, geom_name=f"picture-{k}", node_name=f"picture-{k}")
     path.write_bytes(scene.export(file_type="glb"))
     check_glb(path, volumes)
@@ -184,13 +192,14 @@ def _parts(cq: Any, plan: AcrylicPlan) -> list[_Part]:
     return parts
 
 
-def _held(plan: AcrylicPlan) -> list[tuple[str, Any]]:
+def _held(badge: Badge, card_mm: float, sheet_mm: float) -> list[tuple[str, Any]]:
     """Page and lens sheets as they lie in the printed tray."""
     cq = cad_package("cadquery")
-    held = [("page-held", _box(cq, plan.page, plan.card_mm))]
-    for k, rect in enumerate(plan.sheets):
-        sheet = _box(cq, rect, plan.sheet_top - plan.card_mm)
-        held.append((f"sheet-held-{k}", sheet.moved(cq.Location((0, 0, plan.card_mm)))))
+    half_x, half_y = half_board_mm(badge)
+    held = [("page-held", _box(cq, (-half_x, -half_y, half_x, half_y), card_mm))]
+    for k, rect in enumerate(sheet_rects(badge)):
+        sheet = _box(cq, rect, sheet_mm)
+        held.append((f"sheet-held-{k}", sheet.moved(cq.Location((0, 0, card_mm)))))
     return held
 
 
@@ -206,10 +215,6 @@ def _planned_lows(plan: AcrylicPlan, parts: list[_Part], spread_mm: float) -> di
             plan.base.thickness_mm + low + spread_mm * {"sheet": 2, "screw": 4}.get(kind, steps.get(kind, 0))
         )
     return lows
-
-
-def _page_top(plan: AcrylicPlan, spread_mm: float) -> float:
-    return plan.card_mm + spread_mm
 
 
 def _plate(cq: Any, plate: Plate) -> Any:

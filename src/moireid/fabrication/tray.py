@@ -6,6 +6,9 @@ feet at the lips' lower ends.  Lips over the left and right edge hold the sheet 
 lips, tongues in the back plate press the board against it from behind.  They press nowhere else, for a force in the
 middle would bow the sheet.
 
+Under a thick sheet the rim is high only where there are lips: beside the markers it needs to hold no more than the
+board, and would hide them.  There the lips end as far from the markers as the camera's view asks for.
+
 Convention: the frame of `sight`, its origin on the tray's floor, so the plate behind the board has negative z.  The
 tray prints lying on its back; only lips and feet overhang, by `lip_reach_mm + clearance_mm`.
 """
@@ -13,13 +16,13 @@ tray prints lying on its back; only lips and feet overhang, by `lip_reach_mm + c
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.process import TWIST_DEG, MountProcess
-from moireid.fabrication.sight import Obstacle, check_sight, half_board_mm, sheet_spans
+from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 
 #: A tongue is this wide at most this long, with a slit of two nozzle lines round it, and lies this far from the edge.
 TONGUE_MM = (4.0, 20.0)
@@ -27,7 +30,13 @@ SLIT_MM = 0.8
 #: A tongue shorter than this is no spring any more.
 LEAST_TONGUE_MM = 6.0
 PAD_MM = 3.0
-ADVICE = "take a smaller lip_reach_mm or lip_mm, or a badge with a wider margin"
+#: Beside the board alone the rim stands this far above it; a step in the rim lower than the second is left out.
+SIDE_MM, LEAST_STEP_MM = 1.5, 0.5
+#: Lips' ends are drawn back from the markers in steps of this.
+LIP_STEP_MM = 0.5
+#: A narrower strap than this carries no badge.
+LEAST_SLOT_MM = 10.0
+ADVICE = "take a smaller lip_reach_mm or lip_mm (--mount-figure), a thinner sheet, or a larger board (--size)"
 
 
 @dataclass(frozen=True)
@@ -35,8 +44,10 @@ class TrayPlan:
     """The figures of a tray in its frame, before any solid is made.
 
     half_mm: half the board's width and height; out_x and bottom: outer faces of the rim; tab_top: of the tab, or of
-    the tray where it has none; z figures: card_top, sheet_top, rim_top (also the lips' lower face), lip_top; chamfer:
-    of the lips' upper edges; spans: (low, high) rows in y of each sheet, from bottom to top; tab: whether there is one.
+    the tray where it has none; z figures: card_top, sheet_top, side_top (of rim and feet where there is no lip),
+    rim_top (below the lips, whose lower face it is), lip_top; chamfer: of the lips' upper edges; spans: (low, high)
+    rows in y of each sheet, from bottom to top; lips: rows that lips hold of them; slot_mm: the lanyard's slot, width
+    and height; tab: whether there is one.
     """
 
     half_mm: tuple[float, float]
@@ -45,25 +56,40 @@ class TrayPlan:
     tab_top: float
     card_top: float
     sheet_top: float
+    side_top: float
     rim_top: float
     lip_top: float
     chamfer: float
     spans: tuple[tuple[float, float], ...]
+    lips: tuple[tuple[float, float], ...]
+    slot_mm: tuple[float, float]
     tab: bool
 
+    @property
+    def stepped(self) -> bool:
+        """Whether the rim is higher below the lips than elsewhere."""
+        return self.side_top < self.rim_top
+
     def lip_rects(self, process: MountProcess) -> list[Rect]:
-        """Lips and the rim below them, seen from the front, in pairs from bottom to top; the lowest covers its feet."""
+        """Lips and the rim below them, seen from the front, in pairs from bottom to top.
+
+        The lowest covers the feet where these are as high as the rim.
+        """
         inner = self.half_mm[0] - process.lip_reach_mm
-        lows = [low for low, _ in self.spans]
-        lows[0] -= process.clearance_mm + process.wall_mm
-        rights = [(inner, low, self.out_x, high) for low, (_, high) in zip(lows, self.spans, strict=True)]
-        return [rect for x0, y0, x1, y1 in rights for rect in ((x0, y0, x1, y1), (-x1, y0, -x0, y1))]
+        lows = [low for low, _ in self.lips]
+        lows[0] -= 0.0 if self.stepped else process.clearance_mm + process.wall_mm
+        return _both_sides([(inner, low, self.out_x, high) for low, (_, high) in zip(lows, self.lips, strict=True)])
+
+    def foot_rects(self, process: MountProcess) -> list[Rect]:
+        """The two feet that the sheet stands on."""
+        low = self.spans[0][0] - process.clearance_mm - process.wall_mm
+        return _both_sides([(self.half_mm[0] - process.lip_reach_mm, low, self.out_x, low + process.wall_mm)])
 
     def tongue_rects(self) -> list[Rect]:
         """The right-hand tongues, each with its root at the top and its free end at the bottom."""
         outer = self.half_mm[0] - SLIT_MM
         rects: list[Rect] = []
-        for low, high in self.spans:
+        for low, high in self.lips:
             length = min(TONGUE_MM[1], 0.6 * (high - low))
             count = 2 if high - low > 3 * TONGUE_MM[1] else 1
             for k in range(count):
@@ -74,8 +100,7 @@ class TrayPlan:
     def pad_rects(self, process: MountProcess) -> list[Rect]:
         """Where the springs touch the board: on the tongues' free ends, below the lips, left and right."""
         inner = self.half_mm[0] - process.lip_reach_mm
-        rights = [(inner, y0, x1, y0 + min(PAD_MM, (y1 - y0) / 2)) for _, y0, x1, y1 in self.tongue_rects()]
-        return [rect for x0, y0, x1, y1 in rights for rect in ((x0, y0, x1, y1), (-x1, y0, -x0, y1))]
+        return _both_sides([(inner, y0, x1, y0 + min(PAD_MM, (y1 - y0) / 2)) for _, y0, x1, y1 in self.tongue_rects()])
 
 
 def plan_tray(badge: Badge, process: MountProcess, *, tab: bool = True) -> TrayPlan:
@@ -85,40 +110,74 @@ def plan_tray(badge: Badge, process: MountProcess, *, tab: bool = True) -> TrayP
         springs, or the register edges are too short to keep page and lens parallel.
     """
     half = half_board_mm(badge)
-    sheet_top = process.card_mm + badge.lens.thickness_mm
+    sheet_top = process.card_mm + front_mm(badge, process.film_mm)
     rim_top = sheet_top + process.depth_clearance_mm
+    side_top = process.card_mm + SIDE_MM
     rim_mm = process.clearance_mm + process.wall_mm
+    spans = sheet_spans(badge)
+    slot_mm = _slot_mm(2 * half[0], process) if tab else process.slot_mm
     plan = TrayPlan(
         half_mm=half,
         out_x=half[0] + rim_mm,
         bottom=-half[1] - rim_mm,
-        tab_top=half[1] + (4 * process.wall_mm + process.slot_mm[1] if tab else 0.0),
+        tab_top=half[1] + (4 * process.wall_mm + slot_mm[1] if tab else 0.0),
         card_top=process.card_mm,
         sheet_top=sheet_top,
+        side_top=side_top if rim_top - side_top >= LEAST_STEP_MM else rim_top,
         rim_top=rim_top,
         lip_top=rim_top + process.lip_mm,
         chamfer=process.lip_mm / 2,
-        spans=sheet_spans(badge),
+        spans=spans,
+        lips=spans,
+        slot_mm=slot_mm,
         tab=tab,
     )
-    _check_room(plan, process)
+    if process.lip_reach_mm < SLIT_MM + 0.5:
+        raise FabricationError(
+            f"lip_reach_mm={process.lip_reach_mm:g} leaves no place for the springs below the lips; give "
+            f"{SLIT_MM + 0.5:g} mm or more (--mount-figure)"
+        )
     if (twist := seated_twist_deg(plan, process)) > TWIST_DEG:
         raise FabricationError(
             f"on register edges {2 * half[0]:g} mm apart a print off by {process.seat_mm:g} mm turns the sheet by "
-            f"{twist:.2f} degrees, allowed are {TWIST_DEG:g}; give a smaller seat_mm or a wider board",
+            f"{twist:.2f} degrees, allowed are {TWIST_DEG:g}; give a smaller seat_mm (--mount-figure) or "
+            "a wider board (--size)",
             twist_deg=twist,
         )
-    obstacles = [Obstacle("rim", rect, plan.rim_top) for rect in _rim_rects(plan, process)]
+    return _in_sight(badge, plan, process)
+
+
+def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
+    """The plan with its lips drawn back from the markers as far as the view asks for.
+
+    Raises: FabricationError where something stands in the view all the same, or no spring has room below what is left.
+    """
+    _check_springs(plan)
+    while True:
+        try:
+            check_sight(
+                badge, _obstacles(plan, process),
+                card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm, advice=ADVICE,
+            )  # fmt: skip
+        except FabricationError:
+            shorter = replace(plan, lips=tuple((low + LIP_STEP_MM, high - LIP_STEP_MM) for low, high in plan.lips))
+            if not plan.stepped or _shortest_spring_mm(shorter) < LEAST_TONGUE_MM:
+                raise
+            plan = shorter
+            continue
+        return plan
+
+
+def _obstacles(plan: TrayPlan, process: MountProcess) -> list[Obstacle]:
+    """What of the tray stands beside the badge."""
+    obstacles = [Obstacle("rim", rect, plan.side_top) for rect in _rim_rects(plan, process)]
+    obstacles += [Obstacle("foot", rect, plan.side_top) for rect in plan.foot_rects(process)]
     for x0, y0, x1, y1 in plan.lip_rects(process):
         # A lip's chamfer has two edges that can hide something: the inner lower one and the outer upper one.
         inner = (x0, y0, x1 - plan.chamfer, y1) if x0 < 0 else (x0 + plan.chamfer, y0, x1, y1)
         obstacles.append(Obstacle("lip", (x0, y0, x1, y1), plan.lip_top - plan.chamfer))
         obstacles.append(Obstacle("lip", inner, plan.lip_top))
-    check_sight(
-        badge, obstacles,
-        card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm, advice=ADVICE,
-    )  # fmt: skip
-    return plan
+    return obstacles
 
 
 def seated_twist_deg(plan: TrayPlan, process: MountProcess) -> float:
@@ -129,12 +188,15 @@ def seated_twist_deg(plan: TrayPlan, process: MountProcess) -> float:
 def shape_tray(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     """The tray as a build123d Part."""
     part = _box_with_tab(b3d, plan, process)
+    in_x = plan.out_x - process.wall_mm
     for rect in plan.lip_rects(process):
+        if plan.stepped:
+            x0, x1 = (in_x, plan.out_x) if rect[0] > 0 else (-plan.out_x, -in_x)
+            part += block(b3d, (x0, rect[1], x1, rect[3]), plan.side_top, plan.rim_top)
         part += _lip(b3d, plan, rect)
-    for rect in plan.lip_rects(process)[:2]:
+    for rect in plan.foot_rects(process):
         # A foot stops the sheet but not the card, which goes on below it to the bottom rim.
-        low, high = rect[1], rect[1] + process.wall_mm
-        part += block(b3d, (rect[0], low, rect[2], high), plan.card_top + process.depth_clearance_mm, plan.rim_top)
+        part += block(b3d, rect, plan.card_top + process.depth_clearance_mm, plan.side_top)
     for slit in _slit_rects(plan):
         part -= block(b3d, slit, -2 * process.back_mm, 0.0)
     pads = process.depth_clearance_mm + process.preload_mm
@@ -152,28 +214,40 @@ def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
     return b3d.Box(rect[2] - rect[0], rect[3] - rect[1], z1 - z0).moved(b3d.Location(centre))
 
 
-def _check_room(plan: TrayPlan, process: MountProcess) -> None:
-    """The tab's feet, and the fillets beside them, must stand on the tray's upper edge; springs need their length."""
-    width = 2 * plan.half_mm[0]
-    least_mm = process.slot_mm[0] + 10 * process.wall_mm - 2 * (process.clearance_mm + process.wall_mm)
-    if plan.tab and width < least_mm - 1e-6:
+def _slot_mm(width: float, process: MountProcess) -> tuple[float, float]:
+    """The lanyard's slot: as asked for, or as wide as the board leaves room for.
+
+    The tab's feet, and the fillets beside them, must stand on the tray's upper edge.
+    Raises: FabricationError where the board is too narrow for any strap.
+    """
+    beside_mm = 10 * process.wall_mm - 2 * (process.clearance_mm + process.wall_mm)
+    least_mm = LEAST_SLOT_MM + beside_mm
+    if width < least_mm - 1e-6:
         raise FabricationError(
-            f"a board {width:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more, "
-            "or no mount",
+            f"a board {width:g} mm wide is narrower than the lanyard's tab; give one of {least_mm:.1f} mm or more "
+            "(--size), or a stand (--mount)",
             least_mm=least_mm,
         )
-    shortest = min(y1 - y0 for _, y0, _, y1 in plan.tongue_rects())
-    if shortest < LEAST_TONGUE_MM - 1e-6:
+    return (min(process.slot_mm[0], width - beside_mm), process.slot_mm[1])
+
+
+def _shortest_spring_mm(plan: TrayPlan) -> float:
+    return min(y1 - y0 for _, y0, _, y1 in plan.tongue_rects())
+
+
+def _check_springs(plan: TrayPlan) -> None:
+    """Springs need their length.  Raises: FabricationError."""
+    if (shortest := _shortest_spring_mm(plan)) < LEAST_TONGUE_MM - 1e-6:
         raise FabricationError(
             f"the sheet's shortest rows leave springs of {shortest:.1f} mm, and {LEAST_TONGUE_MM:g} mm are needed to "
-            f"press it on the page; give gratings of {LEAST_TONGUE_MM / 0.6:g} mm or more, or no mount",
+            f"press it on the page; give gratings of {LEAST_TONGUE_MM / 0.6:g} mm or more on a larger board (--size)",
             least_mm=LEAST_TONGUE_MM / 0.6,
         )
-    if process.lip_reach_mm < SLIT_MM + 0.5:
-        raise FabricationError(
-            f"lip_reach_mm={process.lip_reach_mm:g} leaves no place for the springs below the lips; give "
-            f"{SLIT_MM + 0.5:g} mm or more"
-        )
+
+
+def _both_sides(rects: list[Rect]) -> list[Rect]:
+    """Rectangles on the right, each followed by its mirror image on the left."""
+    return [rect for x0, y0, x1, y1 in rects for rect in ((x0, y0, x1, y1), (-x1, y0, -x0, y1))]
 
 
 def _slit_rects(plan: TrayPlan) -> list[Rect]:
@@ -196,21 +270,22 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     """Back plate, with tab and slot where planned, and the rim on three sides."""
     half_y, wall = plan.half_mm[1], process.wall_mm
     outline = _outline(b3d, plan, process)
-    body = b3d.extrude(outline, plan.rim_top + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
-    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out.
-    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4))
+    body = b3d.extrude(outline, plan.side_top + process.back_mm).moved(b3d.Location((0, 0, -process.back_mm)))
+    # A chamfer round the bed side keeps the first, squashed layer of a print from standing out; it must be smaller than
+    # the corners' radii, of which the least is half a wall.
+    body = b3d.chamfer(body.faces().sort_by(b3d.Axis.Z)[0].edges(), min(0.4, process.back_mm / 4, wall / 4))
     inner = plan.out_x - wall
-    body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.rim_top)
+    body -= block(b3d, (-inner, plan.bottom + wall, inner, half_y), 0.0, plan.side_top)
     if not plan.tab:
         return body
-    body -= block(b3d, (-plan.out_x, half_y, plan.out_x, plan.tab_top), 0.0, plan.rim_top)
-    slot = b3d.extrude(b3d.SlotOverall(*process.slot_mm), 2 * process.back_mm)
-    return body - slot.moved(b3d.Location((0, half_y + 2 * wall + process.slot_mm[1] / 2, -1.5 * process.back_mm)))
+    body -= block(b3d, (-plan.out_x, half_y, plan.out_x, plan.tab_top), 0.0, plan.side_top)
+    slot = b3d.extrude(b3d.SlotOverall(*plan.slot_mm), 2 * process.back_mm)
+    return body - slot.moved(b3d.Location((0, half_y + 2 * wall + plan.slot_mm[1] / 2, -1.5 * process.back_mm)))
 
 
 def _outline(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     """The tray and its tab seen from the front, with rounded corners."""
-    half_y, wall, tab_x = plan.half_mm[1], process.wall_mm, process.slot_mm[0] / 2 + 2 * process.wall_mm
+    half_y, wall, tab_x = plan.half_mm[1], process.wall_mm, plan.slot_mm[0] / 2 + 2 * process.wall_mm
     corners = [(plan.out_x, half_y), (-plan.out_x, half_y)]
     if plan.tab:
         corners[1:1] = [

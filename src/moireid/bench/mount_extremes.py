@@ -1,0 +1,130 @@
+"""Mounts at their extremes: which are made whole, which in part, and what a refusal says would work.
+
+Every case is planned, which takes milliseconds and refuses what cannot be; a few are built with all their files, each
+of which is read back and checked.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from moireid.badge import Badge, Lens
+from moireid.designer import Request, design_badge
+from moireid.errors import MoireIdError
+from moireid.fabrication.parts import Parts, plan_parts, write_parts
+from moireid.fabrication.process import mount_figures
+from moireid.profiles import LensProfile, lens_named, save_lens_profile
+
+KINDS = ("lanyard", "clip", "stand")
+PAYLOAD = bytes(range(8))
+#: A lens that is as thick as its focal length is at most 0.72 of that wide, at the refractive index of 1.56.
+THIN_PITCH_SHARE = 0.7
+
+
+@dataclass(frozen=True)
+class Case:
+    """One extreme: its name, the wish for a badge, the lens sheet's thickness where it is no label's, mount figures."""
+
+    name: str
+    request: Request
+    lens_mm: float | None = None
+    figures: tuple[str, ...] = ()
+
+
+def cases() -> list[Case]:
+    """Boards, sheets, spacers and kerfs at and beyond what can be made, for either front layer."""
+    plain = Request("Extreme")
+    found = []
+    for front in ("lens", "mask"):
+        base = replace(plain, front=front)
+        # A small badge is filmed from near.
+        for size, range_m in (
+            ((30.0, 30.0), (0.3, 0.5)), ((30.0, 40.0), (0.3, 0.5)), ((60.0, 66.0), (0.5, 0.7)),
+            ((146.0, 160.0), plain.range_m), ((186.0, 273.0), plain.range_m), ((300.0, 300.0), plain.range_m),
+        ):  # fmt: skip
+            name = f"board {size[0]:g}x{size[1]:g} mm"
+            found.append(Case(name, replace(base, size_mm=size, range_m=range_m)))
+        for kerf in (0.0, 1.0, 5.0):
+            found.append(Case(f"kerf {kerf:g} mm", base, figures=(f"kerf_mm={kerf:g}",)))
+    # Of a thin sheet the lenses are narrow too, so fine dots print for it and a camera stands near.
+    fine = replace(plain, printer_dpi=4800, range_m=(0.4, 1.2))
+    found += [Case(f"sheet {lens_mm:g} mm", fine, lens_mm) for lens_mm in (0.2, 0.3)]
+    found += [Case(f"sheet {lens_mm:g} mm", plain, lens_mm) for lens_mm in (2.5, 4.0, 6.0)]
+    masks = replace(plain, front="mask")
+    found += [Case(f"spacer {gap:g} mm", replace(masks, gap_mm=gap)) for gap in (0.2, 0.5, 1.5, 3.0, 6.0)]
+    return found
+
+
+#: Cases that are built, by name, front layer and mount.
+BUILT = (
+    ("board 30x40 mm", "lens", "clip"), ("sheet 6 mm", "lens", "lanyard"), ("sheet 0.2 mm", "lens", "stand"),
+    ("spacer 3 mm", "mask", "stand"), ("board 186x273 mm", "mask", "lanyard"), ("kerf 1 mm", "lens", "clip"),
+)  # fmt: skip
+
+
+def extremes(built: Collection[tuple[str, str, str]] = BUILT) -> list[dict[str, Any]]:
+    """A row for each case and mount: outcome, why anything is missing, and whether it was built.
+
+    Parameters: built: which are built and not only planned, by case, front layer and mount.
+    Returns: outcome "whole", "printed" or "acrylic" (that alone), or "refused"; seconds of the planning, and of the
+        building where that was done.
+    """
+    return [row(case, kind, build=(case.name, case.request.front, kind) in built) for case in cases() for kind in KINDS]
+
+
+def row(case: Case, kind: str, *, build: bool) -> dict[str, Any]:
+    """What becomes of one case with one mount.  Raises: FabricationError where what was planned fails its checks."""
+    found: dict[str, Any] = {"case": case.name, "front": case.request.front, "mount": kind}
+    clock = time.perf_counter()
+    try:
+        badge, parts = planned_case(case, kind)
+    except MoireIdError as error:
+        return found | {"outcome": "refused", "why": str(error), "built": False}
+    found |= {"plan_ms": 1e3 * (time.perf_counter() - clock), "built": build}
+    if build:
+        clock = time.perf_counter()
+        with tempfile.TemporaryDirectory() as folder:
+            write_parts(badge, parts, Path(folder), lambda name: None)
+        found["build_s"] = time.perf_counter() - clock
+    return found | {"outcome": outcome_of(parts), "why": "; ".join(parts.left_out.values())}
+
+
+def planned_case(case: Case, kind: str) -> tuple[Badge, Parts]:
+    """The badge of a case, and what is made of its mount.  Raises: MoireIdError where it is refused."""
+    figures = mount_figures(case.figures)
+    with tempfile.TemporaryDirectory() as folder:
+        request = case.request
+        if case.lens_mm is not None:
+            path = Path(folder) / "sheet.json"
+            nominal = lens_named(request.lens)
+            pitch_mm = min(nominal.pitch_mm, THIN_PITCH_SHARE * case.lens_mm)
+            lens = Lens("lenticular", pitch_mm, case.lens_mm, nominal.refractive_index)
+            save_lens_profile(LensProfile(case.name, lens, 1e-4), path)
+            request = replace(request, lens=str(path))
+        badge = design_badge(request, PAYLOAD)
+    return badge, plan_parts(badge, kind, figures)
+
+
+def outcome_of(parts: Parts) -> str:
+    """Which of the two mounts is made: both, or the one that is named."""
+    if not parts.left_out:
+        return "whole"
+    return "printed" if parts.printed != "none" else "acrylic"
+
+
+def extremes_table(rows: list[dict[str, Any]]) -> str:
+    """A line a case, with the outcome for each mount (an asterisk where it was built and checked), and why."""
+    lines = [f"{'mount at its extreme':<20}{'front':<7}" + "".join(f"{kind:<10}" for kind in KINDS) + "why not whole"]
+    groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    for entry in rows:
+        groups.setdefault((entry["case"], entry["front"]), []).append(entry)
+    for (case, front), group in groups.items():
+        marks = "".join(f"{entry['outcome'] + ('*' if entry['built'] else ''):<10}" for entry in group)
+        why = " | ".join(dict.fromkeys(entry["why"] for entry in group if entry["why"]))
+        lines.append(f"{case:<20}{front:<7}{marks}{why}".rstrip())
+    return "\n".join(lines)

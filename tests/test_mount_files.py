@@ -1,0 +1,246 @@
+"""Which files of a mount lie in a folder afterwards: in part, replaced, for an event, and after a failure."""
+
+from __future__ import annotations
+
+import csv
+import errno
+import json
+import os
+import resource
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pypdfium2 as pdfium
+import pytest
+from click.testing import CliRunner, Result
+
+from moireid.badge import load_badge
+from moireid.cli.main import moireid
+from moireid.fabrication import package
+from moireid.fabrication.parts import ACRYLIC_FILES, PRINTED_FILES
+from moireid.fabrication.process import MountFigures, MountProcess
+from moireid.files import move_together, tidy_folders
+
+SHEETS = {"badge.json", "badge.pdf", "preview.png", "assembly.pdf"}
+
+
+def run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(moireid, ["print", *map(str, arguments)])
+
+
+def names(folder: Path) -> set[str]:
+    return {path.name for path in folder.iterdir()}
+
+
+def words_of(pdf: Path) -> str:
+    document = pdfium.PdfDocument(pdf)
+    text = document[0].get_textpage().get_text_range()
+    document.close()
+    return text
+
+
+def test_what_cannot_be_made_is_left_out_and_told(tmp_path: Path) -> None:
+    """Catches: a good printed mount refused for the acrylic's sake, a part that is missing without a word, an assembly
+    sheet of parts that nobody has."""
+    out = tmp_path / "out"
+    outcome = run("Ada", "--out", out, "--front", "mask", "--gap", "6", "--json")
+    assert outcome.exit_code == 0, outcome.output
+    assert names(out) == SHEETS | set(PRINTED_FILES) | {"stack.glb"}
+    told = [line for line in outcome.stderr.splitlines() if line.startswith("note:")]
+    assert (
+        len(told) == 1
+        and "no acrylic stack was made" in told[0]
+        and "give a spacer (--gap) of 3.9 mm or less" in told[0]
+    )
+    document = json.loads(outcome.stdout)
+    assert list(document["left_out"]) == ["acrylic"] and document["left_out"]["acrylic"] in told[0]
+    assert set(document["files"]) == names(out) and "kerf_mm" not in document["mount_figures"]
+    words = words_of(out / "assembly.pdf")
+    assert "mount.stl" in words and "acrylic.dxf" not in words and "M3" not in words
+    # The same spacer with a kerf: somebody wants the stack, and it cannot be.
+    refused = run("Ada", "--out", tmp_path / "new", "--front", "mask", "--gap", "6", "--kerf", "0.2")
+    assert refused.exit_code == 2 and "give a spacer (--gap) of 3.9 mm or less" in refused.stderr
+    assert not (tmp_path / "new").exists()
+
+
+def test_the_acrylic_stack_alone(tmp_path: Path) -> None:
+    """Catches: a stack refused for the printed mount's sake, or an assembly sheet that sends for a printed mount."""
+    badge = load_badge(json_badge(tmp_path))
+    figures = MountFigures(printed=MountProcess(slot_mm=(16.0, 2.0)))
+    printed = package.print_badge(badge, tmp_path / "out", mount="clip", figures=figures)
+    assert names(tmp_path / "out") == SHEETS | set(ACRYLIC_FILES) | {"stack.glb"}
+    assert list(printed.left_out) == ["printed"] and printed.mount_mass_g is None
+    assert printed.mount_figures["frame_mm"] == 1.0 and "press_mm" not in printed.mount_figures
+    words = words_of(tmp_path / "out" / "assembly.pdf")
+    assert "The mount, in acrylic" in words and "mount.stl" not in words and "acrylic cover" in words
+
+
+def json_badge(folder: Path) -> Path:
+    outcome = run("Ada", "--out", folder / "plain", "--mount", "none")
+    assert outcome.exit_code == 0, outcome.output
+    return folder / "plain" / "badge.json"
+
+
+def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
+    """Catches: an old mount beside a new badge that it does not fit, and a stranger's file taken for an old one."""
+    for name in (*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb", "badge.json", "holiday.jpg", "mount.obj"):
+        (tmp_path / name).write_text("older")
+    outcome = run("Ada", "--out", tmp_path, "--mount", "none", "--overwrite", "--json")
+    assert outcome.exit_code == 0, outcome.output
+    assert names(tmp_path) == SHEETS | {"holiday.jpg", "mount.obj"}
+    removed = {*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb"}
+    assert {Path(path).name for path in json.loads(outcome.stdout)["removed"]} == removed
+    assert all(f"{name} was removed" in outcome.stderr for name in removed)
+
+
+def test_a_failure_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: old files removed before the new ones are in place; an empty folder that is left; half of the files."""
+    for name in ("mount.stl", "badge.json", "badge.pdf"):
+        (tmp_path / name).write_text("older")
+
+    def full(*_: Any, **__: Any) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), str(tmp_path / "preview.png"))
+
+    with monkeypatch.context() as broken:
+        broken.setattr(package, "write_preview", full)
+        late = run("Ada", "--out", tmp_path, "--mount", "none", "--overwrite")
+        fresh = run("Ada", "--out", tmp_path / "a" / "b", "--mount", "none")
+    for outcome in (late, fresh):
+        assert outcome.exit_code == 2 and outcome.stderr.count("error:") == 1
+        assert "No space left on device" in outcome.stderr and "free space" in outcome.stderr
+    assert names(tmp_path) == {"mount.stl", "badge.json", "badge.pdf"}
+    # The last step of moving fails, when all other files have their names.
+    replace = Path.replace
+
+    def stuck(self: Path, target: Path) -> Path:
+        if Path(target) == tmp_path / "badge.json" and self.parent.name.startswith(".moireid-"):
+            raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(target))
+        return replace(self, target)
+
+    with monkeypatch.context() as broken:
+        broken.setattr(Path, "replace", stuck)
+        outcome = run("Ada", "--out", tmp_path, "--mount", "none", "--overwrite")
+    assert outcome.exit_code == 2 and "Read-only file system" in outcome.stderr
+    assert names(tmp_path) == {"mount.stl", "badge.json", "badge.pdf"}
+    assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"older"}
+
+
+def test_folders_that_were_made_go_again_and_others_stay(tmp_path: Path) -> None:
+    """Catches: a folder of somebody else's removed, or one with a file in it."""
+    (tmp_path / "old").mkdir()
+    folders = [tmp_path / "old" / "x" / "y", tmp_path / "new", tmp_path / "kept"]
+    with pytest.raises(ValueError, match="late"), tidy_folders(folders):
+        for folder in folders:
+            folder.mkdir(parents=True)
+        (tmp_path / "kept" / "file").write_text("here")
+        raise ValueError("late")
+    assert names(tmp_path) == {"old", "kept"} and not list((tmp_path / "old").iterdir())
+    with tidy_folders([tmp_path / "new"]):
+        (tmp_path / "new").mkdir()
+    assert (tmp_path / "new").is_dir()
+
+
+def test_files_move_together_or_not_at_all(tmp_path: Path) -> None:
+    """Catches: an old file that is lost where a later one cannot be moved."""
+    aside = tmp_path / "aside"
+    aside.mkdir()
+    (aside / "a").write_text("new a")
+    (tmp_path / "a").write_text("old a")
+    (tmp_path / "gone").write_text("gone")
+    moves = [(aside / "a", tmp_path / "a"), (aside / "absent", tmp_path / "b")]
+    with pytest.raises(FileNotFoundError):
+        move_together(moves, [tmp_path / "gone"])
+    assert (tmp_path / "a").read_text() == "old a" and (tmp_path / "gone").exists()
+    move_together(moves[:1], [tmp_path / "gone"])
+    assert (tmp_path / "a").read_text() == "new a" and not (tmp_path / "gone").exists()
+
+
+def limited(kilobytes: int) -> Callable[[], None]:
+    """For a child process: no file may grow beyond this, which every writer meets as it would a full disk."""
+
+    def limit() -> None:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (1024 * kilobytes, 1024 * kilobytes))
+
+    return limit
+
+
+@pytest.mark.parametrize("kilobytes", [20, 100])
+def test_a_disk_that_fills_up_is_told_in_one_sentence(kilobytes: int, tmp_path: Path) -> None:
+    """Catches: a traceback, a kernel that stops in silence, a cut file that is kept.
+
+    badge.pdf is larger than 20 kB; of the larger limit only a CAD kernel's files are in want.
+    """
+    command = [sys.executable, "-c", "from moireid.cli.main import print_your_badge as p; p()", "Ada"]
+    done = subprocess.run(
+        [*command, "--out", str(tmp_path / "out")], capture_output=True, text=True, timeout=120, check=False,
+        preexec_fn=limited(kilobytes),
+    )  # fmt: skip
+    assert done.returncode == 2, done.stderr
+    errors = [line for line in done.stderr.splitlines() if line.startswith("error:")]
+    assert len(errors) == 1 and "Traceback" not in done.stderr
+    assert any(words in errors[0] for words in ("File too large", "check the disk", "nothing was kept")), errors
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("out", ["", "  "])
+def test_a_folder_must_be_named(out: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: files strewn about the present folder by an empty variable of a shell."""
+    monkeypatch.chdir(tmp_path)
+    outcome = run("Ada", "--out", out, "--mount", "none")
+    assert outcome.exit_code == 2 and "no folder is named" in outcome.stderr and not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--kerf", "-0.1"], "--kerf"),
+        (["--acrylic", "25"], "--acrylic"),
+        (["--acrylic", "nan"], "--acrylic"),
+        (["--mount-figure", "clearance_mm=3"], "at most 1 mm"),
+        (["--mount-figure", "thickness=3"], "is not known; give NAME=MM"),
+        (["--mount-figure", "card_mm=1e400"], "card_mm"),
+        (
+            ["--mount", "stand", "--mount-figure", "printed.seat_mm=0.5"],
+            "give a smaller seat_mm (--mount-figure) or a wider board",
+        ),
+        (["--lens", "40lpi", "--mount-figure", "acrylic.clearance_mm=0.4"], "give a clearance_mm of"),
+    ],
+)
+def test_impossible_figures_leave_no_folder(options: list[str], words: str, tmp_path: Path) -> None:
+    """Catches: a figure refused after a minute's work, a folder that is left, a traceback."""
+    outcome = run("Ada", "--out", tmp_path / "new", *options)
+    assert outcome.exit_code == 2 and words in outcome.stderr and "Traceback" not in outcome.stderr
+    assert outcome.stderr.lower().count("error:") == 1 and not list(tmp_path.iterdir())
+
+
+# Events.
+
+
+def test_an_event_has_one_mount_for_all(tmp_path: Path) -> None:
+    """Catches: a mount for each of a hundred people, one that nobody asked for, an assembly sheet that knows none."""
+    people = tmp_path / "people.csv"
+    people.write_text("name\nAda\nGrace\n")
+    small = ["--people", people, "--size", "90x110", "--range", "0.5-0.9", "--json"]
+    plain = run(*small, "--out", tmp_path / "plain")
+    assert plain.exit_code == 0, plain.output
+    folders = {"001-ada", "002-grace"}
+    assert names(tmp_path / "plain") == folders | {"badges.pdf", "summary.csv"}
+    out = tmp_path / "event"
+    outcome = run(*small, "--out", out, "--mount", "lanyard")
+    assert outcome.exit_code == 0, outcome.output
+    parts = {*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb"}
+    assert names(out) == folders | {"badges.pdf", "summary.csv"} | parts
+    assert all(names(out / name) == SHEETS for name in folders)
+    document = json.loads(outcome.stdout)
+    assert parts < set(document["files"]) and document["mount_mass_g"] > 10 and document["left_out"] == {}
+    rows = list(csv.DictReader((out / "summary.csv").open(encoding="utf-8")))
+    assert [row["mount"] for row in rows] == ["lanyard or acrylic"] * 2
+    assert "mount.stl" in words_of(out / "002-grace" / "assembly.pdf")
+    again = run(*small, "--out", out, "--overwrite")
+    assert again.exit_code == 0 and names(out) == folders | {"badges.pdf", "summary.csv"}
+    assert {Path(path).name for path in json.loads(again.stdout)["removed"]} == parts
+    refused = run(*small, "--out", tmp_path / "no", "--mount", "clip", "--mount-figure", "printed.seat_mm=1")
+    assert refused.exit_code == 2 and "seat_mm" in refused.stderr and not (tmp_path / "no").exists()
