@@ -124,9 +124,10 @@ def _figures(signal: GratingSignal) -> dict[str, float]:
     followed = float(np.clip(gain, 1 - GAIN_TOLERANCE, 1 + GAIN_TOLERANCE))
     unexplained = float(np.sum((measured - followed * predicted) ** 2)) / power if power > 0 else math.inf
     expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
+    gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
     values = (
         abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain,
-        math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain)), float(residual.std()), excitation, expected,
+        gain_sd, float(residual.std()), excitation, expected,
         float(signal.strip_residual_rad.max(initial=0.0)), 1.0 - unexplained,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
     )  # fmt: skip
