@@ -89,7 +89,7 @@ class AnalyticRenderer:
         per_mm = TEXTURE_PX_PER_MM if instant.picture is None else texture.shape[1] / (2 * self.scene.board_half_mm[0])
         _trace(
             radiance, coverage, left, top, np.ascontiguousarray(centres), np.ascontiguousarray(turns),
-            shown, camera.focal_px, (camera.width - 1) / 2, (camera.height - 1) / 2, self._jitter,
+            shown, camera.focal_px, camera.matrix[0, 2], camera.matrix[1, 2], self._jitter,
             np.array(self.scene.board_half_mm), self._lens, gratings, self._cells, texture,
             per_mm, self.scene.ink, self.scene.paper, self._hidden, np.array(camera.distortion), field,
         )  # fmt: skip
@@ -230,8 +230,8 @@ def _trace(
                     if field.size > 2:
                         field_i = min(int((page_y / scale / half[1] + 1.0) * 0.5 * field.shape[0]), field.shape[0] - 1)
                         field_j = min(int((page_x / scale / half[0] + 1.0) * 0.5 * field.shape[1]), field.shape[1] - 1)
-                        fx += field[field_i, field_j, 0]
-                        fy += field[field_i, field_j, 1]
+                        fx -= field[field_i, field_j, 0]
+                        fy -= field[field_i, field_j, 1]
                     # Across and along change places on a grating of the other axis, and so does the sense of a twist.
                     turn_sine = sin_twist if gratings[k, 4] == 0 else -sin_twist
                     ax, ay = (lens_x, lens_y) if gratings[k, 4] == 0 else (lens_y, lens_x)

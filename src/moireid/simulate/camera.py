@@ -1,7 +1,7 @@
 """Cameras: lens, shutter, exposure and what the maker's software does to the picture; some of them by name.
 
-Convention: pixel centres are whole numbers, the principal point is the picture's centre, and distortion is OpenCV's
-(Brown's radial k1, k2 and tangential p1, p2): a ray of slopes (x, y) meets the picture where the distorted slopes say.
+Convention: pixel centres are whole numbers, and distortion is OpenCV's (Brown's radial k1, k2 and tangential p1, p2):
+a ray of slopes (x, y) meets the picture where the distorted slopes say.
 Source: Brown 1966; the names and order of OpenCV's `projectPoints`, whose first four coefficients these are.
 """
 
@@ -28,7 +28,8 @@ Array = NDArray[np.float64]
 class Camera:
     """One camera, by default a phone's in good light.
 
-    width, height, focal_px: pixels; distortion: k1, k2, p1, p2, in the picture as it is before mirroring.
+    width, height, focal_px: pixels; principal_px: where the view axis meets the picture, None for its centre;
+    distortion: k1, k2, p1, p2; all in the picture as it is before mirroring.
     shutter_s: from the first row's exposure to the last one's; exposure_s: how long each row is open, at most the time
     of a frame, 0 for an instant.
     noise_counts: standard deviation at mid grey, 8-bit counts; exposure: light gathered, 1 where white paper is just
@@ -49,6 +50,7 @@ class Camera:
     focus_blur_px: float = 0.0
     sharpen: float = 0.0
     mirror: bool = False
+    principal_px: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
         """Refuse what is no camera.  Raises: SpecError."""
@@ -71,7 +73,7 @@ class Camera:
     @property
     def matrix(self) -> Array:
         """Intrinsic matrix (3, 3) of the undistorted camera."""
-        centre = ((self.width - 1) / 2, (self.height - 1) / 2)
+        centre = self.principal_px or ((self.width - 1) / 2, (self.height - 1) / 2)
         return np.array([[self.focal_px, 0, centre[0]], [0, self.focal_px, centre[1]], [0, 0, 1.0]])
 
     def project(self, points: Array) -> Array:
@@ -93,9 +95,10 @@ class Camera:
         """Whether the undistorted slopes of the picture's border can be found, and give the border back."""
         if self.distortion == (0.0, 0.0, 0.0, 0.0):
             return True
-        ends = np.array([self.width, self.height]) / (2 * self.focal_px)
-        way = np.linspace(-1, 1, 9)
-        border = np.array([(s * ends[0], e * ends[1]) for s in way for e in way if 1 in (abs(s), abs(e))])
+        way = np.linspace(-0.5, 0.5, 9)
+        rim = [(s * self.width, e * self.height) for s in way for e in way if 0.5 in (abs(s), abs(e))]
+        middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
+        border = (np.array(rim) + middle - self.matrix[:2, 2]) / self.focal_px
         found = np.array([undistorted(x, y, np.array(self.distortion)) for x, y in border])
         return bool(np.all(np.isfinite(found)) and np.abs(self._distorted(found) - border).max() < 1e-6)
 

@@ -46,8 +46,8 @@ class Build:
 class Instant:
     """One frame to render: poses at the first and last row, and the place from which the fringes are shown.
 
-    field: tangents (rows, columns, 2) that are added to that place's own, an even grid over the board: each part of a
-        forged badge may follow a course of its own; None for none.
+    field: parallax coordinates (rows, columns, 2) that are added to that place's own, an even grid over the board:
+        each part of a forged badge may follow a course of its own; None for none.
     picture: what a flat board shows in place of page and sheet, (rows, columns) radiance over its whole width at one
         scale; None for a true badge.
     """
