@@ -6,6 +6,7 @@ one over the frame rate, so a dropped frame leaves a gap in time and no other fr
 
 from __future__ import annotations
 
+import contextlib
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -119,7 +120,7 @@ class FilmWriter:
                 f"film {name} cannot be written as {last.codec} ({error}); name it .mp4 or .mkv"
             ) from error
         _set_up(self._stream.codec_context, self.size, rate, last)
-        self._step = 1 / rate
+        self._step, self._name = 1 / rate, name
 
     def __enter__(self) -> FilmWriter:
         """Return itself."""
@@ -129,13 +130,34 @@ class FilmWriter:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Finish the file; after an error close it as it is, which the caller then removes."""
-        if kind is None:
+        import av
+
+        if kind is not None:
+            with contextlib.suppress(av.error.FFmpegError):
+                self._container.close()
+            return
+        with self._telling():
             self._pass_on([], 0, flush=True)
-        self._container.close()
+            self._container.close()
 
     def write(self, picture: NDArray[np.uint8], number: int) -> None:
-        """Encode one grey picture (height, width), 0 to 255; `number`: its time in frames, rising."""
-        self._pass_on([(cv2.LUT(picture, TO_VIDEO), number)], 0, flush=False)
+        """Encode one grey picture (height, width), 0 to 255; `number`: its time in frames, rising.
+
+        Raises: MediaError where the file takes no more, or cannot hold the codec.
+        """
+        with self._telling():
+            self._pass_on([(np.asarray(cv2.LUT(picture, TO_VIDEO), dtype=np.uint8), number)], 0, flush=False)
+
+    @contextlib.contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Turn the encoder's errors into a sentence."""
+        import av
+
+        try:
+            yield
+        except av.error.FFmpegError as error:
+            advice = "name it .mp4 or .mkv, and check the free space"
+            raise MediaError(f"film {self._name} cannot be written ({error.strerror}); {advice}") from error
 
     def _pass_on(self, frames: Iterable[tuple[NDArray[np.uint8], int]], link: int, *, flush: bool) -> None:
         """Send frames through the passes from number `link` on, and those that come out into the file."""
