@@ -259,3 +259,21 @@ def test_cameras_are_found_by_name():
     assert camera_named("dim", mirror=True).mirror and not CAMERAS["dim"].mirror
     with pytest.raises(SpecError, match="phone, sharpened"):
         camera_named("telephone")
+
+
+def test_the_background_turns_with_the_camera():
+    """Catches: a background that stands still in the picture, goes the wrong way, or is shifted by its coarse scale.
+
+    A camera of 900 px that turns by 2 degrees moves it by 31 px in the middle.
+    """
+    camera = Camera(width=640, height=480, focal_px=900.0, noise_counts=0.0, exposure_drift=0.0)
+    sensor = Sensor(camera, 5)
+    straight = sensor.expose(None, np.eye(3), 0.0).astype(np.float32)
+    turn = cv2.Rodrigues(np.array([0.0, np.radians(2.0), 0.0]))[0]
+    turned = sensor.expose(None, turn, 0.0).astype(np.float32)
+    # A point straight ahead at infinity, R (0, 0, 1), moves to the right by f tan 2 degrees.
+    middle = np.s_[200:280, 280:360]
+    shift, _ = cv2.phaseCorrelate(straight[middle] * 1.0, turned[200:280, 311:391] * 1.0)
+    assert shift[0] == pytest.approx(900 * np.tan(np.radians(2.0)) - 31, abs=0.5)
+    assert shift[1] == pytest.approx(0.0, abs=0.5)
+    assert np.ptp(straight) > 20

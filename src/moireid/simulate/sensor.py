@@ -23,7 +23,7 @@ DRIFT_HZ = 0.17
 READ_SHARE = 0.3
 #: Standard deviation of lens and demosaicing blur, px, and of the unsharp mask, px.
 BLUR_PX, SHARPEN_PX = 0.5, 1.2
-#: The clouds are smooth, so they are kept at a quarter of the size at which they are seen.
+#: The clouds are smooth, so they are kept, and turned, at a quarter of the size at which they are seen.
 COARSE = 4
 
 
@@ -45,6 +45,7 @@ class Sensor:
         # One field of noise, read from a random place each frame: drawing two million numbers a frame takes longer
         # than rendering the badge.
         self._noise = self._rng.standard_normal((height + 256, width + 256)).astype(np.float32)
+        self._behind = np.empty((-(-height // COARSE), -(-width // COARSE)), np.float32)
         self._scene = np.empty((height, width), np.float32)
         self._toned = np.empty((height, width), np.float32)
 
@@ -56,7 +57,11 @@ class Sensor:
         camera, scene = self._camera, self._scene
         to_world = np.array([[1, 0, camera.width / 2], [0, 1, camera.height / 2], [0, 0, COARSE]]) / COARSE
         to_world = to_world @ camera.matrix @ rotation.T @ np.linalg.inv(camera.matrix)
-        _background(scene, self._world, to_world)
+        # Pixel centres are whole numbers on both scales, so their origins are half a pixel apart.
+        steps = camera.width / self._behind.shape[1], camera.height / self._behind.shape[0]
+        spread = np.array([[steps[0], 0, steps[0] / 2 - 0.5], [0, steps[1], steps[1] / 2 - 0.5], [0, 0, 1.0]])
+        _background(self._behind, self._world, to_world @ spread)
+        cv2.resize(self._behind, (camera.width, camera.height), dst=scene, interpolation=cv2.INTER_LINEAR)
         if board is not None:
             self._place(board)
         drift = 1 + camera.exposure_drift * math.sin(2 * math.pi * DRIFT_HZ * time_s + self._phase)
