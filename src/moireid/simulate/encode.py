@@ -28,6 +28,7 @@ ENCODERS: dict[str, tuple[tuple[str, int, dict[str, str]], ...]] = {
     "av1": (("libsvtav1", 35, {"preset": "9"}), ("libaom-av1", 35, {"cpu-used": "8", "row-mt": "1"})),
 }  # fmt: skip
 CODECS = tuple(ENCODERS)
+DECODERS = {"h264": "h264", "h265": "hevc", "av1": "libdav1d"}
 #: Full-range counts to those of a video file.
 TO_VIDEO = np.rint(16 + np.arange(256) * 219 / 255).astype(np.uint8)
 
@@ -182,7 +183,13 @@ class _Link:
         self._encoder.options = options
         _set_up(self._encoder, self.size, rate, one)
         self._step = 1 / rate
-        self._decoder: Any = av.CodecContext.create({"h264": "h264", "h265": "hevc", "av1": "libdav1d"}[one.codec], "r")
+        try:
+            self._decoder: Any = av.CodecContext.create(DECODERS[one.codec], "r")
+        except (av.error.FFmpegError, ValueError) as error:
+            raise MediaError(
+                f"codec {one.codec} needs the decoder {DECODERS[one.codec]}, which this build of PyAV lacks; "
+                "choose another codec, or another recipe than double"
+            ) from error
 
     def feed(
         self, frames: Iterable[tuple[NDArray[np.uint8], int]], *, flush: bool

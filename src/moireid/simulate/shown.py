@@ -57,18 +57,22 @@ def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, f
         return Shown(held, held, picture=lambda frame: photograph)
     if kind == "screen":
         held = false_camera("splice", camera_mm, fps, seed)[held_frames(len(camera_mm), fps)]
-        return Shown(held, held, picture=_replay(SquaredUp(scene, SCREEN_PX_PER_MM), held))
+        return Shown(held, held, picture=_Replay(SquaredUp(scene, SCREEN_PX_PER_MM), held).at)
     raise SpecError(f"forgery {kind!r} is not known; choose one of {', '.join(KINDS)}")
 
 
-def _replay(screen: SquaredUp, held: Array) -> Callable[[int], NDArray[np.float32]]:
+class _Replay:
     """The screen's picture at each frame; one that is held is not made again."""
-    last: list[tuple[bytes, NDArray[np.float32]]] = []
 
-    def picture(frame: int) -> NDArray[np.float32]:
-        place = held[frame].tobytes()
-        if not last or last[0][0] != place:
-            last[:] = [(place, screen.picture(held[frame]))]
-        return last[0][1]
+    def __init__(self, screen: SquaredUp, held_mm: Array) -> None:
+        self._screen, self._held = screen, held_mm
+        # No place is equal to NaN, so the first picture is made whatever it is.
+        self._place: Array = np.full(3, np.nan)
+        self._picture = np.empty((0, 0), np.float32)
 
-    return picture
+    def at(self, frame: int) -> NDArray[np.float32]:
+        """Radiance (rows, columns) over the board."""
+        place = self._held[frame]
+        if not np.array_equal(place, self._place):
+            self._place, self._picture = place, self._screen.picture(place)
+        return self._picture
