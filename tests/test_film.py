@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import csv
+import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import av
 import cv2
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from moireid import optics
+from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic import AnalyticRenderer
@@ -201,6 +206,48 @@ def test_brightness_survives_the_file(prototype, tmp_path):
     back = pictures(path)[0].astype(float)
     slope, level = np.polyfit(exposed.ravel().astype(float), back.ravel(), 1)
     assert slope == pytest.approx(1.0, abs=0.02) and abs(level) < 3.0
+
+
+def test_a_mirrored_film_is_the_film_turned_left_to_right(prototype, tmp_path):
+    """Catches: a mirror that reaches the poses; one of the board alone; a picture turned upside down."""
+    plain, turned = tmp_path / "a.mp4", tmp_path / "b.mp4"
+    shoot(prototype, plain, crf=1)
+    shoot(prototype, turned, crf=1, camera=replace(SMALL, mirror=True))
+    off = pictures(turned)[:, :, ::-1].astype(float) - pictures(plain)
+    assert np.sqrt((off**2).mean()) < 2.0
+    assert truth_path(plain).read_bytes() == truth_path(turned).read_bytes()
+
+
+def test_a_two_axis_badge_s_truth_tells_both_phases(tmp_path):
+    """Catches: one axis written twice; the phase of x from a move in y; nan where there is a second axis."""
+    badge = design_badge(Request("Ada Lovelace", axes="xy"), payload_for_name("Ada Lovelace"))
+    camera = Camera(width=160, height=96, focal_px=100.0, shutter_s=0.0)
+    shoot(badge, tmp_path / "a.mp4", motion="circle", frames=75, camera=camera)
+    truth = truth_of(tmp_path / "a.mp4")
+    assert badge.gratings[0].axis == "x"
+    for column, phase in (("parallax_x", "phase_rad"), ("parallax_y", "phase_other_rad")):
+        # The law bends by 4 % over a tangent of 0.2 and with the other axis's.
+        assert np.corrcoef(truth[column], truth[phase])[0, 1] < -0.999
+    assert abs(np.corrcoef(truth["phase_rad"], truth["phase_other_rad"])[0, 1]) < 0.1
+    assert np.array_equal(truth["shown_x"], truth["parallax_x"])
+
+
+def test_the_command_films_with_camera_codec_and_recipe(prototype, tmp_path):
+    """Catches: an option that is taken and not passed on; JSON that tells another film than the file holds."""
+    (tmp_path / "badge.json").write_text(prototype.to_json(), encoding="utf-8")
+    video = tmp_path / "a.mp4"
+    options = ["--camera", "webcam", "--mirror", "--blur", "0", "--codec", "h265", "--recipe", "call"]
+    asked = ["simulate", str(tmp_path / "badge.json"), "--out", str(video), "--frames", "20", "--fps", "30", *options]
+    done = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--forge", "patchy", "--json"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert told["label"] == "forged:patchy" and told["size"] == [640, 360]
+    assert told["camera"]["mirror"] and told["camera"]["focus_blur_px"] == 0 and told["camera"]["distortion"][0] < 0
+    with av.open(str(video)) as container:
+        assert container.streams.video[0].codec_context.name == "hevc"
+    assert len(pictures(video)) == told["frames"] == len(truth_of(video)["frame"]) < 20
+    again = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--overwrite"])
+    assert again.exit_code == 0 and "render" in again.stdout and "encode" in again.stdout
 
 
 # What is refused, and what is left behind.

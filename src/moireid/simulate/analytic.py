@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MissingExtraError
+from moireid.simulate.camera import undistorted
 from moireid.simulate.scene import Instant, Scene
 
 try:
@@ -34,6 +35,8 @@ RAYS = (8, 2)
 TEXTURE_PX_PER_MM = 12.0
 #: What covers a part of the board: a hand, say.
 HIDDEN_RADIANCE = 0.35
+#: The field of a badge that is seen from one place.
+NO_FIELD = np.zeros((1, 1, 2))
 
 
 @dataclass(frozen=True)
@@ -79,25 +82,32 @@ class AnalyticRenderer:
         shown = instant.shown_from_mm - (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
         radiance = np.zeros((bottom - top, right - left), np.float32)
         coverage = np.zeros_like(radiance)
+        texture, gratings = self._texture, self._gratings
+        if instant.picture is not None:
+            texture, gratings = instant.picture, gratings[:0]
+        field = NO_FIELD if instant.field is None else instant.field
+        per_mm = TEXTURE_PX_PER_MM if instant.picture is None else texture.shape[1] / (2 * self.scene.board_half_mm[0])
         _trace(
             radiance, coverage, left, top, np.ascontiguousarray(centres), np.ascontiguousarray(turns),
-            shown, camera.focal_px, (camera.width - 1) / 2, (camera.height - 1) / 2, self._jitter,
-            np.array(self.scene.board_half_mm), self._lens, self._gratings, self._cells, self._texture,
-            TEXTURE_PX_PER_MM, self.scene.ink, self.scene.paper, self._hidden,
+            shown, camera.focal_px, camera.matrix[0, 2], camera.matrix[1, 2], self._jitter,
+            np.array(self.scene.board_half_mm), self._lens, gratings, self._cells, texture,
+            per_mm, self.scene.ink, self.scene.paper, self._hidden, np.array(camera.distortion), field,
         )  # fmt: skip
         return Rendered(radiance, coverage, left, top)
 
     def _box(self, instant: Instant) -> tuple[int, int, int, int] | None:
-        """Pixels that may see the board: the bounding box of its corners at first and last row."""
+        """Pixels that may see the board: the bounding box of its outline at first and last row."""
         half, camera = self.scene.board_half_mm, self.scene.camera
-        corners = np.array([[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)])
+        # Distortion bends the edges outwards between the corners, so points along them are asked too.
+        way = np.linspace(-1, 1, 9)
+        outline = np.array([[s * half[0], e * half[1], 0.0] for s in way for e in way if 1 in (abs(s), abs(e))])
         seen = []
         for poses in (instant.first, instant.last):
-            local = (corners * self.scene.build.print_scale - poses.camera_mm[0]) @ poses.rotation[0].T
+            local = (outline * self.scene.build.print_scale - poses.camera_mm[0]) @ poses.rotation[0].T
             if local[:, 2].min() <= 1.0:
                 return None
-            seen.append((local / local[:, 2:]) @ camera.matrix.T)
-        places = np.concatenate(seen)[:, :2]
+            seen.append(camera.project(local))
+        places = np.concatenate(seen)
         low, high = np.floor(places.min(axis=0)).astype(int) - 1, np.ceil(places.max(axis=0)).astype(int) + 2
         left, top = max(int(low[0]), 0), max(int(low[1]), 0)
         right, bottom = min(int(high[0]), camera.width), min(int(high[1]), camera.height)
@@ -180,11 +190,12 @@ def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float,
 def _trace(
     radiance: Any, coverage: Any, left: int, top: int, centres: Any, turns: Any, shown: Any, focal: float, cx: float,
     cy: float, jitter: Any, half: Any, lens: Any, gratings: Any, cells: Any, texture: Any, per_mm: float, ink: float,
-    paper: float, hidden: Any,
+    paper: float, hidden: Any, distortion: Any, field: Any,
 ) -> None:  # fmt: skip  # pragma: no cover
     """Fill radiance (mean over the rays that meet the board) and coverage (their share), row by row in parallel."""
     g, offset, scale = lens[1], lens[4], lens[6]
     cos_twist, sin_twist = math.cos(lens[5]), math.sin(lens[5])
+    bent = np.any(distortion != 0.0)
     for row in prange(radiance.shape[0]):
         centre, turn, last = centres[row], turns[row], 0
         for column in range(radiance.shape[1]):
@@ -192,6 +203,8 @@ def _trace(
             for ray in range(jitter.shape[0]):
                 u = (left + column + jitter[ray, 0] - cx) / focal
                 v = (top + row + jitter[ray, 1] - cy) / focal
+                if bent:
+                    u, v = undistorted(u, v, distortion)
                 dx = turn[0, 0] * u + turn[1, 0] * v + turn[2, 0]
                 dy = turn[0, 1] * u + turn[1, 1] * v + turn[2, 1]
                 dz = turn[0, 2] * u + turn[1, 2] * v + turn[2, 2]
@@ -214,6 +227,11 @@ def _trace(
                     depth = -(centre[2] + shown[2]) - g
                     fx = (lens_x - centre[0] - shown[0]) / depth
                     fy = (lens_y - centre[1] - shown[1]) / depth
+                    if field.size > 2:
+                        field_i = min(int((page_y / scale / half[1] + 1.0) * 0.5 * field.shape[0]), field.shape[0] - 1)
+                        field_j = min(int((page_x / scale / half[0] + 1.0) * 0.5 * field.shape[1]), field.shape[1] - 1)
+                        fx -= field[field_i, field_j, 0]
+                        fy -= field[field_i, field_j, 1]
                     # Across and along change places on a grating of the other axis, and so does the sense of a twist.
                     turn_sine = sin_twist if gratings[k, 4] == 0 else -sin_twist
                     ax, ay = (lens_x, lens_y) if gratings[k, 4] == 0 else (lens_y, lens_x)
