@@ -6,6 +6,7 @@ place, and the identity is read off the raster alone.  A mount's facets are comp
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
@@ -145,9 +146,11 @@ def _together(rows: list[dict[str, Any]], dpi: int) -> dict[str, Any]:
 def command_seconds(runs: int) -> dict[str, float]:
     """Seconds of `print NAME --mount none` as a command of its own, interpreter and imports included.
 
-    bare: of an interpreter that imports numpy and reportlab alone, on the same machine, to compare with.
+    cpu_seconds: of processor time, which other work on the machine does not lengthen; bare_seconds: of an interpreter
+    that imports numpy and reportlab alone, to compare with.
     """
-    found: dict[str, list[float]] = {"command": [], "bare": []}
+    wall: dict[str, list[float]] = {"command": [], "bare": []}
+    cpu = []
     for _ in range(runs):
         with tempfile.TemporaryDirectory() as folder:
             print_it = f"['moireid', 'print', 'Bench', '--mount', 'none', '--out', {str(Path(folder) / 'b')!r}]"
@@ -155,11 +158,16 @@ def command_seconds(runs: int) -> dict[str, float]:
                 ("bare", "import numpy, reportlab.pdfgen.canvas"),
                 ("command", f"import sys; sys.argv = {print_it}; from moireid.cli.main import main; main()"),
             ):
-                clock = time.perf_counter()
+                clock, before = time.perf_counter(), os.times()
                 subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
-                found[name].append(time.perf_counter() - clock)
-    command, bare = (float(np.median(found[name])) for name in ("command", "bare"))
-    return {"seconds": command, "bare_seconds": bare, "ratio": command / bare}
+                wall[name].append(time.perf_counter() - clock)
+                after = os.times()
+            spent = after.children_user + after.children_system - before.children_user - before.children_system
+            cpu.append(spent)
+    command, bare = (float(np.median(wall[name])) for name in ("command", "bare"))
+    return {
+        "seconds": command, "bare_seconds": bare, "ratio": command / bare, "cpu_seconds": float(np.median(cpu)),
+    }  # fmt: skip
 
 
 def mount_figures(angles_rad: tuple[float, ...]) -> list[dict[str, Any]]:
