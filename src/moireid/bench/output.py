@@ -146,6 +146,7 @@ def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
     places = sorted({row["dpi"] for row in pages})
     axes.loglog(places, [25400 / dpi / 2 for dpi in places], color="#8a97a6", lw=6, alpha=0.35, label="half a dot")
     axes.set_xticks(places, [str(dpi) for dpi in places])
+    axes.set_yticks([5, 10, 20, 40], ["5", "10", "20", "40"])
     axes.minorticks_off()
     axes.set_xlabel("dots per inch")
     axes.set_ylabel("worst edge off its place, um")

@@ -6,8 +6,9 @@ Three forms of the lines, each placed absolutely, so that none drifts:
 - "dots": every edge on a border between the printer's dots (`moireid.dots`), drawn a quarter of a dot within it.  A
   raster that paints every dot that is touched, as PDF asks for, one that goes by a dot's centre and one that greys
   then all paint the same dots.
-- "vector": edges where the badge says, for a printer whose dots are not known.  A raster that paints what is touched
-  makes such lines up to a dot wider.
+- "vector": edges where the badge says, for a printer or a print shop whose dots are not known.  A raster that greys
+  holds them to half a dot.  One that paints what is touched moves each edge by up to a dot outwards: lines are wider,
+  but their centres, and so pitch and identity, stay (`moireid bench fabricate`).
 - "bitmap": the dots themselves, as a picture of one bit, for printers that grey or thicken vectors.
 
 The TrimBox is the board; viewers are asked not to scale.
