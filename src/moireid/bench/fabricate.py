@@ -51,7 +51,7 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     progress(total - 2, total)
     alone = command_seconds(1 if quick else RUNS)
     progress(total - 1, total)
-    mounts = mount_figures(ANGLES_RAD[:3:2] if quick else ANGLES_RAD)
+    mounts = mount_figures(ANGLES_RAD[:3:2], 1) if quick else mount_figures(ANGLES_RAD, RUNS)
     progress(total, total)
     return {
         "suite": "fabricate", "seed": seed, "pages": pages, "page_extremes": extremes, "pdf_alone": alone,
@@ -170,7 +170,7 @@ def command_seconds(runs: int) -> dict[str, float]:
     }  # fmt: skip
 
 
-def mount_figures(angles_rad: tuple[float, ...]) -> list[dict[str, Any]]:
+def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, Any]]:
     """Seconds of meshing and writing, size and chord error of the lanyard mount's mesh at each angle of its facets."""
     import trimesh
 
@@ -185,7 +185,7 @@ def mount_figures(angles_rad: tuple[float, ...]) -> list[dict[str, Any]]:
         for angle in angles_rad:
             file = Path(folder) / "mount.stl"
             seconds = []
-            for _ in range(RUNS):
+            for _ in range(runs):
                 # The kernel keeps the finest mesh that a shape ever had, so each run meshes a fresh one.
                 part = lanyard_mount(badge)
                 clock = time.perf_counter()
