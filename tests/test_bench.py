@@ -109,12 +109,17 @@ def test_the_fabricate_suite_writes_its_table(tmp_path):
     assert outcome.exit_code == 0, outcome.output
     document = json.loads(outcome.stdout)
     assert {row["form"] for row in document["pages"]} == {"dots", "vector", "bitmap"}
-    assert all(row["chord_error_mm"] <= row["tolerance_mm"] for row in document["mounts"])
     rows = document["mount_extremes"]
     assert {row["outcome"] for row in rows} == {"whole", "printed", "refused"} and sum(
         row["built"] for row in rows
     ) == 1
     assert "board 30x40 mm" in TABLES["fabricate"](document)
+    assert all(row["poppler"]["read"] == row["poppler"]["badges"] == 2 for row in document["pages"])
+    assert not [row for row in document["page_extremes"] if row["outcome"] == "wrong"]
+    coarse, usual = document["mounts"]
+    assert usual["default"] and not coarse["default"]
+    assert usual["chord_error_mm"] < 0.005 < coarse["chord_error_mm"] and usual["triangles"] > coarse["triangles"]
+    assert document["calibration"]["read"] == 2 and "photographs" in TABLES["fabricate"](document)
     assert (tmp_path / "fabricate.json").exists() and (tmp_path / "fabricate.svg").stat().st_size > 1000
     again = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path)])
     assert again.exit_code == 2 and "--overwrite" in again.stderr

@@ -535,7 +535,9 @@ def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) ->
     url = ("--registry", REGISTRY, "--json")
     printed = run("Zoë 山", "--out", "z", "--mount", "none", "--explain", *url, entry=print_your_badge)
     assert printed.code == 0 and printed.document["issued"] is True
-    assert printed.err.splitlines() == ["making badge.pdf", "making preview.png", "making assembly.pdf"]
+    # Whether some font has both scripts is the machine's; a note tells where none has.
+    told = [line for line in printed.err.splitlines() if not line.startswith("note: no font")]
+    assert told == ["making badge.pdf", "making preview.png", "making assembly.pdf"]
     badge_id = printed.document["id"]
     enrolled = run("enroll", "z/badge.json", *url)
     assert (enrolled.code, enrolled.err) == (0, "")

@@ -13,6 +13,7 @@ import pypdfium2 as pdfium
 import pytest
 from click.testing import CliRunner, Result
 
+from drawn import geometry
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge, payload_for_name
@@ -39,9 +40,50 @@ def test_boards_lie_apart_and_on_the_paper():
     places = places_mm(small)
     assert len(places) == 4 and len(places_mm(default)) == 1
     for x, y in places:
-        assert x >= 5 and x + 90 <= 205 and y >= 5 and y + 110 <= 292
+        assert x >= 12 and x + 90 <= 203 and y >= 7 and y + 110 <= 282
     assert places[1][0] - places[0][0] == pytest.approx(90 + GUTTER_MM) and places[1][1] == places[0][1]
     assert places[2][1] - places[0][1] == pytest.approx(110 + GUTTER_MM) and places[2][0] == places[0][0]
+
+
+#: Boards that fill their paper, and how many of them are on it.
+FULL = [
+    ("a4", (90.0, 110.0), (0.5, 0.9), 4), ("a4", (90.0, 85.0), (0.5, 0.9), 6), ("letter", (60.0, 80.0), (0.3, 1.0), 9),
+    ("a4", (186.0, 273.0), (0.8, 2.5), 1), ("letter", (191.9, 255.4), (0.8, 2.5), 1),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("paper", "size", "metres", "count"), FULL)
+def test_full_sheets_have_both_scale_bars_clear_of_all_else(paper, size, metres, count, tmp_path):
+    """Catches: sheets that show a printer's scale in one direction alone; bars on boards or among crop marks, off the
+    paper or in the rim that printers leave white; a second sheet without bars; boards lost for room not needed."""
+    wish = Request("A", size_mm=size, range_m=metres, paper=paper)
+    badges = [design_badge(wish, bytes([k]) * 8) for k in range(count + 1)]
+    assert write_sheets_pdf(badges, tmp_path / "badges.pdf") == (2, count)
+    page_mm = badges[0].page_mm
+    boards = [(x, y, x + size[0], y + size[1]) for x, y in places_mm(badges[0])]
+    for number, shown in ((0, boards), (1, boards[:1])):
+        strokes = geometry(tmp_path / "badges.pdf", number).strokes
+        spans = [(min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)) for ax, ay, bx, by in strokes]
+        across = [s for s in spans if s[2] - s[0] == pytest.approx(150, abs=1e-3)]
+        down = [s for s in spans if s[3] - s[1] == pytest.approx(150, abs=1e-3)]
+        assert len(across) == len(down) == 1
+        for x0, y0, x1, y1 in spans:
+            assert x0 >= 2.99 and y0 >= 2.99 and x1 <= page_mm[0] - 2.99 and y1 <= page_mm[1] - 2.99
+            assert all(x1 <= b[0] or x0 >= b[2] or y1 <= b[1] or y0 >= b[3] for b in boards)
+        # A crop mark lies along an edge of a board; the rest are bars and ticks, which keep half a millimetre off.
+        level, upright = (
+            {round(b[k], 2) for b in shown for k in (1, 3)},
+            {round(b[k], 2) for b in shown for k in (0, 2)},
+        )
+        marks = [
+            s for s in spans if not (s[0] <= across[0][2] and s[2] >= across[0][0] and s[1] >= across[0][1] - 0.01)
+            and not (s[1] <= down[0][3] and s[3] >= down[0][1] and s[2] <= down[0][0] + 0.01)
+        ]  # fmt: skip
+        assert len(marks) == 8 * len(shown)
+        for x0, y0, x1, y1 in marks:
+            assert round(y0, 2) in level or round(x0, 2) in upright
+            assert max(x1 - x0, y1 - y0) >= 1.9
+            assert not (x0 < down[0][0] + 0.4 and y1 > down[0][1] - 0.9 and y0 < down[0][3] + 0.9)
 
 
 def test_every_board_is_on_the_sheets_once(tmp_path):

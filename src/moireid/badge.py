@@ -58,9 +58,13 @@ class Lens:
             object.__setattr__(self, "radius_mm", focus_on_back_mm)
         assert self.radius_mm is not None
         if self.radius_mm < self.pitch_mm / 2:
+            thicker_mm = self.thickness_mm * self.pitch_mm / 2 / self.radius_mm
+            finer_mm = math.floor(2e4 * self.radius_mm) / 1e4
             raise SpecError(
                 f"lens radius_mm={self.radius_mm:.4g} is below half the pitch ({self.pitch_mm / 2:.4g} mm), so the "
-                "cylinders would not meet; raise thickness_mm or give a finer pitch"
+                f"cylinders would not meet; raise thickness_mm to {math.ceil(1e3 * thicker_mm) / 1e3:g} or more, or "
+                f"give a pitch of {finer_mm:g} mm or less",
+                most_pitch_mm=finer_mm,
             )
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import progress_bar, show_json, tell_mount
+from moireid.cli.common import progress_bar, say, show_json, tell_mount
 from moireid.errors import MoireIdError, SpecError
 
 if TYPE_CHECKING:
@@ -80,6 +81,7 @@ def designed(people_csv: Path, request: Request) -> list[Badge]:
     """
     from moireid.designer import design_badge, payload_for_name, payload_from_hex
     from moireid.designer.request import clean_name
+    from moireid.fabrication.lettering import missing_note
 
     badges: list[Badge] = []
     rows: dict[str, int] = {}
@@ -99,6 +101,8 @@ def designed(people_csv: Path, request: Request) -> list[Badge]:
             )
         rows[badge_id] = number
         badges.append(badge)
+    if note := missing_note(badges):
+        say(f"note: {note}")
     return badges
 
 
@@ -109,7 +113,8 @@ def read_people(people_csv: Path) -> list[tuple[int, str, str]]:
     """
     try:
         text = people_csv.read_text(encoding="utf-8-sig")
-        rows = list(csv.reader(text.splitlines(), strict=True))
+        # Not splitlines, which would make two people of a name that holds a line separator.
+        rows = list(csv.reader(io.StringIO(text, newline=""), strict=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         reason = error.strerror if isinstance(error, OSError) else f"no CSV in UTF-8: {error}"
         raise SpecError(f"list {people_csv} cannot be read ({reason}); give a CSV file with a column name") from error

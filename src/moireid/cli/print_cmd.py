@@ -123,6 +123,7 @@ def print_command(
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
+    from moireid.fabrication.lettering import missing_note
     from moireid.fabrication.package import file_names, print_badge
     from moireid.fabrication.parts import plan_parts
     from moireid.fabrication.process import mount_figures
@@ -159,6 +160,8 @@ def print_command(
 
     def work(registry: Registry | None) -> None:
         badge = _design(request, chosen, registry)
+        if note := missing_note([badge]):
+            say(f"note: {note}")
         issue = (lambda: registry.enroll(badge)) if registry else None
         printed = print_badge(
             badge,

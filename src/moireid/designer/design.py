@@ -203,7 +203,7 @@ def _check_range(request: Request, layout: Layout, grid: Grid, lens_pitch_mm: fl
         raise DesignError(
             f"{words} fits the picture from {near_m:.2f} m on, but its {what} are too small beyond {far_m:.2f} m; "
             "give a board such as 146x160",
-            near_m=near_m, far_m=far_m,
+            near_m=near_m, far_m=far_m, size_mm=(146.0, 160.0),
         )  # fmt: skip
     if request.range_m[0] < near_m or request.range_m[1] > far_m:
         raise DesignError(

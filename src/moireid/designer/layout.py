@@ -28,6 +28,8 @@ PAPER_MARGIN_MM = 12.0
 #: Paper between the two sheets of a badge of two axes.
 GAP_MM = 4.0
 MIN_FIELD_MM = 12.0
+#: A small board of good proportion that can be read from some distance; narrower ones can be made if they are tall.
+SMALL_BOARD_MM = (60.0, 66.0)
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ def lay_out(request: Request) -> Layout:
     if width > room[0] or height > room[1]:
         raise DesignError(
             f"a board of {width:g} x {height:g} mm does not fit {request.paper}; at most {room[0]:g} x {room[1]:g} mm "
-            "leave room for crop marks"
+            "leave room for crop marks",
+            size_mm=(min(width, room[0]), min(height, room[1])),
         )
     marker_mm = round(MARKER_MM_PER_BOARD_MM * min(width, height), 2)
     x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
@@ -58,7 +61,11 @@ def lay_out(request: Request) -> Layout:
     quiet_mm = QUIET_MODULES * marker_mm / 6
     top, bottom = y0 + MARGIN_MM + marker_mm + quiet_mm, board[3] - MARGIN_MM - marker_mm - quiet_mm
     if bottom - top < MIN_FIELD_MM or width < 3 * marker_mm:
-        raise DesignError(f"a board of {width:g} x {height:g} mm leaves no room for the fringes; give at least 60x66")
+        raise DesignError(
+            f"a board of {width:g} x {height:g} mm leaves no room for the fringes; give at least "
+            f"{SMALL_BOARD_MM[0]:g}x{SMALL_BOARD_MM[1]:g}",
+            size_mm=SMALL_BOARD_MM,
+        )
     left, right = board[0] + MARGIN_MM, board[2] - MARGIN_MM
     field: Rect = (round(left, 3), round(top, 3), round(right, 3), round(bottom, 3))
     inset = MARGIN_MM + marker_mm / 2

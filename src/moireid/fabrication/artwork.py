@@ -16,6 +16,10 @@ CROP_MARK_MM = 6.0
 CROP_GAP_MM = 2.0
 #: A bar of 150 mm shows a scale error of 0.3 % as half a millimetre, which a ruler reads; a short one would not.
 SCALE_BAR_MM = 150.0
+#: Printers leave a rim of 3 to 5 mm white.
+RIM_MM = 3.0
+#: Between a crop mark and a scale bar; a mark that would be shorter than the other is left whole, and crosses it.
+BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
 
 
 def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
@@ -71,15 +75,37 @@ def marker_modules(dictionary: str, identity: int) -> NDArray[np.bool_]:
     return np.asarray(cv2.aruco.generateImageMarker(known, identity, side)) > 127
 
 
-def crop_marks(board: Rect) -> list[tuple[float, float, float, float]]:
+def crop_marks(board: Rect, length_mm: float = CROP_MARK_MM) -> list[tuple[float, float, float, float]]:
     """Eight strokes (x0, y0, x1, y1) outside the corners of the board, along its edges."""
     marks = []
     for x, outward_x in ((board[0], -1), (board[2], 1)):
         for y, outward_y in ((board[1], -1), (board[3], 1)):
-            begin, end = CROP_GAP_MM, CROP_GAP_MM + CROP_MARK_MM
+            begin, end = CROP_GAP_MM, CROP_GAP_MM + length_mm
             marks.append((x + outward_x * begin, y, x + outward_x * end, y))
             marks.append((x, y + outward_y * begin, x, y + outward_y * end))
     return marks
+
+
+def bar_places(page_mm: tuple[float, float], block: Rect) -> tuple[float, float]:
+    """Where the scale bars stand about all that is on a sheet: x of the upright one, y of the level one, mm.
+
+    As far from it as the paper lets them, up to 14 mm; ticks and words of the bars keep clear of the printer's rim.
+    """
+    return max(block[0] - 14.0, 7.5), min(block[3] + 14.0, page_mm[1] - 10.5)
+
+
+def clear_of_bars(
+    mark: tuple[float, float, float, float], page_mm: tuple[float, float], bars: tuple[float, float]
+) -> tuple[float, float, float, float]:
+    """A crop mark on the sheet cut short of the scale bars and of the printer's rim, from the end off the board."""
+    x0, y0, x1, y1 = mark
+    reach, middle = SCALE_BAR_MM / 2 + 1.0, (page_mm[0] / 2, page_mm[1] / 2)
+    beside, below = bars[0] + BAR_GAP_MM, bars[1] - BAR_GAP_MM
+    low = (beside if abs(y0 - middle[1]) <= reach else RIM_MM, RIM_MM)
+    high = (page_mm[0] - RIM_MM, below if abs(x0 - middle[0]) <= reach else page_mm[1] - RIM_MM)
+    x0, x1 = (min(max(x, low[0]), high[0]) for x in (x0, x1))
+    y0, y1 = (min(max(y, low[1]), high[1]) for y in (y0, y1))
+    return (x0, y0, x1, y1) if abs(x1 - x0) + abs(y1 - y0) >= LEAST_MARK_MM - 1e-6 else mark
 
 
 @cache

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.artwork import CROP_GAP_MM, CROP_MARK_MM
+from moireid.fabrication.artwork import CROP_GAP_MM
 from moireid.fabrication.package import file_names, leftover_parts, write_sheets
 from moireid.fabrication.page import DEFAULT_DPI, Sheet, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
@@ -25,10 +25,12 @@ from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
 from moireid.profiles import PAPERS_MM, Printer
 
-#: Between boards: crop marks of both sides, which may share the room.
-GUTTER_MM = CROP_GAP_MM + CROP_MARK_MM + 2.0
-#: Printers leave a rim white.
-RIM_MM = 5.0
+#: Between boards stand the crop marks of both, in line with each other, so they share the room.
+MARK_MM = 3.0
+GUTTER_MM = CROP_GAP_MM + MARK_MM + CROP_GAP_MM
+#: Paper left around all boards, mm: for what is left of the crop marks beside the printer's rim, and at the left and
+#: below for a scale bar too.
+LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM = 12.0, 7.0, 7.0, 15.0
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 _MOST_LETTERS = 40
 
@@ -54,16 +56,23 @@ class Event:
 
 
 def places_mm(badge: Badge) -> list[tuple[float, float]]:
-    """Upper left corners of the boards that fit on the badge's paper, row by row, mm; centred as a block.
+    """Upper left corners of the boards that fit on the badge's paper, row by row, mm; in the middle if there is room.
 
-    Source: as many columns and rows as leave a gutter between boards and room for crop marks at the rim; one at least.
+    Source: as many columns and rows as leave a gutter between boards, and room for crop marks and both scale bars at
+    the rim; one at least.
     """
     x0, y0, x1, y1 = badge.outline_mm
     size = (x1 - x0, y1 - y0)
     paper = PAPERS_MM[str((badge.print or {}).get("paper", "a4"))]
-    edge = RIM_MM + CROP_GAP_MM
-    counts = [max(1, int((paper[k] - 2 * edge + GUTTER_MM) / (size[k] + GUTTER_MM))) for k in (0, 1)]
-    starts = [(paper[k] - counts[k] * size[k] - (counts[k] - 1) * GUTTER_MM) / 2 for k in (0, 1)]
+    before, after = (LEFT_MM, TOP_MM), (RIGHT_MM, BOTTOM_MM)
+    starts, counts = [], []
+    for k in (0, 1):
+        # A billionth of a millimetre is what decimal fractions leave.
+        room = paper[k] - before[k] - after[k] + 1e-9
+        count = max(1, int((room + GUTTER_MM) / (size[k] + GUTTER_MM)))
+        block = count * size[k] + (count - 1) * GUTTER_MM
+        counts.append(count)
+        starts.append(min(max((paper[k] - block) / 2, before[k]), paper[k] - after[k] - block))
     return [
         (starts[0] + column * (size[0] + GUTTER_MM), starts[1] + row * (size[1] + GUTTER_MM))
         for row in range(counts[1]) for column in range(counts[0])
@@ -95,7 +104,7 @@ def write_sheets_pdf(
             if number and number % len(places) == 0:
                 sheet.canvas.showPage()
             sheet.origin_mm = (place[0] - badge.outline_mm[0], place[1] - badge.outline_mm[1])
-            draw_board(sheet, badge, form, dot_mm)
+            draw_board(sheet, badge, form, dot_mm, block, mark_mm=MARK_MM)
             if number % len(places) == 0:
                 sheet.origin_mm = (0.0, 0.0)
                 draw_scale_bars(sheet, block)
@@ -120,7 +129,8 @@ def print_event(
     Raises: SpecError where a file is in the way; FabricationError as `write_sheets_pdf` and `package.print_badge`.
     """
     parts = plan_parts(badges[0], mount, figures)
-    names = [folder_name(number, badge) for number, badge in enumerate(badges, start=1)]
+    digits = max(3, len(str(len(badges))))
+    names = [folder_name(number, badge, digits) for number, badge in enumerate(badges, start=1)]
     people = [f"{name}/{file}" for name in names for file in file_names(Parts("none", None, parts.figures))]
     files = [*people, *parts.files, SHEETS, SUMMARY]
     with tidy_folders([folder, *(folder / name for name in names)]):
@@ -146,11 +156,11 @@ def print_event(
     )
 
 
-def folder_name(number: int, badge: Badge) -> str:
+def folder_name(number: int, badge: Badge, digits: int = 3) -> str:
     """A folder's name that sorts as the list does and that every file system takes: 007-ada-lovelace."""
     plain = unicodedata.normalize("NFKD", badge.name).encode("ascii", "ignore").decode().lower()
     letters = re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:_MOST_LETTERS].strip("-")
-    return f"{number:03d}-{letters or badge.id}"
+    return f"{number:0{digits}d}-{letters or badge.id}"
 
 
 def _summary(names: list[str], badges: Sequence[Badge], parts: Parts) -> str:

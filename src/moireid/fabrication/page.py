@@ -6,8 +6,9 @@ Three forms of the lines, each placed absolutely, so that none drifts:
 - "dots": every edge on a border between the printer's dots (`moireid.dots`), drawn a quarter of a dot within it.  A
   raster that paints every dot that is touched, as PDF asks for, one that goes by a dot's centre and one that greys
   then all paint the same dots.
-- "vector": edges where the badge says, for a printer whose dots are not known.  A raster that paints what is touched
-  makes such lines up to a dot wider.
+- "vector": edges where the badge says, for a printer or a print shop whose dots are not known.  A raster that greys
+  holds them to half a dot.  One that paints what is touched moves each edge by up to a dot outwards: lines are wider,
+  but their centres, and so pitch and identity, stay (`moireid bench fabricate`).
 - "bitmap": the dots themselves, as a picture of one bit, for printers that grey or thicken vectors.
 
 The TrimBox is the board; viewers are asked not to scale.
@@ -15,7 +16,6 @@ The TrimBox is the board; viewers are asked not to scale.
 
 from __future__ import annotations
 
-import unicodedata
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,25 @@ import numpy as np
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import nearest_dot
 from moireid.errors import SpecError
-from moireid.fabrication.artwork import SCALE_BAR_MM, crop_marks, dark_lines, font_file, marker_squares
+from moireid.fabrication.artwork import (
+    CROP_MARK_MM,
+    SCALE_BAR_MM,
+    bar_places,
+    clear_of_bars,
+    crop_marks,
+    dark_lines,
+    font_file,
+    marker_squares,
+)
+from moireid.fabrication.lettering import (
+    LINE_HEIGHT,
+    PICTURE_DPI,
+    font_for,
+    lines_for,
+    name_picture,
+    one_bit,
+    printable,
+)
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
 from moireid.profiles import FORMS, Printer
@@ -37,8 +55,6 @@ SMALL_POINTS = 7.0
 HAIRLINE_MM = 0.1
 #: Of a badge that does not say how it is printed.
 DEFAULT_DPI = 1200
-#: A bar stands beside boards that leave so much paper there, which a single one always does.
-BESIDE_MM = 12.0
 #: Share of a dot by which a line is drawn within its dots, half of what either kind of raster leaves.
 INSET_DOTS = 0.25
 
@@ -179,7 +195,7 @@ def write_badge_pdf(
         (x0, y0), (x1, y1) = sheet.place(board[0], board[1]), sheet.place(board[2], board[3])
         trim_mm = (x0, sheet.height_mm - y1, x1, sheet.height_mm - y0)
         sheet.canvas.setTrimBox([v * POINTS_PER_MM for v in trim_mm])
-        draw_board(sheet, badge, form, dot_mm, write_words)
+        draw_board(sheet, badge, form, dot_mm, board, write_words)
         draw_scale_bars(sheet, board)
         if badge.lens.kind == "mask":
             sheet.canvas.showPage()
@@ -188,17 +204,24 @@ def write_badge_pdf(
 
 
 def draw_board(
-    sheet: Sheet, badge: Badge, form: str, dot_mm: float, write_words: Callable[[Sheet, Badge], None] | None = None
-) -> None:
-    """Draw all that belongs to one board, its crop marks included; write_words: in place of name and id."""
+    sheet: Sheet, badge: Badge, form: str, dot_mm: float, block: Rect,
+    write_words: Callable[[Sheet, Badge], None] | None = None, mark_mm: float = CROP_MARK_MM,
+) -> None:  # fmt: skip
+    """Draw all that belongs to one board, its crop marks included.
+
+    Parameters: block: what the sheet's scale bars stand about, mm on the sheet; write_words: in place of name and id;
+        mark_mm: length of the crop marks.
+    """
     for grating in badge.gratings:
         draw_lines(sheet, grating, form, dot_mm)
     for square, white in marker_squares(badge):
         sheet.fill([square])
         sheet.fill(white, grey=1.0)
     (write_words or _write_name)(sheet, badge)
-    for mark in crop_marks(badge.outline_mm):
-        sheet.stroke(*mark)
+    bars, (left, top) = bar_places(sheet.page_mm, block), sheet.origin_mm
+    for x0, y0, x1, y1 in crop_marks(badge.outline_mm, mark_mm):
+        x0, y0, x1, y1 = clear_of_bars((x0 + left, y0 + top, x1 + left, y1 + top), sheet.page_mm, bars)
+        sheet.stroke(x0 - left, y0 - top, x1 - left, y1 - top)
 
 
 def draw_lines(sheet: Sheet, grating: Grating, form: str, dot_mm: float) -> None:
@@ -267,50 +290,48 @@ def draw_dots(sheet: Sheet, lines: list[Rect], dot_mm: float) -> None:
     )
 
 
-def printable(words: str) -> bool:
-    """Whether the badge's font can set the words right: a glyph for every letter, and none read from right to left.
-
-    PDF text is drawn in the order given and unjoined, which would spell Hebrew or Arabic wrong.
-    """
-    from reportlab.pdfbase.ttfonts import TTFontFile
-
-    glyphs = TTFontFile(str(font_file(bold=True))).charToGlyph
-    return all(ord(letter) in glyphs and unicodedata.bidirectional(letter) not in ("R", "AL") for letter in words)
-
-
 def _write_name(sheet: Sheet, badge: Badge) -> None:
-    """The name between the upper markers, the id between the lower ones; a name too long is set smaller."""
+    """The name between the upper markers, the id between the lower ones; a name too long is broken and set smaller."""
     centers, half = badge.markers.centers_mm, badge.markers.size_mm / 2
-    room_mm = centers[1][0] - centers[0][0] - 2 * half - 6.0
+    room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
     middle = (centers[0][0] + centers[1][0]) / 2
     label = f"moireid {badge.id}"
-    name = badge.name if printable(badge.name) else label
-    points = min(NAME_POINTS, NAME_POINTS * room_mm / sheet.text_width_mm(name, NAME_POINTS, BOLD))
-    sheet.text(middle, centers[0][1] + 0.35 * points / POINTS_PER_MM, name, points=points, font=BOLD)
-    points = min(SMALL_POINTS + 1, (SMALL_POINTS + 1) * room_mm / sheet.text_width_mm(label, SMALL_POINTS + 1))
-    sheet.text(middle, centers[3][1] + 0.35 * points / POINTS_PER_MM, label, points=points)
+    font = font_for(badge.name)
+    if font and not printable(badge.name):
+        picture = name_picture(badge.name, font, room_mm, NAME_POINTS, PICTURE_DPI)
+        x, y = sheet.place(middle, centers[0][1])
+        dot_mm = Printer(PICTURE_DPI).dot_mm
+        corner = (x - picture.width / 2 * dot_mm, y - picture.height / 2 * dot_mm)
+        sheet.picture(one_bit(picture), picture.size, corner, dot_mm)
+    else:
+        _write_lines(sheet, badge.name if font else label, (middle, centers[0][1]), room_mm, NAME_POINTS, BOLD)
+    _write_lines(sheet, label, (middle, centers[3][1]), room_mm, SMALL_POINTS + 1, REGULAR)
 
 
-def draw_scale_bars(sheet: Sheet, board: Rect) -> None:
-    """A bar across below the board and one down beside it, each `SCALE_BAR_MM` long, ticked every 10 mm.
+def _write_lines(
+    sheet: Sheet, words: str, middle: tuple[float, float], room_mm: tuple[float, float], points: float, font: str
+) -> None:
+    """Words about a place, as large as `points` or as their room allows."""
+    line_mm = LINE_HEIGHT * points / POINTS_PER_MM
+    lines, share = lines_for(words, lambda line: sheet.text_width_mm(line, points, font), room_mm, line_mm)
+    for k, line in enumerate(lines):
+        # A letter's middle stands 0.35 of the size above the baseline.
+        down = (k - (len(lines) - 1) / 2) * line_mm * share + 0.35 * points * share / POINTS_PER_MM
+        sheet.text(middle[0], middle[1] + down, line, points=points * share, font=font)
 
-    The one beside it is left out where boards fill the sheet so far that it would stand among their crop marks.
-    """
-    # As far from the board as the paper lets them, up to 14 mm; printers leave a rim of 3 to 5 mm white.
+
+def draw_scale_bars(sheet: Sheet, block: Rect) -> None:
+    """A bar across below all that is on the sheet and one down beside it, `SCALE_BAR_MM` long, ticked every 10 mm."""
     page_mm = sheet.page_mm
-    middle_x, y = page_mm[0] / 2, min(board[3] + 14.0, page_mm[1] - 11.5)
-    middle_y, x = page_mm[1] / 2, max(board[0] - 14.0, 7.5)
-    beside = board[0] >= BESIDE_MM - 1e-6
+    x, y = bar_places(page_mm, block)
+    middle_x, middle_y = page_mm[0] / 2, page_mm[1] / 2
     for k in range(int(SCALE_BAR_MM / 10) + 1):
         tick = 3.0 if k % 5 == 0 else 1.5
         along = 10.0 * k - SCALE_BAR_MM / 2
         sheet.stroke(middle_x + along, y, middle_x + along, y + tick)
-        if beside:
-            sheet.stroke(x, middle_y + along, x - tick, middle_y + along)
+        sheet.stroke(x, middle_y + along, x - tick, middle_y + along)
     half = SCALE_BAR_MM / 2
     sheet.stroke(middle_x - half, y, middle_x + half, y)
-    if beside:
-        sheet.stroke(x, middle_y - half, x, middle_y + half)
-    bars = "Both bars" if beside else "The bar"
-    advice = f"Print at 100 % (no “fit to page”). {bars} must measure {SCALE_BAR_MM:.0f} mm."
+    sheet.stroke(x, middle_y - half, x, middle_y + half)
+    advice = f"Print at 100 % (no “fit to page”). Both bars must measure {SCALE_BAR_MM:.0f} mm."
     sheet.text(middle_x, y + 6.6, advice, points=SMALL_POINTS)

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw, ImageOps
 
 from moireid.badge import Badge, Cell, Grating, Lens
 from moireid.fabrication.artwork import font_file, marker_squares
+from moireid.fabrication.lettering import font_for, name_picture
 from moireid.files import whole_file
 from moireid.lenticule import landing_mm
 from moireid.optics import slab_shift_mm
@@ -45,7 +46,7 @@ def draw_preview(badge: Badge) -> Image.Image:
         for rect, grey_level in [(square, INK), *((module, PAPER) for module in white)]:
             pixels = [round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(rect)]
             draw.rectangle((pixels[0], pixels[1], pixels[2] - 1, pixels[3] - 1), fill=grey_level)
-    _write_names(draw, badge)
+    _write_names(image, badge)
     return image
 
 
@@ -75,17 +76,21 @@ def fringe_profile(
     return light * np.asarray((position >= cell.duty).mean(axis=1))
 
 
-def _write_names(draw: ImageDraw.ImageDraw, badge: Badge) -> None:
+def _write_names(picture: Image.Image, badge: Badge) -> None:
     """The name and id where page.py sets them."""
-    from moireid.fabrication.page import printable
-
     board, centers, half = badge.outline_mm, badge.markers.centers_mm, badge.markers.size_mm / 2
-    room = (centers[1][0] - centers[0][0] - 2 * half - 6.0) * PX_PER_MM
+    room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
     label = f"moireid {badge.id}" if badge.id else "moireid"
-    name = badge.name if badge.name and printable(badge.name) else label
-    for words, center, size_mm, bold in ((name, centers[0], 7.0, True), (label, centers[3], 2.8, False)):
-        font = ImageFont.truetype(str(font_file(bold=bold)), round(size_mm * PX_PER_MM))
-        if (length := font.getlength(words)) > room:
-            font = font.font_variant(size=max(1, int(font.size * room / length)))
-        place = ((board[2] - board[0]) / 2 * PX_PER_MM, (center[1] - board[1]) * PX_PER_MM)
-        draw.text(place, words, fill=INK, font=font, anchor="mm")
+    own = font_for(badge.name) if badge.name else None
+    for words, center, points, font in (
+        (badge.name if own else label, centers[0], 20.0, own or font_file(bold=True)),
+        (label, centers[3], 8.0, font_file()),
+    ):
+        letters = name_picture(words, font, room_mm, points, PX_PER_MM * 25.4)
+        corner = [
+            round(place - size / 2)
+            for place, size in zip(
+                ((board[2] - board[0]) / 2 * PX_PER_MM, (center[1] - board[1]) * PX_PER_MM), letters.size, strict=True
+            )
+        ]
+        picture.paste(INK, (corner[0], corner[1]), ImageOps.invert(letters))
