@@ -359,7 +359,7 @@ def test_a_claim_that_a_board_cannot_bear_out_is_not_accepted(
     document = outcome.document
     assert (document["identity"]["verdict"], document["verdict"]) == ("unreadable", "inconclusive")
     assert outcome.code == 3
-    assert sorted(os.listdir("report")) == ["report.html", "report.json"]
+    assert sorted(os.listdir("report")) == ["report.html", "report.json", "signals.csv"]
     assert [line.split(":")[0] for line in outcome.err.splitlines()] == ["report"]
 
 
