@@ -6,5 +6,8 @@ forge.py      fringes that move by another law
 analytic.py   rays traced in closed form through the true lenses, only where the badge is
 sensor.py     background, exposure, noise, encoding
 film.py       the whole film: H.264 and truth beside it
-mitsuba_scene.py   the same scene as geometry for Mitsuba 3, one frame
+mitsuba_renderer.py   the same scene as geometry for Mitsuba 3: frames of a film
+mitsuba_sheet.py   its lens sheet, a watertight solid      mitsuba_page.py   its printed lines, as strips
+mitsuba_parts.py   meshes, surfaces and camera as Mitsuba's objects      mitsuba_view.py   which pixels it renders
+mitsuba_variant.py   which of Mitsuba's variants this machine runs
 """
