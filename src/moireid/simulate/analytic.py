@@ -12,7 +12,7 @@ again for one ray at a time because a compiled loop shares nothing with arrays.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -20,6 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MissingExtraError
+from moireid.simulate.light import turned_light
+from moireid.simulate.light_kernels import lamp_figures, lit
 from moireid.simulate.scene import Instant, Scene
 
 try:
@@ -57,6 +59,7 @@ class AnalyticRenderer:
         self._jitter = np.column_stack([(x + (y + 0.5) / rays[0] - 0.5 / rays[0]).ravel(), y.ravel()])
         self._texture = page_texture(scene)
         self._cells, self._gratings = _tables(scene)
+        self._lamps, self._lights = _lights(scene, self._gratings, rays)
         cx, cy = scene.board_centre_mm
         covered = scene.hidden_mm or (cx, cy, cx, cy)
         self._hidden = (np.array(covered) - (cx, cy, cx, cy)) * scene.build.print_scale
@@ -83,7 +86,8 @@ class AnalyticRenderer:
             radiance, coverage, left, top, np.ascontiguousarray(centres), np.ascontiguousarray(turns),
             shown, camera.focal_px, (camera.width - 1) / 2, (camera.height - 1) / 2, self._jitter,
             np.array(self.scene.board_half_mm), self._lens, self._gratings, self._cells, self._texture,
-            TEXTURE_PX_PER_MM, self.scene.ink, self.scene.paper, self._hidden,
+            TEXTURE_PX_PER_MM, self.scene.ink, self.scene.paper, self._hidden, self._lamps,
+            self._lights,
         )  # fmt: skip
         return Rendered(radiance, coverage, left, top)
 
@@ -141,6 +145,21 @@ def _tables(scene: Scene) -> tuple[Array, Array]:
     return np.array(cells), np.array(gratings)
 
 
+def _lights(scene: Scene, gratings: Array, rays: tuple[int, int]) -> tuple[Array, Array]:
+    """Figures and table of the light for each grating, as `light_kernels.lit` wants them; zeros where none is told."""
+    lamps, tables = np.zeros((len(gratings), 10)), [np.zeros((3, 1)) for _ in gratings]
+    if scene.light is None:
+        return lamps, np.stack(tables)
+    build, lens = scene.build, scene.badge.lens
+    as_built = replace(lens, pitch_mm=lens.pitch_mm * build.lens_scale)
+    for k, (x0, y0, x1, y1, axis, _, _) in enumerate(gratings):
+        name, twist, reach = ("x", build.twist_rad, (x0, x1)) if axis == 0 else ("y", -build.twist_rad, (y0, y1))
+        light = turned_light(scene.light, name, twist, build.lens_offset_mm)
+        lamps[k], tables[k] = lamp_figures(as_built, light, reach, 1.0 / scene.camera.focal_px / rays[int(axis)])
+    rows = max(len(table) for table in tables)
+    return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
+
+
 @njit(cache=True, fastmath=False, error_model="numpy")
 def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float, float, bool]:  # pragma: no cover
     """Where a ray that crosses the apex plane at (x, y), across and along the lenses, lands; False if stopped."""
@@ -180,7 +199,7 @@ def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float,
 def _trace(
     radiance: Any, coverage: Any, left: int, top: int, centres: Any, turns: Any, shown: Any, focal: float, cx: float,
     cy: float, jitter: Any, half: Any, lens: Any, gratings: Any, cells: Any, texture: Any, per_mm: float, ink: float,
-    paper: float, hidden: Any,
+    paper: float, hidden: Any, lamps: Any, lights: Any,
 ) -> None:  # fmt: skip  # pragma: no cover
     """Fill radiance (mean over the rays that meet the board) and coverage (their share), row by row in parallel."""
     g, offset, scale = lens[1], lens[4], lens[6]
@@ -219,12 +238,12 @@ def _trace(
                     ax, ay = (lens_x, lens_y) if gratings[k, 4] == 0 else (lens_y, lens_x)
                     bx, by = (fx, fy) if gratings[k, 4] == 0 else (fy, fx)
                     sx, sy = ax * cos_twist + ay * turn_sine - offset, ay * cos_twist - ax * turn_sine
-                    lx, ly, through = _land(
-                        sx, sy, bx * cos_twist + by * turn_sine, by * cos_twist - bx * turn_sine, lens
-                    )
+                    rx, ry = bx * cos_twist + by * turn_sine, by * cos_twist - bx * turn_sine
+                    lx, ly, through = _land(sx, sy, rx, ry, lens)
                     if not through:
                         value = ink
                         break
+                    landed = lx
                     lx += offset
                     across, along = lx * cos_twist - ly * turn_sine, ly * cos_twist + lx * turn_sine
                     across, along = across / scale, along / scale
@@ -240,6 +259,10 @@ def _trace(
                                 value = ink
                             last = c - first
                             break
+                    if lamps[k, 9] > 0.0:
+                        # Across the lenses a ray stands for its share of the pixel, widened by the slant.
+                        step = depth * (1.0 + rx * rx) * lamps[k, 9]
+                        value = lit(value, sx, sy, rx, ry, landed, step, lens, lamps[k], lights[k])
                     break
                 if value < 0.0:
                     column_t = int((page_x / scale + half[0]) * per_mm)
