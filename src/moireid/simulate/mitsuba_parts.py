@@ -37,6 +37,11 @@ def clear(mi: Any, refractive_index: float, reflected: tuple[float, float, float
     })}  # fmt: skip
 
 
+def reflecting(mi: Any, red: float) -> dict[str, Any]:
+    """A matt surface that returns that share of the light, in the red channel alone."""
+    return {"bsdf": mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": [red, 0.0, 0.0]}})}
+
+
 def _black(mi: Any) -> Any:
     """A surface that reflects nothing."""
     return mi.load_dict({"type": "diffuse", "reflectance": 0.0})

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from moireid.badge import Grating
 from moireid.errors import SpecError
 from moireid.simulate.analytic import Rendered
+from moireid.simulate.mitsuba_lit import LIT_INTEGRATOR, lamps, lit_page
 from moireid.simulate.mitsuba_page import page_strips, sheet_room, wall_strips
 from moireid.simulate.mitsuba_parts import clear, mesh, pinhole, rest_of_page, shining
 from moireid.simulate.mitsuba_sheet import front_strips, mask_strips, turned_for
@@ -67,13 +68,17 @@ class MitsubaRenderer:
         self.scene, self.samples, self._variant, self._seed = scene, samples, variant, seed
         self._film: tuple[int, int] | None = None
         with mitsuba_with(variant) as mi:
-            described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0)}
+            described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0 if scene.light is None else 0.0)}
+            surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
             for number, grating in enumerate(scene.badge.gratings):
-                for part, made in _grating_meshes(mi, scene, grating, segments).items():
+                for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
+            if scene.light is not None:
+                described |= lamps(mi, scene.badge.lens, scene.light)
             self._world = mi.load_dict(described)
             # Rays through one refraction to whatever shines there: no lamp is sampled, since the page is its own.
-            self._integrator = mi.load_dict({"type": "direct", "emitter_samples": 0, "bsdf_samples": 1})
+            own_light = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
+            self._integrator = mi.load_dict(own_light if scene.light is None else LIT_INTEGRATOR)
 
     def render(self, instant: Instant, *, crop: Crop | None = None) -> Rendered | None:
         """Render one frame of the pixels that see the board; None where no pixel does.
@@ -95,14 +100,18 @@ class MitsubaRenderer:
             return None
         box = crop or seen
         picture = self._trace(view, box)
-        share, through = coverage(self.scene, view, box), picture[..., 1]
-        # Where a pixel sees the board but no ray came through (a sheet's open edge), it is taken for paper.
-        radiance = np.divide(
-            picture[..., 0], through, out=np.full(through.shape, self.scene.paper), where=through > 0
-        )  # fmt: skip
+        share = coverage(self.scene, view, box)
+        radiance = self._of_shining_page(picture) if self.scene.light is None else picture[..., 0] + picture[..., 1]
         return Rendered(
             np.where(share > 0, radiance, 0.0).astype(np.float32), share.astype(np.float32), box[0], box[1]
         )  # fmt: skip
+
+    def _of_shining_page(self, picture: Array) -> Array:
+        """Radiance as the mean over the rays that came through, (height, width)."""
+        through = picture[..., 1]
+        # Where a pixel sees the board but no ray came through (a sheet's open edge), it is taken for paper.
+        paper = np.full(through.shape, self.scene.paper)
+        return np.divide(picture[..., 0], through, out=paper, where=through > 0)
 
     def _trace(self, view: View, box: Crop) -> Array:
         """What Mitsuba's camera sees in the box, (height, width, 3)."""
@@ -117,21 +126,28 @@ class MitsubaRenderer:
             return np.array(picture, np.float64)[: box[3] - box[1], : box[2] - box[0]]
 
 
-def _grating_meshes(mi: Any, scene: Scene, grating: Grating, segments: int) -> dict[str, Any]:
-    """The page's lines under one grating, the sheet over it, and its sides."""
-    lens, room, axis = scene.badge.lens, sheet_room(scene, grating), grating.axis
-    build = turned_for(scene.build, axis)
+def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
+    """Surfaces of a page that shines by itself, so that neither lamp nor bounce makes noise."""
     # Radiance falls by n squared on leaving the glass, and by what is reflected; straight on, this takes both back.
-    n = lens.refractive_index
+    n = scene.badge.lens.refractive_index
     lamp = n**2 / (1.0 - ((n - 1.0) / (n + 1.0)) ** 2)
-    value = {"ink": scene.ink, "paper": scene.paper}
-    made = {name: mesh(mi, axis, strips, shining(mi, lamp * value[name], lamp))
-            for name, strips in page_strips(scene, grating).items()}  # fmt: skip
+    return {
+        "ink": shining(mi, lamp * scene.ink, lamp), "paper": shining(mi, lamp * scene.paper, lamp),
+        "glass": clear(mi, n), "bars": shining(mi, scene.ink, 1.0), "walls": shining(mi, scene.paper, 1.0),
+    }  # fmt: skip
+
+
+def _grating_meshes(
+    mi: Any, scene: Scene, grating: Grating, segments: int, surfaces: dict[str, dict[str, Any]]
+) -> dict[str, Any]:
+    """The page's lines under one grating, the sheet over it, and its sides; each part has a surface of its own."""
+    lens, room = scene.badge.lens, sheet_room(scene, grating)
+    build = turned_for(scene.build, grating.axis)
+    parts = {name: (strips, name) for name, strips in page_strips(scene, grating).items()}
     if lens.kind == "lenticular":
-        made["lenses"] = mesh(mi, axis, front_strips(lens, build, room, segments), clear(mi, n))
+        parts["lenses"] = (front_strips(lens, build, room, segments), "glass")
     else:
-        of_mask = {"bars": lambda: shining(mi, scene.ink, 1.0), "openings": lambda: clear(mi, n)}
-        made |= {name: mesh(mi, axis, strips, of_mask[name]())
-                 for name, strips in mask_strips(lens, build, room).items()}  # fmt: skip
-    made["walls"] = mesh(mi, axis, wall_strips(scene, room), shining(mi, scene.paper, 1.0))
-    return made
+        of_mask = {"bars": "bars", "openings": "glass"}
+        parts |= {name: (strips, of_mask[name]) for name, strips in mask_strips(lens, build, room).items()}
+    parts["walls"] = (wall_strips(scene, room), "walls")
+    return {name: mesh(mi, grating.axis, strips, surfaces[surface]) for name, (strips, surface) in parts.items()}
