@@ -103,11 +103,9 @@ def _renderer(scene: Scene, backend: str, seed: int) -> Callable[[Instant], Rend
         return AnalyticRenderer(scene).render
     if backend != "mitsuba":
         raise SpecError(f"backend {backend!r} is not known; choose analytic or mitsuba")
-    if scene.hidden_mm is not None:
-        raise SpecError("the mitsuba backend covers no part of the board; use the analytic one")
-    from moireid.simulate.mitsuba_scene import render_frame
+    from moireid.simulate.mitsuba_renderer import MitsubaRenderer
 
-    return lambda instant: render_frame(scene, instant, seed=seed)
+    return MitsubaRenderer(scene, seed=seed).render
 
 
 def truth_csv(scene: Scene, times_s: Array, poses: Poses, shown_mm: Array, label: str) -> str:
