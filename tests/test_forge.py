@@ -1,13 +1,20 @@
-"""Forgeries: each kind by the property that defines it.  Beside each test: the wrong implementation it would catch."""
+"""False courses: each kind by the property that defines it.  Beside each test: the wrong implementation it would catch.
+
+Forgeries that are no course of one place are held in test_shown.py.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from moireid.cli import simulate_cmd
 from moireid.cli.simulate_cmd import FORGERIES
 from moireid.errors import SpecError
-from moireid.simulate.forge import GAIN_HIGH, GAIN_LOW, KINDS, LATE_S, false_camera
+from moireid.simulate.camera import CAMERAS
+from moireid.simulate.encode import CODECS, RECIPES
+from moireid.simulate.forge import COURSES, GAIN_HIGH, GAIN_LOW, KINDS, LATE_S, WOBBLE, false_camera
+from moireid.simulate.motion import NAMED, motion_named
 
 FPS = 30.0
 
@@ -24,14 +31,14 @@ def tangents(camera_mm: np.ndarray) -> np.ndarray:
     return camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", COURSES)
 def test_the_distance_stays_true(kind):
     """Catches: forging the place instead of the tangent, which would also change the beat and give itself away."""
     true = course()
     shown = false_camera(kind, true, FPS, seed=3)
     assert shown.shape == true.shape
     assert np.array_equal(shown[:, 2], true[:, 2])
-    assert np.abs(tangents(shown) - tangents(true)).max() > 0.05
+    assert np.abs(tangents(shown) - tangents(true)).max() > 0.04
 
 
 @pytest.mark.parametrize(("kind", "gain"), [("gain_low", GAIN_LOW), ("gain_high", GAIN_HIGH), ("reversed", -1.0)])
@@ -48,7 +55,7 @@ def test_the_gains_are_wrong_enough_to_be_forgeries():
     assert 0 < GAIN_LOW < 0.8 and GAIN_HIGH > 1.25
 
 
-@pytest.mark.parametrize("kind", ["drift", "randomwalk"])
+@pytest.mark.parametrize("kind", ["drift", "randomwalk", "splice"])
 def test_mean_and_spread_are_the_true_ones(kind):
     """Catches: a forgery that its size gives away; the spread of one axis used for both."""
     true = tangents(course(601))
@@ -100,6 +107,39 @@ def test_a_random_walk_is_as_smooth_as_a_hand():
     assert np.all(steps < 0.25) and np.all(steps > 0.02)
 
 
+def test_a_splice_is_the_course_of_another_true_film():
+    """Catches: a random course; a splice of the film itself; one axis cut from another second than the other."""
+    shown = tangents(false_camera("splice", course(), FPS, seed=3))
+    run = motion_named("handheld", distance_mm=1000.0, seed=0)
+    clock = np.arange(150) / FPS
+    best = 0.0
+    for begin in np.arange(7.0, 20.0, 0.02):
+        other = tangents(run(begin + clock).camera_mm)
+        both = [np.corrcoef(shown[:, k], other[:, k])[0, 1] for k in (0, 1)]
+        best = max(best, min(both))
+    # The search's own step of 0.02 s is all that may be missing.
+    assert best > 0.999
+    assert abs(np.corrcoef(shown[:, 0], tangents(course())[:, 0])[0, 1]) < 0.9
+
+
+def test_a_wobble_has_the_right_gain_and_a_wander_on_top():
+    """Catches: a wander that changes the gain; one of another size; one that is white noise or a copy of the truth."""
+    true, shown = tangents(course()), tangents(false_camera("wobble", course(), FPS, seed=3))
+    for k in (0, 1):
+        assert np.polyfit(true[:, k], shown[:, k], 1)[0] == pytest.approx(1.0, abs=1e-9)
+    wander = shown - true
+    assert wander.mean(axis=0) == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert wander.std(axis=0) == pytest.approx(WOBBLE * true.std(axis=0))
+    assert np.all(np.diff(wander, axis=0).std(axis=0) < 0.25 * wander.std(axis=0))
+
+
+@pytest.mark.parametrize("kind", COURSES)
+def test_a_camera_at_rest_shows_no_forged_motion(kind):
+    """Catches: NaN of a spread of zero, and a forgery that moves where the truth does not."""
+    still = np.tile([40.0, -20.0, -900.0], (60, 1))
+    assert np.allclose(false_camera(kind, still, FPS, seed=3), still, atol=1e-6)
+
+
 def test_the_seed_decides_the_random_walk_and_nothing_else():
     """Catches: a global random state; a seed that is not passed on."""
 
@@ -114,7 +154,7 @@ def test_the_seed_decides_the_random_walk_and_nothing_else():
 def test_the_input_is_left_alone():
     """Catches: a forgery computed in place, which would forge the truth beside the film."""
     true = course()
-    for kind in KINDS:
+    for kind in COURSES:
         false_camera(kind, true, FPS, seed=3)
     assert np.array_equal(true, course())
 
@@ -123,8 +163,14 @@ def test_unknown_kinds_are_refused():
     """Catches: a mistyped kind filmed as a genuine badge."""
     with pytest.raises(SpecError, match="frozen, drift, randomwalk"):
         false_camera("gain", course(), FPS, seed=3)
+    with pytest.raises(SpecError, match="no false course"):
+        false_camera("photo", course(), FPS, seed=3)
 
 
-def test_the_command_line_offers_the_same_kinds():
+def test_the_command_line_offers_the_same_names():
     """Catches: one list grown without the other."""
     assert FORGERIES == KINDS
+    assert tuple(CAMERAS) == simulate_cmd.CAMERAS
+    assert simulate_cmd.CODECS == CODECS
+    assert tuple(RECIPES) == simulate_cmd.RECIPES
+    assert set(simulate_cmd.MOTIONS) == set(NAMED)

@@ -224,7 +224,8 @@ def test_markers_and_the_boards_edge_agree(badge: Badge) -> None:
     np.testing.assert_allclose(mitsuba.coverage, cover, atol=1 / 16)
     # The texture has 12 px to the mm, 0.04 of a pixel of this picture: that, and 64 rays, blur a marker's edge.
     assert np.sqrt(np.mean(apart[cover == 1] ** 2)) < 0.02
-    assert np.all(mitsuba.radiance[cover == 0] == 0)
+    # The two sample a pixel's area at different places, so each may see a sliver that the other does not.
+    assert mitsuba.coverage[cover == 0].max() < 1 / 32 and np.all(mitsuba.radiance[mitsuba.coverage == 0] == 0)
 
 
 def test_frame_of_a_moving_camera_shows_the_middle_pose(badge: Badge) -> None:

@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.motion import COLUMNS, MEASURED_RUN, Poses, motion_named
 
-NAMES = ("handheld", "linear", "sway", "static")
+NAMES = ("handheld", "linear", "sway", "static", "roll", "tumble", "circle")
 TIMES = np.arange(90) / 30.0 + 0.013
 
 
@@ -45,7 +45,7 @@ def forward(poses: Poses) -> np.ndarray:
 # What holds of every motion.
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, "oblique"])
 def test_rotations_are_rotations(name):
     """Catches: a reflection in the change of axes; rotations interpolated entry by entry."""
     turn = motion_named(name, distance_mm=900.0, seed=4)(TIMES).rotation
@@ -62,7 +62,7 @@ def test_camera_stands_before_the_board_and_looks_at_it(name):
     assert np.all(centre_seen[:, 2] > 600)
 
 
-@pytest.mark.parametrize("name", ["linear", "sway"])
+@pytest.mark.parametrize("name", ["linear", "sway", "roll", "oblique", "tumble", "circle"])
 def test_the_seed_decides_what_is_random(name):
     """Catches: a global random state; a seed that is not used."""
     one, again, other = (motion_named(name, distance_mm=900.0, seed=seed)(TIMES) for seed in (5, 5, 6))
@@ -70,7 +70,7 @@ def test_the_seed_decides_what_is_random(name):
     assert np.abs(one.rotation - other.rotation).max() > 1e-3
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*NAMES, "oblique"])
 def test_poses_depend_on_time_alone(name):
     """Catches: a motion drawn anew at each call, which a rolling shutter's two calls a frame would tear apart."""
     motion = motion_named(name, distance_mm=900.0, seed=5)
@@ -121,6 +121,48 @@ def test_sway_is_what_the_camera_on_the_stand_sees():
     yaw = np.degrees(np.arctan2(poses.rotation[:, 0, 2], poses.rotation[:, 2, 2]))
     swing = 2 * np.mean(yaw * np.sin(2 * np.pi * 0.31 * times + 0.5))
     assert 7.0 < swing < 11.0
+
+
+def test_roll_is_the_linear_path_turned_in_the_picture():
+    """Catches: a roll about the board's axis, which would add parallax; one that tilts the view; degrees."""
+    times = np.linspace(0, 2.5, 101)
+    path, rolled = (motion_named(name, distance_mm=1200.0, seed=2)(times) for name in ("linear", "roll"))
+    assert np.array_equal(path.camera_mm, rolled.camera_mm)
+    assert np.allclose(forward(path), forward(rolled))
+    turn = rolled.rotation @ np.swapaxes(path.rotation, 1, 2)
+    angle = np.degrees(np.arctan2(turn[:, 1, 0], turn[:, 0, 0]))
+    assert angle == pytest.approx(25 * np.sin(2 * np.pi * 0.4 * times), abs=1e-9)
+
+
+def test_oblique_is_the_linear_path_seen_at_45_degrees():
+    """Catches: a camera that turns while the badge stays in front; the wrong side; a distance that grows."""
+    times = np.linspace(0, 4, 101)
+    path, aside = (motion_named(name, distance_mm=1200.0, seed=2)(times) for name in ("linear", "oblique"))
+    assert np.allclose(np.linalg.norm(path.camera_mm, axis=1), np.linalg.norm(aside.camera_mm, axis=1))
+    angle = np.degrees(np.arctan2(aside.camera_mm[:, 0], -aside.camera_mm[:, 2]))
+    wanted = 45 + np.degrees(np.arctan2(path.camera_mm[:, 0], 1200.0))
+    assert angle == pytest.approx(wanted)
+    # The badge stays where it was in the picture.
+    seen = [np.einsum("tij,tj->ti", one.rotation, -one.camera_mm) for one in (path, aside)]
+    assert np.allclose(seen[0], seen[1])
+
+
+def test_tumble_turns_about_all_three_axes_before_a_still_camera():
+    """Catches: turns about one axis alone; a badge that leaves its place; turns in degrees taken for radians."""
+    poses = motion_named("tumble", distance_mm=1200.0, seed=2)(np.linspace(0, 40, 2001))
+    angles = Rotation.from_matrix(poses.rotation).as_euler("yxz", degrees=True)
+    assert np.abs(angles).max(axis=0) == pytest.approx([14, 10, 20], abs=1.5)
+    assert np.abs(np.corrcoef(angles.T) - np.eye(3)).max() < 0.2
+    seen = np.einsum("tij,tj->ti", poses.rotation, -poses.camera_mm)
+    assert np.abs(seen - [0, 0, 1200]).max() < 20
+
+
+def test_circle_excites_both_axes_alike_and_apart():
+    """Catches: a slanted line, on which one axis tells the other; a circle in degrees or metres."""
+    poses = motion_named("circle", distance_mm=1200.0, seed=2)(np.linspace(0, 3, 300, endpoint=False))
+    spread = poses.camera_mm.std(axis=0)
+    assert spread[:2] == pytest.approx(120 / np.sqrt(2)) and spread[2] == pytest.approx(0, abs=1e-9)
+    assert abs(np.corrcoef(poses.camera_mm[:, 0], poses.camera_mm[:, 1])[0, 1]) < 1e-9
 
 
 # The measured run.
@@ -241,5 +283,5 @@ def test_absent_and_unreadable_files_are_refused(tmp_path):
     for path in (tmp_path / "none.csv", binary):
         with pytest.raises(MediaError, match="cannot be read"):
             motion_named(str(path), distance_mm=800.0, seed=0)
-    with pytest.raises(SpecError, match="handheld, linear, sway, static"):
+    with pytest.raises(SpecError, match="handheld, linear, sway, static, roll, oblique, tumble, circle"):
         motion_named("wobble", distance_mm=800.0, seed=0)

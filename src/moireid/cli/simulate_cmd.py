@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 
 import click
 
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
 
-#: The kinds of `moireid.simulate.forge`, written again because importing that room costs a second; a test compares.
-FORGERIES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed")
+#: The names of `moireid.simulate`, written again because importing that room costs a second; a test compares.
+FORGERIES = (
+    "frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed", "splice", "wobble", "patchy",
+    "generative", "photo", "screen",
+)  # fmt: skip
+CAMERAS = ("phone", "sharpened", "webcam", "wide", "dim", "bright")
+CODECS = ("h264", "h265", "av1")
+RECIPES = ("chat", "call", "low", "double", "vfr")
+MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle")
 
 
 @click.command("simulate")
@@ -20,7 +28,7 @@ FORGERIES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "
     default="handheld",
     show_default=True,
     metavar="NAME|CSV",
-    help="linear, sway, handheld, static, or a file.",
+    help=f"{', '.join(MOTIONS)}, or a file.",
 )
 @click.option("--distance", type=FiniteRange(0.1, 100), default=1.4, show_default=True, help="Camera to badge, metres.")
 @click.option("--frames", type=click.IntRange(2, 1_000_000), default=300, show_default=True)
@@ -29,14 +37,21 @@ FORGERIES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "
     "--backend", type=click.Choice(["analytic", "mitsuba"]), default="analytic", show_default=True,
     help="Renderer; mitsuba is the reference, and takes a second a frame.",
 )  # fmt: skip
-@click.option("--forge", type=click.Choice(FORGERIES), help="Make the fringes move by another law.")
+@click.option("--forge", type=click.Choice(FORGERIES), help="Forge the film in one thing.")
+@click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="What films.")
+@click.option("--mirror", is_flag=True, help="Turn the picture left to right, as a self-view is.")
+@click.option("--blur", type=FiniteRange(0, 50), metavar="PX", help="Out of focus by so many pixels (one sigma).")
+@click.option("--codec", type=click.Choice(CODECS), default="h264", show_default=True, help="Of the video file.")
+@click.option("--crf", type=click.IntRange(0, 63), help="Quality on the codec's own scale; small is good.")
+@click.option("--recipe", type=click.Choice(RECIPES), help="Worsen the film as sending it by a chat program does.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of all that is random.")
 @overwrite_option
 @json_option
 @friendly
 def simulate_command(
     badge_json: Path, video: Path, motion: str, distance: float, frames: int, fps: float, backend: str,
-    forge: str | None, seed: int, overwrite: bool, as_json: bool,
+    forge: str | None, camera: str, mirror: bool, blur: float | None, codec: str, crf: int | None, recipe: str | None,
+    seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Film the badge in BADGE_JSON as a phone would; the truth lies beside the film as VIDEO.truth.csv.
 
@@ -46,30 +61,24 @@ def simulate_command(
     from moireid.badge import load_badge
 
     badge = load_badge(badge_json)
+    from moireid.simulate.camera import camera_named
     from moireid.simulate.film import film
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Build, Scene
 
     course = motion_named(motion, distance_mm=1000.0 * distance, seed=seed)
-    scene = Scene(badge, Build.typical(seed))
+    scene = Scene(badge, Build.typical(seed), camera_named(camera, mirror=mirror, focus_blur_px=blur))
     with progress_bar("filming") as progress:
         report = film(
-            scene,
-            course,
-            video,
-            frames=frames,
-            fps=fps,
-            forge=forge,
-            seed=seed,
-            backend=backend,
-            overwrite=overwrite,
-            progress=progress,
-        )
+            scene, course, video, frames=frames, fps=fps, forge=forge, seed=seed, codec=codec, crf=crf, recipe=recipe,
+            backend=backend, overwrite=overwrite, progress=progress,
+        )  # fmt: skip
+    stages = {name: round(seconds, 3) for name, seconds in report.stages_s.items()}
     if as_json:
-        stages = {name: round(seconds, 3) for name, seconds in report.stages_s.items()}
-        files = {"video": str(report.video), "truth": str(report.truth)}
-        show_json(
-            {**files, "frames": report.frames, "label": report.label, "stages_s": stages, "left_out": report.left_out}
-        )
+        show_json({
+            "video": str(report.video), "truth": str(report.truth), "frames": report.frames, "label": report.label,
+            "size": report.size, "camera": asdict(scene.camera), "stages_s": stages, "left_out": report.left_out,
+        })  # fmt: skip
     else:
         click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
+        click.echo(", ".join(f"{name} {seconds:.1f} s" for name, seconds in stages.items()))

@@ -3,7 +3,7 @@
 Each pixel averages rays over its area.  A ray that meets the sheet is refracted at its lenticule (or a neighbour, at
 steep angles), lands on the page, and finds ink or paper from the printed lines' own formula, so no texture limits the
 page's sharpness.  `quick` traces most pixels in float32, many rays at once; `trace` the rest, and all of them where
-float64 is asked for.  Left out: Fresnel losses, glare, and the direction of the light.
+float64 is asked for or a light is told.  Without a light, Fresnel losses and glare are left out.
 
 Convention: board frame of `motion`, mm; the lens apex plane is z = -g; grating axes as in the badge.
 Source: `trace`, `quick`; the rays of a pixel are a sheared grid, so that no two share a column or a row.
@@ -12,13 +12,15 @@ Source: `trace`, `quick`; the rays of a pixel are a sheared grid, so that no two
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
+from moireid.simulate.light import turned_light
+from moireid.simulate.light_kernels import lamp_figures
 from moireid.simulate.page import BLOCK_PX, cell_table, even_blocks, page_texture
 from moireid.simulate.page import TEXTURE_PX_PER_MM as TEXTURE_PX_PER_MM
 from moireid.simulate.rows import trace_rows
@@ -29,6 +31,8 @@ Array = NDArray[np.float64]
 #: Rays of a pixel, as a grid across and down it.
 RAYS = (16, 1)
 MOST_RAYS = 1 << 16
+#: The field of a badge that is seen from one place, and blocks of a picture of which nothing is known.
+NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
 #: Irrational steps that spread the numbers of a row of rays evenly over its height (golden ratio) and over a lens.
 _SPREAD = ((math.sqrt(5) - 1) / 2, math.sqrt(2) - 1)
 
@@ -63,10 +67,12 @@ class AnalyticRenderer:
         cx, cy = scene.board_centre_mm
         covered = scene.hidden_mm or (cx, cy, cx, cy)
         hidden = (np.array(covered) - (cx, cy, cx, cy)) * scene.build.print_scale
-        half, texture = scene.board_half_mm, page_texture(scene)
+        half, texture, lens = scene.board_half_mm, page_texture(scene), self._sheet
+        lamps, lights = _lights(scene, self._cells.gratings, math.prod(rays))
         self._board = Board(
-            half[0], half[1], hidden, scene.ink, scene.paper, texture, even_blocks(texture), TEXTURE_PX_PER_MM, BLOCK_PX
-        )
+            half[0], half[1], hidden, scene.ink, scene.paper, texture, even_blocks(texture), TEXTURE_PX_PER_MM,
+            BLOCK_PX, np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]), lamps, lights, NO_FIELD,
+        )  # fmt: skip
 
     def render(self, instant: Instant) -> Rendered | None:
         """Render one frame; None where no pixel sees the board."""
@@ -81,16 +87,23 @@ class AnalyticRenderer:
         shown = instant.shown_from_mm - (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
         radiance = np.zeros((bottom - top, right - left), np.float32)
         coverage = np.zeros_like(radiance)
+        cells, board = self._cells, self._board
+        if instant.picture is not None:
+            per_mm = instant.picture.shape[1] / (2 * self.scene.board_half_mm[0])
+            cells = cells._replace(gratings=cells.gratings[:0])
+            board = board._replace(texture=instant.picture, even=_UNEVEN, texture_per_mm=per_mm)
+        if instant.field is not None:
+            board = board._replace(field=instant.field)
         trace_rows(
             radiance, coverage, (left - camera.matrix[0, 2], top - camera.matrix[1, 2]), camera.focal_px,
             np.ascontiguousarray(centres), np.ascontiguousarray(turns), shown, self._points, self._spread(instant),
-            self._sheet, self._cells, self._board,
+            self._sheet, cells, board, np.array(camera.distortion, float),
         )  # fmt: skip
         return Rendered(radiance, coverage, left, top)
 
     def _spread(self, instant: Instant) -> float:
         """How far from the middle ray of a lens its other rays land at most, mm; infinite where all need care."""
-        if self.precision == "float64":
+        if self.precision == "float64" or self.scene.light is not None:
             return math.inf
         # Nine rays through the lens, along the tangents of the board's corners, and half as much again.
         sheet, place = self._sheet, instant.shown_from_mm
@@ -108,20 +121,37 @@ class AnalyticRenderer:
         return 1.5 * worst
 
     def _box(self, instant: Instant) -> tuple[int, int, int, int] | None:
-        """Pixels that may see the board: the bounding box of its corners at first and last row."""
+        """Pixels that may see the board: the bounding box of its outline at first and last row."""
         half, camera = self.scene.board_half_mm, self.scene.camera
-        corners = np.array([[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)])
+        # Distortion bends the edges outwards between the corners, so points along them are asked too.
+        way = np.linspace(-1, 1, 9)
+        outline = np.array([[s * half[0], e * half[1], 0.0] for s in way for e in way if 1 in (abs(s), abs(e))])
         seen = []
         for poses in (instant.first, instant.last):
-            local = (corners * self.scene.build.print_scale - poses.camera_mm[0]) @ poses.rotation[0].T
+            local = (outline * self.scene.build.print_scale - poses.camera_mm[0]) @ poses.rotation[0].T
             if local[:, 2].min() <= 1.0:
                 return None
-            seen.append((local / local[:, 2:]) @ camera.matrix.T)
-        places = np.concatenate(seen)[:, :2]
+            seen.append(camera.project(local))
+        places = np.concatenate(seen)
         low, high = np.floor(places.min(axis=0)).astype(int) - 1, np.ceil(places.max(axis=0)).astype(int) + 2
         left, top = max(int(low[0]), 0), max(int(low[1]), 0)
         right, bottom = min(int(high[0]), camera.width), min(int(high[1]), camera.height)
         return (left, top, right, bottom) if left < right and top < bottom else None
+
+
+def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
+    """Figures and table of the light for each grating, as `light_kernels.lit` wants them; zeros where none is told."""
+    lamps, tables = np.zeros((len(gratings), 10)), [np.zeros((3, 1)) for _ in gratings]
+    if scene.light is None:
+        return lamps, np.stack(tables)
+    build, lens = scene.build, scene.badge.lens
+    as_built = replace(lens, pitch_mm=lens.pitch_mm * build.lens_scale)
+    for k, (x0, y0, x1, y1, axis) in enumerate(gratings):
+        name, twist, reach = ("x", build.twist_rad, (x0, x1)) if axis == 0 else ("y", -build.twist_rad, (y0, y1))
+        light = turned_light(scene.light, name, twist, build.lens_offset_mm)
+        lamps[k], tables[k] = lamp_figures(as_built, light, reach, 1.0 / scene.camera.focal_px / rays)
+    rows = max(len(table) for table in tables)
+    return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
 
 
 def ray_places(across: int, down: int) -> NDArray[np.float32]:

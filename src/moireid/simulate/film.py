@@ -2,41 +2,40 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.errors import MediaError, SpecError
-from moireid.files import planned, whole_file, write_text
-from moireid.lenticule import view_law
+from moireid.errors import SpecError
+from moireid.files import planned, whole_file
 from moireid.simulate.analytic import AnalyticRenderer, Rendered
-from moireid.simulate.forge import false_camera
+from moireid.simulate.encode import FilmWriter, kept_frames, recipe_for
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Instant, Scene
 from moireid.simulate.sensor import Sensor
+from moireid.simulate.shown import Shown, shown_in
+from moireid.simulate.shutter import averaged, opened
+from moireid.simulate.truth import TRUTH_COLUMNS, Truth
+
+__all__ = ["TRUTH_COLUMNS", "FilmReport", "film", "truth_path"]
 
 Array = NDArray[np.float64]
-TRUTH_COLUMNS = (
-    "frame", "time_s", "camera_x_mm", "camera_y_mm", "camera_z_mm", "r11", "r12", "r13", "r21", "r22", "r23",
-    "r31", "r32", "r33", "parallax_x", "parallax_y", "phase_rad", "label",
-)  # fmt: skip
+Render = Callable[[Instant], Rendered | None]
 
 
 @dataclass(frozen=True)
 class FilmReport:
-    """What was filmed: files, frames, label, seconds by stage, and what was left out."""
+    """What was filmed: files, frames in the file, label, size in px, seconds by stage, and what was left out."""
 
     video: Path
     truth: Path
     frames: int
     label: str
+    size: tuple[int, int]
     stages_s: dict[str, float]
     left_out: tuple[str, ...]
 
@@ -50,128 +49,104 @@ def truth_path(video: Path) -> Path:
 
 def film(
     scene: Scene, motion: Motion, video: Path, *, frames: int, fps: float, forge: str | None = None, seed: int = 0,
-    crf: int = 23, backend: str = "analytic", overwrite: bool = False,
-    progress: Callable[[int, int], None] | None = None,
+    codec: str = "h264", crf: int | None = None, recipe: str | None = None, backend: str = "analytic",
+    overwrite: bool = False, progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:  # fmt: skip
-    """Film a scene to an H.264 file with its truth beside it, both whole or not at all.
+    """Film a scene to a video file with its truth beside it, both whole or not at all.
 
-    Parameters: frames, fps: length and rate; forge: a kind of `forge.KINDS`, None for a true film; crf: quality of
-        x264; backend: "analytic", or "mitsuba", the slow reference, which knows no rolling shutter; progress: called
-        with frames done and in all.
-    Convention: times are those of the middle row; the truth's poses are board -> camera, board frame of `motion`.
+    Parameters: frames, fps: length and rate of the camera; forge: a kind of `forge.KINDS`, None for a true film;
+        codec, crf, recipe: of `encode`, crf on the codec's own scale; backend: "analytic", or "mitsuba", the slow
+        reference, which knows no rolling shutter; progress: called with frames done and in all.
+    Convention: times are those of the middle row; the truth's columns are told in `truth`.
     Returns: FilmReport.
     Raises: SpecError where nothing would be filmed; MediaError where the file cannot be written.
-    Source: `analytic`, `sensor`, and x264 by PyAV.
+    Source: `analytic`, `shutter`, `sensor`, and the encoders of PyAV.
     """
     if not (2 <= frames <= 1_000_000 and 1 <= fps <= 1000):
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
+    way = recipe_for(recipe, codec, crf)
+    _check_backend(scene, backend, forge)
     planned([video, truth_path(video)], overwrite=overwrite)
-    times = np.arange(frames) / fps
-    half_shutter = scene.camera.shutter_s / 2
-    first, middle, last = motion(times - half_shutter), motion(times), motion(times + half_shutter)
-    shown = false_camera(forge, middle.camera_mm, fps, seed) if forge else middle.camera_mm
-    render, sensor = _renderer(scene, backend, seed), Sensor(scene.camera, seed)
-    stages = dict.fromkeys(("render", "sensor", "encode"), 0.0)
-    label = f"forged:{forge}" if forge else "genuine"
-    with whole_file(video) as temporary:
-        writer = _Writer(temporary, video.name, scene, fps, crf)
-        for k in range(frames):
-            begun = time.perf_counter()
-            board = render(Instant(_one(first, k), _one(last, k), shown[k]))
-            rendered = time.perf_counter()
-            picture = sensor.expose(board, middle.rotation[k], float(times[k]))
-            exposed = time.perf_counter()
-            writer.write(picture)
-            done = time.perf_counter()
-            for stage, seconds in (
-                ("render", rendered - begun),
-                ("sensor", exposed - rendered),
-                ("encode", done - exposed),
-            ):
-                stages[stage] += seconds
-            if progress:
-                progress(k + 1, frames)
-        writer.close()
-    write_text(truth_path(video), truth_csv(scene, times, middle, shown, label))
+    shown = shown_in(forge, scene, motion, motion(np.arange(frames) / fps).camera_mm, fps, seed)
+    kept = kept_frames(way, frames, seed)
+    camera, label = scene.camera, f"forged:{forge}" if forge else "genuine"
+    render, sensor = _renderer(scene, backend, seed), Sensor(camera, seed)
+    stages = _Stages()
+    with whole_file(truth_path(video)) as truth_file, whole_file(video) as video_file:
+        with (
+            truth_file.open("w", encoding="utf-8", newline="") as stream,
+            FilmWriter(video_file, video.name, (camera.width, camera.height), fps, way) as writer,
+        ):
+            truth = Truth(stream, scene.badge, label)
+            for row, frame in enumerate(kept.tolist()):
+                stages.begin()
+                middle, opening = opened(motion, camera, scene.board_half_mm, frame / fps, fps)
+                board, field = _seen(render, opening, shown, frame)
+                stages.end("render")
+                picture = sensor.expose(board, middle.rotation[0], frame / fps)
+                stages.end("sensor")
+                writer.write(picture, frame)
+                stages.end("encode")
+                truth.add(row, frame / fps, middle, shown.camera_mm[frame], shown.sight_mm[frame], field)
+                if progress:
+                    progress(row + 1, len(kept))
+            stages.begin()
+        stages.end("encode")
     left_out = ("colour", "Fresnel losses and glare", "direction of the light", "the mount", "the printed name")
-    return FilmReport(video, truth_path(video), frames, label, stages, left_out)
+    return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, left_out)
 
 
-def _renderer(scene: Scene, backend: str, seed: int) -> Callable[[Instant], Rendered | None]:
+def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:
+    """What one frame sees of the board, gathered over its exposure, and the forged field."""
+    field, picture = shown.field(frame), shown.picture(frame)
+    parts = []
+    for poses in opening:
+        # True fringes move with the camera while it is open; forged ones stand still for a frame.
+        place = poses.camera_mm[1] if shown.camera_mm is shown.sight_mm else shown.camera_mm[frame]
+        parts.append(render(Instant(_one(poses, 0), _one(poses, 2), place, field, picture)))
+    return averaged(parts), field
+
+
+def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
+    """Refuse what a backend cannot show, before any work.  Raises: SpecError."""
+    if backend not in ("analytic", "mitsuba"):
+        raise SpecError(f"backend {backend!r} is not known; choose analytic or mitsuba")
+    if backend == "analytic":
+        return
+    if scene.hidden_mm is not None:
+        raise SpecError("the mitsuba backend covers no part of the board; use the analytic one")
+    if forge is not None:
+        raise SpecError(f"the mitsuba backend films true badges alone, not {forge}; use the analytic one")
+    if any(scene.camera.distortion) or scene.camera.principal_px is not None:
+        raise SpecError("the mitsuba backend knows no lens distortion; choose another camera, or the analytic backend")
+
+
+def _renderer(scene: Scene, backend: str, seed: int) -> Render:
     """What renders one frame of the scene."""
     if backend == "analytic":
         return AnalyticRenderer(scene).render
-    if backend != "mitsuba":
-        raise SpecError(f"backend {backend!r} is not known; choose analytic or mitsuba")
     from moireid.simulate.mitsuba_renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, seed=seed).render
 
 
-def truth_csv(scene: Scene, times_s: Array, poses: Poses, shown_mm: Array, label: str) -> str:
-    """The truth of a film as CSV: pose, parallax coordinate and shown fringe phase of each frame.
+class _Stages:
+    """Seconds by stage."""
 
-    Convention: parallax u = Cx / |Cz|, positive where the camera is at +x; phase by `lenticule.ViewLaw` at the
-    board's centre on the page's plane, for the first grating's pitch.
-    """
-    badge = scene.badge
-    pitch = badge.gratings[0].pitch_mm
-    law = view_law(badge.lens, pitch)
-    axis = 0 if badge.gratings[0].axis == "x" else 1
-    distance = np.abs(shown_mm[:, 2])
-    tangent = -shown_mm[:, axis] / distance
-    lines = 1 / pitch - 1 / badge.lens.pitch_mm
-    across = -shown_mm[:, 1 - axis] / distance
-    phase = law.phase_rad(tangent, across) - 2 * np.pi * lines * badge.lens.thickness_mm * tangent
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(TRUTH_COLUMNS)
-    for k, clock in enumerate(times_s):
-        camera = poses.camera_mm[k]
-        figures = [
-            *camera,
-            *poses.rotation[k].ravel(),
-            camera[0] / abs(camera[2]),
-            camera[1] / abs(camera[2]),
-            phase[k],
-        ]
-        writer.writerow([k, f"{clock:.6f}", *(f"{value:.6f}" for value in figures), label])
-    return out.getvalue()
+    def __init__(self) -> None:
+        self.seconds = dict.fromkeys(("render", "sensor", "encode"), 0.0)
+        self._clock = 0.0
+
+    def begin(self) -> None:
+        """Start the clock."""
+        self._clock = time.perf_counter()
+
+    def end(self, stage: str) -> None:
+        """Count the time since the last call to a stage."""
+        now = time.perf_counter()
+        self.seconds[stage] += now - self._clock
+        self._clock = now
 
 
 def _one(poses: Poses, k: int) -> Poses:
     return Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])
-
-
-class _Writer:
-    """An H.264 file, frame by frame."""
-
-    def __init__(self, path: Path, name: str, scene: Scene, fps: float, crf: int) -> None:
-        import av
-
-        try:
-            self._container = av.open(str(path), "w")
-            rate = Fraction(fps).limit_denominator(1001)
-            self._stream = self._container.add_stream("libx264", rate=rate)
-        except (av.error.FFmpegError, ValueError) as error:
-            raise MediaError(f"film {name} cannot be written as H.264 ({error}); name it .mp4 or .mkv") from error
-        self._stream.width, self._stream.height = scene.camera.width, scene.camera.height
-        self._stream.pix_fmt = "yuv420p"
-        self._stream.options = {"crf": str(crf), "preset": "veryfast"}
-        self._grey = np.full((scene.camera.height // 2, scene.camera.width), 128, np.uint8)
-
-    def write(self, picture: NDArray[np.uint8]) -> None:
-        """Encode one grey picture."""
-        import av
-
-        # Video luma runs from 16 to 235; a player stretches it back.
-        luma = np.rint(16 + picture * np.float32(219 / 255)).astype(np.uint8)
-        planes = np.vstack([luma, self._grey])
-        for packet in self._stream.encode(av.VideoFrame.from_ndarray(planes, format="yuv420p")):
-            self._container.mux(packet)
-
-    def close(self) -> None:
-        """Flush the encoder and finish the file."""
-        for packet in self._stream.encode():
-            self._container.mux(packet)
-        self._container.close()

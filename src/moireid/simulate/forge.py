@@ -1,8 +1,11 @@
-"""Forgeries: everything true but the place from which the fringes think they are seen.
+"""Forgeries by a false law of motion: everything true but the place from which the fringes think they are seen.
 
-A forged film shows the lens as a camera elsewhere would see it, while page, markers and motion stay true.  Each kind
-is a false course of the parallax tangent at the badge's centre, with the true one's spread where it has a spread, so
-that no forgery gives itself away by its size.
+A forged film shows the lens as a camera elsewhere would see it, while page, markers and motion stay true.  Each course
+is a false one of the parallax coordinate at the badge's centre, with the true one's mean and spread where it has a
+spread, so that no forgery gives itself away by its size.  Within one frame, from its first row to its last, the
+fringes move with the true camera, by less than 0.01 rad over the badge.
+
+`shown.py` makes a forged film of any kind; `patches.py` and `flat.py` hold those that are no course of one place.
 """
 
 from __future__ import annotations
@@ -11,35 +14,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
+from moireid.simulate.motion import measured_run
 
 Array = NDArray[np.float64]
-KINDS = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed")
+#: Kinds that are a false course of one place, for the whole badge.
+COURSES = ("frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed", "splice", "wobble")
+#: Kinds whose parts follow courses of their own.
+FIELDS = ("patchy", "generative")
+#: Kinds that are a flat picture.
+FLAT = ("photo", "screen")
+KINDS = COURSES + FIELDS + FLAT
 LATE_S = 0.25
 GAIN_LOW, GAIN_HIGH = 0.5, 1.9
 #: A random walk that forgets within this time wanders about as fast as a hand does.
 MEMORY_S = 0.8
+#: The wander on top of the right gain, as a share of the true spread.
+WOBBLE = 0.3
 
 
 def false_camera(kind: str, camera_mm: Array, fps: float, seed: int) -> Array:
     """Camera centres (T, 3) from which the fringes are shown, board frame.
 
-    Parameters: camera_mm (T, 3): the true centres; fps: of the film; seed: of the random walk.
-    Convention: the tangents Cx/|Cz| and Cy/|Cz| are forged, the distance stays true.
+    Parameters: kind: one of `COURSES`; camera_mm (T, 3): the true centres; fps: of the film; seed: of what is random.
+    Convention: the parallax coordinates Cx/|Cz| and Cy/|Cz| are forged, the distance stays true.
     Raises: SpecError for a kind that is none.
     Source: the kinds of the project's contract: a wrong law of motion each.
     """
-    if kind not in KINDS:
-        raise SpecError(f"forgery {kind!r} is not known; choose one of {', '.join(KINDS)}")
+    if kind not in COURSES:
+        raise SpecError(f"forgery {kind!r} is no false course; choose one of {', '.join(COURSES)}")
     distance = np.abs(camera_mm[:, 2:])
     true = camera_mm[:, :2] / distance
     mean, spread = true.mean(axis=0), true.std(axis=0)
-    ramp = np.linspace(-1, 1, len(true))[:, None] * np.sqrt(3.0)
     if kind == "frozen":
         shown = np.broadcast_to(true[0], true.shape)
     elif kind == "drift":
-        shown = mean + spread * ramp
+        shown = mean + spread * np.linspace(-1, 1, len(true))[:, None] * np.sqrt(3.0)
     elif kind == "randomwalk":
-        shown = mean + spread * _random_walk(len(true), fps, seed)
+        shown = mean + spread * random_walk(len(true), fps, seed)
+    elif kind == "splice":
+        shown = mean + spread * _of_unit_spread(_other_film(len(true), fps, seed))
+    elif kind == "wobble":
+        shown = true + WOBBLE * spread * _apart_from(true, random_walk(len(true), fps, seed))
     elif kind == "late":
         delay = max(1, round(LATE_S * fps))
         shown = true[np.maximum(np.arange(len(true)) - delay, 0)]
@@ -49,7 +64,7 @@ def false_camera(kind: str, camera_mm: Array, fps: float, seed: int) -> Array:
     return np.column_stack([shown * distance, camera_mm[:, 2]])
 
 
-def _random_walk(count: int, fps: float, seed: int) -> Array:
+def random_walk(count: int, fps: float, seed: int) -> Array:
     """Two smooth random courses (T, 2), mean 0 and standard deviation 1 over the film."""
     from scipy.ndimage import gaussian_filter1d
 
@@ -58,6 +73,27 @@ def _random_walk(count: int, fps: float, seed: int) -> Array:
     course = np.zeros_like(steps)
     for frame in range(1, count):
         course[frame] = keep * course[frame - 1] + steps[frame]
-    course = gaussian_filter1d(course, 0.1 * fps, axis=0)
+    return _of_unit_spread(gaussian_filter1d(course, 0.1 * fps, axis=0))
+
+
+def _other_film(count: int, fps: float, seed: int) -> Array:
+    """Parallax coordinates (T, 2) of another true film: the measured run, from a second that the seed draws.
+
+    It begins 7 to 20 s into the run, so a film that itself shows the run from its beginning is another piece of it.
+    """
+    begin = np.random.default_rng(seed).uniform(7.0, 20.0)
+    camera = measured_run(1000.0)(begin + np.arange(count) / fps).camera_mm
+    return np.asarray(camera[:, :2] / np.abs(camera[:, 2:]))
+
+
+def _apart_from(true: Array, course: Array) -> Array:
+    """What a course (T, 2) has nothing to do with the true one in, axis by axis, spread 1: the gain stays right."""
+    true = true - true.mean(axis=0)
+    share = (true * course).sum(axis=0) / np.maximum((true**2).sum(axis=0), 1e-30)
+    return _of_unit_spread(course - share * true)
+
+
+def _of_unit_spread(course: Array) -> Array:
+    """The course about its mean, in units of its standard deviation; zeros where it stands still."""
     course = course - course.mean(axis=0)
     return np.asarray(course / np.maximum(course.std(axis=0), 1e-12))

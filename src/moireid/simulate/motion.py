@@ -44,13 +44,10 @@ def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
     Convention: module docstring.  Source: each motion's own docstring.
     Raises: SpecError where there is neither such a name nor such a file; MediaError where the file is no motion.
     """
-    named: dict[str, Callable[[float, int], Motion]] = {
-        "handheld": lambda distance, _: measured_run(distance), "linear": linear, "sway": sway, "static": static,
-    }  # fmt: skip
-    if name in named:
-        return named[name](distance_mm, seed)
+    if name in NAMED:
+        return NAMED[name](distance_mm, seed)
     if not name.lower().endswith(".csv"):
-        raise SpecError(f"motion {name!r} is not known; give one of {', '.join(named)}, or a .csv file")
+        raise SpecError(f"motion {name!r} is not known; give one of {', '.join(NAMED)}, or a .csv file")
     return from_csv(Path(name), distance_mm)
 
 
@@ -97,6 +94,69 @@ def sway(distance_mm: float, seed: int) -> Motion:
     return poses
 
 
+def roll(distance_mm: float, seed: int) -> Motion:
+    """In-plane rotation: the linear path while the camera turns about its view axis, 25 degrees either way.
+
+    Source: the linear path's; how far and how fast a hand turns a phone (0.4 Hz) is ours.
+    """
+    path = linear(distance_mm, seed)
+
+    def poses(times_s: Array) -> Poses:
+        straight = path(times_s)
+        turn = np.zeros((len(times_s), 3))
+        turn[:, 2] = math.radians(25.0) * np.sin(2 * math.pi * 0.4 * times_s)
+        return Poses(straight.camera_mm, Rotation.from_rotvec(turn).as_matrix() @ straight.rotation)
+
+    return poses
+
+
+def oblique(distance_mm: float, seed: int) -> Motion:
+    """The linear path seen from the side: the badge faces 45 degrees away from the middle of the path.
+
+    Convention: the camera stays on the side of +x, at the same distance from the badge as the linear path.
+    """
+    path, aside = linear(distance_mm, seed), Rotation.from_euler("y", -45.0, degrees=True)
+
+    def poses(times_s: Array) -> Poses:
+        straight = path(times_s)
+        return Poses(aside.apply(straight.camera_mm), straight.rotation @ aside.inv().as_matrix())
+
+    return poses
+
+
+def tumble(distance_mm: float, seed: int) -> Motion:
+    """Compound rotation: a badge held in the hand turns about all three of its axes at once before a still camera.
+
+    Convention: 14, 10 and 20 degrees about y, x and z, at rates that do not repeat within a minute; a tremor on top.
+    """
+    tremor = _tremor(seed, count=6, amplitude=1.0, band_hz=(0.3, 4.0))
+    swing, rate_hz, start = np.radians([14.0, 10.0, 20.0]), np.array([0.37, 0.29, 0.23]), np.array([0.0, 0.9, 2.1])
+
+    def poses(times_s: Array) -> Poses:
+        shake = tremor(times_s)
+        turns = swing * np.sin(2 * math.pi * rate_hz * times_s[:, None] + start) + math.radians(0.3) * shake[:, :3]
+        board_to_camera = Rotation.from_euler("yxz", turns)
+        shift = np.array([0.0, 0.0, distance_mm]) + 4.0 * shake[:, 3:]
+        return Poses(-board_to_camera.inv().apply(shift), board_to_camera.as_matrix())
+
+    return poses
+
+
+def circle(distance_mm: float, seed: int) -> Motion:
+    """Round the badge's axis, 120 mm out, three seconds a turn: moves sideways as much as up and down.
+
+    Both axes of a two-axis badge are excited alike, a quarter of a turn apart, so neither can stand for the other.
+    """
+    tremor = _tremor(seed, count=3, amplitude=math.radians(0.5), band_hz=(0.3, 4.0))
+
+    def poses(times_s: Array) -> Poses:
+        angle = 2 * math.pi * times_s / 3.0
+        camera = np.column_stack([120 * np.cos(angle), 120 * np.sin(angle), np.full_like(angle, -distance_mm)])
+        return _aimed(camera, tremor(times_s))
+
+    return poses
+
+
 def measured_run(distance_mm: float) -> Motion:
     """The measured hand-held run that is shipped; longer films run it forth and back.
 
@@ -104,6 +164,13 @@ def measured_run(distance_mm: float) -> Motion:
     """
     text = resources.files("moireid.simulate").joinpath(MEASURED_RUN).read_text(encoding="utf-8")
     return _spline(text, "the measured run", distance_mm)
+
+
+#: Motions by name, of distance in mm and seed.
+NAMED: dict[str, Callable[[float, int], Motion]] = {
+    "handheld": lambda distance_mm, seed: measured_run(distance_mm), "linear": linear, "sway": sway, "static": static,
+    "roll": roll, "oblique": oblique, "tumble": tumble, "circle": circle,
+}  # fmt: skip
 
 
 def from_csv(path: Path, distance_mm: float) -> Motion:

@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
+from moireid.simulate.camera import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
+
+__all__ = ["Build", "Camera", "Instant", "Scene"]
 
 Array = NDArray[np.float64]
 
@@ -41,29 +44,20 @@ class Build:
 
 
 @dataclass(frozen=True)
-class Camera:
-    """A phone's camera: pinhole, rolling shutter, and its noise in 8-bit counts at mid grey."""
-
-    width: int = 1920
-    height: int = 1080
-    focal_px: float = 1450.0
-    shutter_s: float = 0.012
-    noise_counts: float = 2.0
-
-    @property
-    def matrix(self) -> Array:
-        """Intrinsic matrix; pixel centres are whole numbers, the principal point is the picture's centre."""
-        centre = ((self.width - 1) / 2, (self.height - 1) / 2)
-        return np.array([[self.focal_px, 0, centre[0]], [0, self.focal_px, centre[1]], [0, 0, 1.0]])
-
-
-@dataclass(frozen=True)
 class Instant:
-    """One frame to render: poses at the first and last row, and the place from which the fringes are shown."""
+    """One frame to render: poses at the first and last row, and the place from which the fringes are shown.
+
+    field: parallax coordinates (rows, columns, 2) that are added to that place's own, an even grid over the board:
+        each part of a forged badge may follow a course of its own; None for none.
+    picture: what a flat board shows in place of page and sheet, (rows, columns) radiance over its whole width at one
+        scale; None for a true badge.
+    """
 
     first: Poses
     last: Poses
     shown_from_mm: Array
+    field: Array | None = None
+    picture: NDArray[np.float32] | None = None
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ import math
 from typing import Any, NamedTuple
 
 from moireid.errors import MissingExtraError
+from moireid.simulate.light_kernels import lit
 
 try:
     from numba import njit
@@ -50,7 +51,8 @@ class Sheet(NamedTuple):
 
 class Board(NamedTuple):
     """The rest of what a ray may meet: half sizes, covered part (x0, y0, x1, y1), radiances, and the picture
-    of the markers, with the value of its even blocks (`page`)."""
+    of the markers, with the value of its even blocks (`page`); lens, lamps, lights: as `light_kernels.lit` wants them;
+    field: parallax added to parts of a forged badge, of one entry where there is none."""
 
     half_x: float
     half_y: float
@@ -61,6 +63,10 @@ class Board(NamedTuple):
     even: Any
     texture_per_mm: float
     block: int
+    lens: Any
+    lamps: Any
+    lights: Any
+    field: Any
 
 
 @njit(error_model="numpy")
@@ -134,33 +140,52 @@ def careful_ray(
         if rect[0] <= lens_x <= rect[2] and rect[1] <= lens_y <= rect[3]:
             depth = -(centre[2] + shown[2]) - sheet.gap
             fx, fy = (lens_x - centre[0] - shown[0]) / depth, (lens_y - centre[1] - shown[1]) / depth
+            if board.field.size > 2:
+                i, j = field_part(page_x, page_y, scale, board)
+                fx -= board.field[i, j, 0]
+                fy -= board.field[i, j, 1]
             sine = sheet.sin_twist
             if rect[4] != 0:
                 # Across and along change places on a grating of the other axis, and so does the sense of a twist.
                 lens_x, lens_y, fx, fy, sine = lens_y, lens_x, fy, fx, -sine
-            return _lines_seen(k, lens_x, lens_y, fx, fy, sine, sheet, cells, board)
+            return _lines_seen(k, lens_x, lens_y, fx, fy, sine, depth, sheet, cells, board)
     return page_value(page_x, page_y, scale, board)
 
 
 @njit(inline="always", error_model="numpy")
 def _lines_seen(
-    grating: int, across: float, along: float, tx: float, ty: float, sine: float, sheet: Sheet, cells: Any,
-    board: Board,
+    grating: int, across: float, along: float, tx: float, ty: float, sine: float, depth: float, sheet: Sheet,
+    cells: Any, board: Board,
 ) -> float:  # fmt: skip  # pragma: no cover
-    """Ink or paper seen at a place of the sheet along the tangents, all told across and along."""
+    """Radiance at a place of the sheet along the tangents, seen from `depth` in front; all told across and along."""
     cosine = sheet.cos_twist
     x, y = across * cosine + along * sine - sheet.offset, along * cosine - across * sine
-    lx, ly, through = land(x, y, tx * cosine + ty * sine, ty * cosine - tx * sine, sheet)
+    tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
+    landed, ly, through = land(x, y, tan_x, tan_y, sheet)
     if not through:
         return board.ink
-    lx += sheet.offset
+    lx = landed + sheet.offset
     page_across = (lx * cosine - ly * sine) / sheet.print_scale
     page_along = (ly * cosine + lx * sine) / sheet.print_scale
     cell = cell_at(grating, page_across, page_along, cells)
-    if cell < 0:
-        return board.paper
-    place = (page_across - cells.lines[cell, 0]) * cells.lines[cell, 1]
-    return board.ink if place - math.floor(place) < cells.lines[cell, 2] else board.paper
+    value = board.paper
+    if cell >= 0:
+        place = (page_across - cells.lines[cell, 0]) * cells.lines[cell, 1]
+        if place - math.floor(place) < cells.lines[cell, 2]:
+            value = board.ink
+    if board.lamps[grating, 9] > 0.0:
+        # Across the lenses a ray stands for its share of the pixel, widened by the slant.
+        step = depth * (1.0 + tan_x * tan_x) * board.lamps[grating, 9]
+        value = lit(value, x, y, tan_x, tan_y, landed, step, board.lens, board.lamps[grating], board.lights[grating])
+    return value
+
+
+@njit(inline="always", error_model="numpy")
+def field_part(page_x: float, page_y: float, scale: float, board: Board) -> tuple[int, int]:  # pragma: no cover
+    """Row and column of the forged field at a place of the page."""
+    i = int((page_y / scale / board.half_y + 1.0) * 0.5 * board.field.shape[0])
+    j = int((page_x / scale / board.half_x + 1.0) * 0.5 * board.field.shape[1])
+    return min(i, board.field.shape[0] - 1), min(j, board.field.shape[1] - 1)
 
 
 @njit(inline="always", error_model="numpy")

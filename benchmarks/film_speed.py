@@ -1,0 +1,50 @@
+"""Seconds that a 10 s film takes, by stage: run `.venv/bin/python benchmarks/film_speed.py [CAMERA ...]`.
+
+60 frames a second, 1080p where the camera has it, the default badge held in the hand at 1 m, sensor and H.264.  A
+short film runs first, so that compiling is not counted; it is told apart.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numba
+
+from moireid.designer import Request, design_badge, payload_for_name
+from moireid.simulate.camera import camera_named
+from moireid.simulate.film import film
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Build, Scene
+
+SECONDS, FPS = 10, 60.0
+
+
+def main() -> None:
+    """Print one row a camera."""
+    badge = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    print(
+        f"{platform.machine()}, {os.cpu_count()} cores, numba {numba.__version__} on {numba.get_num_threads()} threads"
+    )
+    print(f"{'camera':<12}{'first 2 frames':>16}{'render':>9}{'sensor':>9}{'encode':>9}{'total s':>9}{'MB':>7}")
+    with tempfile.TemporaryDirectory() as folder:
+        video = Path(folder) / "film.mp4"
+        for name in sys.argv[1:] or ["phone"]:
+            scene = Scene(badge, Build.typical(1), camera_named(name))
+            motion = motion_named("handheld", distance_mm=1000.0, seed=1)
+            begun = time.perf_counter()
+            film(scene, motion, video, frames=2, fps=FPS, overwrite=True)
+            compiled = time.perf_counter()
+            report = film(scene, motion, video, frames=round(SECONDS * FPS), fps=FPS, overwrite=True)
+            total = time.perf_counter() - compiled
+            stages = "".join(f"{report.stages_s[stage]:>9.1f}" for stage in ("render", "sensor", "encode"))
+            size = video.stat().st_size / 1e6
+            print(f"{name:<12}{compiled - begun:>16.1f}{stages}{total:>9.1f}{size:>7.1f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,151 @@
+"""Cameras: lens, shutter, exposure and what the maker's software does to the picture; some of them by name.
+
+Convention: pixel centres are whole numbers, and distortion is OpenCV's (Brown's radial k1, k2 and tangential p1, p2):
+a ray of slopes (x, y) meets the picture where the distorted slopes say.
+Source: Brown 1966; the names and order of OpenCV's `projectPoints`, whose first four coefficients these are.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import MissingExtraError, SpecError
+
+try:
+    from numba import njit
+except ImportError as missing:  # pragma: no cover
+    raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Camera:
+    """One camera, by default a phone's in good light.
+
+    width, height, focal_px: pixels; principal_px: where the view axis meets the picture, None for its centre;
+    distortion: k1, k2, p1, p2; all in the picture as it is before mirroring.
+    shutter_s: from the first row's exposure to the last one's; exposure_s: how long each row is open, at most the time
+    of a frame, 0 for an instant.
+    noise_counts: standard deviation at mid grey, 8-bit counts; exposure: light gathered, 1 where white paper is just
+    not clipped; exposure_drift: share by which it wanders over some seconds.
+    focus_blur_px: standard deviation of defocus; sharpen: strength of the unsharp mask, with its halo; mirror: a
+    self-view, turned left to right after all else.
+    """
+
+    width: int = 1920
+    height: int = 1080
+    focal_px: float = 1450.0
+    shutter_s: float = 0.012
+    noise_counts: float = 2.0
+    distortion: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    exposure_s: float = 0.0
+    exposure: float = 1.0
+    exposure_drift: float = 0.06
+    focus_blur_px: float = 0.0
+    sharpen: float = 0.0
+    mirror: bool = False
+    principal_px: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what is no camera.  Raises: SpecError."""
+        bounds = {
+            "width": (2, 16384), "height": (2, 16384), "focal_px": (1.0, 1e6), "shutter_s": (0.0, 1.0),
+            "noise_counts": (0.0, 128.0), "exposure_s": (0.0, 1.0), "exposure": (0.0, 1e3),
+            "exposure_drift": (0.0, 0.9), "focus_blur_px": (0.0, 50.0), "sharpen": (0.0, 5.0),
+        }  # fmt: skip
+        for name, (low, high) in bounds.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise SpecError(f"a camera's {name} is {value:g}; give {low:g} to {high:g}", **{name: value})
+        if len(self.distortion) != 4 or not all(math.isfinite(value) for value in self.distortion):
+            raise SpecError(f"a camera's distortion is {self.distortion}; give k1, k2, p1, p2 as four finite numbers")
+        if not self._lens_is_one_to_one():
+            raise SpecError(
+                f"distortion {self.distortion} folds the picture back on itself within the frame; give smaller figures"
+            )
+
+    @property
+    def matrix(self) -> Array:
+        """Intrinsic matrix (3, 3) of the undistorted camera."""
+        centre = self.principal_px or ((self.width - 1) / 2, (self.height - 1) / 2)
+        return np.array([[self.focal_px, 0, centre[0]], [0, self.focal_px, centre[1]], [0, 0, 1.0]])
+
+    def project(self, points: Array) -> Array:
+        """Pixels (..., 2) of points (..., 3) in camera coordinates with positive depth, distorted, not mirrored."""
+        slopes = points[..., :2] / points[..., 2:]
+        return np.asarray(self._distorted(slopes) * self.focal_px + self.matrix[:2, 2])
+
+    def _distorted(self, slopes: Array) -> Array:
+        k1, k2, p1, p2 = self.distortion
+        x, y = slopes[..., 0], slopes[..., 1]
+        r2 = x * x + y * y
+        radial = 1 + r2 * (k1 + k2 * r2)
+        return np.stack([
+            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+        ], axis=-1)  # fmt: skip
+
+    def _lens_is_one_to_one(self) -> bool:
+        """Whether the undistorted slopes of the picture's border can be found, and give the border back."""
+        if self.distortion == (0.0, 0.0, 0.0, 0.0):
+            return True
+        way = np.linspace(-0.5, 0.5, 9)
+        rim = [(s * self.width, e * self.height) for s in way for e in way if 0.5 in (abs(s), abs(e))]
+        middle = np.array([(self.width - 1) / 2, (self.height - 1) / 2])
+        border = (np.array(rim) + middle - self.matrix[:2, 2]) / self.focal_px
+        found = np.array([undistorted(x, y, np.array(self.distortion)) for x, y in border])
+        return bool(np.all(np.isfinite(found)) and np.abs(self._distorted(found) - border).max() < 1e-6)
+
+
+@njit(cache=True, error_model="numpy")
+def undistorted(x: float, y: float, distortion: Any) -> tuple[float, float]:  # pragma: no cover
+    """Slopes of the ray that meets the picture at distorted slopes (x, y).
+
+    Source: OpenCV's fixed-point iteration for `undistortPoints`, run until it stands still.
+    """
+    k1, k2, p1, p2 = distortion[0], distortion[1], distortion[2], distortion[3]
+    u, v = x, y
+    for _ in range(40):
+        r2 = u * u + v * v
+        radial = 1.0 + r2 * (k1 + k2 * r2)
+        nu = (x - 2.0 * p1 * u * v - p2 * (r2 + 2.0 * u * u)) / radial
+        nv = (y - p1 * (r2 + 2.0 * v * v) - 2.0 * p2 * u * v) / radial
+        step = abs(nu - u) + abs(nv - v)
+        u, v = nu, nv
+        if step < 1e-9:
+            break
+    return u, v
+
+
+#: Cameras by name.  The figures are typical of their kind, not measured of one device.
+CAMERAS: dict[str, Camera] = {
+    # A phone's main camera in good light, its distortion corrected by the maker.
+    "phone": Camera(),
+    # The same with what phones do to please: a slower shutter, denoised, then sharpened with a halo.
+    "sharpened": Camera(exposure_s=1 / 120, noise_counts=1.5, sharpen=1.0),
+    # A laptop's: 720p, wide, slow, a little soft, distortion left in.
+    "webcam": Camera(
+        1280, 720, 900.0, shutter_s=0.016, noise_counts=3.0, distortion=(-0.06, 0.015, 0.0004, -0.0003),
+        exposure_s=1 / 100, focus_blur_px=0.6, exposure_drift=0.1,
+    ),
+    # A phone's second, very wide lens, uncorrected.
+    "wide": Camera(focal_px=900.0, distortion=(-0.12, 0.02, 0.0005, -0.0003)),
+    # An evening room: open for as long as a frame of 30 a second lets it, dark and noisy all the same.
+    "dim": Camera(exposure_s=1 / 30, exposure=0.35, noise_counts=9.0, exposure_drift=0.15),
+    # A window behind the camera: paper clips to white.
+    "bright": Camera(exposure=1.8, noise_counts=1.5),
+}  # fmt: skip
+
+
+def camera_named(name: str, *, mirror: bool = False, focus_blur_px: float | None = None) -> Camera:
+    """A camera by name, as it is or mirrored, or out of focus.  Raises: SpecError for a name that is none."""
+    if name not in CAMERAS:
+        raise SpecError(f"camera {name!r} is not known; choose one of {', '.join(CAMERAS)}")
+    camera = replace(CAMERAS[name], mirror=mirror)
+    return camera if focus_blur_px is None else replace(camera, focus_blur_px=focus_blur_px)

@@ -1,0 +1,70 @@
+"""The ground truth beside a film: pose, parallax and shown fringe phase of each frame, as CSV.
+
+frame, time_s: number and time in the file, of the picture's middle row; frames that a recipe drops have no row.
+camera_*_mm, r11 to r33: the true camera, board -> camera, in the board frame of `motion`; before mirroring.
+parallax_x, parallax_y: of the true camera, Cx/|Cz| and Cy/|Cz|.
+phase_rad: of the fringes as shown, forged or not, at the board's centre.  Where the parts of a forged badge disagree,
+    it is that of the part which holds the centre: of `patchy`, the patch to its lower right.
+label: "genuine", or "forged:KIND".
+shown_x, shown_y: parallax coordinates from which the fringes at the board's centre are shown; the true ones if genuine.
+phase_other_rad: as phase_rad, for the first grating of the other axis; nan where the badge has none.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+from typing import TextIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge, Grating
+from moireid.lenticule import view_law
+from moireid.simulate.motion import Poses
+
+Array = NDArray[np.float64]
+TRUTH_COLUMNS = (
+    "frame", "time_s", "camera_x_mm", "camera_y_mm", "camera_z_mm", "r11", "r12", "r13", "r21", "r22", "r23",
+    "r31", "r32", "r33", "parallax_x", "parallax_y", "phase_rad", "label", "shown_x", "shown_y", "phase_other_rad",
+)  # fmt: skip
+
+
+def shown_phase_rad(badge: Badge, grating: Grating, shown_mm: Array, sight_mm: Array, field: Array) -> float:
+    """Phase of a grating's fringes at the board's centre, as a film that rectifies the page's plane has it.
+
+    Parameters: shown_mm, sight_mm (3,): as in `shown.Shown`; field (2,): parallax added at the centre.
+    Convention: phase by `lenticule.ViewLaw` for the grating's pitch, the badge as designed.
+    Source: the line of sight to the page's centre crosses the lenses at -g t; what they show there is as from the
+        shown place.  Where both places are one, this is the law of the page's plane.
+    """
+    lens, pitch = badge.lens, grating.pitch_mm
+    axis = 0 if grating.axis == "x" else 1
+    crossing = lens.thickness_mm * sight_mm[:2] / abs(sight_mm[2])
+    tangents = (crossing - shown_mm[:2]) / (abs(shown_mm[2]) - lens.thickness_mm) - field
+    lines = 1 / pitch - 1 / lens.pitch_mm
+    view = float(view_law(lens, pitch).phase_rad(tangents[axis], tangents[1 - axis]))
+    return view + 2 * math.pi * lines * float(crossing[axis])
+
+
+class Truth:
+    """Writes the rows of a film's truth as its frames are made."""
+
+    def __init__(self, stream: TextIO, badge: Badge, label: str) -> None:
+        self._badge, self._label = badge, label
+        self._gratings = [badge.gratings[0], *[g for g in badge.gratings if g.axis != badge.gratings[0].axis][:1]]
+        self._writer = csv.writer(stream, lineterminator="\n")
+        self._writer.writerow(TRUTH_COLUMNS)
+
+    def add(self, row: int, time_s: float, pose: Poses, shown_mm: Array, sight_mm: Array, field: Array | None) -> None:
+        """One frame: its number in the file, its time, the true pose (of one frame), and what is shown."""
+        camera = pose.camera_mm[0]
+        centre = np.zeros(2) if field is None else field[field.shape[0] // 2, field.shape[1] // 2]
+        parallax, shown = camera[:2] / abs(camera[2]), shown_mm[:2] / abs(shown_mm[2]) + centre
+        phases = [shown_phase_rad(self._badge, g, shown_mm, sight_mm, centre) for g in self._gratings] + [math.nan]
+        figures = [*camera, *pose.rotation[0].ravel(), *parallax, phases[0]]
+        after = [*shown, phases[1]]
+        self._writer.writerow([
+            row, f"{time_s:.6f}", *(f"{value:.6f}" for value in figures), self._label,
+            *(f"{value:.6f}" for value in after),
+        ])  # fmt: skip
