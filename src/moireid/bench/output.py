@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from moireid import __version__
+from moireid.bench.simulate_output import simulate_plot, simulate_table
 from moireid.files import planned, whole_file, write_text
 
 
@@ -106,8 +107,14 @@ def fabricate_plot(result: dict[str, Any]) -> Any:
 
 TABLES = {
     "identity": lambda result: identity_table(result), "stability": stability_table, "fabricate": fabricate_table,
+    "simulate": simulate_table,
 }  # fmt: skip
-PLOTS = {"identity": lambda result: identity_plot(result), "stability": stability_plot, "fabricate": fabricate_plot}
+PLOTS = {
+    "identity": lambda result: identity_plot(result),
+    "stability": stability_plot,
+    "fabricate": fabricate_plot,
+    "simulate": simulate_plot,
+}
 
 
 def identity_table(result: dict[str, Any]) -> str:
