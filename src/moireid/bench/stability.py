@@ -14,6 +14,7 @@ from typing import Any, Literal
 
 from moireid.badge import Badge, Rect
 from moireid.bench.clips import CRF, FOCAL_PX, FPS
+from moireid.bench.stiff_scenes import run_scenes
 from moireid.designer import Request, design_badge
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
@@ -70,7 +71,7 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     for done, case in enumerate(cases(), start=1):
         rows.append(read_case(case, seed, QUICK_FRAMES if quick else FRAMES))
         progress(done, len(cases()))
-    return {"suite": "stability", "seed": seed, "rows": rows}
+    return {"suite": "stability", "seed": seed, "rows": rows, "scenes": run_scenes()}
 
 
 def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:

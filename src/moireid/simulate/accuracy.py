@@ -29,8 +29,8 @@ Array = NDArray[np.float64]
 STRIP_MM = 8.0
 #: Pixels nearer than this to a cell's border see other lines too.
 BORDER_MM, BORDER_PX = 0.6, 1.5
-#: A strip must show this much of a beat, and this amplitude as a share of the contrast, to have a phase.
-LEAST_BEATS, LEAST_CONTRAST = 1.0, 0.02
+#: A strip must show this amplitude of the fringes, as a share of the contrast, to have a phase.
+LEAST_CONTRAST = 0.05
 #: Fewer pixels than this are no strip.
 LEAST_PIXELS = 24
 
@@ -58,7 +58,7 @@ class Difference:
 def difference(pairs: list[tuple[Strip, Array, Array]], contrast: float) -> Difference:
     """Compare brightness (N,) at each strip's pixels in two pictures, of which the second is taken for the truth.
 
-    Parameters: contrast: paper less ink.
+    Parameters: contrast: paper less ink; where it is 0, as without light, brightness errors are told as they are.
     Convention: module docstring; a pixel that is NaN in either picture is left out.
     Source: module docstring.
     """
@@ -71,10 +71,10 @@ def difference(pairs: list[tuple[Strip, Array, Array]], contrast: float) -> Diff
         squares, pixels = squares + float(((a - b) ** 2).sum()), pixels + len(a)
         size = np.abs(weight)
         first, second = (np.sum((v - np.average(v, weights=size)) * weight) / size.sum() for v in (a, b))
-        if min(abs(first), abs(second)) >= LEAST_CONTRAST * contrast:
+        if min(abs(first), abs(second)) > LEAST_CONTRAST * contrast:
             phases.append(np.angle(first / second))
     phase = float(np.sqrt(np.mean(np.square(phases)))) if phases else None
-    return Difference(phase, math.sqrt(squares / pixels) / contrast if pixels else 0.0, len(phases))
+    return Difference(phase, math.sqrt(squares / pixels) / (contrast or 1.0) if pixels else 0.0, len(phases))
 
 
 def brightness(picture: Rendered, strip: Strip) -> Array:
@@ -130,12 +130,11 @@ def _cut(
     scene: Scene, cell: Cell, across: Array, along: Array, sides: tuple[Array, Array], carrier: Array
 ) -> list[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.complex128]]]:
     """Rows, columns and weights of one uniform cell's strips; sides: its extent across and along, nominal board mm."""
-    lens, build = scene.badge.lens, scene.build
+    build = scene.build
     footprint = max(float(np.abs(np.diff(along, axis=k)).max(initial=0.0)) for k in (0, 1))
     edge = BORDER_MM + BORDER_PX * footprint
     (low, high), (begin, end) = (side * build.print_scale + np.array([edge, -edge]) for side in sides)
-    beat = abs(1 / (cell.pitch_mm * build.print_scale) - 1 / (lens.pitch_mm * build.lens_scale))
-    if (high - low) * beat < LEAST_BEATS or end <= begin:
+    if high <= low or end <= begin:
         return []
     cuts = np.linspace(begin, end, max(1, round((end - begin) / STRIP_MM)) + 1)
     # Half a cosine's square over the span: what lies outside the strip, or its mean, then hardly counts.

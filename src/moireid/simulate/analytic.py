@@ -33,8 +33,8 @@ RAYS = (16, 1)
 MOST_RAYS = 1 << 16
 #: The field of a badge that is seen from one place, and blocks of a picture of which nothing is known.
 NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
-#: Irrational steps that spread the numbers of a row of rays evenly over its height (golden ratio) and over a lens.
-_SPREAD = ((math.sqrt(5) - 1) / 2, math.sqrt(2) - 1)
+#: Multiples of the golden ratio spread the rays of a row evenly over its height.
+_GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 @dataclass(frozen=True)
@@ -155,16 +155,15 @@ def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
 
 
 def ray_places(across: int, down: int) -> NDArray[np.float32]:
-    """Places of a pixel's rays in it, and in a lens that it does not resolve: (3, across * down), -1/2 to 1/2.
+    """Places of a pixel's rays in it: (2, across * down), -1/2 to 1/2.
 
-    Convention: x to the right, y down, then the place in the lens.  The rays make a grid of across by down; within its
+    Convention: x to the right, y down.  The rays make a grid of across by down; within its
     field each is moved so that all x differ by even steps, and all y.
     """
     column, row = (number.ravel() for number in np.meshgrid(np.arange(across), np.arange(down)))
     x = (column + (row + 0.5) / down) / across - 0.5
-    y = (row + (_rank(np.arange(across) * _SPREAD[0])[column] + 0.5) / across) / down - 0.5
-    inside = (_rank(np.argsort(np.argsort(x)) * _SPREAD[1]) + 0.5) / len(x) - 0.5
-    return np.ascontiguousarray([x, y, inside], np.float32)
+    y = (row + (_rank(np.arange(across) * _GOLDEN)[column] + 0.5) / across) / down - 0.5
+    return np.ascontiguousarray([x, y], np.float32)
 
 
 def _rank(turns: NDArray[Any]) -> NDArray[np.int64]:

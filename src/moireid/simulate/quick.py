@@ -5,8 +5,8 @@ and no table in it, so that the compiler runs eight or sixteen rays at once; wha
 the loop is small: places are told from the pixel's own lens, and lines from the edge next to that lens, both worked
 out in float64 once a pixel.
 
-Two things are simplified, and neither changes a picture by more than 1e-4 (tests hold it): the view tangents are the
-same for all rays of a pixel, and the pixel's footprint is a parallelogram.
+Two things are simplified: the rays of a pixel are refracted as its middle one is, and land further aside in proportion
+to their place; and the pixel's footprint is a parallelogram.
 
 Convention and source: as `trace`.
 """
@@ -22,21 +22,20 @@ from numba import njit
 from moireid.simulate.trace import Sheet, strip_at
 
 F = np.float32
-#: A pixel across which more lenses than this lie does not resolve them.
-UNRESOLVED_LENSES = 8.0
 
 
 @njit(inline="always", error_model="numpy")
 def grating_pixel(
-    grating: int, across: float, along: float, steps: Any, tx: float, ty: float, sine: float, spread: float,
+    grating: int, across: float, along: float, steps: Any, tx: float, ty: float, depth: float, sine: float,
+    spread: float,
     points: Any, shift: Any, sheet: Sheet, cells: Any,
 ) -> int:  # fmt: skip  # pragma: no cover
     """How many of a pixel's rays see ink; -1 where the pixel must be traced with care.
 
     Parameters: across, along: the pixel's middle on the lens plane; steps: how that place moves, across and along, for
-    one pixel right, then for one pixel down; tx, ty: view tangents across and along; sine: of the sheet's twist;
-    spread: how far from the middle ray of a lens its others land at most, mm; points: (3, R) float32 places in a pixel
-    and in a lens, -1/2 to 1/2; shift: moves all of them right and down, px.
+    one pixel right, then for one pixel down; tx, ty: view tangents across and along; depth: from which they are seen,
+    mm; sine: of the sheet's twist; spread: how far from the middle ray of a lens its others land at most, mm; points:
+    (2, R) float32 places in a pixel, -1/2 to 1/2; shift: moves all of them right and down, px.
     """
     cosine, per_scale, pitch = sheet.cos_twist, 1.0 / sheet.print_scale, sheet.pitch
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
@@ -58,7 +57,11 @@ def grating_pixel(
     )
     # Through the top of a lens a ray goes as through a flat slab.
     across2 = tan_x * tan_x + tan_y * tan_y
-    straight = sheet.gap / math.sqrt(sheet.refraction * sheet.refraction * (1.0 + across2) - across2)
+    n2 = sheet.refraction * sheet.refraction
+    inside2 = n2 * (1.0 + across2) - across2
+    straight = sheet.gap / math.sqrt(inside2)
+    # A ray beside the pixel's middle is a little steeper, and so lands this much further for each mm.
+    lean = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2) / depth
     shift_x, shift_y = straight * tan_x, straight * tan_y
     middle_x = page_x + (shift_x * cosine - shift_y * sine) * per_scale
     middle_y = page_y + (shift_y * cosine + shift_x * sine) * per_scale
@@ -79,9 +82,8 @@ def grating_pixel(
     around = (first, second, third, fourth)
     turn = (F(cosine * per_scale), F(sine * per_scale))
     if sheet.radius == 0.0:
-        return _inked_behind_mask(points, move, F(shift_x), F(shift_y), turn, cut_x, cut_y, around, sheet)
-    resolved = abs(move[1]) + abs(move[2]) < UNRESOLVED_LENSES * pitch
-    return _inked_behind_lens(points, move, F(tan_x), F(tan_y), turn, cut_x, cut_y, around, resolved, sheet)
+        return _inked_behind_mask(points, move, F(shift_x), F(shift_y), F(lean), turn, cut_x, cut_y, around, sheet)
+    return _inked_behind_lens(points, move, F(tan_x), F(tan_y), F(lean), turn, cut_x, cut_y, around, sheet)
 
 
 @njit(inline="always", error_model="numpy")
@@ -95,8 +97,7 @@ def _lines(cell: int, page_x: float, cells: Any) -> tuple[Any, Any, Any]:  # pra
 
 @njit(error_model="numpy")
 def _inked_behind_lens(
-    points: Any, move: Any, tx: Any, ty: Any, turn: Any, cut_x: Any, cut_y: Any, around: Any, resolved: bool,
-    sheet: Sheet,
+    points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, cut_x: Any, cut_y: Any, around: Any, sheet: Sheet,
 ) -> int:  # fmt: skip  # pragma: no cover
     """Rays that see ink through lenses; see `grating_pixel`, whose inner loop this is."""
     half, one = F(0.5), F(1.0)
@@ -112,9 +113,7 @@ def _inked_behind_lens(
     for ray in range(points.shape[1]):
         x = move[0] + move[1] * points[0, ray] + move[2] * points[1, ray]
         y = move[3] * points[0, ray] + move[4] * points[1, ray]
-        near = np.floor((x + fall) * per_pitch + half) * pitch
-        # Where a pixel holds many lenses, each ray stands for its part of all of them.
-        axis = near if resolved else x + fall - points[2, ray] * pitch
+        axis = np.floor((x + fall) * per_pitch + half) * pitch
         offset = x - axis
         b = offset * tx - radius
         c = offset * offset
@@ -124,7 +123,8 @@ def _inked_behind_lens(
         cosine = -(tx * nx + nz) * per_length
         bend = cosine * per_n - np.sqrt(one - (one - cosine * cosine) * (per_n * per_n))
         run = (gap - depth) / (wz + bend * nz)
-        lx, ly = axis + hit + (wx + bend * nx) * run, y + ty * depth + wy * run
+        lx = axis + hit + (wx + bend * nx) * run + lean * (x - move[0])
+        ly = y + ty * depth + wy * run
         px, py = lx * turn[0] - ly * turn[1], ly * turn[0] + lx * turn[1]
         inked += _inked(px, py, cut_x, cut_y, first, second, third, fourth)
     return inked
@@ -132,7 +132,16 @@ def _inked_behind_lens(
 
 @njit(error_model="numpy")
 def _inked_behind_mask(
-    points: Any, move: Any, shift_x: Any, shift_y: Any, turn: Any, cut_x: Any, cut_y: Any, around: Any, sheet: Sheet
+    points: Any,
+    move: Any,
+    shift_x: Any,
+    shift_y: Any,
+    lean: Any,
+    turn: Any,
+    cut_x: Any,
+    cut_y: Any,
+    around: Any,
+    sheet: Sheet,
 ) -> int:  # pragma: no cover
     """Rays that see ink through a line mask, the mask's own bars among it; see `grating_pixel`."""
     per_pitch, half, open_half = F(1.0 / sheet.pitch), F(0.5), F(sheet.open_fraction / 2)
@@ -143,7 +152,7 @@ def _inked_behind_mask(
         y = move[3] * points[0, ray] + move[4] * points[1, ray]
         place = x * per_pitch
         shut = abs(place - np.floor(place + half)) > open_half
-        lx, ly = x + shift_x, y + shift_y
+        lx, ly = x + shift_x + lean * (x - move[0]), y + shift_y
         px, py = lx * turn[0] - ly * turn[1], ly * turn[0] + lx * turn[1]
         inked += max(_inked(px, py, cut_x, cut_y, first, second, third, fourth), 1 if shut else 0)
     return inked

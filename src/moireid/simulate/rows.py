@@ -171,7 +171,7 @@ def _grating_pixel(
         # Across and along change places on a grating of the other axis, and so does the sense of a twist.
         x, y, fx, fy, sine = y, x, fy, fx, -sine
         steps = (steps[1], steps[0], steps[3], steps[2])
-    return grating_pixel(grating, x, y, steps, fx, fy, sine, spread, points, shift, sheet, cells)
+    return grating_pixel(grating, x, y, steps, fx, fy, depth, sine, spread, points, shift, sheet, cells)
 
 
 @njit(inline="always", error_model="numpy")
