@@ -1,4 +1,4 @@
-"""The fast renderer against an outside tracer, its own error estimate, and stiff scenes.  Beside each: what it catches."""
+"""The fast renderer against an outside tracer, its own error estimate, and stiff scenes."""
 
 from __future__ import annotations
 

@@ -46,7 +46,7 @@ def stiff_scenes() -> list[StiffScene]:
           for share in (0.0, 1e-9, 1e-6, 1e-3)),
         *(StiffScene(f"distance {mm / 1000:g} m", lambda d=mm: _distance(d))  # type: ignore[misc]
           for mm in (20.0, 100.0, 3e4, 1e5)),
-        *(StiffScene(f"view at {degrees:g} degrees", lambda: Setting("", _badge(), distance_mm=400.0), float(np.tan(np.radians(degrees))))
+        *(StiffScene(f"view at {degrees:g} degrees", lambda: _distance(400.0), float(np.tan(np.radians(degrees))))
           for degrees in (45, 70, 80)),
         *(StiffScene(f"sheet {mm:g} mm", lambda g=mm: _sheet(g, 1.56)) for mm in (0.05, 0.2, 3.0, 10.0)),  # type: ignore[misc]
         *(StiffScene(f"n = {n:g}", lambda n=n: _sheet(2.0, n)) for n in (1.0, 1.02, 1.3, 2.0)),  # type: ignore[misc]
@@ -114,7 +114,7 @@ def _ratio(share: float) -> Setting:
 
 def _distance(distance_mm: float) -> Setting:
     """Near by an ordinary camera, from afar by one whose pixels see about as much as an ordinary one's at 2 m."""
-    camera = NEAR if distance_mm < 300 else Camera(focal_px=0.7 * distance_mm)
+    camera = NEAR if distance_mm < 300 else Camera(focal_px=max(1450.0, 0.7 * distance_mm))
     return Setting("", _badge(), distance_mm=distance_mm, camera=camera)
 
 
