@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 #: Colours of the renderers in plots.
@@ -52,6 +53,7 @@ def simulate_plot(result: dict[str, Any]) -> Any:
     """Seconds a frame against phase error, and against image error, both log."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
+    from matplotlib.ticker import NullFormatter
 
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     FigureCanvasSVG(figure)
@@ -63,19 +65,20 @@ def simulate_plot(result: dict[str, Any]) -> Any:
         for renderer, colour in zip(renderers, _COLOURS, strict=False):
             for camera, mark in marks.items():
                 some = [row for row in rows if row["renderer"] == renderer and row["camera"] == camera]
-                some.sort(key=lambda row: row["seconds"])
+                some.sort(key=lambda row: row["setting"][0] * row["setting"][1])
                 line = "-" if renderer == "analytic" else ""
                 axes.loglog(
                     [row[error] for row in some], [row["seconds"] for row in some], mark + line, color=colour,
                     label=f"{renderer}, {camera}" if some else None, alpha=0.85,
                 )  # fmt: skip
         axes.grid(color="#e4e8ed", which="both")
+        axes.xaxis.set_minor_formatter(NullFormatter())
         axes.spines[["top", "right"]].set_visible(False)
     plots[0].set_xlabel("phase error, rad (RMS)")
     plots[1].set_xlabel("brightness error, share of the contrast (RMS)")
     plots[0].set_ylabel("seconds a frame")
     plots[1].legend(frameon=False, fontsize=8)
-    figure.suptitle(speed_sentence(result), fontsize=9)
+    figure.suptitle(textwrap.fill(speed_sentence(result), 100), fontsize=9)
     return figure
 
 
