@@ -32,7 +32,7 @@ from moireid.errors import MissingExtraError, SpecError
 from moireid.lenticule import landing_mm, view_law
 from moireid.simulate import mitsuba_variant
 from moireid.simulate.analytic import AnalyticRenderer, Rendered
-from moireid.simulate.mitsuba_scene import render_frame
+from moireid.simulate.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Instant, Scene
 
@@ -88,7 +88,7 @@ def analytic_frame(scene: Scene, instant: Instant, rays: tuple[int, int] = REFER
 
 
 def mitsuba_frame(scene: Scene, instant: Instant, crop: Crop | None = None, *, seed: int = 0) -> Rendered:
-    frame = render_frame(scene, instant, variant="scalar_rgb", crop=crop, seed=seed)
+    frame = MitsubaRenderer(scene, variant="scalar_rgb", seed=seed).render(instant, crop=crop)
     assert frame is not None
     return frame
 
@@ -224,7 +224,8 @@ def test_markers_and_the_boards_edge_agree(badge: Badge) -> None:
     np.testing.assert_allclose(mitsuba.coverage, cover, atol=1 / 16)
     # The texture has 12 px to the mm, 0.04 of a pixel of this picture: that, and 64 rays, blur a marker's edge.
     assert np.sqrt(np.mean(apart[cover == 1] ** 2)) < 0.02
-    assert np.all(mitsuba.radiance[cover == 0] == 0)
+    # The two sample a pixel's area at different places, so each may see a sliver that the other does not.
+    assert mitsuba.coverage[cover == 0].max() < 1 / 32 and np.all(mitsuba.radiance[mitsuba.coverage == 0] == 0)
 
 
 def test_frame_of_a_moving_camera_shows_the_middle_pose(badge: Badge) -> None:
@@ -242,23 +243,23 @@ def test_frame_takes_the_boards_own_pixels(badge: Badge) -> None:
     mitsuba, analytic = mitsuba_frame(scene, instant), analytic_frame(scene, instant, (4, 4))
     assert (mitsuba.left, mitsuba.top, mitsuba.radiance.shape) == (analytic.left, analytic.top, analytic.radiance.shape)
     assert mitsuba.radiance.dtype == mitsuba.coverage.dtype == np.float32
-    assert render_frame(scene, seen_from((0, 0, 500)), variant="scalar_rgb") is None
+    assert MitsubaRenderer(scene, variant="scalar_rgb").render(seen_from((0, 0, 500))) is None
 
 
 def test_what_cannot_be_rendered_is_refused(badge: Badge) -> None:
     scene, instant = Scene(badge), seen_from((0, 0, -1000))
     forged = replace(instant, shown_from_mm=np.array([20.0, 0, -1000]))
     with pytest.raises(SpecError, match="shown from 20 mm beside the camera") as refused:
-        render_frame(scene, forged, variant="scalar_rgb")
+        MitsubaRenderer(scene, variant="scalar_rgb").render(forged)
     assert refused.value.details["apart_mm"] == pytest.approx(20)
     for crop in ((0, 0, 1921, 10), (-1, 0, 10, 10), (10, 0, 10, 10)):
         with pytest.raises(SpecError, match="within the picture's 1920 x 1080 px"):
-            render_frame(scene, instant, variant="scalar_rgb", crop=crop)
+            MitsubaRenderer(scene, variant="scalar_rgb").render(instant, crop=crop)
     with pytest.raises(SpecError, match="samples=3"):
-        render_frame(scene, instant, variant="scalar_rgb", samples=3)
+        MitsubaRenderer(scene, variant="scalar_rgb", samples=3)
     for variant in ("scalar_spectral", "scalar_mono"):
         with pytest.raises(SpecError, match=r"choose one of .*scalar_rgb"):
-            render_frame(scene, instant, variant=variant)
+            MitsubaRenderer(scene, variant=variant)
 
 
 def test_the_variant_that_is_chosen_renders_the_same(badge: Badge) -> None:
@@ -268,7 +269,7 @@ def test_the_variant_that_is_chosen_renders_the_same(badge: Badge) -> None:
     scene, instant = Scene(badge), seen_from((0, 0, -1000))
     crop = pixels_of(scene, instant, (90.0, 130.0, 120.0, 150.0))
     mi.set_variant("scalar_spectral")
-    chosen = render_frame(scene, instant, crop=crop, seed=1)
+    chosen = MitsubaRenderer(scene, seed=1).render(instant, crop=crop)
     assert mi.variant() == "scalar_spectral"
     plain = [mitsuba_frame(scene, instant, crop, seed=seed).radiance for seed in (2, 3)]
     assert chosen is not None
@@ -278,13 +279,13 @@ def test_the_variant_that_is_chosen_renders_the_same(badge: Badge) -> None:
 def test_rendering_says_nothing_on_stdout(badge: Badge, capfd: pytest.CaptureFixture[str]) -> None:
     """Five samples make the sampler warn that it takes six; a command with --json has no room for that."""
     scene, instant = Scene(badge), seen_from((0, 0, -4000))
-    render_frame(scene, instant, variant="scalar_rgb", samples=5)
+    MitsubaRenderer(scene, variant="scalar_rgb", samples=5).render(instant)
     assert capfd.readouterr() == ("", "")
 
 
 def test_importing_does_not_load_mitsuba() -> None:
     code = (
-        "import sys, moireid.simulate.mitsuba_scene, moireid.simulate.mitsuba_variant\n"
+        "import sys, moireid.simulate.mitsuba_renderer, moireid.simulate.mitsuba_variant\n"
         "assert not {'mitsuba', 'drjit'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
@@ -293,7 +294,7 @@ def test_importing_does_not_load_mitsuba() -> None:
 def test_missing_package_is_named_with_its_extra(badge: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "mitsuba", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'moireid\[simulate\]'"):
-        render_frame(Scene(badge), seen_from((0, 0, -1000)))
+        MitsubaRenderer(Scene(badge))
 
 
 DEATHS = {
@@ -320,7 +321,7 @@ def test_falls_back_where_the_child_dies(
     assert mitsuba_variant.choose_variant() == "scalar_rgb"
     assert mitsuba_variant.LIBRARY_VARIABLE not in mitsuba_variant.os.environ
     with pytest.raises(SpecError, match="no libLLVM on this machine"):
-        render_frame(Scene(badge), seen_from((0, 0, -1000)), variant="llvm_ad_rgb")
+        MitsubaRenderer(Scene(badge), variant="llvm_ad_rgb")
 
 
 def test_takes_the_library_that_its_child_survives(

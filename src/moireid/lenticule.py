@@ -36,6 +36,16 @@ def landing_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> Array
     Parameters: start_mm, tan_x, tan_y: arrays that broadcast together; start 0 is the axis of lenticule 0.
     Convention: as `moireid.optics`; the result is a place x, mm, not yet taken relative to any lens.
     Returns: mm, of the broadcast shape.
+    Source: `trace_mm`.
+    """
+    return trace_mm(lens, start_mm, tan_x, tan_y)[0]
+
+
+def trace_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> tuple[Array, Array]:
+    """Where rays through a lenticular sheet land, as `landing_mm`, and the cosine of their incidence on the lens.
+
+    Convention: as `landing_mm`; NaN for a ray that meets no lens.
+    Returns: mm and cosine, of the broadcast shape.
     Source: intersection with a circular cylinder and Snell's law in three dimensions.  The nearer root is taken as
     c / (-b + sqrt(b^2 - a c)), which does not cancel near the apex.
     """
@@ -64,7 +74,7 @@ def landing_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> Array
     bend = cosine / n - np.sqrt(1.0 - (1.0 - cosine**2) / n**2)
     refracted_x = tan_x / length / n + bend * normal_x
     refracted_depth = 1.0 / length / n + bend * normal_depth
-    return index * pitch + hit_x + refracted_x / refracted_depth * (lens.thickness_mm - depth)
+    return index * pitch + hit_x + refracted_x / refracted_depth * (lens.thickness_mm - depth), cosine
 
 
 def view_response(

@@ -10,6 +10,7 @@ from typing import Any
 
 from moireid import __version__
 from moireid.bench.mount_extremes import extremes_table
+from moireid.bench.simulate_output import simulate_plot, simulate_table
 from moireid.files import planned, whole_file, write_text
 
 
@@ -38,7 +39,19 @@ def stability_table(result: dict[str, Any]) -> str:
         f"{row['tracked']:>5}/{row['frames']:<3}  {row['why']}"
         for row in result["rows"]
     ]
+    if result.get("scenes"):
+        lines += ["", f"{'renderer on':<38}{'outcome':<10}{'phase, rad (bar)':>19}{'image (bar)':>18}  why"]
+        lines += [
+            f"{row['name']:<38}{row['outcome']:<10}{_with_bar(row, 'phase_rad', 'bar_rad'):>19}"
+            f"{_with_bar(row, 'image', 'bar_image'):>18}  {row['why']}"
+            for row in result["scenes"]
+        ]
     return "\n".join(lines)
+
+
+def _with_bar(row: dict[str, Any], figure: str, bar: str) -> str:
+    """A figure and its error bar, or a dash."""
+    return "-" if row.get(figure) is None else f"{row[figure]:.4f} ({row[bar]:.4f})"
 
 
 def stability_plot(result: dict[str, Any]) -> Any:
@@ -167,8 +180,14 @@ def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
 
 TABLES = {
     "identity": lambda result: identity_table(result), "stability": stability_table, "fabricate": fabricate_table,
+    "simulate": simulate_table,
 }  # fmt: skip
-PLOTS = {"identity": lambda result: identity_plot(result), "stability": stability_plot, "fabricate": fabricate_plot}
+PLOTS = {
+    "identity": lambda result: identity_plot(result),
+    "stability": stability_plot,
+    "fabricate": fabricate_plot,
+    "simulate": simulate_plot,
+}
 
 
 def identity_table(result: dict[str, Any]) -> str:

@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from moireid.badge import Badge, Rect
 from moireid.bench.clips import CRF, FOCAL_PX, FPS
+from moireid.bench.stiff_scenes import run_scenes
 from moireid.designer import Request, design_badge
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
@@ -70,7 +71,7 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     for done, case in enumerate(cases(), start=1):
         rows.append(read_case(case, seed, QUICK_FRAMES if quick else FRAMES))
         progress(done, len(cases()))
-    return {"suite": "stability", "seed": seed, "rows": rows}
+    return {"suite": "stability", "seed": seed, "rows": rows, "scenes": run_scenes()}
 
 
 def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:
@@ -81,8 +82,9 @@ def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:
     lens_scale = 1 / (badge.lens.pitch_mm * (1 / grating.pitch_mm - case.beat * designed))
     build = Build(0.17, math.radians(case.twist_deg), 1.001, 1.001 * lens_scale)
     camera = Camera(1280, 720, FOCAL_PX)
-    light = {} if case.contrast is None else {"paper": 0.5, "ink": 0.5 * (1 - case.contrast) / (1 + case.contrast)}
-    scene = Scene(badge, build, camera, hidden_mm=_part_of(badge, case.hidden), **light)
+    scene = Scene(badge, build, camera, hidden_mm=_part_of(badge, case.hidden))
+    if case.contrast is not None:
+        scene = replace(scene, paper=0.5, ink=0.5 * (1 - case.contrast) / (1 + case.contrast))
     motion = motion_named(case.motion, distance_mm=1000 * case.distance_m, seed=seed)
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / "case.mp4"

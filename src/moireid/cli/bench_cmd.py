@@ -10,7 +10,7 @@ from moireid.cli.common import FolderPath, friendly, json_option, overwrite_opti
 
 
 @click.command("bench")
-@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate"]))
+@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate"]))
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for JSON and plot.")
 @click.option("--quick", is_flag=True, help="A few clips only: minutes, not hours.")
 @click.option("--clips", type=click.IntRange(1, 10000), help="Clips a condition, instead of 100 (or 4 with --quick).")
@@ -24,8 +24,8 @@ def bench_command(
     """Measure SUITE on simulated films: a table, JSON and a plot.
 
     identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
-    fabricate: edges of the page by form and resolution, facets of the mount by tolerance,
-    mounts at their extremes.
+    fabricate: edges of the page by form and resolution, facets of the mount, both at their extremes.  simulate: the
+    renderers against an outside tracer, and their error against their run time.
 
     Figures of clips that were read are kept in clips.jsonl beside them, so that a run that was broken off goes on.
     """
@@ -42,6 +42,10 @@ def bench_command(
             from moireid.bench import fabricate
 
             result = fabricate.run(quick=quick, seed=seed, progress=progress)
+        elif suite == "simulate":
+            from moireid.bench import simulate
+
+            result = simulate.run(quick=quick, seed=seed, progress=progress)
         else:
             result = identity.run(
                 quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", progress=progress

@@ -37,6 +37,10 @@ MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", 
     "--backend", type=click.Choice(["analytic", "mitsuba"]), default="analytic", show_default=True,
     help="Renderer; mitsuba is the reference, and takes a second a frame.",
 )  # fmt: skip
+@click.option(
+    "--error", "error_rad", type=FiniteRange(1e-6, 1), metavar="RAD",
+    help="Phase error that the analytic renderer must meet; the cheapest setting that does is taken.",
+)  # fmt: skip
 @click.option("--forge", type=click.Choice(FORGERIES), help="Forge the film in one thing.")
 @click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="What films.")
 @click.option("--mirror", is_flag=True, help="Turn the picture left to right, as a self-view is.")
@@ -50,8 +54,8 @@ MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", 
 @friendly
 def simulate_command(
     badge_json: Path, video: Path, motion: str, distance: float, frames: int, fps: float, backend: str,
-    forge: str | None, camera: str, mirror: bool, blur: float | None, codec: str, crf: int | None, recipe: str | None,
-    seed: int, overwrite: bool, as_json: bool,
+    error_rad: float | None, forge: str | None, camera: str, mirror: bool, blur: float | None, codec: str,
+    crf: int | None, recipe: str | None, seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Film the badge in BADGE_JSON as a phone would; the truth lies beside the film as VIDEO.truth.csv.
 
@@ -71,14 +75,21 @@ def simulate_command(
     with progress_bar("filming") as progress:
         report = film(
             scene, course, video, frames=frames, fps=fps, forge=forge, seed=seed, codec=codec, crf=crf, recipe=recipe,
-            backend=backend, overwrite=overwrite, progress=progress,
+            backend=backend, error_rad=error_rad, overwrite=overwrite, progress=progress,
         )  # fmt: skip
     stages = {name: round(seconds, 3) for name, seconds in report.stages_s.items()}
+    estimate = report.estimate
     if as_json:
         show_json({
             "video": str(report.video), "truth": str(report.truth), "frames": report.frames, "label": report.label,
             "size": report.size, "camera": asdict(scene.camera), "stages_s": stages, "left_out": report.left_out,
+            "estimated_error_rad": estimate and estimate.phase_rad,
+            "estimated_image_error": estimate and estimate.image, "rays": estimate and estimate.rays,
         })  # fmt: skip
     else:
         click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
         click.echo(", ".join(f"{name} {seconds:.1f} s" for name, seconds in stages.items()))
+        if estimate is not None:
+            phase = "no fringe to err in" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
+            rays = estimate.rays[0] * estimate.rays[1]
+            click.echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {rays} rays a pixel")

@@ -2,41 +2,39 @@
 
 Each pixel averages rays over its area.  A ray that meets the sheet is refracted at its lenticule (or a neighbour, at
 steep angles), lands on the page, and finds ink or paper from the printed lines' own formula, so no texture limits the
-page's sharpness.  Left out: Fresnel losses, glare, and the direction of the light.
+page's sharpness.  `quick` traces most pixels in float32, many rays at once; `trace` the rest, and all of them where
+float64 is asked for or a light is told.  Without a light, Fresnel losses and glare are left out.
 
 Convention: board frame of `motion`, mm; the lens apex plane is z = -g; grating axes as in the badge.
-Source: circle intersection and Snell's law in three dimensions; the same physics as `moireid.lenticule`, written
-again for one ray at a time because a compiled loop shares nothing with arrays.
+Source: `trace`, `quick`; the rays of a pixel are a sheared grid, so that no two share a column or a row.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.errors import MissingExtraError
-from moireid.simulate.camera import undistorted
+from moireid.errors import SpecError
+from moireid.simulate.light import turned_light
+from moireid.simulate.light_kernels import lamp_figures
+from moireid.simulate.page import BLOCK_PX, cell_table, even_blocks, page_texture
+from moireid.simulate.page import TEXTURE_PX_PER_MM as TEXTURE_PX_PER_MM
+from moireid.simulate.rows import trace_rows
 from moireid.simulate.scene import Instant, Scene
-
-try:
-    from numba import njit, prange
-except ImportError as missing:  # pragma: no cover
-    raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
+from moireid.simulate.trace import Board, Sheet, land
 
 Array = NDArray[np.float64]
-#: Rays across and along a pixel.  The lens pitch is about a pixel, so it is the axis across the lenses that counts.
-RAYS = (8, 2)
-#: The page away from the gratings (markers) as a texture, pixels to the millimetre.
-TEXTURE_PX_PER_MM = 12.0
-#: What covers a part of the board: a hand, say.
-HIDDEN_RADIANCE = 0.35
-#: The field of a badge that is seen from one place.
-NO_FIELD = np.zeros((1, 1, 2))
+#: Rays of a pixel, as a grid across and down it.
+RAYS = (16, 1)
+MOST_RAYS = 1 << 16
+#: The field of a badge that is seen from one place, and blocks of a picture of which nothing is known.
+NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
+#: Multiples of the golden ratio spread the rays of a row evenly over its height.
+_GOLDEN = (math.sqrt(5) - 1) / 2
 
 
 @dataclass(frozen=True)
@@ -50,24 +48,31 @@ class Rendered:
 
 
 class AnalyticRenderer:
-    """Renders frames of one scene; tables and texture are made once."""
+    """Renders frames of one scene; tables and texture are made once.
 
-    def __init__(self, scene: Scene, *, rays: tuple[int, int] = RAYS) -> None:
-        self.scene = scene
-        lens = scene.badge.lens
-        x, y = np.meshgrid((np.arange(rays[0]) + 0.5) / rays[0] - 0.5, (np.arange(rays[1]) + 0.5) / rays[1] - 0.5)
-        # Shearing the grid keeps rays of different rows from crossing the lenses at the same places.
-        self._jitter = np.column_stack([(x + (y + 0.5) / rays[0] - 0.5 / rays[0]).ravel(), y.ravel()])
-        self._texture = page_texture(scene)
-        self._cells, self._gratings = _tables(scene)
+    Parameters: rays: across and down a pixel, the cost is their product; precision: "float32" for the fast way,
+        "float64" to trace every ray with care.
+    Raises: SpecError where there are no rays, or a sheet's lenses do not meet.
+    """
+
+    def __init__(
+        self, scene: Scene, *, rays: tuple[int, int] = RAYS, precision: Literal["float32", "float64"] = "float32"
+    ) -> None:
+        if min(rays) < 1 or math.prod(rays) > MOST_RAYS:
+            raise SpecError(f"rays={rays} of a pixel cannot be traced; give 1 to {MOST_RAYS} in all")
+        self.scene, self.rays, self.precision = scene, rays, precision
+        self._points = ray_places(*rays)
+        self._sheet = _sheet(scene)
+        self._cells = cell_table(scene)
         cx, cy = scene.board_centre_mm
         covered = scene.hidden_mm or (cx, cy, cx, cy)
-        self._hidden = (np.array(covered) - (cx, cy, cx, cy)) * scene.build.print_scale
-        build = scene.build
-        self._lens = np.array([
-            lens.pitch_mm * build.lens_scale, lens.thickness_mm, lens.refractive_index, lens.radius_mm or 0.0,
-            build.lens_offset_mm, build.twist_rad, build.print_scale, lens.open_fraction or 0.0,
-        ])  # fmt: skip
+        hidden = (np.array(covered) - (cx, cy, cx, cy)) * scene.build.print_scale
+        half, texture, lens = scene.board_half_mm, page_texture(scene), self._sheet
+        lamps, lights = _lights(scene, self._cells.gratings, math.prod(rays))
+        self._board = Board(
+            half[0], half[1], hidden, scene.ink, scene.paper, texture, even_blocks(texture), TEXTURE_PX_PER_MM,
+            BLOCK_PX, np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]), lamps, lights, NO_FIELD,
+        )  # fmt: skip
 
     def render(self, instant: Instant) -> Rendered | None:
         """Render one frame; None where no pixel sees the board."""
@@ -82,18 +87,38 @@ class AnalyticRenderer:
         shown = instant.shown_from_mm - (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
         radiance = np.zeros((bottom - top, right - left), np.float32)
         coverage = np.zeros_like(radiance)
-        texture, gratings = self._texture, self._gratings
+        cells, board = self._cells, self._board
         if instant.picture is not None:
-            texture, gratings = instant.picture, gratings[:0]
-        field = NO_FIELD if instant.field is None else instant.field
-        per_mm = TEXTURE_PX_PER_MM if instant.picture is None else texture.shape[1] / (2 * self.scene.board_half_mm[0])
-        _trace(
-            radiance, coverage, left, top, np.ascontiguousarray(centres), np.ascontiguousarray(turns),
-            shown, camera.focal_px, camera.matrix[0, 2], camera.matrix[1, 2], self._jitter,
-            np.array(self.scene.board_half_mm), self._lens, gratings, self._cells, texture,
-            per_mm, self.scene.ink, self.scene.paper, self._hidden, np.array(camera.distortion), field,
+            per_mm = instant.picture.shape[1] / (2 * self.scene.board_half_mm[0])
+            cells = cells._replace(gratings=cells.gratings[:0])
+            board = board._replace(texture=instant.picture, even=_UNEVEN, texture_per_mm=per_mm)
+        if instant.field is not None:
+            board = board._replace(field=instant.field)
+        trace_rows(
+            radiance, coverage, (left - camera.matrix[0, 2], top - camera.matrix[1, 2]), camera.focal_px,
+            np.ascontiguousarray(centres), np.ascontiguousarray(turns), shown, self._points, self._spread(instant),
+            self._sheet, cells, board, np.array(camera.distortion, float),
         )  # fmt: skip
         return Rendered(radiance, coverage, left, top)
+
+    def _spread(self, instant: Instant) -> float:
+        """How far from the middle ray of a lens its other rays land at most, mm; infinite where all need care."""
+        if self.precision == "float64" or self.scene.light is not None:
+            return math.inf
+        # Nine rays through the lens, along the tangents of the board's corners, and half as much again.
+        sheet, place = self._sheet, instant.shown_from_mm
+        half = max(self.scene.board_half_mm)
+        worst = 0.0
+        for x, y in ((0, 0), (-half, -half), (half, -half), (half, half), (-half, half)):
+            tx, ty = (x - place[0]) / -place[2], (y - place[1]) / -place[2]
+            for a, b in ((tx, ty), (ty, tx)):
+                middle = land(0.0, 0.0, a, b, sheet)
+                for step in (-0.499, -0.4, -0.25, -0.1, 0.1, 0.25, 0.4, 0.499):
+                    one = land(step * sheet.pitch, 0.0, a, b, sheet)
+                    if one[2] and sheet.radius > 0:
+                        near = math.remainder(one[0] - middle[0], sheet.pitch)
+                        worst = max(worst, abs(near), abs(one[1] - middle[1]))
+        return 1.5 * worst
 
     def _box(self, instant: Instant) -> tuple[int, int, int, int] | None:
         """Pixels that may see the board: the bounding box of its outline at first and last row."""
@@ -114,158 +139,49 @@ class AnalyticRenderer:
         return (left, top, right, bottom) if left < right and top < bottom else None
 
 
-def page_texture(scene: Scene) -> NDArray[np.float32]:
-    """The board without its gratings: paper and markers, `TEXTURE_PX_PER_MM`, area-averaged."""
-    badge, scale = scene.badge, TEXTURE_PX_PER_MM
-    x0, y0, x1, y1 = badge.outline_mm
-    picture = np.full((math.ceil((y1 - y0) * scale), math.ceil((x1 - x0) * scale)), scene.paper, np.float32)
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
-    modules = known.markerSize + 2
-    place_x = (np.arange(picture.shape[1]) + 0.5) / scale + x0
-    place_y = (np.arange(picture.shape[0]) + 0.5) / scale + y0
-    for identity, (cx, cy) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
-        bits = np.asarray(cv2.aruco.generateImageMarker(known, identity, modules)) > 127
-        half = badge.markers.size_mm / 2
-        columns = np.flatnonzero(np.abs(place_x - cx) < half)
-        rows = np.flatnonzero(np.abs(place_y - cy) < half)
-        module_x = ((place_x[columns] - cx + half) / badge.markers.size_mm * modules).astype(int)
-        module_y = ((place_y[rows] - cy + half) / badge.markers.size_mm * modules).astype(int)
-        picture[np.ix_(rows, columns)] = np.where(bits[np.ix_(module_y, module_x)], scene.paper, scene.ink)
-    return picture
+def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
+    """Figures and table of the light for each grating, as `light_kernels.lit` wants them; zeros where none is told."""
+    lamps, tables = np.zeros((len(gratings), 10)), [np.zeros((3, 1)) for _ in gratings]
+    if scene.light is None:
+        return lamps, np.stack(tables)
+    build, lens = scene.build, scene.badge.lens
+    as_built = replace(lens, pitch_mm=lens.pitch_mm * build.lens_scale)
+    for k, (x0, y0, x1, y1, axis) in enumerate(gratings):
+        name, twist, reach = ("x", build.twist_rad, (x0, x1)) if axis == 0 else ("y", -build.twist_rad, (y0, y1))
+        light = turned_light(scene.light, name, twist, build.lens_offset_mm)
+        lamps[k], tables[k] = lamp_figures(as_built, light, reach, 1.0 / scene.camera.focal_px / rays)
+    rows = max(len(table) for table in tables)
+    return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
 
 
-def _tables(scene: Scene) -> tuple[Array, Array]:
-    """Cells as rows (x0, y0, x1, y1, pitch, edge, duty), and gratings (x0, y0, x1, y1, axis, first, end), board mm."""
-    cx, cy = scene.board_centre_mm
-    cells: list[list[float]] = []
-    gratings: list[list[float]] = []
-    for grating in scene.badge.gratings:
-        axis = 0 if grating.axis == "x" else 1
-        first = len(cells)
-        for cell in grating.cells:
-            x0, y0, x1, y1 = cell.rect_mm
-            edge = cell.edge_mm - (cx, cy)[axis]
-            cells.append([x0 - cx, y0 - cy, x1 - cx, y1 - cy, cell.pitch_mm, edge, cell.duty])
-        x0, y0, x1, y1 = grating.rect_mm
-        gratings.append([x0 - cx, y0 - cy, x1 - cx, y1 - cy, axis, first, len(cells)])
-    return np.array(cells), np.array(gratings)
+def ray_places(across: int, down: int) -> NDArray[np.float32]:
+    """Places of a pixel's rays in it: (2, across * down), -1/2 to 1/2.
+
+    Convention: x to the right, y down.  The rays make a grid of across by down; within its
+    field each is moved so that all x differ by even steps, and all y.
+    """
+    column, row = (number.ravel() for number in np.meshgrid(np.arange(across), np.arange(down)))
+    x = (column + (row + 0.5) / down) / across - 0.5
+    y = (row + (_rank(np.arange(across) * _GOLDEN)[column] + 0.5) / across) / down - 0.5
+    return np.ascontiguousarray([x, y], np.float32)
 
 
-@njit(cache=True, fastmath=False, error_model="numpy")
-def _land(x: float, y: float, tx: float, ty: float, lens: Array) -> tuple[float, float, bool]:  # pragma: no cover
-    """Where a ray that crosses the apex plane at (x, y), across and along the lenses, lands; False if stopped."""
-    pitch, g, n, radius = lens[0], lens[1], lens[2], lens[3]
-    length2 = 1.0 + tx * tx + ty * ty
-    if radius == 0.0:
-        # A line mask: the openings are centred where a sheet would have its axes.
-        if abs(x / pitch - math.floor(x / pitch + 0.5)) > lens[7] / 2:
-            return 0.0, 0.0, False
-        depth_cosine = math.sqrt(n * n * length2 - tx * tx - ty * ty)
-        return x + g * tx / depth_cosine, y + g * ty / depth_cosine, True
-    axis = math.floor(x / pitch + 0.5) * pitch
-    way = 1.0 if tx >= 0 else -1.0
-    a = 1.0 + tx * tx
-    for _ in range(4):
-        offset = x - axis
-        b = offset * tx - radius
-        c = offset * offset
-        root = b * b - a * c
-        if root >= 0.0:
-            depth = c / (-b + math.sqrt(root))
-            hit = offset + tx * depth
-            if abs(hit) <= pitch * 0.5 * (1.0 + 1e-12):
-                length = math.sqrt(length2)
-                nx, nz = hit / radius, (depth - radius) / radius
-                cosine = -(tx * nx + nz) / length
-                bend = cosine / n - math.sqrt(1.0 - (1.0 - cosine * cosine) / (n * n))
-                vx = tx / length / n + bend * nx
-                vy = ty / length / n
-                vz = 1.0 / length / n + bend * nz
-                return axis + hit + vx / vz * (g - depth), y + ty * depth + vy / vz * (g - depth), True
-        axis += way * pitch
-    return 0.0, 0.0, False
+def _rank(turns: NDArray[Any]) -> NDArray[np.int64]:
+    """Place of each number's fraction among all of them."""
+    return np.argsort(np.argsort(turns % 1.0))
 
 
-@njit(cache=True, parallel=True, fastmath=False, error_model="numpy")
-def _trace(
-    radiance: Any, coverage: Any, left: int, top: int, centres: Any, turns: Any, shown: Any, focal: float, cx: float,
-    cy: float, jitter: Any, half: Any, lens: Any, gratings: Any, cells: Any, texture: Any, per_mm: float, ink: float,
-    paper: float, hidden: Any, distortion: Any, field: Any,
-) -> None:  # fmt: skip  # pragma: no cover
-    """Fill radiance (mean over the rays that meet the board) and coverage (their share), row by row in parallel."""
-    g, offset, scale = lens[1], lens[4], lens[6]
-    cos_twist, sin_twist = math.cos(lens[5]), math.sin(lens[5])
-    bent = np.any(distortion != 0.0)
-    for row in prange(radiance.shape[0]):
-        centre, turn, last = centres[row], turns[row], 0
-        for column in range(radiance.shape[1]):
-            total, count = 0.0, 0
-            for ray in range(jitter.shape[0]):
-                u = (left + column + jitter[ray, 0] - cx) / focal
-                v = (top + row + jitter[ray, 1] - cy) / focal
-                if bent:
-                    u, v = undistorted(u, v, distortion)
-                dx = turn[0, 0] * u + turn[1, 0] * v + turn[2, 0]
-                dy = turn[0, 1] * u + turn[1, 1] * v + turn[2, 1]
-                dz = turn[0, 2] * u + turn[1, 2] * v + turn[2, 2]
-                if dz <= 1e-9:
-                    continue
-                tx, ty = dx / dz, dy / dz
-                page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
-                if abs(page_x) > half[0] * scale or abs(page_y) > half[1] * scale:
-                    continue
-                count += 1
-                if hidden[0] <= page_x < hidden[2] and hidden[1] <= page_y < hidden[3]:
-                    total += HIDDEN_RADIANCE
-                    continue
-                lens_x, lens_y = page_x - g * tx, page_y - g * ty
-                value = -1.0
-                for k in range(gratings.shape[0]):
-                    if not (gratings[k, 0] <= lens_x <= gratings[k, 2] and gratings[k, 1] <= lens_y <= gratings[k, 3]):
-                        continue
-                    # The fringes are shown as from another place where the film is forged; else `shown` is zero.
-                    depth = -(centre[2] + shown[2]) - g
-                    fx = (lens_x - centre[0] - shown[0]) / depth
-                    fy = (lens_y - centre[1] - shown[1]) / depth
-                    if field.size > 2:
-                        field_i = min(int((page_y / scale / half[1] + 1.0) * 0.5 * field.shape[0]), field.shape[0] - 1)
-                        field_j = min(int((page_x / scale / half[0] + 1.0) * 0.5 * field.shape[1]), field.shape[1] - 1)
-                        fx -= field[field_i, field_j, 0]
-                        fy -= field[field_i, field_j, 1]
-                    # Across and along change places on a grating of the other axis, and so does the sense of a twist.
-                    turn_sine = sin_twist if gratings[k, 4] == 0 else -sin_twist
-                    ax, ay = (lens_x, lens_y) if gratings[k, 4] == 0 else (lens_y, lens_x)
-                    bx, by = (fx, fy) if gratings[k, 4] == 0 else (fy, fx)
-                    sx, sy = ax * cos_twist + ay * turn_sine - offset, ay * cos_twist - ax * turn_sine
-                    lx, ly, through = _land(
-                        sx, sy, bx * cos_twist + by * turn_sine, by * cos_twist - bx * turn_sine, lens
-                    )
-                    if not through:
-                        value = ink
-                        break
-                    lx += offset
-                    across, along = lx * cos_twist - ly * turn_sine, ly * cos_twist + lx * turn_sine
-                    across, along = across / scale, along / scale
-                    px, py = (across, along) if gratings[k, 4] == 0 else (along, across)
-                    value = paper
-                    # Rays next to one another mostly land in the same cell, so the search goes on from the last one.
-                    first, end = int(gratings[k, 5]), int(gratings[k, 6])
-                    for step in range(end - first):
-                        c = first + (last + step) % (end - first)
-                        if cells[c, 0] <= px < cells[c, 2] and cells[c, 1] <= py < cells[c, 3]:
-                            place = (across - cells[c, 5]) / cells[c, 4]
-                            if place - math.floor(place) < cells[c, 6]:
-                                value = ink
-                            last = c - first
-                            break
-                    break
-                if value < 0.0:
-                    column_t = int((page_x / scale + half[0]) * per_mm)
-                    row_t = int((page_y / scale + half[1]) * per_mm)
-                    column_t = min(max(column_t, 0), texture.shape[1] - 1)
-                    row_t = min(max(row_t, 0), texture.shape[0] - 1)
-                    value = texture[row_t, column_t]
-                total += value
-            if count > 0:
-                radiance[row, column] = total / count
-                coverage[row, column] = count / jitter.shape[0]
+def _sheet(scene: Scene) -> Sheet:
+    """The lens sheet as built."""
+    lens, build = scene.badge.lens, scene.build
+    pitch, radius = lens.pitch_mm * build.lens_scale, lens.radius_mm or 0.0
+    if radius and pitch > 2 * radius:
+        raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
+    valley = math.sqrt(radius**2 - pitch**2 / 4) if radius else 0.0
+    return Sheet(
+        pitch, lens.thickness_mm, lens.refractive_index, radius, build.lens_offset_mm, math.cos(build.twist_rad),
+        math.sin(build.twist_rad), build.print_scale, lens.open_fraction or 0.0, radius - valley,
+        # Up to the slope of a lens's own flank a ray falls steeper than the surface everywhere, so that it meets the
+        # lens over whose width it crosses the depth of the valleys.
+        valley / (pitch / 2) if radius else math.inf,
+    )  # fmt: skip

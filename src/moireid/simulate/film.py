@@ -14,6 +14,7 @@ from moireid.errors import SpecError
 from moireid.files import planned, whole_file
 from moireid.simulate.analytic import AnalyticRenderer, Rendered
 from moireid.simulate.encode import FilmWriter, kept_frames, recipe_for
+from moireid.simulate.estimate import Estimate, cheapest, estimate_error
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Instant, Scene
 from moireid.simulate.sensor import Sensor
@@ -29,7 +30,10 @@ Render = Callable[[Instant], Rendered | None]
 
 @dataclass(frozen=True)
 class FilmReport:
-    """What was filmed: files, frames in the file, label, size in px, seconds by stage, and what was left out."""
+    """What was filmed: files, frames in the file, label, size in px, seconds by stage, and what was left out.
+
+    estimate: the renderer's own error and setting, None for Mitsuba, whose noise is not estimated.
+    """
 
     video: Path
     truth: Path
@@ -38,6 +42,7 @@ class FilmReport:
     size: tuple[int, int]
     stages_s: dict[str, float]
     left_out: tuple[str, ...]
+    estimate: Estimate | None = None
 
 
 def truth_path(video: Path) -> Path:
@@ -50,13 +55,14 @@ def truth_path(video: Path) -> Path:
 def film(
     scene: Scene, motion: Motion, video: Path, *, frames: int, fps: float, forge: str | None = None, seed: int = 0,
     codec: str = "h264", crf: int | None = None, recipe: str | None = None, backend: str = "analytic",
-    overwrite: bool = False, progress: Callable[[int, int], None] | None = None,
+    error_rad: float | None = None, overwrite: bool = False, progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:  # fmt: skip
     """Film a scene to a video file with its truth beside it, both whole or not at all.
 
     Parameters: frames, fps: length and rate of the camera; forge: a kind of `forge.KINDS`, None for a true film;
         codec, crf, recipe: of `encode`, crf on the codec's own scale; backend: "analytic", or "mitsuba", the slow
-        reference, which knows no rolling shutter; progress: called with frames done and in all.
+        reference, which knows no rolling shutter; error_rad: phase error that the analytic renderer must meet, by the
+        cheapest setting that does; progress: called with frames done and in all.
     Convention: times are those of the middle row; the truth's columns are told in `truth`.
     Returns: FilmReport.
     Raises: SpecError where nothing would be filmed; MediaError where the file cannot be written.
@@ -70,8 +76,12 @@ def film(
     shown = shown_in(forge, scene, motion, motion(np.arange(frames) / fps).camera_mm, fps, seed)
     kept = kept_frames(way, frames, seed)
     camera, label = scene.camera, f"forged:{forge}" if forge else "genuine"
-    render, sensor = _renderer(scene, backend, seed), Sensor(camera, seed)
     stages = _Stages()
+    stages.begin()
+    estimate = _estimate(scene, motion, backend, frames / fps, error_rad)
+    stages.end("estimate")
+    render, sensor = _renderer(scene, backend, seed, estimate), Sensor(camera, seed)
+    stages.end("set up")
     with whole_file(truth_path(video)) as truth_file, whole_file(video) as video_file:
         with (
             truth_file.open("w", encoding="utf-8", newline="") as stream,
@@ -93,7 +103,7 @@ def film(
             stages.begin()
         stages.end("encode")
     left_out = ("colour", "Fresnel losses and glare", "direction of the light", "the mount", "the printed name")
-    return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, left_out)
+    return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, left_out, estimate)
 
 
 def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:
@@ -121,20 +131,36 @@ def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
         raise SpecError("the mitsuba backend knows no lens distortion; choose another camera, or the analytic backend")
 
 
-def _renderer(scene: Scene, backend: str, seed: int) -> Render:
-    """What renders one frame of the scene."""
-    if backend == "analytic":
-        return AnalyticRenderer(scene).render
-    from moireid.simulate.mitsuba_scene import render_frame
+def _estimate(
+    scene: Scene, motion: Motion, backend: str, length_s: float, error_rad: float | None
+) -> Estimate | None:  # fmt: skip
+    """The analytic renderer's setting and its error, from the first, a middle and the last frame.
 
-    return lambda instant: render_frame(scene, instant, seed=seed)
+    Raises: SpecError where the wish is not met, or Mitsuba is to meet it.
+    """
+    if backend != "analytic":
+        if error_rad is not None:
+            raise SpecError("the mitsuba backend estimates no error; use the analytic one, or leave --error away")
+        return None
+    poses = motion(np.array([0.0, 0.5, 1.0]) * length_s)
+    instants = [Instant(_one(poses, k), _one(poses, k), poses.camera_mm[k]) for k in range(3)]
+    return estimate_error(scene, instants) if error_rad is None else cheapest(scene, instants, error_rad)
+
+
+def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate | None) -> Render:
+    """What renders one frame of the scene."""
+    if estimate is not None:
+        return AnalyticRenderer(scene, rays=estimate.rays).render
+    from moireid.simulate.mitsuba_renderer import MitsubaRenderer
+
+    return MitsubaRenderer(scene, seed=seed).render
 
 
 class _Stages:
     """Seconds by stage."""
 
     def __init__(self) -> None:
-        self.seconds = dict.fromkeys(("render", "sensor", "encode"), 0.0)
+        self.seconds = dict.fromkeys(("estimate", "set up", "render", "sensor", "encode"), 0.0)
         self._clock = 0.0
 
     def begin(self) -> None:

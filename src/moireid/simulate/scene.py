@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
 from moireid.simulate.camera import Camera
+from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
 
 __all__ = ["Build", "Camera", "Instant", "Scene"]
@@ -63,7 +64,8 @@ class Instant:
 class Scene:
     """Badge, build and camera; what a renderer leaves out it says itself.
 
-    ink, paper: radiance of print; hidden_mm: a part of the page that something grey covers, page coordinates.
+    ink, paper: radiance of print; hidden_mm: a part of the page that something grey covers, page coordinates; light:
+    None for a page that shines by itself, with no glare and no ray lost.
     """
 
     badge: Badge
@@ -72,6 +74,7 @@ class Scene:
     ink: float = 0.06
     paper: float = 0.85
     hidden_mm: Rect | None = None
+    light: Light | None = None
 
     @property
     def board_half_mm(self) -> tuple[float, float]:

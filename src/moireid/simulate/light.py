@@ -1,0 +1,206 @@
+"""Where the light comes from, and the bands into which the lenses focus it on the page.
+
+Light reaches the page through the same lenses as the camera's sight, so a lamp, a window or a soft box is focused into
+one bright band under each lens, which is as wide as the light is.  A line that lies in the band is lit, one beside it
+is not: seen along other directions the badge is dark, and the fringes are turned.  An even sky makes no such band.
+
+A light here is a disc that faces the board's centre, beside an even sky.  It stands still in the board's frame.
+
+Left out: light that goes from the page to the lens and back (it lights the page nearly evenly), and that the disc's
+place along the lenses differs from one end of the sheet to the other, but for its brightness.
+
+Convention: board frame of `motion`, mm; the light is in front of the badge, at negative z.  A perfectly white page
+without a sheet over it, at the board's centre, would have radiance 1, the scale of `scene.ink` and `scene.paper`.
+Source: the forward trace is `lenticule.trace_mm`, Snell's law; Fresnel's equations for unpolarised light.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from moireid.badge import Lens
+from moireid.errors import SpecError
+from moireid.lenticule import trace_mm
+from moireid.optics import slab_shift_mm
+
+Array = NDArray[np.float64]
+#: Places across one lens pitch at which the light on the page is kept: 2 um for 0.5 mm.
+BINS = 256
+#: Rays traced across one lens, and points of the light across the lenses and along them.
+RAYS, ACROSS, ALONG = 1024, 33, 5
+#: Nearer than this the light stands among the lenses, mm.
+NEAREST_MM = 50.0
+#: Rows of the table for lights near by: the light moves by this share of its radius from one to the next.
+ROW_SHARE, MOST_ROWS = 0.125, 65
+
+
+@dataclass(frozen=True)
+class Light:
+    """A disc of light before an even sky.
+
+    place_mm: of the disc's middle; radius_mm: of the disc; share: of the light on the page that comes from it, 0 for
+    an even sky alone.  Raises: SpecError where that is no light in front of the badge.
+    """
+
+    place_mm: tuple[float, float, float] = (0.0, 0.0, -1000.0)
+    radius_mm: float = 100.0
+    share: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not all(map(math.isfinite, (*self.place_mm, self.radius_mm, self.share))):
+            raise SpecError(f"{self} is no light; give finite figures")
+        if self.place_mm[2] > -NEAREST_MM or not 0 < self.radius_mm < -self.place_mm[2] or not 0 <= self.share <= 1:
+            raise SpecError(
+                f"{self} is no light in front of the badge; give place_mm with z of {-NEAREST_MM:g} mm or less, a "
+                "radius_mm above 0 and less than its distance from the badge's plane, and a share of 0 to 1"
+            )
+
+    @property
+    def half_angle_rad(self) -> float:
+        """Angular radius of the disc, seen from the board's centre."""
+        return math.atan2(self.radius_mm, math.dist((0, 0, 0), self.place_mm))
+
+    @property
+    def radiance(self) -> float:
+        """Of the disc, on the scale of the module docstring.
+
+        Source: a cone of half angle a about a direction at theta from the normal gives pi sin^2 a cos theta of its
+            radiance, and a white page returns a pi-th.
+        """
+        distance = math.dist((0, 0, 0), self.place_mm)
+        return self.share * distance / (-self.place_mm[2] * math.sin(self.half_angle_rad) ** 2)
+
+
+#: Lights by name, the badge hanging upright at the height of the camera.
+LIGHTS = {
+    # An overcast sky all round.
+    "even": Light(),
+    # A photographer's round soft box, 0.8 m across, 1.5 m away, 35 degrees to the left and 25 up.
+    "softbox": Light((-780.0, -634.0, -1114.0), 400.0, 0.7),
+    # A window of about a square metre, 2.5 m away, 40 degrees to the right, at the badge's own height.
+    "window": Light((1607.0, 0.0, -1915.0), 560.0, 0.7),
+    # A ceiling lamp, 0.25 m across, 2 m away, 45 degrees up and a little to the left.
+    "lamp": Light((-300.0, -1414.0, -1382.0), 125.0, 0.6),
+}
+
+
+def light_named(name: str) -> Light:
+    """A light by its name in `LIGHTS`.
+
+    Convention: module docstring.
+    Raises: SpecError for a name that is none.
+    Source: rooms as they are; each figure stands beside the name.
+    """
+    if name not in LIGHTS:
+        raise SpecError(f"light {name!r} is not known; choose one of {', '.join(LIGHTS)}")
+    return LIGHTS[name]
+
+
+def passed_share(refractive_index: float, cosine: ArrayLike) -> Array:
+    """Share of the light that passes a surface of glass from air, unpolarised.
+
+    Convention: cosine of the incidence, in air, above 0.
+    Source: Fresnel's equations.
+    """
+    n, cosine = refractive_index, np.asarray(cosine, float)
+    inner = np.sqrt(1.0 - (1.0 - cosine**2) / n**2)
+    across, along = (cosine - n * inner) / (cosine + n * inner), (n * cosine - inner) / (n * cosine + inner)
+    return 1.0 - (across**2 + along**2) / 2
+
+
+def straight_share(refractive_index: float) -> float:
+    """`passed_share` straight on.  Convention: the same.  Source: its limit, 4 n / (n + 1)^2."""
+    return 4.0 * refractive_index / (refractive_index + 1.0) ** 2
+
+
+def light_table(lens: Lens, light: Light, reach_mm: tuple[float, float]) -> tuple[Array, Array, Array]:
+    """How bright the page is under each place of a lens, by the sky and, at several places across the sheet, the disc.
+
+    Parameters: lens: as built; light: its place told across the lenses, along them, and in depth; reach_mm: the
+        sheet's extent across.
+    Convention: relative to the module's white page, over what the surface passes straight on, so that paper under an
+        even sky is about as bright as `scene.paper`.  Bin k is the page k bins to the right of the axis of any lens,
+        whichever lens the light came through.
+    Returns: sky (BINS,); places across (rows,) mm, evenly spaced; disc (rows, BINS).
+    Source: rays from the disc's points, and of a sky of even radiance, traced through one lens; their power is spread
+        over the place where they land.
+    """
+    sky = (1.0 - light.share) * _sky_profile(lens)
+    width_mm = max(light.radius_mm * ROW_SHARE, 1e-6 * math.dist((0, 0, 0), light.place_mm))
+    rows = int(np.clip(math.ceil((reach_mm[1] - reach_mm[0]) / width_mm), 2, MOST_ROWS)) if light.share else 2
+    places = np.linspace(*reach_mm, rows)
+    if light.share == 0:
+        return sky, places, np.zeros((rows, BINS))
+    whole = _disc_power(light, 0.0, lens.thickness_mm)[2].sum()
+    disc = []
+    for place in places:
+        tan_x, tan_y, power = _disc_power(light, place, lens.thickness_mm)
+        disc.append(light.share * _profile(lens, tan_x, tan_y, power / whole))
+    return sky, places, np.stack(disc)
+
+
+def _disc_power(light: Light, place_mm: float, thickness_mm: float) -> tuple[Array, Array, Array]:
+    """Tangents at which the disc's points light the apex plane at a place across, and the power that each brings."""
+    middle = np.array(light.place_mm)
+    toward = middle / np.linalg.norm(middle)
+    side = np.cross([0.0, 1.0, 0.0], toward)
+    side /= np.linalg.norm(side)
+    up = np.cross(toward, side)
+    # Midpoints of even steps across; along, of even steps of the chord there, each standing for its own area.
+    u = ((np.arange(ACROSS) + 0.5) / ACROSS * 2 - 1)[:, None]
+    chord = np.sqrt(1 - u**2)
+    v = chord * ((np.arange(ALONG) + 0.5) / ALONG * 2 - 1)
+    points = middle + light.radius_mm * (u[..., None] * side + v[..., None] * up)
+    way = np.array([place_mm, 0.0, -thickness_mm]) - points
+    far = np.linalg.norm(way, axis=-1)
+    power = chord * (way[..., 2] / far) * np.abs(way @ toward) / far**3
+    return (way[..., 0] / way[..., 2]).ravel(), (way[..., 1] / way[..., 2]).ravel(), power.ravel()
+
+
+def _sky_profile(lens: Lens) -> Array:
+    """What an even sky of unit irradiance brings to each place of a pitch."""
+    # Points of the unit disc of direction cosines, evenly spread: each brings the same irradiance.
+    axis = (np.arange(48) + 0.5) / 48 * 2 - 1
+    x, y = (part.ravel() for part in np.meshgrid(axis, axis))
+    down = np.sqrt(np.maximum(1 - x**2 - y**2, 0.0))
+    # Grazing light meets more lenses than are traced; what is dropped brings 2 % of a sky's light.
+    kept = down > 0.15
+    count = np.count_nonzero(down > 0)
+    return _profile(lens, x[kept] / down[kept], y[kept] / down[kept], np.full(np.count_nonzero(kept), 1.0 / count))
+
+
+def _profile(lens: Lens, tan_x: Array, tan_y: Array, power: Array) -> Array:
+    """Light on the page, (BINS,): the mean is what passes of the whole power, relative to `straight_share`."""
+    across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
+    if lens.kind == "mask":
+        clear = lens.open_fraction or 0.0
+        landed = across * clear + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tan_x, tan_y)[:, None]
+        cosine = np.broadcast_to((1.0 / np.sqrt(1 + tan_x**2 + tan_y**2))[:, None], landed.shape)
+        power = power * clear
+    else:
+        landed, cosine = trace_mm(lens, across, tan_x[:, None], tan_y[:, None])
+    brings = power[:, None] * passed_share(lens.refractive_index, cosine) / RAYS
+    met = np.isfinite(landed)
+    place = landed[met] / lens.pitch_mm * BINS
+    low = np.floor(place)
+    # Each ray is shared between the two nearest bins, which keeps its place.
+    bins = np.bincount(low.astype(int) % BINS, brings[met] * (1 - place + low), BINS)
+    bins += np.bincount((low.astype(int) + 1) % BINS, brings[met] * (place - low), BINS)
+    return bins * BINS / straight_share(lens.refractive_index)
+
+
+def turned_light(light: Light, axis: str, twist_rad: float, offset_mm: float) -> Light:
+    """The light as a twisted sheet of that axis sees it: across its lenses, along them, in depth.
+
+    Convention: twist from across towards along, as `mitsuba_sheet.turned_for` gives it; across counts from the axis of
+        lenticule 0.
+    Source: rotation about the view axis.
+    """
+    x, y, z = light.place_mm
+    across, along = (x, y) if axis == "x" else (y, x)
+    cosine, sine = math.cos(twist_rad), math.sin(twist_rad)
+    return replace(light, place_mm=(across * cosine + along * sine - offset_mm, along * cosine - across * sine, z))

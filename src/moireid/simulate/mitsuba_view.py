@@ -1,0 +1,115 @@
+"""Where Mitsuba's camera stands, which pixels it must render, and how much of each the board covers.
+
+Convention: pixel centres are whole numbers, as in `scene.Camera`; the shutter is global, at the mean of the first and
+the last row's pose.
+Source: pinhole camera; `motion` for the frames.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import SpecError
+from moireid.simulate.scene import Instant, Scene
+
+Array = NDArray[np.float64]
+#: Left, top, right, bottom of a part of the picture, px; right and bottom are not in it.
+Crop = tuple[int, int, int, int]
+#: A true film names the middle row's pose as the place of the fringes; between first and last row a hand's course
+#: bends less than this (0.004 rad of phase at 1 m).
+FORGERY_MM = 0.5
+
+
+@dataclass(frozen=True)
+class View:
+    """Camera centre (3,) mm in the board frame, and rotation board -> camera (3, 3)."""
+
+    centre: Array
+    turn: Array
+
+
+def middle_view(instant: Instant) -> View:
+    """The view halfway between first and last row.
+
+    Convention: module docstring.
+    Raises: SpecError for a frame whose fringes are shown from elsewhere than its page, which no real lens can do.
+    Source: mean of the two places, and of the two rotations.
+    """
+    from scipy.spatial.transform import Rotation
+
+    centre = (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
+    apart_mm = float(np.linalg.norm(instant.shown_from_mm - centre))
+    if apart_mm > FORGERY_MM:
+        raise SpecError(
+            f"fringes shown from {apart_mm:.3g} mm beside the camera are a forgery, which real lenses cannot show; "
+            "render it with AnalyticRenderer",
+            apart_mm=apart_mm,
+        )
+    turns = Rotation.from_matrix(np.stack([instant.first.rotation[0], instant.last.rotation[0]]))
+    return View(np.asarray(centre, float), np.asarray(turns.mean().as_matrix(), float))
+
+
+def board_box(scene: Scene, view: View) -> Crop | None:
+    """Pixels that may see the board; None where none does.
+
+    Convention: one pixel to spare on each side, cut to the picture.
+    Source: the board's four corners through the pinhole.
+    """
+    half, camera = np.array(scene.board_half_mm) * scene.build.print_scale, scene.camera
+    corners = np.array([[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)])
+    local = (corners - view.centre) @ view.turn.T
+    if local[:, 2].min() <= 1.0:
+        return None
+    places = (local / local[:, 2:] @ camera.matrix.T)[:, :2]
+    left, top = (max(int(v), 0) for v in np.floor(places.min(axis=0)) - 1)
+    right, bottom = (min(int(v), most) for v, most in zip(
+        np.ceil(places.max(axis=0)) + 2, (camera.width, camera.height), strict=True))  # fmt: skip
+    return (left, top, right, bottom) if left < right and top < bottom else None
+
+
+def coverage(scene: Scene, view: View, box: Crop) -> Array:
+    """Share of each pixel's area that the board covers, (bottom - top, right - left).
+
+    Convention: 0 beside the board, 1 within it.
+    Source: 16 x 16 sight lines where the board's edge runs through a pixel.
+    """
+    at_corners = _meets_board(
+        scene, view, np.arange(box[0], box[2] + 1) - 0.5, np.arange(box[1], box[3] + 1)[:, None] - 0.5
+    )
+    corners = np.stack([at_corners[i : i - 1 or None, j : j - 1 or None] for i in (0, 1) for j in (0, 1)])
+    share = corners.all(axis=0).astype(float)
+    rows, columns = np.nonzero(corners.any(axis=0) & (share < 1))
+    within = (np.arange(16) + 0.5) / 16 - 0.5
+    u, v = np.add.outer(columns + box[0], within)[:, None, :], np.add.outer(rows + box[1], within)[:, :, None]
+    share[rows, columns] = _meets_board(scene, view, u, v).mean(axis=(1, 2))
+    return share
+
+
+def _meets_board(scene: Scene, view: View, u: NDArray[Any], v: NDArray[Any]) -> NDArray[np.bool_]:
+    """Whether the sight lines through those places of the picture, px, meet the board."""
+    camera, turn = scene.camera, view.turn
+    u, v = (u - camera.matrix[0, 2]) / camera.focal_px, (v - camera.matrix[1, 2]) / camera.focal_px
+    way = [turn[0, k] * u + turn[1, k] * v + turn[2, k] for k in range(3)]
+    met = way[2] > 1e-9
+    for k in range(2):
+        place = view.centre[k] - view.centre[2] * way[k] / np.where(met, way[2], 1.0)
+        met &= np.abs(place) <= scene.board_half_mm[k] * scene.build.print_scale
+    return met
+
+
+def film_box(box: Crop, kept: tuple[int, int] | None) -> tuple[int, int]:
+    """Width and height of a film that holds the box, px; the kept one as long as it fits and is not far too large.
+
+    Convention: a new film has a sixteenth to spare on each side, in steps of 16 px.
+    Source: a film's size is baked into Dr.Jit's kernels, which take 0.3 s to compile, while its place is not.
+    """
+    need = box[2] - box[0], box[3] - box[1]
+    if kept and kept[0] >= need[0] and kept[1] >= need[1] and kept[0] * kept[1] <= 2 * need[0] * need[1]:
+        return kept
+    width, height = (16 * math.ceil(side * 1.125 / 16) for side in need)
+    return width, height

@@ -1,0 +1,141 @@
+"""The printed page as the analytic renderer looks it up: markers as a picture, cells as a table that needs no search.
+
+Convention: board frame of `motion`, mm; "across" is the coordinate along a grating's axis, "along" the other one.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Grating
+from moireid.errors import SpecError
+from moireid.simulate.scene import Scene
+
+Array = NDArray[np.float64]
+#: The page away from the gratings (markers) as a texture, pixels to the millimetre.
+TEXTURE_PX_PER_MM = 12.0
+#: The picture's side in pixels of a block that is told to be even.
+BLOCK_PX = 12
+#: Edges of cells that lie nearer than this are one edge.
+SAME_EDGE_MM = 1e-6
+#: Cells narrower than this could not be printed, and would need a table that no cache holds.
+NARROWEST_CELL_MM = 0.02
+
+
+class Cells(NamedTuple):
+    """All cells of a board; gratings (G, 5): x0, y0, x1, y1 and axis, 0 for x.
+
+    bins (G, 2, 5): for across and along, where the first bin begins, bins to the millimetre, how many, and the first
+    one's place in `strip`, then the first cut's place in `cuts`; strip (B,): number of the strip of cells at a bin's
+    beginning; cuts (K,): where each strip ends, infinity for the last; grid (G, strips along, strips across): the cell
+    there, or -1; lines (C, 3): edge, lines to the millimetre, duty.
+    """
+
+    gratings: Array
+    bins: Array
+    strip: NDArray[np.int64]
+    cuts: Array
+    grid: NDArray[np.int64]
+    lines: Array
+
+
+def page_texture(scene: Scene) -> NDArray[np.float32]:
+    """The board without its gratings: paper and markers, `TEXTURE_PX_PER_MM`, area-averaged."""
+    badge, scale = scene.badge, TEXTURE_PX_PER_MM
+    x0, y0, x1, y1 = badge.outline_mm
+    picture = np.full((math.ceil((y1 - y0) * scale), math.ceil((x1 - x0) * scale)), scene.paper, np.float32)
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
+    modules = known.markerSize + 2
+    place_x = (np.arange(picture.shape[1]) + 0.5) / scale + x0
+    place_y = (np.arange(picture.shape[0]) + 0.5) / scale + y0
+    for identity, (cx, cy) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
+        bits = np.asarray(cv2.aruco.generateImageMarker(known, identity, modules)) > 127
+        half = badge.markers.size_mm / 2
+        columns = np.flatnonzero(np.abs(place_x - cx) < half)
+        rows = np.flatnonzero(np.abs(place_y - cy) < half)
+        module_x = ((place_x[columns] - cx + half) / badge.markers.size_mm * modules).astype(int)
+        module_y = ((place_y[rows] - cy + half) / badge.markers.size_mm * modules).astype(int)
+        picture[np.ix_(rows, columns)] = np.where(bits[np.ix_(module_y, module_x)], scene.paper, scene.ink)
+    return picture
+
+
+def even_blocks(picture: NDArray[np.float32]) -> NDArray[np.float32]:
+    """What each block of `BLOCK_PX` by `BLOCK_PX` pixels of a picture shows, NaN where it is not all the same."""
+    rows, columns = (-(-side // BLOCK_PX) for side in picture.shape)
+    room = [(0, rows * BLOCK_PX - picture.shape[0]), (0, columns * BLOCK_PX - picture.shape[1])]
+    blocks = np.pad(picture, room, mode="edge").reshape(rows, BLOCK_PX, columns, BLOCK_PX)
+    lowest, highest = blocks.min(axis=(1, 3)), blocks.max(axis=(1, 3))
+    return np.where(lowest == highest, lowest, np.float32(np.nan))
+
+
+def cell_table(scene: Scene) -> Cells:
+    """The cells of the scene's badge as printed at nominal scale, board mm."""
+    centre = scene.board_centre_mm
+    rects: list[list[float]] = []
+    lines: list[list[float]] = []
+    bins: list[list[list[float]]] = []
+    strips: list[NDArray[np.int64]] = []
+    ends: list[Array] = []
+    grids: list[NDArray[np.int64]] = []
+    for grating in scene.badge.gratings:
+        axis = 0 if grating.axis == "x" else 1
+        rects.append([*(value - centre[k % 2] for k, value in enumerate(grating.rect_mm)), axis])
+        sides, own = [], []
+        for side in (axis, 1 - axis):
+            cuts = _cuts(np.array([[c.rect_mm[side], c.rect_mm[side + 2]] for c in grating.cells]) - centre[side])
+            begin, per_mm, strip = _binned(cuts)
+            own.append([begin, per_mm, len(strip), sum(map(len, strips)), sum(map(len, ends))])
+            strips.append(strip)
+            ends.append(np.append(cuts, math.inf))
+            sides.append(cuts)
+        bins.append(own)
+        grids.append(_grid(grating, centre, axis, sides, len(lines)))
+        lines += [[cell.edge_mm - centre[axis], 1.0 / cell.pitch_mm, cell.duty] for cell in grating.cells]
+    shape = [max(grid.shape[k] for grid in grids) for k in (0, 1)]
+    grid = np.full((len(grids), *shape), -1, np.int64)
+    for k, one in enumerate(grids):
+        grid[k, : one.shape[0], : one.shape[1]] = one
+    return Cells(
+        np.array(rects), np.array(bins, float), np.concatenate(strips), np.concatenate(ends), grid, np.array(lines)
+    )
+
+
+def _cuts(spans: Array) -> Array:
+    """All different edges of spans (N, 2), rising."""
+    cuts = np.unique(spans)
+    return cuts[np.concatenate([[True], np.diff(cuts) > SAME_EDGE_MM])]
+
+
+def _binned(cuts: Array) -> tuple[float, float, NDArray[np.int64]]:
+    """Even bins over the strips between cuts, so narrow that none holds two cuts: begin, per mm, strip of each.
+
+    Convention: strip 0 lies before the first cut, strip k after cut k - 1.
+    """
+    length, narrowest = cuts[-1] - cuts[0], np.diff(cuts).min()
+    if narrowest < NARROWEST_CELL_MM:
+        raise SpecError(
+            f"cells whose edges lie {narrowest:.3g} mm apart cannot be rendered; give {NARROWEST_CELL_MM:g} mm or more"
+        )
+    count = math.ceil(2 * length / narrowest) + 1
+    per_mm = count / length
+    begins = cuts[0] + np.arange(-1, count + 1) / per_mm
+    return float(begins[0]), float(per_mm), np.searchsorted(cuts, begins, side="right").astype(np.int64)
+
+
+def _grid(grating: Grating, centre: Any, axis: int, sides: list[Array], first: int) -> NDArray[np.int64]:
+    """Which cell lies in each strip along and across; where cells overlap, the first one."""
+    grid = np.full((len(sides[1]) + 1, len(sides[0]) + 1), -1, np.int64)
+    for number in range(len(grating.cells) - 1, -1, -1):
+        rect = grating.cells[number].rect_mm
+        spans = []
+        for cuts, side in ((sides[1], 1 - axis), (sides[0], axis)):
+            low, high = rect[side] - centre[side], rect[side + 2] - centre[side]
+            # Edges of neighbours may differ in the last digits; the strip's number is that of the nearest cut.
+            spans.append(slice(int(np.abs(cuts - low).argmin()) + 1, int(np.abs(cuts - high).argmin()) + 1))
+        grid[spans[0], spans[1]] = first + number
+    return grid
