@@ -458,6 +458,8 @@ def test_a_badge_that_could_never_be_verified_is_not_enrolled(
         (["--out", "new.mp4", "--fps", "nan"], "nan"),
         (["--out", "new.mp4", "--frames", "1"], "--frames"),
         (["--out", "new.mp4", "--forge", "magic"], "frozen"),
+        (["--out", "new.mp4", "--light", "moon"], "softbox"),
+        (["--out", "new.mp4", "--forge", "late", "--backend", "mitsuba"], "analytic"),
         (["--out", "new.mp4", "--seed", "-1"], "--seed"),
     ],
     ids=lambda value: " ".join(value)[6:] if isinstance(value, list) else "",

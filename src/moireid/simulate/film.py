@@ -70,6 +70,8 @@ def film(
     half_shutter = scene.camera.shutter_s / 2
     first, middle, last = motion(times - half_shutter), motion(times), motion(times + half_shutter)
     shown = false_camera(forge, middle.camera_mm, fps, seed) if forge else middle.camera_mm
+    if forge and backend == "mitsuba":
+        raise SpecError(f"real lenses cannot show the forgery {forge!r}, so mitsuba cannot; use the analytic backend")
     render, sensor = _renderer(scene, backend, seed), Sensor(scene.camera, seed)
     stages = dict.fromkeys(("render", "sensor", "encode"), 0.0)
     label = f"forged:{forge}" if forge else "genuine"
@@ -93,8 +95,15 @@ def film(
                 progress(k + 1, frames)
         writer.close()
     write_text(truth_path(video), truth_csv(scene, times, middle, shown, label))
-    left_out = ("colour", "Fresnel losses and glare", "direction of the light", "the mount", "the printed name")
-    return FilmReport(video, truth_path(video), frames, label, stages, left_out)
+    return FilmReport(video, truth_path(video), frames, label, stages, _left_out(scene, backend))
+
+
+def _left_out(scene: Scene, backend: str) -> tuple[str, ...]:
+    """What no frame of such a film shows."""
+    light = ("Fresnel losses and glare", "direction of the light") if scene.light is None else (
+        "light between page and lenses", "the light's course, where the badge turns")  # fmt: skip
+    shutter = ("rolling shutter",) if backend == "mitsuba" else ()
+    return ("colour", *light, *shutter, "the mount", "the printed name")
 
 
 def _renderer(scene: Scene, backend: str, seed: int) -> Callable[[Instant], Rendered | None]:
