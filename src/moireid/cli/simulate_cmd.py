@@ -49,9 +49,9 @@ def simulate_command(
     The badge is filmed as one that somebody built: the sheet a little off its place and turned, print and lens pitch a
     little off their size. The seed says how.
 
-    Lights: even, an overcast sky all round; softbox, 0.8 m across, 1.5 m away, 35 degrees to the left and 25 up; window,
-    a square metre, 2.5 m away, 40 degrees to the right, at the badge's height, which the lenses mirror; lamp, 0.25 m
-    across, 2 m away, 45 degrees up. Each gives 60 to 70 % of the light, an even sky the rest.
+    Lights: even, an overcast sky all round; softbox, 0.8 m across, 1.5 m away, 35 degrees to the left and 25 up;
+    window, a square metre, 2.5 m away, 40 degrees to the right, at the badge's height, which the lenses mirror; lamp,
+    0.25 m across, 2 m away, 45 degrees up. Each gives 60 to 70 % of the light, an even sky the rest.
     """
     from moireid.badge import load_badge
 
