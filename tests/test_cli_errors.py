@@ -466,6 +466,8 @@ def test_a_badge_that_could_never_be_verified_is_not_enrolled(
         (["--out", "new.mp4", "--recipe", "fax"], "chat"),
         (["--out", "new.mp4", "--recipe", "chat", "--crf", "20"], "leave out"),
         (["--out", "new.webm", "--codec", "h265", "--frames", "2"], "name it .mp4 or .mkv"),
+        (["--out", "new.mp4", "--light", "moon"], "softbox"),
+        (["--out", "new.mp4", "--forge", "late", "--backend", "mitsuba"], "analytic"),
         (["--out", "new.mp4", "--seed", "-1"], "--seed"),
     ],
     ids=lambda value: " ".join(value)[6:] if isinstance(value, list) else "",

@@ -145,18 +145,33 @@ def fresnel_turn_rad(lens: Lens, rear_pitch_mm: float, tan_x: float) -> float:
 
 @pytest.mark.parametrize("band", [0, 10])
 def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
-    """Mitsuba, the analytic renderer and the phase law, straight on and at 17 degrees, within 0.02 rad."""
+    """Mitsuba, the analytic renderer and the phase law, straight on and at 17 degrees, rad.
+
+    Mitsuba's own error is told by three seeds.  Beyond it, and beyond what its weighing of rays by their transmittance
+    adds, the two renderers are let differ by 0.002 rad, and the law from both by 0.01.
+    Catches: an offset of 2 um between lens and page, a law for another effective gap, a lost Fresnel share.
+    """
     scene, cell = Scene(badge), badge.gratings[0].cells[band]
-    beyond = {}
+    beyond, error = {}, {}
     for u in (0.0, 0.3):
         instant = seen_from((1000 * u, 0, -1000))
-        mitsuba = mitsuba_frame(scene, instant, pixels_of(scene, instant, cell.rect_mm))
-        analytic = analytic_frame(scene, instant, (16, 4))
-        beyond[u] = [beyond_law_rad(picture, scene, instant, cell) for picture in (mitsuba, analytic)]
+        crop = pixels_of(scene, instant, cell.rect_mm)
+        renderer = MitsubaRenderer(scene, variant="scalar_rgb")
+        traced = [renderer.render(instant, crop=crop) for _ in range(3)]
+        phases = [beyond_law_rad(frame, scene, instant, cell) for frame in traced if frame is not None]
+        assert len(phases) == 3
+        analytic = beyond_law_rad(analytic_frame(scene, instant, (16, 4)), scene, instant, cell)
+        weighed = fresnel_turn_rad(badge.lens, cell.pitch_mm, -u)
+        # Phases about half a turn have two names, so they are counted from one of their own.
+        beside = [turn_rad(phase, analytic + weighed) for phase in phases]
+        error[u] = float(np.std(beside, ddof=1)) / math.sqrt(3)
+        beyond[u] = [analytic + float(np.mean(beside)), analytic]  # without that weight
     apart = [turn_rad(*beyond[u]) for u in (0.0, 0.3)]
     from_law = [turn_rad(beyond[0.3][k], beyond[0.0][k]) for k in (0, 1)]
-    assert np.abs(apart).max() < 0.02, f"Mitsuba - analytic {apart} rad at u = 0, 0.3"
-    assert np.abs(from_law).max() < 0.02, f"from u = 0 to 0.3, Mitsuba - law and analytic - law: {from_law} rad"
+    told = f"Mitsuba - analytic {apart}, Mitsuba's error {error} rad at u = 0, 0.3; from u = 0 on, - law: {from_law}"
+    assert max(error.values()) < 0.002, told
+    assert all(abs(gap) < 0.002 + 3 * err for gap, err in zip(apart, error.values(), strict=True)), told
+    assert np.abs(from_law).max() < 0.01, told
 
 
 def test_only_the_transmittance_sets_it_apart_at_31_degrees(badge: Badge) -> None:

@@ -102,8 +102,17 @@ def film(
                     progress(row + 1, len(kept))
             stages.begin()
         stages.end("encode")
-    left_out = ("colour", "Fresnel losses and glare", "direction of the light", "the mount", "the printed name")
-    return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, left_out, estimate)
+    return FilmReport(
+        video, truth_path(video), len(kept), label, writer.size, stages.seconds, _left_out(scene, backend), estimate
+    )
+
+
+def _left_out(scene: Scene, backend: str) -> tuple[str, ...]:
+    """What no frame of such a film shows."""
+    light = ("Fresnel losses and glare", "direction of the light") if scene.light is None else (
+        "light between page and lenses", "the light's course, where the badge turns")  # fmt: skip
+    shutter = ("rolling shutter",) if backend == "mitsuba" else ()
+    return ("colour", *light, *shutter, "the mount", "the printed name")
 
 
 def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:

@@ -5,13 +5,14 @@ dielectric; the printed lines under it are strips of the page (`mitsuba_page`), 
 radiance of ink and paper; the rest of the page is a picture behind them.  Nothing here shares a line of optics with
 `analytic` or `lenticule`.  What they have in common is the description (`Scene`, `Instant`) and the markers' picture.
 
-The red channel carries the radiance, green the share of it that came through: page and paper shine with 1 in it.  Their
+Under a light of its own (`Scene.light`) the page is matt and path-traced instead, as `mitsuba_lit` says.  Without one,
+the red channel carries the radiance, green the share of it that came through: page and paper shine with 1 in it.  Their
 quotient is the mean over the rays that were refracted, so that neither the light that a lens reflects nor the chance by
 which Mitsuba picks a ray to reflect shows in the picture.  What stays is that rays count by how much of them passes.
 
-Left out: glare and the direction of the light, the mount, the background, the sheet's hidden faces, colour, bounces,
-the rolling shutter.  A ray that leaves the lens through its neighbour's flank, or that is reflected within, is not
-followed.  Forgeries and hidden parts are refused.
+Left out: without a light, glare and direction; in any case the mount, the background, the sheet's hidden faces, colour,
+bounces, the rolling shutter.  A ray that leaves the lens through its neighbour's flank, or that is reflected within, is
+not followed.  Forgeries and hidden parts are refused.
 
 Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0.
 Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `shared/physics.md`, Rendering it.
@@ -19,6 +20,7 @@ Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `s
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -38,6 +40,8 @@ from moireid.simulate.scene import Instant, Scene
 Array = NDArray[np.float64]
 #: Fewer rays than this may all be reflected by the lens, which leaves the pixel without a value.
 FEWEST_SAMPLES = 4
+#: Radiance of the blackest ink.
+DARKEST = 1e-6
 #: Seeds of one film's frames lie this far apart, a prime, so that films of neighbouring seeds share no frame's rays.
 SEED_STEP = 7919
 
@@ -65,6 +69,8 @@ class MitsubaRenderer:
             )
         if scene.hidden_mm is not None:
             raise SpecError("the mitsuba renderer covers no part of the board; use the analytic one")
+        # Where every page is black, Mitsuba has no lamp to choose, and paints NaN.
+        scene = replace(scene, ink=max(scene.ink, DARKEST), paper=max(scene.paper, DARKEST))
         self.scene, self.samples, self._variant, self._seed = scene, samples, variant, seed
         self._film: tuple[int, int] | None = None
         with mitsuba_with(variant) as mi:
