@@ -106,9 +106,9 @@ def test_gain_fails_alone(gain):
 def test_correlation_fails_alone():
     """Catches: a residual that is taken for enough.  Vague phases explain a wander that vague motion does not."""
     predicted = 0.40 * course()
-    outcome = judged(signal(predicted, predicted + 0.29 * jitter(predicted), phase_sd=0.07, pose_sd=0.06))
+    outcome = judged(signal(predicted, predicted + 0.27 * jitter(predicted), phase_sd=0.07, pose_sd=0.06))
     assert outcome.verdict == "reject" and failed(outcome) == ["correlation"]
-    assert outcome.correlation == pytest.approx(0.40 / math.hypot(0.40, 0.29), abs=1e-6)
+    assert outcome.correlation == pytest.approx(0.40 / math.hypot(0.40, 0.27), abs=1e-6)
 
 
 def test_what_worse_poses_than_told_could_explain_is_left_open():
@@ -312,8 +312,42 @@ def test_reasons_carry_figure_limit_and_unit():
     assert "0.500" in gain.text
     assert reasons["motion"].limit == pytest.approx(MIN_EXCITATION_RAD) and reasons["motion"].unit == "rad"
     assert reasons["correlation"].limit == MIN_CORRELATION
-    known = math.sqrt(0.12**2 + (0.05 * 1.2) ** 2 + (3 * math.hypot(PHASE_SD, POSE_SD)) ** 2)
+    known = math.sqrt(0.05**2 + (0.03 * 1.2) ** 2 + (3 * math.hypot(PHASE_SD, POSE_SD)) ** 2)
     assert reasons["residual"].limit == pytest.approx(known, rel=1e-6)
+
+
+def placed(predicted: np.ndarray, measured: np.ndarray) -> tuple[GratingSignal, np.ndarray]:
+    """A signal whose camera also moves along the other axis and in distance, and that motion, standard deviation 1."""
+    aside = unlike(predicted, 21)
+    near = (1.0 + 0.03 * unlike(predicted, 22)) / 1000.0
+    made = signal(predicted, measured, phase_sd=0.01, pose_sd=0.01)
+    return replace(made, elsewhere=np.column_stack([0.1 * aside, near])), aside
+
+
+def test_what_goes_with_the_camera_s_place_is_no_wander():
+    """Catches: a bent sheet or light from one side rejected as a forgery; and a wander of that size let through."""
+    predicted = 0.8 * course()
+    signal_, aside = placed(predicted, predicted)
+    bent = judged(replace(signal_, measured_rad=predicted + 0.11 * aside))
+    assert bent.verdict == "accept" and bent.phase_residual_rad == pytest.approx(0.11, rel=0.02)
+    wander = judged(replace(signal_, measured_rad=predicted + 0.11 * jitter(predicted)))
+    assert failed(wander) == ["residual"] and wander.verdict == "reject"
+
+
+def test_no_more_of_the_motion_may_go_with_the_camera_s_place_than_the_gain_may_be_off():
+    """Catches: fringes that follow another axis excused as a bent sheet."""
+    predicted = 0.8 * course()
+    signal_, aside = placed(predicted, predicted)
+    assert levels(judged(replace(signal_, measured_rad=predicted + 0.25 * aside)))["residual"] == "fail"
+
+
+def test_places_that_hardly_move_explain_nothing():
+    """Catches: columns of rounding errors blown up until they explain any wander; NaN from a camera at rest."""
+    predicted = 0.8 * course()
+    signal_, _ = placed(predicted, predicted + 0.11 * jitter(predicted))
+    still = replace(signal_, elsewhere=np.full((len(predicted), 2), 0.25))
+    assert judged(still).verdict == "reject"
+    assert judged(replace(still, measured_rad=predicted)).verdict == "accept"
 
 
 def test_json_is_strict_and_complete():

@@ -156,7 +156,13 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         pose_sd_rad=float(np.sqrt(np.mean([signal.pose_sd_rad**2 for signal in signals]))),
         strip_residual_rad=np.max([signal.strip_residual_rad for signal in signals], axis=0),
         tangent_sd=max(signal.tangent_sd for signal in signals),
+        elsewhere=_joined_places(signals),
     )
+
+
+def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
+    places = [signal.elsewhere for signal in signals if signal.elsewhere is not None]
+    return np.concatenate([place - place.mean(axis=0) for place in places]) if len(places) == len(signals) else None
 
 
 def _broken_chapter(chapter: Chapter) -> Reason:

@@ -40,7 +40,8 @@ class GratingSignal:
     measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0; phase_sd_rad: error bar of
     measured; pose_sd_rad: what the pose's error makes of the prediction, after smoothing;
     strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square; tangent_sd: what the
-    errors of focal length and distortion make of the spread of the parallax along the grating's axis, as a share.
+    errors of focal length and distortion make of the spread of the parallax along the grating's axis, as a share;
+    elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm, where they are known.
     """
 
     measured_rad: Array
@@ -49,6 +50,7 @@ class GratingSignal:
     pose_sd_rad: float
     strip_residual_rad: Array
     tangent_sd: float = 0.0
+    elsewhere: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -105,9 +107,17 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         axis = 0 if grating.axis == "x" else 1
         noise = _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis])
         signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
-        gratings.append(replace(signal, tangent_sd=camera.tangent_sd[axis]))
+        gratings.append(
+            replace(signal, tangent_sd=camera.tangent_sd[axis], elsewhere=_elsewhere(camera_mm, page_mm, axis))
+        )
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
+
+
+def _elsewhere(camera_mm: Array, page_mm: Array, axis: int) -> Array:
+    """The camera's parallax along the other axis than the fringes', and one over its distance, (T, 2)."""
+    near = 1 / np.abs(camera_mm[:, 2])
+    return np.column_stack([(camera_mm[:, 1 - axis] - page_mm[:, 1 - axis].mean()) * near, near])
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:

@@ -66,4 +66,5 @@ def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> Grating
     return replace(
         signal, measured_rad=signal.measured_rad[frames], predicted_rad=signal.predicted_rad[frames],
         phase_sd_rad=signal.phase_sd_rad[frames],
+        elsewhere=None if signal.elsewhere is None else signal.elsewhere[frames],
     )  # fmt: skip
