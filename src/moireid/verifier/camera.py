@@ -19,6 +19,8 @@ from moireid.verifier.film_wide import FilmWide
 from moireid.verifier.plane_pose import PlanePoses, tangent_error
 
 Array = NDArray[np.float64]
+#: Change of the focal length's logarithm, and of the distortion, by which their effect on the poses is told.
+PROBE = 0.003
 
 
 @dataclass(frozen=True)
@@ -57,13 +59,15 @@ def fit_camera(
     film.solve()
     final = film.all_poses()
     camera, errors = _choose(final)
-    tangent_sd = np.hypot(
-        _stretch(camera, _choose(film.moved(final, bend=film.bend_sd))[0]),
-        _stretch(camera, _choose(film.moved(final, log_focal=film.log_focal_sd))[0]),
-    )
+    # Focal length and distortion err together: what one makes too wide the other mostly makes too narrow.
+    stretch = np.column_stack([
+        _stretch(camera, _choose(film.moved(final, log_focal=PROBE))[0]),
+        _stretch(camera, _choose(film.moved(final, bend=PROBE))[0]),
+    ]) / PROBE  # fmt: skip
+    tangent_sd = np.sqrt(np.maximum(np.diag(stretch @ film.covariance @ stretch.T), 0))
     camera[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
-        camera, errors, film.focal, film.focal * film.log_focal_sd, focal_px is not None, film.shutter_s,
+        camera, errors, film.focal, film.focal_sd, focal_px is not None, film.shutter_s,
         (float(tangent_sd[0]), float(tangent_sd[1])), tangent_error(final, film.plane, film.focal),
         film.bend_k1, film.bend_k1_sd,
     )  # fmt: skip
@@ -87,10 +91,10 @@ def _choose(poses: PlanePoses) -> tuple[Array, Array]:
 
 
 def _stretch(camera: Array, other: Array) -> tuple[float, float]:
-    """How much wider the other course of tangents is than this one, along x and y, as a share of it."""
+    """How much wider the other course of tangents is than this one, along x and y, as a share of it; signed."""
     shares = []
     for axis in (0, 1):
         here, there = (c[:, axis] / c[:, 2] - np.mean(c[:, axis] / c[:, 2]) for c in (camera, other))
         power = float(here @ here)
-        shares.append(abs(float(here @ (there - here)) / power) if power > 0 else 0.0)
+        shares.append(float(here @ (there - here)) / power if power > 0 else 0.0)
     return shares[0], shares[1]

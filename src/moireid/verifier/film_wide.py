@@ -28,9 +28,9 @@ FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.35
 #: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
 SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
 SHUTTER_LIMIT_S = 0.033
-#: Prior of the radial distortion k1 (`distortion`): phones correct theirs to 0.03 or so, webcams leave up to 0.1, and
-#: 0.1 makes the fringes' gain 9 % wrong if it is not solved for.
-BEND_PRIOR_SD, BEND_LIMIT = 0.05, 0.3
+#: Prior of the radial distortion k1 (`distortion`): most phones correct theirs to 0.02, some webcams leave 0.1; and 0.1
+#: makes the fringes' gain 9 % wrong if it is not solved for.
+BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
 #: A distortion belongs to the place where a point would have been without it, which the first round tells.
 BEND_ROUNDS = 2
 #: Frames that the film-wide unknowns are solved on; a long film has more than enough.
@@ -40,8 +40,8 @@ SOLVE_FRAMES = 300
 class FilmWide:
     """The film-wide unknowns of registered pages.
 
-    focal, log_focal_sd: px, and standard deviation of its logarithm, 0 where it was given; shutter_s: first to last
-    row; bend, bend_sd: distortion in units of the guessed focal length.
+    focal: px; shutter_s: first to last row; bend: distortion in units of the guessed focal length; covariance (2, 2):
+    of the focal length's logarithm, 0 where it was given, and the distortion.
     """
 
     def __init__(
@@ -61,8 +61,13 @@ class FilmWide:
         self._guess = focal_px or FOCAL_PRIOR * self._long_side
         self._bends = taken_in_px(points_px, self._guess, self._centre)
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
-        self.focal, self.log_focal_sd = float(self._guess), 0.0
-        self.shutter_s, self.bend, self.bend_sd = SHUTTER_PRIOR_S, 0.0, BEND_PRIOR_SD
+        self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
+        self.covariance = np.zeros((2, 2))
+
+    @property
+    def focal_sd(self) -> float:
+        """Standard deviation of the focal length, px."""
+        return self.focal * math.sqrt(self.covariance[0, 0])
 
     @property
     def bend_k1(self) -> float:
@@ -72,7 +77,7 @@ class FilmWide:
     @property
     def bend_k1_sd(self) -> float:
         """Standard deviation of `bend_k1`."""
-        return self.bend_sd * (self.focal / self._guess) ** 2
+        return math.sqrt(self.covariance[1, 1]) * (self.focal / self._guess) ** 2
 
     def solve(self) -> None:
         """Steps 1 to 3."""
@@ -82,7 +87,7 @@ class FilmWide:
         self._rows = self._likeliest_rows()  # 1
         self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *shutter)  # 2
         if not self._given:
-            log_focal, self.log_focal_sd = minimise(lambda x: self._errors(log_focal=x), *zoom)
+            log_focal, _ = minimise(lambda x: self._errors(log_focal=x), *zoom)
             self.focal = math.exp(log_focal)
             if abs(log_focal - middle) > 0.1:
                 # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
@@ -91,17 +96,20 @@ class FilmWide:
 
     def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
         """Focal length where it is unknown, shutter and distortion; then once more with the distortion at its place."""
-        bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03)
+        bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03, heavy=True)
 
         def errors(at: Array) -> Array:
             return self._errors(log_focal=float(at[0]) if zoom else None, shutter_s=float(at[-2]), bend=float(at[-1]))
 
         for _ in range(BEND_ROUNDS):
             start = [math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend]
-            place, sd = minimise_together(errors, np.array(start), [*zoom, shutter, bend])
+            place, covariance = minimise_together(errors, np.array(start), [*zoom, shutter, bend])
             if zoom:
-                self.focal, self.log_focal_sd = math.exp(place[0]), float(sd[0])
-            self.shutter_s, self.bend, self.bend_sd = float(place[-2]), float(place[-1]), float(sd[-1])
+                self.focal = math.exp(place[0])
+                self.covariance = covariance[np.ix_([0, 2], [0, 2])]
+            else:
+                self.covariance[1, 1] = covariance[1, 1]
+            self.shutter_s, self.bend = float(place[-2]), float(place[-1])
             self._bends = taken_in_px(self._points - self.bend * self._bends, self._guess, self._centre)
 
     def all_poses(self) -> PlanePoses:

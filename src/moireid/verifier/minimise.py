@@ -59,40 +59,49 @@ def _misfit(errors_px: Array, scale: float) -> float:
 
 @dataclass(frozen=True)
 class Unknown:
-    """An unknown: its bounds, its prior, and the step of a first search near its minimum."""
+    """An unknown: its bounds, its prior, and the step of a first search near its minimum.
+
+    heavy: the prior's tails are Student's t of three degrees and not normal: mostly near, sometimes far.
+    """
 
     low: float
     high: float
     prior: float
     prior_sd: float
     step: float
+    heavy: bool = False
+
+    def cost(self, place: Array) -> Array:
+        """Twice the negative logarithm of the prior, but for a constant."""
+        apart = ((place - self.prior) / self.prior_sd) ** 2
+        return 4.0 * np.log1p(apart / 3.0) if self.heavy else apart
 
 
 def minimise_together(
     errors_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown]
 ) -> tuple[Array, Array]:
-    """Places of least misfit, and their standard deviations, each with the others' doubt included.
+    """Places of least misfit, and their covariance.
 
     Parameters: errors_px: of all unknowns (N,); start (N,): near the minimum.
-    Returns: (N,) each; a standard deviation is the prior's where the misfit has no minimum that a paraboloid describes.
+    Returns: (N,) and (N, N); the priors' where the misfit has no minimum that a paraboloid describes.
     Source: misfit as in `minimise`.  Focal length, shutter and distortion share a valley, along which seeking one at a
         time stops early, with an error bar for the valley's width instead of its length; so a paraboloid is fitted to
         places around the best one (its middle, two along each axis, four in each plane of two), and again around its
         minimum, ever nearer.
     """
     scale = float(np.median(errors_px(start))) or 1e-9
-    low, high, prior, prior_sd, step = (
-        np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high", "prior", "prior_sd", "step")
+    low, high, prior_sd, step = (
+        np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high", "prior_sd", "step")
     )
     grid = _composite(len(unknowns))
     pairs = [(a, b) for a in range(len(unknowns)) for b in range(a, len(unknowns))]
     terms = np.column_stack([np.ones(len(grid)), grid, *(grid[:, a] * grid[:, b] for a, b in pairs)])
-    place, sd = np.asarray(start, float), prior_sd
+    place, covariance = np.asarray(start, float), np.diag(prior_sd**2)
     for _ in range(ROUNDS):
         centre = np.clip(place, low + step, high - step)
         places = centre + grid * step
         misfit = SPARE_PER_FRAME * np.array([_misfit(errors_px(at), scale) for at in places])
-        cost = misfit + (((places - prior) / prior_sd) ** 2).sum(axis=1)
+        cost = misfit + sum(u.cost(places[:, k]) for k, u in enumerate(unknowns))
         found = np.linalg.lstsq(terms, cost, rcond=None)[0]
         slope, bend = found[1 : 1 + len(unknowns)], np.zeros((len(unknowns), len(unknowns)))
         for (a, b), value in zip(pairs, found[1 + len(unknowns) :], strict=True):
@@ -104,10 +113,10 @@ def minimise_together(
             continue
         move = np.clip(-np.linalg.solve(bend, slope), -2.0, 2.0)
         place = np.clip(centre + move * step, low, high)
-        sd = np.minimum(step * np.sqrt(2 * np.diag(np.linalg.inv(bend))), prior_sd)
+        covariance = 2 * np.linalg.inv(bend) * np.outer(step, step)
         if np.abs(move).max() < 1:
             step = step / 2
-    return place, sd
+    return place, covariance
 
 
 def _composite(count: int) -> Array:
