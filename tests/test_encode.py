@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import os
 import signal
@@ -191,14 +192,14 @@ def test_an_interrupt_leaves_no_file(prototype, tmp_path):
         env=os.environ | {"PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     try:
-        limit = time.monotonic() + 60
+        limit = time.monotonic() + 120
         # The film has begun when its truth has rows, which are written out by the block.
         while not any(path.stat().st_size > 0 for path in out.glob(".a*")) and time.monotonic() < limit:
             assert process.poll() is None, process.communicate()
             time.sleep(0.1)
         assert list(out.glob(".a*")) and not (out / "a.mp4").exists()
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=120)
     finally:
         process.kill()
     assert process.returncode == 130 and "Traceback" not in said and "interrupted" in said
@@ -225,3 +226,15 @@ for frames in (60, 360):
     )
     short, long = (int(line) / 1024 for line in done.stdout.split())
     assert long - short < 20.0
+
+
+def test_an_interrupt_that_a_callback_swallows_is_raised_again():
+    """Catches: a film that runs on because Ctrl-C came while compiled code was calling back."""
+    from moireid.cli.common import progress_bar
+
+    with pytest.raises(KeyboardInterrupt), progress_bar("filming") as progress:
+        progress(1, 10)
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        progress(2, 10)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

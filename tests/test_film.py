@@ -149,8 +149,11 @@ def test_the_shutter_runs_down_the_picture(prototype, tmp_path):
     path = tmp_path / "a.mp4"
     camera = Camera(width=960, height=540, focal_px=725.0, shutter_s=0.02, noise_counts=0.0)
     shoot(prototype, path, frames=5, camera=camera, motion=going_left)
+    fine = cv2.aruco.DetectorParameters()
+    # Unrefined corners are whole pixels, of which a mean of four is a quarter of one.
+    fine.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     detector = cv2.aruco.ArucoDetector(
-        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, prototype.markers.dictionary))
+        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, prototype.markers.dictionary)), fine
     )
     corners, ids, _ = detector.detectMarkers(pictures(path)[2])
     at = dict(zip(np.ravel(ids).tolist(), (quad[0].mean(axis=0) for quad in corners), strict=True))

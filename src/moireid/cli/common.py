@@ -6,7 +6,9 @@ import functools
 import json
 import math
 import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -109,10 +111,51 @@ def tell_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
-    """A progress bar on stderr, told (done, of); silent where stderr is no terminal."""
-    if not sys.stderr.isatty():
-        yield lambda done, total: None
+    """A progress bar on stderr, told (done, of); silent where stderr is no terminal.
+
+    An interrupt is raised at once, and again at the next step: compiled code that calls back may swallow it.
+    """
+    with _interrupts() as check:
+        if not sys.stderr.isatty():
+            yield lambda done, total: check()
+            return
+        with _bar(label) as update:
+
+            def step(done: int, total: int | None) -> None:
+                check()
+                update(done, total)
+
+            yield step
+
+
+@contextmanager
+def _interrupts() -> Iterator[Callable[[], None]]:
+    """A check that raises KeyboardInterrupt where one came before and was lost."""
+    # A shell may have set a job in the background to pass interrupts over; a thread cannot say how they are taken.
+    elsewhere = threading.current_thread() is not threading.main_thread()
+    if elsewhere or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield lambda: None
         return
+    came = False
+
+    def note(number: int, frame: Any) -> None:
+        nonlocal came
+        came = True
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if came:
+            raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, note)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def _bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
