@@ -11,6 +11,7 @@ Source: maximum a posteriori over reprojection error.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from scipy.interpolate import CubicSpline
 
 from moireid.verifier.distortion import taken_in_px
 from moireid.verifier.minimise import Unknown, minimise, minimise_together
-from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
+from moireid.verifier.plane_pose import STEPS, PlanePoses, moved_poses, start_poses
 from moireid.verifier.smooth import GAP_S, stretches
 
 Array = NDArray[np.float64]
@@ -31,8 +32,11 @@ SHUTTER_LIMIT_S = 0.033
 #: Prior of the radial distortion k1 (`distortion`): most phones correct theirs to 0.02, some webcams leave 0.1; and 0.1
 #: makes the fringes' gain 9 % wrong if it is not solved for.
 BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
-#: A distortion belongs to the place where a point would have been without it, which the first round tells.
-BEND_ROUNDS = 2
+#: Steps of the joint search over those of the first, one search after another: a distortion belongs to the place where
+#: a point would have been without it, which the search before tells.
+NEARER = (1.0, 0.3, 0.1)
+#: Steps of pose refinement near poses that were refined already.
+SETTLED_STEPS = 3
 #: Frames that the film-wide unknowns are solved on; a long film has more than enough.
 SOLVE_FRAMES = 300
 
@@ -61,6 +65,7 @@ class FilmWide:
         self._guess = focal_px or FOCAL_PRIOR * self._long_side
         self._bends = taken_in_px(points_px, self._guess, self._centre)
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
+        self._start_focal, self._steps = float(self._guess), STEPS
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
         self.covariance = np.zeros((2, 2))
 
@@ -95,15 +100,20 @@ class FilmWide:
         self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
 
     def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
-        """Focal length where it is unknown, shutter and distortion; then once more with the distortion at its place."""
+        """Focal length where it is unknown, shutter and distortion, ever nearer."""
         bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03, heavy=True)
 
         def errors(at: Array) -> Array:
             return self._errors(log_focal=float(at[0]) if zoom else None, shutter_s=float(at[-2]), bend=float(at[-1]))
 
-        for _ in range(BEND_ROUNDS):
+        for nearer in NEARER:
+            self._settle()
             start = [math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend]
-            place, covariance = minimise_together(errors, np.array(start), [*zoom, shutter, bend])
+            place, covariance = minimise_together(
+                errors,
+                np.array(start),
+                [replace(unknown, step=nearer * unknown.step) for unknown in (*zoom, shutter, bend)],
+            )
             if zoom:
                 self.focal = math.exp(place[0])
                 self.covariance = covariance[np.ix_([0, 2], [0, 2])]
@@ -136,8 +146,16 @@ class FilmWide:
         """Reprojection errors (T,) px of the chosen frames; what is not given is as found so far."""
         focal = self.focal if log_focal is None else math.exp(log_focal)
         points = self._flat(self._chosen, shutter_s=shutter_s, bend=bend)
-        zoom = focal / self._guess
-        return moved_poses(self._start, self.plane, points, zoom, focal, self._centre).least_error_px
+        zoom = focal / self._start_focal
+        moved = moved_poses(self._start, self.plane, points, zoom, focal, self._centre, self._steps)
+        return moved.least_error_px
+
+    def _settle(self) -> None:
+        """Begin from what was found so far: near it, few steps of refinement do."""
+        zoom = self.focal / self._start_focal
+        points = self._flat(self._chosen)
+        self._start = moved_poses(self._start, self.plane, points, zoom, self.focal, self._centre)
+        self._start_focal, self._steps = self.focal, SETTLED_STEPS
 
     def _likeliest_rows(self) -> Array:
         """The way in which the shutter runs, told at its usual time."""

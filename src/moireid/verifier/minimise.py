@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 #: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
 SPARE_PER_FRAME = 2
-#: Paraboloids that are fitted one after another.
-ROUNDS = 6
+#: Paraboloids that are fitted one after another in one search, and places at most where none fits.
+ROUNDS, MOST_ROUNDS = 3, 9
 
 
 def minimise(
@@ -97,7 +97,10 @@ def minimise_together(
     pairs = [(a, b) for a in range(len(unknowns)) for b in range(a, len(unknowns))]
     terms = np.column_stack([np.ones(len(grid)), grid, *(grid[:, a] * grid[:, b] for a, b in pairs)])
     place, covariance = np.asarray(start, float), np.diag(prior_sd**2)
-    for _ in range(ROUNDS):
+    fitted = 0
+    for _ in range(MOST_ROUNDS):
+        if fitted == ROUNDS:
+            break
         centre = np.clip(place, low + step, high - step)
         places = centre + grid * step
         misfit = SPARE_PER_FRAME * np.array([_misfit(errors_px(at), scale) for at in places])
@@ -111,6 +114,7 @@ def minimise_together(
             # Too wide a step for the valley, whose sides the misfit makes flat.
             place, step = places[int(np.argmin(cost))], step / 2
             continue
+        fitted += 1
         move = np.clip(-np.linalg.solve(bend, slope), -2.0, 2.0)
         place = np.clip(centre + move * step, low, high)
         covariance = 2 * np.linalg.inv(bend) * np.outer(step, step)

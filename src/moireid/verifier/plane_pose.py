@@ -55,10 +55,12 @@ def start_poses(plane: Array, points_px: Array, focal: float, centre: tuple[floa
 
 
 def moved_poses(
-    poses: PlanePoses, plane: Array, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]
-) -> PlanePoses:
+    poses: PlanePoses, plane: Array, points_px: Array, zoom: float, focal: float, centre: tuple[float, float],
+    steps: int = STEPS,
+) -> PlanePoses:  # fmt: skip
     """Poses at another focal length `focal`, `zoom` times that of `poses`, or for points that moved a little."""
-    return refine_poses(plane, points_px, focal, centre, poses.rotation, poses.translation * np.array([1.0, 1.0, zoom]))
+    nearer = poses.translation * np.array([1.0, 1.0, zoom])
+    return refine_poses(plane, points_px, focal, centre, poses.rotation, nearer, steps)
 
 
 def tangent_error(poses: PlanePoses, plane: Array, focal: float, frames: int = 9) -> tuple[float, float]:
@@ -97,14 +99,15 @@ def _seen_and_tangents(plane: Array, rotation: Array, translation: Array) -> tup
 
 
 def refine_poses(
-    plane: Array, points_px: Array, focal: float, centre: tuple[float, float], rotation: Array, translation: Array
-) -> PlanePoses:
+    plane: Array, points_px: Array, focal: float, centre: tuple[float, float], rotation: Array, translation: Array,
+    steps: int = STEPS,
+) -> PlanePoses:  # fmt: skip
     """Gauss-Newton from the given poses, (T, 2, 3, 3) and (T, 2, 3)."""
     seen = (points_px[:, None] - np.array(centre)) / focal
     # Film-wide searches come here a hundred times, so each derivative is written out; axes are (T, 2 poses, u or v, N).
     seen = np.moveaxis(seen, -1, -2)
     jacobian = np.empty((*rotation.shape[:2], 2, len(plane), 6))
-    for _ in range(STEPS):
+    for _ in range(steps):
         turned = _turned(rotation, plane)
         flat, near = _projected(turned, translation)
         residual = flat - seen
