@@ -13,6 +13,7 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import SpecError
 from moireid.fabrication.acrylic import plan_acrylic
 from moireid.simulate.acrylic import ACRYLIC_INDEX, AIR_MM, Acrylic, Plate, plate_faces, plates_around
+from moireid.simulate.film import _left_out
 from moireid.simulate.light import LIGHTS
 from moireid.simulate.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.scene import Instant, Scene
@@ -165,3 +166,10 @@ def test_what_is_no_mount_is_refused(badge: Badge) -> None:
         plate_faces(Plate((-1, -1, 1, 1), (-2, -2, 2, 2), 0, 1))
     with pytest.raises(SpecError, match="make it larger"):
         plate_faces(Plate((-1, -1, 1, 1), None, 0, 0.01))
+
+
+def test_a_film_says_whether_it_shows_the_mount(badge: Badge) -> None:
+    """Catches: a mount told as left out where it is shown, and as shown by the renderer that knows none."""
+    bare, with_mount = Scene(badge), Scene(badge, acrylic=Acrylic(plates_around(badge)))
+    told = [(scene, backend) for scene in (bare, with_mount) for backend in ("analytic", "mitsuba")]
+    assert ["the mount" in _left_out(*one) for one in told] == [True, True, True, False]
