@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from moireid import optics
-from moireid.badge import Lens
+from moireid.badge import Badge, Lens
+from moireid.bench.reference import Setup, _through_sheet
 from moireid.lenticule import MAX_TANGENT, RAYS, landing_mm, view_law, view_response
 
 REAR = 0.52
@@ -221,6 +223,26 @@ def test_table_agrees_with_the_trace(rng: np.random.Generator) -> None:
     assert np.abs(law.contrast_kept(tan_x, tan_y) - np.abs(direct)).max() < 0.005
 
 
+@pytest.mark.parametrize("thickness_mm", [0.75, 1.0, 1.5, 2.0])
+def test_the_table_s_last_degrees_are_as_an_outside_tracer_has_them(prototype: Badge, thickness_mm: float) -> None:
+    """Catches: a table that reaches beyond what one lens explains, or that holds its edge within its own range.
+
+    The tracer intersects all lenses near a ray, in space, and says which rays leave the sheet by a neighbour: none may.
+    """
+    lens = Lens("lenticular", 0.508, thickness_mm, 1.56)
+    setup, count = Setup(replace(prototype, lens=lens)), 4096
+    start = ((np.arange(count) + 0.5) / count - 0.5) * lens.pitch_mm
+    top = np.stack([start, np.zeros(count), np.full(count, -thickness_mm)], axis=1)
+    for tan_x in (1.2, 1.5, 1.75, MAX_TANGENT):
+        for tan_y in (0.0, 0.5, 1.5):
+            way = np.array([tan_x, tan_y, 1.0]) / math.sqrt(1 + tan_x**2 + tan_y**2)
+            landed, escapes = _through_sheet(setup, prototype.gratings[0], top, np.tile(way, (count, 1)))
+            assert not escapes.any() and np.isfinite(landed).all()
+            seen = np.exp(2j * math.pi * landed[:, 0] / REAR).mean()
+            apart = np.angle(seen * np.exp(-1j * view_law(lens, REAR).phase_rad(tan_x, tan_y)))
+            assert abs(apart) < 0.015, (tan_x, tan_y)
+
+
 def test_table_is_unwrapped_odd_and_zero_on_the_axis() -> None:
     """Catches: a phase between -pi and pi, which jumps where the law has long passed it (34 degrees)."""
     law = view_law(SHEET, REAR)
@@ -233,7 +255,7 @@ def test_table_is_unwrapped_odd_and_zero_on_the_axis() -> None:
 
 
 def test_table_broadcasts_and_holds_its_edge() -> None:
-    """Catches: wild extrapolation beyond 56 degrees, and a result of another shape than its inputs."""
+    """Catches: wild extrapolation beyond 63 degrees, and a result of another shape than its inputs."""
     law = view_law(SHEET, REAR)
     assert law.phase_rad(np.zeros((4, 1)), np.zeros(3)).shape == (4, 3)
     assert float(law.phase_rad(9.0, 5.0)) == pytest.approx(float(law.phase_rad(MAX_TANGENT, MAX_TANGENT)))

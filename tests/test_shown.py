@@ -258,3 +258,14 @@ def test_a_seed_makes_one_forgery(prototype):
         )
         assert np.array_equal(one, again) and np.abs(one - other).max() > 0.5, kind
     assert np.abs(OwnClocks(frontal_swing, 3).at(0.0) - OwnClocks(frontal_swing, 4).at(0.0)).max() > 1e-3
+
+
+def test_the_truth_says_nothing_where_the_law_is_not_traced(prototype):
+    """Catches: the edge of the law's table told as the truth, with which a verifier of the same table agrees."""
+    grating, centre = prototype.gratings[0], np.zeros(2)
+    phases = [
+        shown_phase_rad(prototype, grating, place, place, centre)
+        for place in (np.array([1000.0 * u, 0.0, -1000.0]) for u in (1.5, 1.8, 2.2))
+    ]
+    # The law still climbs by about 4 rad for each unit of the tangent there.
+    assert phases[0] - phases[1] == pytest.approx(1.3, abs=0.15) and np.isnan(phases[2])

@@ -22,7 +22,8 @@ from moireid.registry import open_registry
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Report, verify
+from moireid.verifier import Report, predict, verify
+from moireid.verifier.measure import measure
 
 CONTRACT: dict[str, set[str]] = {
     "": {"verdict", "reasons", "invariant", "identity", "frames", "timing", "left_out", "input"},
@@ -271,6 +272,26 @@ def test_identify_finds_nobody_who_is_not_enrolled(grace, ada_film, tmp_path):
     assert outcome.exit_code == 1
     assert (document["finding"], document["found_id"], document["found_name"]) == ("nobody", None, None)
     assert fails(document) == {"enrolled"}
+
+
+def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
+    """View tangents of 0.56 to 1.77 at the board's middle, up to 1.95 at its edge.
+
+    Catches: a table of the law that ends at 1.5 (gain 1.036 and 0.125 rad apart, with a truth that errs alike); frames
+    beyond the table that are judged by its edge all the same.
+    """
+    path = shoot(ada, tmp_path / "a.mp4", motion="oblique", camera=PHONE, frames=64)
+    report = verify(path, ada, claimed_id=ada.id)
+    assert report.verdict == "accept" and solved_parallax(report)[:, 0].max() > 1.7
+    assert report.invariant.gain_ratio == pytest.approx(1.0, abs=0.01)
+    assert report.invariant.phase_residual_rad < 0.04
+    assert report.measurement is not None
+    assert np.isfinite(report.measurement.gratings[0].phase_sd_rad).all()
+    monkeypatch.setattr(predict, "MAX_TANGENT", 1.5)
+    less = measure(report.track, ada)
+    known = solved_parallax(report)[:, 0] < 1.3
+    assert np.isfinite(less.gratings[0].phase_sd_rad[known]).all()
+    assert np.isinf(less.gratings[0].phase_sd_rad[solved_parallax(report)[:, 0] > 1.5]).all()
 
 
 @pytest.mark.parametrize(

@@ -26,8 +26,9 @@ Array = NDArray[np.float64]
 #: Rays across one lenticule.  The flanks make the response a step function of the ray, so the error falls as one
 #: over their number: 1e-3 rad at 512 (tests hold it).
 RAYS = 512
-#: The table covers view tangents up to this (56 degrees); the law outside it is not used for verdicts.
-MAX_TANGENT = 1.5
+#: The table covers view tangents up to this (63 degrees), within which the light of every lens comes out by that lens.
+#: Frames that reach beyond it tell nothing of the motion (`verifier.predict.within_law`).
+MAX_TANGENT = 2.0
 
 
 def landing_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> Array:
@@ -142,10 +143,10 @@ def view_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
     """Trace the law of `lens` over lines of that pitch into a table.
 
     Convention: as `view_response`.
-    Source: `view_response` on a grid of 121 by 13 tangents up to `MAX_TANGENT`; the phase is unwrapped from the axis.
+    Source: `view_response` on a grid of 161 by 17 tangents up to `MAX_TANGENT`; the phase is unwrapped from the axis.
     """
-    half = np.linspace(0.0, MAX_TANGENT, 61)
-    tan_y = np.linspace(0.0, MAX_TANGENT, 13)
+    half = np.linspace(0.0, MAX_TANGENT, 81)
+    tan_y = np.linspace(0.0, MAX_TANGENT, 17)
     response = view_response(lens, rear_pitch_mm, half[:, None], tan_y[None, :])
     # Straight on in x the symmetric lens adds a phase of 0 or pi; unwrapping starts there, and mirrors.
     angle = np.angle(response)
@@ -155,5 +156,5 @@ def view_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
     odd = phase[1:] - phase[0]
     phase = np.vstack([phase[0] - odd[::-1], phase])
     contrast = np.abs(np.vstack([response[:0:-1], response]))
-    tan_x = np.linspace(-MAX_TANGENT, MAX_TANGENT, 121)
+    tan_x = np.linspace(-MAX_TANGENT, MAX_TANGENT, 161)
     return ViewLaw(tan_x, tan_y, phase, contrast)

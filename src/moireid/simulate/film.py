@@ -111,8 +111,9 @@ def _left_out(scene: Scene, backend: str) -> tuple[str, ...]:
     """What no frame of such a film shows."""
     light = ("Fresnel losses and glare", "direction of the light") if scene.light is None else (
         "light between page and lenses", "the light's course, where the badge turns")  # fmt: skip
+    mount = () if backend == "mitsuba" and scene.acrylic is not None else ("the mount",)
     shutter = ("rolling shutter",) if backend == "mitsuba" else ()
-    return ("colour", *light, *shutter, "the mount", "the printed name")
+    return ("colour", *light, *shutter, *mount, "the printed name")
 
 
 def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:

@@ -10,9 +10,10 @@ the red channel carries the radiance, green the share of it that came through: p
 quotient is the mean over the rays that were refracted, so that neither the light that a lens reflects nor the chance by
 which Mitsuba picks a ray to reflect shows in the picture.  What stays is that rays count by how much of them passes.
 
-Left out: without a light, glare and direction; in any case the mount, the background, the sheet's hidden faces, colour,
+Left out: without a light, glare and direction; in any case the sheet's hidden faces, colour,
 bounces, the rolling shutter.  A ray that leaves the lens through its neighbour's flank, or that is reflected within, is
-not followed.  Forgeries and hidden parts are refused.
+not followed.  Mount and background are left out unless `Scene.acrylic` tells them; then the picture shows the mount's
+outline, background and all, and rays are followed through its plates.  Forgeries and hidden parts are refused.
 
 Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0.
 Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `shared/physics.md`, Rendering it.
@@ -31,7 +32,7 @@ from moireid.errors import SpecError
 from moireid.simulate.analytic import Rendered
 from moireid.simulate.mitsuba_lit import LIT_INTEGRATOR, lamps, lit_page
 from moireid.simulate.mitsuba_page import page_strips, sheet_room, wall_strips
-from moireid.simulate.mitsuba_parts import clear, mesh, pinhole, rest_of_page, shining
+from moireid.simulate.mitsuba_parts import background, clear, mesh, pinhole, plates, rest_of_page, shining
 from moireid.simulate.mitsuba_sheet import front_strips, mask_strips, turned_for
 from moireid.simulate.mitsuba_variant import mitsuba_with
 from moireid.simulate.mitsuba_view import Crop, View, board_box, coverage, film_box, middle_view
@@ -42,6 +43,8 @@ Array = NDArray[np.float64]
 FEWEST_SAMPLES = 4
 #: Radiance of the blackest ink.
 DARKEST = 1e-6
+#: So many faces may a ray meet where there is a mount: the lit page's four, and those of six plates.
+FACES = 16
 #: Seeds of one film's frames lie this far apart, a prime, so that films of neighbouring seeds share no frame's rays.
 SEED_STEP = 7919
 
@@ -79,12 +82,17 @@ class MitsubaRenderer:
             for number, grating in enumerate(scene.badge.gratings):
                 for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
+            if scene.acrylic is not None:
+                described |= _mount(mi, scene)
             if scene.light is not None:
                 described |= lamps(mi, scene.badge.lens, scene.light)
             self._world = mi.load_dict(described)
             # Rays through one refraction to whatever shines there: no lamp is sampled, since the page is its own.
             own_light = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
-            self._integrator = mi.load_dict(own_light if scene.light is None else LIT_INTEGRATOR)
+            followed: dict[str, Any] = own_light if scene.light is None else LIT_INTEGRATOR
+            if scene.acrylic is not None:
+                followed = LIT_INTEGRATOR | {"max_depth": FACES}
+            self._integrator = mi.load_dict(followed)
 
     def render(self, instant: Instant, *, crop: Crop | None = None) -> Rendered | None:
         """Render one frame of the pixels that see the board; None where no pixel does.
@@ -132,14 +140,28 @@ class MitsubaRenderer:
             return np.array(picture, np.float64)[: box[3] - box[1], : box[2] - box[0]]
 
 
+def _mount(mi: Any, scene: Scene) -> dict[str, Any]:
+    """The plates around the badge and what is behind them; without a light, all around is as bright as that."""
+    acrylic = scene.acrylic
+    assert acrylic is not None
+    if scene.light is not None:
+        surface = clear(mi, acrylic.refractive_index, (0.0, 1.0, 0.0))
+        return plates(mi, acrylic, surface) | {"behind": background(mi, acrylic, 0.0)}
+    around = {"type": "rgb", "value": [float(acrylic.picture.mean()), 1.0, 0.0]}
+    made = plates(mi, acrylic, clear(mi, acrylic.refractive_index))
+    return made | {"behind": background(mi, acrylic, 1.0), "around": {"type": "constant", "radiance": around}}
+
+
 def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     """Surfaces of a page that shines by itself, so that neither lamp nor bounce makes noise."""
     # Radiance falls by n squared on leaving the glass, and by what is reflected; straight on, this takes both back.
     n = scene.badge.lens.refractive_index
     lamp = n**2 / (1.0 - ((n - 1.0) / (n + 1.0)) ** 2)
+    # Where rays are followed on through a mount, what the lens mirrors would count as having come through it.
+    mirrored = (1.0, 1.0, 1.0) if scene.acrylic is None else (0.0, 0.0, 0.0)
     return {
         "ink": shining(mi, lamp * scene.ink, lamp), "paper": shining(mi, lamp * scene.paper, lamp),
-        "glass": clear(mi, n), "bars": shining(mi, scene.ink, 1.0), "walls": shining(mi, scene.paper, 1.0),
+        "glass": clear(mi, n, mirrored), "bars": shining(mi, scene.ink, 1.0), "walls": shining(mi, scene.paper, 1.0),
     }  # fmt: skip
 
 

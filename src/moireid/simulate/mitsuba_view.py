@@ -60,7 +60,7 @@ def board_box(scene: Scene, view: View) -> Crop | None:
     Convention: one pixel to spare on each side, cut to the picture.
     Source: the board's four corners through the pinhole.
     """
-    half, camera = np.array(scene.board_half_mm) * scene.build.print_scale, scene.camera
+    half, camera = np.array(shown_half_mm(scene)), scene.camera
     corners = np.array([[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)])
     local = (corners - view.centre) @ view.turn.T
     if local[:, 2].min() <= 1.0:
@@ -70,6 +70,14 @@ def board_box(scene: Scene, view: View) -> Crop | None:
     right, bottom = (min(int(v), most) for v, most in zip(
         np.ceil(places.max(axis=0)) + 2, (camera.width, camera.height), strict=True))  # fmt: skip
     return (left, top, right, bottom) if left < right and top < bottom else None
+
+
+def shown_half_mm(scene: Scene) -> tuple[float, float]:
+    """Half width and height of what a frame shows: the board as printed, or the mount's outline in the page's plane."""
+    x, y = (side * scene.build.print_scale for side in scene.board_half_mm)
+    if scene.acrylic is None:
+        return x, y
+    return max(x, scene.acrylic.half_mm[0]), max(y, scene.acrylic.half_mm[1])
 
 
 def coverage(scene: Scene, view: View, box: Crop) -> Array:
@@ -95,10 +103,10 @@ def _meets_board(scene: Scene, view: View, u: NDArray[Any], v: NDArray[Any]) -> 
     camera, turn = scene.camera, view.turn
     u, v = (u - camera.matrix[0, 2]) / camera.focal_px, (v - camera.matrix[1, 2]) / camera.focal_px
     way = [turn[0, k] * u + turn[1, k] * v + turn[2, k] for k in range(3)]
-    met = way[2] > 1e-9
+    met, half = way[2] > 1e-9, shown_half_mm(scene)
     for k in range(2):
         place = view.centre[k] - view.centre[2] * way[k] / np.where(met, way[2], 1.0)
-        met &= np.abs(place) <= scene.board_half_mm[k] * scene.build.print_scale
+        met &= np.abs(place) <= half[k]
     return met
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
+from moireid.simulate.acrylic import Acrylic
 from moireid.simulate.camera import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
@@ -65,7 +66,8 @@ class Scene:
     """Badge, build and camera; what a renderer leaves out it says itself.
 
     ink, paper: radiance of print; hidden_mm: a part of the page that something grey covers, page coordinates; light:
-    None for a page that shines by itself, with no glare and no ray lost.
+    None for a page that shines by itself, with no glare and no ray lost; acrylic: plates of the mount and what is
+    behind them, which Mitsuba alone shows.
     """
 
     badge: Badge
@@ -75,6 +77,7 @@ class Scene:
     paper: float = 0.85
     hidden_mm: Rect | None = None
     light: Light | None = None
+    acrylic: Acrylic | None = None
 
     @property
     def board_half_mm(self) -> tuple[float, float]:

@@ -4,7 +4,8 @@ frame, time_s: number and time in the file, of the picture's middle row; frames 
 camera_*_mm, r11 to r33: the true camera, board -> camera, in the board frame of `motion`; before mirroring.
 parallax_x, parallax_y: of the true camera, Cx/|Cz| and Cy/|Cz|.
 phase_rad: of the fringes as shown, forged or not, at the board's centre.  Where the parts of a forged badge disagree,
-    it is that of the part which holds the centre: of `patchy`, the patch to its lower right.
+    it is that of the part which holds the centre: of `patchy`, the patch to its lower right.  nan where the view
+    is steeper than the law is traced for (63 degrees).
 label: "genuine", or "forged:KIND".
 shown_x, shown_y: parallax coordinates from which the fringes at the board's centre are shown; the true ones if genuine.
 phase_other_rad: as phase_rad, for the first grating of the other axis; nan where the badge has none.
@@ -20,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
-from moireid.lenticule import view_law
+from moireid.lenticule import MAX_TANGENT, view_law
 from moireid.simulate.motion import Poses
 
 Array = NDArray[np.float64]
@@ -34,7 +35,7 @@ def shown_phase_rad(badge: Badge, grating: Grating, shown_mm: Array, sight_mm: A
     """Phase of a grating's fringes at the board's centre, as a film that rectifies the page's plane has it.
 
     Parameters: shown_mm, sight_mm (3,): as in `shown.Shown`; field (2,): parallax added at the centre.
-    Convention: phase by `lenticule.ViewLaw` for the grating's pitch, the badge as designed.
+    Convention: phase by `lenticule.ViewLaw` for the grating's pitch, the badge as designed; nan beyond its table.
     Source: the line of sight to the page's centre crosses the lenses at -g t; what they show there is as from the
         shown place.  Where both places are one, this is the law of the page's plane.
     """
@@ -42,6 +43,8 @@ def shown_phase_rad(badge: Badge, grating: Grating, shown_mm: Array, sight_mm: A
     axis = 0 if grating.axis == "x" else 1
     crossing = lens.thickness_mm * sight_mm[:2] / abs(sight_mm[2])
     tangents = (crossing - shown_mm[:2]) / (abs(shown_mm[2]) - lens.thickness_mm) - field
+    if np.abs(tangents).max() > MAX_TANGENT:
+        return math.nan
     lines = 1 / pitch - 1 / lens.pitch_mm
     view = float(view_law(lens, pitch).phase_rad(tangents[axis], tangents[1 - axis]))
     return view + 2 * math.pi * lines * float(crossing[axis])

@@ -17,7 +17,7 @@ from moireid.badge import Badge, Grating
 from moireid.verifier.camera import CameraFit, fit_camera
 from moireid.verifier.fringe import StripPhase, measure_strip
 from moireid.verifier.markers import marker_corners_mm
-from moireid.verifier.predict import strip_law
+from moireid.verifier.predict import strip_law, within_law
 from moireid.verifier.smooth import smooth_camera, stretches
 from moireid.verifier.track import Track
 
@@ -38,7 +38,8 @@ class GratingSignal:
     """One grating over the frames used, all (T,) but where said.
 
     measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0; phase_sd_rad: error bar of
-    measured; pose_sd_rad: what the pose's error makes of the prediction, after smoothing;
+    measured, infinite in frames that tell nothing; pose_sd_rad: what the pose's error makes of the prediction, after
+    smoothing;
     strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square; tangent_sd: what the
     errors of focal length and distortion make of the spread of the parallax along the grating's axis, as a share;
     elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm, where they are known.
@@ -98,6 +99,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         strips.append(found)
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
     gratings = []
+    known = within_law(track.strips, camera_mm)
     for g, grating in enumerate(badge.gratings):
         own = [
             (phase, prediction)
@@ -107,9 +109,9 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         axis = 0 if grating.axis == "x" else 1
         noise = _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis])
         signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
-        gratings.append(
-            replace(signal, tangent_sd=camera.tangent_sd[axis], elsewhere=_elsewhere(camera_mm, page_mm, axis))
-        )
+        sd = np.where(known, signal.phase_sd_rad, np.inf)
+        elsewhere = _elsewhere(camera_mm, page_mm, axis)
+        gratings.append(replace(signal, phase_sd_rad=sd, tangent_sd=camera.tangent_sd[axis], elsewhere=elsewhere))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 

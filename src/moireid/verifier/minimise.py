@@ -111,8 +111,9 @@ def minimise_together(
             bend[a, b] += value
             bend[b, a] += value
         if np.linalg.eigvalsh(bend).min() <= 0:
-            # Too wide a step for the valley, whose sides the misfit makes flat.
-            place, step = places[int(np.argmin(cost))], step / 2
+            # Far out the misfit is flat, so the way is taken that leads down; at a bottom the step was too wide for it.
+            best = int(np.argmin(cost))
+            place, step = places[best], step if best else step / 2
             continue
         fitted += 1
         move = np.clip(-np.linalg.solve(bend, slope), -2.0, 2.0)

@@ -12,13 +12,14 @@ any pitch.  Source: `moireid.lenticule`; the first-order law of this form is `op
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.lenticule import view_law
+from moireid.lenticule import MAX_TANGENT, view_law
 from moireid.verifier.strips import Strip
 
 Array = NDArray[np.float64]
@@ -46,6 +47,21 @@ class StripLaw:
     def middle_phase_rad(self, frequency_per_mm: float) -> Array:
         """Predicted phase at the strip's middle, (T,), less the constants that assembly decides."""
         return np.asarray(2 * np.pi * (self.fixed_middle + frequency_per_mm * self.per_frequency_middle))
+
+
+def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
+    """In which frames every strip is seen within the table of the law, (T,); beyond it the table's edge would stand in.
+
+    Convention: camera_mm (T, 3), page millimetres.
+    """
+    known = np.ones(len(camera_mm), bool)
+    reach = MAX_TANGENT * np.abs(camera_mm[:, 2])
+    for strip in strips:
+        along, across = camera_mm[:, strip.axis], camera_mm[:, 1 - strip.axis]
+        for end in (strip.along_mm[0], strip.along_mm[-1]):
+            known &= np.abs(end - along) <= reach
+        known &= np.abs(strip.across_mm - across) <= reach
+    return known
 
 
 def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
