@@ -5,6 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import Any
 
+from moireid.bench.left_out import left_out_table
+
 #: Colours of the renderers in plots.
 _COLOURS = ("#1f6fb2", "#7fb3d9", "#c2571a", "#e0a070")
 
@@ -33,7 +35,7 @@ def simulate_table(result: dict[str, Any]) -> str:
             f"{1e3 * row['seconds_least']:>9.2f}{1e3 * row['seconds_spread']:>9.2f}{_rad(row['phase_rad']):>9}"
             f"{_percent(row['image']):>8}"
         )
-    lines += ["", speed_sentence(result)]
+    lines += ["", speed_sentence(result), "", *left_out_table(result["left_out"])]
     return "\n".join(lines)
 
 
