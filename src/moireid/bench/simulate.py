@@ -11,7 +11,6 @@ Phase is measured as told in `simulate.accuracy`; the truth is the outside trace
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace

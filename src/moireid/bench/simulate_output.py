@@ -57,7 +57,7 @@ def simulate_plot(result: dict[str, Any]) -> Any:
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter
 
-    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
     FigureCanvasSVG(figure)
     plots = figure.subplots(1, 2, sharey=True)
     rows = [row for row in result["work"] if row["phase_rad"]]
@@ -79,7 +79,7 @@ def simulate_plot(result: dict[str, Any]) -> Any:
     plots[0].set_xlabel("phase error, rad (RMS)")
     plots[1].set_xlabel("brightness error, share of the contrast (RMS)")
     plots[0].set_ylabel("seconds a frame")
-    plots[1].legend(frameon=False, fontsize=8)
+    figure.legend(*plots[0].get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8)
     figure.suptitle(textwrap.fill(speed_sentence(result), 100), fontsize=9)
     return figure
 
