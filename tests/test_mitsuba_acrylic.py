@@ -13,9 +13,11 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import SpecError
 from moireid.fabrication.acrylic import plan_acrylic
 from moireid.simulate.acrylic import ACRYLIC_INDEX, AIR_MM, Acrylic, Plate, plate_faces, plates_around
-from moireid.simulate.film import _left_out
+from moireid.simulate.estimate import Estimate
+from moireid.simulate.left_out import left_out
 from moireid.simulate.light import LIGHTS
 from moireid.simulate.mitsuba_renderer import MitsubaRenderer
+from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Instant, Scene
 from test_mitsuba import Crop, beyond_law_rad, pixels_of, seen_from, turn_rad
 
@@ -172,4 +174,8 @@ def test_a_film_says_whether_it_shows_the_mount(badge: Badge) -> None:
     """Catches: a mount told as left out where it is shown, and as shown by the renderer that knows none."""
     bare, with_mount = Scene(badge), Scene(badge, acrylic=Acrylic(plates_around(badge)))
     told = [(scene, backend) for scene in (bare, with_mount) for backend in ("analytic", "mitsuba")]
-    assert ["the mount" in _left_out(*one) for one in told] == [True, True, True, False]
+    estimate = Estimate((16, 1), 0.001, 0.01, 0.01, 0.04, 1000)
+    at = Poses(np.array([[0.0, 0.0, -1000.0]]), np.eye(3)[None])
+    instant = Instant(at, at, at.camera_mm[0])
+    found = [left_out(scene, backend, estimate, instant, instants=1, sensor_s=0.01) for scene, backend in told]
+    assert ["the mount" in [part.what for part in parts] for parts in found] == [True, True, True, False]

@@ -4,13 +4,13 @@ against: on the eleven scenes, the analytic renderer's fringe phase and brightne
     up to 0.4 and at 60 degrees; and its own estimate of the error, held against the truth at the usual setting.
 work: seconds a frame of the badge's region against RMS phase error, for each renderer, setting and resolution; medians
     and spreads of repeated runs, compile time and scene set-up apart.
+left out: what a frame is spared, as told in `left_out`.
 
 Phase is measured as told in `simulate.accuracy`; the truth is the outside tracer's at the same pixels.
 """
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,6 +20,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.bench import left_out
+from moireid.bench.left_out import rms
 from moireid.bench.reference import Setup, trace_pixels
 from moireid.bench.scenes import STEEP_TANGENT, TANGENTS, Setting, eleven
 from moireid.simulate.accuracy import Difference, Strip, brightness, difference, strips_of
@@ -54,7 +56,7 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     """All figures as one JSON object."""
     settings = eleven()
     cameras = {"1080p": CAMERAS["1080p"]} if quick else CAMERAS
-    total = len(settings) + len(cameras)
+    total = len(settings) + len(cameras) + 1
     against = []
     for done, setting in enumerate(settings, start=1):
         against.append(against_reference(setting, quick=quick))
@@ -63,9 +65,11 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     for done, (name, camera) in enumerate(cameras.items(), start=len(settings) + 1):
         work += work_precision(replace(settings[0], camera=camera), name, quick=quick, seed=seed)
         progress(done, total)
+    unseen = left_out.run(seed)
+    progress(total, total)
     return {
         "suite": "simulate", "seed": seed, "versions": _versions(), "against": against, "work": work,
-        "speed": speed_at_equal_error(work),
+        "speed": speed_at_equal_error(work), "left_out": unseen,
     }  # fmt: skip
 
 
@@ -142,8 +146,8 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
     for rays in SETTINGS:
         kinds.append(("analytic", rays, lambda rays=rays: AnalyticRenderer(scene, rays=rays).render))  # type: ignore[misc]
     kinds.append(("analytic float64", RAYS, lambda: AnalyticRenderer(scene, rays=RAYS, precision="float64").render))
-    for variant in mitsuba_variants():
-        for samples, segments in MITSUBA_SETTINGS[: 3 if quick else None]:
+    for variant, some in mitsuba_sweep(camera_name, quick=quick):
+        for samples, segments in some:
             kinds.append((
                 f"mitsuba {variant}", (samples, segments),
                 lambda v=variant, n=samples, m=segments: _mitsuba(scene, v, n, m, seed),  # type: ignore[misc]
@@ -178,14 +182,28 @@ def _timed(
 
 
 def mitsuba_variants() -> list[str]:
-    """Mitsuba's variants that this machine runs, none where it is not installed."""
+    """Mitsuba's variants that this machine runs, the best first, none where it is not installed."""
     try:
         import mitsuba  # noqa: F401
     except ImportError:
         return []
     from moireid.simulate.mitsuba_variant import PLAIN_VARIANT, choose_variant
 
-    return sorted({choose_variant(), PLAIN_VARIANT})
+    return list(dict.fromkeys((choose_variant(), PLAIN_VARIANT)))
+
+
+def mitsuba_sweep(camera_name: str, *, quick: bool) -> list[tuple[str, tuple[tuple[int, int], ...]]]:
+    """Variants and their settings at one resolution: all settings of the best variant at 1080p, three elsewhere.
+
+    A plain variant takes minutes for what the fast one does in seconds, and other resolutions change no phase error.
+    """
+    variants, few = mitsuba_variants(), MITSUBA_SETTINGS[:3]
+    if quick or not variants:
+        return [(variant, few) for variant in variants]
+    best = variants[0]
+    if camera_name != "1080p":
+        return [(best, few)]
+    return [(variant, MITSUBA_SETTINGS if variant == best else few) for variant in variants]
 
 
 def _mitsuba(
@@ -218,12 +236,6 @@ def speed_at_equal_error(work: list[dict[str, Any]]) -> dict[str, Any] | None:
                 "setting": row["setting"], "camera": row["camera"],
             })  # fmt: skip
     return min(found, key=lambda one: one["times"]) if found else None
-
-
-def rms(figures: list[float | None]) -> float | None:
-    """Root mean square of what is known; None of nothing."""
-    known = [figure for figure in figures if figure is not None]
-    return math.sqrt(sum(figure * figure for figure in known) / len(known)) if known else None
 
 
 def _versions() -> dict[str, str]:

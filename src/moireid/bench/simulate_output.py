@@ -5,6 +5,8 @@ from __future__ import annotations
 import textwrap
 from typing import Any
 
+from moireid.bench.left_out import left_out_table
+
 #: Colours of the renderers in plots.
 _COLOURS = ("#1f6fb2", "#7fb3d9", "#c2571a", "#e0a070")
 
@@ -33,7 +35,7 @@ def simulate_table(result: dict[str, Any]) -> str:
             f"{1e3 * row['seconds_least']:>9.2f}{1e3 * row['seconds_spread']:>9.2f}{_rad(row['phase_rad']):>9}"
             f"{_percent(row['image']):>8}"
         )
-    lines += ["", speed_sentence(result)]
+    lines += ["", speed_sentence(result), "", *left_out_table(result["left_out"])]
     return "\n".join(lines)
 
 
@@ -55,7 +57,7 @@ def simulate_plot(result: dict[str, Any]) -> Any:
     from matplotlib.figure import Figure
     from matplotlib.ticker import NullFormatter
 
-    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
     FigureCanvasSVG(figure)
     plots = figure.subplots(1, 2, sharey=True)
     rows = [row for row in result["work"] if row["phase_rad"]]
@@ -77,7 +79,7 @@ def simulate_plot(result: dict[str, Any]) -> Any:
     plots[0].set_xlabel("phase error, rad (RMS)")
     plots[1].set_xlabel("brightness error, share of the contrast (RMS)")
     plots[0].set_ylabel("seconds a frame")
-    plots[1].legend(frameon=False, fontsize=8)
+    figure.legend(*plots[0].get_legend_handles_labels(), loc="outside right center", frameon=False, fontsize=8)
     figure.suptitle(textwrap.fill(speed_sentence(result), 100), fontsize=9)
     return figure
 

@@ -19,6 +19,7 @@ CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
 MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle")
 LIGHT_NAMES = ("even", "softbox", "window", "lamp")
+PARTS = ("background", "page", "shutter", "glare")
 
 
 @click.command("simulate")
@@ -40,7 +41,7 @@ LIGHT_NAMES = ("even", "softbox", "window", "lamp")
 )  # fmt: skip
 @click.option(
     "--error", "error_rad", type=FiniteRange(1e-6, 1), metavar="RAD",
-    help="Phase error that the analytic renderer must meet; the cheapest setting that does is taken.",
+    help="Phase error that the renderer must meet; the cheapest setting that does is taken.",
 )  # fmt: skip
 @click.option("--forge", type=click.Choice(FORGERIES), help="Forge the film in one thing.")
 @click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="What films.")
@@ -53,6 +54,10 @@ LIGHT_NAMES = ("even", "softbox", "window", "lamp")
     "--light", type=click.Choice(LIGHT_NAMES),
     help="Light the badge from one side, with glare on its lenses; without it the page shines evenly by itself.",
 )  # fmt: skip
+@click.option(
+    "--leave-out", "unneeded", type=click.Choice(PARTS), multiple=True,
+    help="What the film need not show; without the page it has no markers. Can be given again.",
+)  # fmt: skip
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of all that is random.")
 @overwrite_option
 @json_option
@@ -60,7 +65,8 @@ LIGHT_NAMES = ("even", "softbox", "window", "lamp")
 def simulate_command(
     badge_json: Path, video: Path, motion: str, distance: float, frames: int, fps: float, backend: str,
     error_rad: float | None, forge: str | None, camera: str, mirror: bool, blur: float | None, light: str | None,
-    codec: str, crf: int | None, recipe: str | None, seed: int, overwrite: bool, as_json: bool,
+    codec: str, crf: int | None, recipe: str | None, unneeded: tuple[str, ...], seed: int, overwrite: bool,
+    as_json: bool,
 ) -> None:  # fmt: skip
     """Film the badge in BADGE_JSON as a phone would; the truth lies beside the film as VIDEO.truth.csv.
 
@@ -78,12 +84,12 @@ def simulate_command(
     from moireid.simulate.film import film
     from moireid.simulate.light import light_named
     from moireid.simulate.motion import motion_named
-    from moireid.simulate.scene import Build, Scene
+    from moireid.simulate.scene import Build, Need, Scene
 
     course = motion_named(motion, distance_mm=1000.0 * distance, seed=seed)
     scene = Scene(
         badge, Build.typical(seed), camera_named(camera, mirror=mirror, focus_blur_px=blur),
-        light=light_named(light) if light else None,
+        light=light_named(light) if light else None, need=Need(**dict.fromkeys(unneeded, False)),
     )  # fmt: skip
     with progress_bar("filming") as progress:
         report = film(
@@ -95,14 +101,21 @@ def simulate_command(
     if as_json:
         show_json({
             "video": str(report.video), "truth": str(report.truth), "frames": report.frames, "label": report.label,
-            "size": report.size, "camera": asdict(scene.camera), "stages_s": stages, "left_out": report.left_out,
-            "estimated_error_rad": estimate and estimate.phase_rad,
-            "estimated_image_error": estimate and estimate.image, "rays": estimate and estimate.rays,
+            "size": report.size, "camera": asdict(scene.camera), "stages_s": stages,
+            "left_out": [asdict(one) for one in report.left_out],
+            "estimated_error_rad": estimate.phase_rad, "estimated_image_error": estimate.image,
+            "rays": estimate.rays, "segments": estimate.segments,
         })  # fmt: skip
     else:
         click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
         click.echo(", ".join(f"{name} {seconds:.1f} s" for name, seconds in stages.items()))
-        if estimate is not None:
-            phase = "no fringe to err in" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
-            rays = estimate.rays[0] * estimate.rays[1]
-            click.echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {rays} rays a pixel")
+        phase = "no fringe to err in" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
+        setting = f"{estimate.rays[0] * estimate.rays[1]} rays a pixel"
+        setting += "" if estimate.segments is None else f" and {estimate.segments} segments a lens"
+        click.echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
+        saved = (f"{one.what} ({_saved(one.saved_s)})" for one in report.left_out)
+        click.echo(f"left out, and the time it saved a frame: {', '.join(saved)}")
+
+
+def _saved(seconds: float | None) -> str:
+    return "not known" if seconds is None else f"{1000 * seconds:.1f} ms"

@@ -16,10 +16,12 @@ forge.py      false courses of the fringes
 patches.py    parts of a badge that disagree
 flat.py       a photograph, and a replay on a screen
 truth.py      the ground truth beside a film
+left_out.py   what a film does not show, and the time that saves
 film.py       the whole film: frames, file and truth
 mitsuba_renderer.py   the same scene as geometry for Mitsuba 3: frames of a film
 mitsuba_sheet.py   its lens sheet, a watertight solid      mitsuba_page.py   its printed lines, as strips
 mitsuba_parts.py   meshes, surfaces and camera as Mitsuba's objects      mitsuba_view.py   which pixels it renders
+mitsuba_estimate.py   its error, told before a film, and the setting that meets a wish
 mitsuba_lit.py   the same under a light of its own, path-traced
 mitsuba_variant.py   which of Mitsuba's variants this machine runs
 """

@@ -24,7 +24,7 @@ from moireid.simulate.light_kernels import lamp_figures
 from moireid.simulate.page import BLOCK_PX, cell_table, even_blocks, page_texture
 from moireid.simulate.page import TEXTURE_PX_PER_MM as TEXTURE_PX_PER_MM
 from moireid.simulate.rows import trace_rows
-from moireid.simulate.scene import Instant, Scene
+from moireid.simulate.scene import Instant, Need, Scene
 from moireid.simulate.trace import Board, Sheet, land
 
 Array = NDArray[np.float64]
@@ -61,6 +61,8 @@ class AnalyticRenderer:
         if min(rays) < 1 or math.prod(rays) > MOST_RAYS:
             raise SpecError(f"rays={rays} of a pixel cannot be traced; give 1 to {MOST_RAYS} in all")
         self.scene, self.rays, self.precision = scene, rays, precision
+        if scene.need.bounces:
+            raise SpecError("the analytic renderer follows no light that bounces within the sheet; use the mitsuba one")
         self._points = ray_places(*rays)
         self._sheet = _sheet(scene)
         self._cells = cell_table(scene)
@@ -74,13 +76,17 @@ class AnalyticRenderer:
             BLOCK_PX, np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]), lamps, lights, NO_FIELD,
         )  # fmt: skip
 
-    def render(self, instant: Instant) -> Rendered | None:
-        """Render one frame; None where no pixel sees the board."""
+    def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> Rendered | None:
+        """Render one frame; None where no pixel sees the board.
+
+        Parameters: crop: left, top, right, bottom of the pixels to trace, None for those that may see what is needed.
+        """
         camera = self.scene.camera
-        box = self._box(instant)
+        box = crop or self._box(instant, self.scene.seen_mm)
         if box is None:
             return None
         left, top, right, bottom = box
+        board_box = self._box(instant, replace(self.scene, need=Need()).seen_mm) or box
         rows = (np.arange(top, bottom) - (camera.height - 1) / 2) / camera.height + 0.5
         centres = instant.first.camera_mm[0] * (1 - rows[:, None]) + instant.last.camera_mm[0] * rows[:, None]
         turns = instant.first.rotation[0] * (1 - rows[:, None, None]) + instant.last.rotation[0] * rows[:, None, None]
@@ -95,7 +101,8 @@ class AnalyticRenderer:
         if instant.field is not None:
             board = board._replace(field=instant.field)
         trace_rows(
-            radiance, coverage, (left - camera.matrix[0, 2], top - camera.matrix[1, 2]), camera.focal_px,
+            radiance, coverage, (left - camera.matrix[0, 2], top - camera.matrix[1, 2]),
+            (left - board_box[0], top - board_box[1]), camera.focal_px,
             np.ascontiguousarray(centres), np.ascontiguousarray(turns), shown, self._points, self._spread(instant),
             self._sheet, cells, board, np.array(camera.distortion, float),
         )  # fmt: skip
@@ -120,15 +127,18 @@ class AnalyticRenderer:
                         worst = max(worst, abs(near), abs(one[1] - middle[1]))
         return 1.5 * worst
 
-    def _box(self, instant: Instant) -> tuple[int, int, int, int] | None:
-        """Pixels that may see the board: the bounding box of its outline at first and last row."""
-        half, camera = self.scene.board_half_mm, self.scene.camera
+    def _box(self, instant: Instant, seen_mm: Array) -> tuple[int, int, int, int] | None:
+        """Pixels that may see those rectangles of `Scene.seen_mm`: the bounding box of their outlines at both rows."""
+        camera = self.scene.camera
         # Distortion bends the edges outwards between the corners, so points along them are asked too.
-        way = np.linspace(-1, 1, 9)
-        outline = np.array([[s * half[0], e * half[1], 0.0] for s in way for e in way if 1 in (abs(s), abs(e))])
+        way = np.linspace(0, 1, 9)
+        outline = np.array([
+            [x0 + s * (x1 - x0), y0 + e * (y1 - y0), depth]
+            for x0, y0, x1, y1, depth in seen_mm for s in way for e in way if {s, e} & {0.0, 1.0}
+        ])  # fmt: skip
         seen = []
         for poses in (instant.first, instant.last):
-            local = (outline * self.scene.build.print_scale - poses.camera_mm[0]) @ poses.rotation[0].T
+            local = (outline - poses.camera_mm[0]) @ poses.rotation[0].T
             if local[:, 2].min() <= 1.0:
                 return None
             seen.append(camera.project(local))
@@ -150,6 +160,9 @@ def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
         name, twist, reach = ("x", build.twist_rad, (x0, x1)) if axis == 0 else ("y", -build.twist_rad, (y0, y1))
         light = turned_light(scene.light, name, twist, build.lens_offset_mm)
         lamps[k], tables[k] = lamp_figures(as_built, light, reach, 1.0 / scene.camera.focal_px / rays)
+        if not scene.need.glare:
+            # The radiances of disc and sky are asked for what the lenses mirror alone.
+            lamps[k, 4:6] = 0.0
     rows = max(len(table) for table in tables)
     return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
 

@@ -28,12 +28,19 @@ LADDER = ((4, 1), (8, 1), RAYS, (32, 1), (32, 2), (64, 2), (64, 4), (128, 4))
 @dataclass(frozen=True)
 class Estimate:
     """What a setting is expected to err by: phase, RMS over strips, None where no strip shows fringes; brightness, RMS
-    as a share of the contrast; and the seconds that a frame takes, compile time apart."""
+    as a share of the contrast; and the seconds that a frame takes, compile time apart.
+
+    rays: of a pixel, across and down it; finer_s: seconds of a frame as fine as it was compared with; pixels: of a
+    frame; segments: of each lens, None where they are true cylinders.
+    """
 
     rays: tuple[int, int]
     phase_rad: float | None
     image: float
     frame_s: float
+    finer_s: float = 0.0
+    pixels: int = 0
+    segments: int | None = None
 
 
 def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, int] = RAYS) -> Estimate:
@@ -44,14 +51,18 @@ def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, i
     """
     coarse = AnalyticRenderer(scene, rays=rays)
     fine = AnalyticRenderer(scene, rays=(rays[0] * FINER[0], rays[1] * FINER[1]))
-    phases, images, seconds = [], [], []
+    phases, images, seconds, finer, pixels = [], [], [], [], 0
     for instant in instants:
-        one, other = coarse.render(instant), fine.render(instant)
+        one = coarse.render(instant)
+        clocks = [time.perf_counter()]
+        other = fine.render(instant)
+        clocks.append(time.perf_counter())
         if one is None or other is None:
             continue
-        clock = time.perf_counter()
         coarse.render(instant)
-        seconds.append(time.perf_counter() - clock)
+        seconds.append(time.perf_counter() - clocks[1])
+        finer.append(clocks[1] - clocks[0])
+        pixels = max(pixels, one.radiance.size)
         height, width = one.radiance.shape
         strips = strips_of(scene, instant, (one.left, one.top, one.left + width, one.top + height))
         pairs = [(strip, brightness(one, strip), brightness(other, strip)) for strip in strips]
@@ -59,7 +70,9 @@ def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, i
         images.append(found.image)
         if found.phase_rad is not None:
             phases.append(found.phase_rad)
-    return Estimate(rays, _rms(phases), _rms(images) or 0.0, min(seconds, default=0.0))
+    return Estimate(
+        rays, _rms(phases), _rms(images) or 0.0, min(seconds, default=0.0), min(finer, default=0.0), pixels
+    )  # fmt: skip
 
 
 def cheapest(scene: Scene, instants: Sequence[Instant], error_rad: float) -> Estimate:

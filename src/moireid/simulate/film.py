@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +17,7 @@ from moireid.files import planned, whole_file
 from moireid.simulate.analytic import AnalyticRenderer, Rendered
 from moireid.simulate.encode import FilmWriter, kept_frames, recipe_for
 from moireid.simulate.estimate import Estimate, cheapest, estimate_error
+from moireid.simulate.left_out import LeftOut, left_out
 from moireid.simulate.motion import Motion, Poses
 from moireid.simulate.scene import Instant, Scene
 from moireid.simulate.sensor import Sensor
@@ -32,7 +35,7 @@ Render = Callable[[Instant], Rendered | None]
 class FilmReport:
     """What was filmed: files, frames in the file, label, size in px, seconds by stage, and what was left out.
 
-    estimate: the renderer's own error and setting, None for Mitsuba, whose noise is not estimated.
+    estimate: the renderer's setting, and the error that it is expected to make.
     """
 
     video: Path
@@ -41,8 +44,8 @@ class FilmReport:
     label: str
     size: tuple[int, int]
     stages_s: dict[str, float]
-    left_out: tuple[str, ...]
-    estimate: Estimate | None = None
+    left_out: tuple[LeftOut, ...]
+    estimate: Estimate
 
 
 def truth_path(video: Path) -> Path:
@@ -61,8 +64,8 @@ def film(
 
     Parameters: frames, fps: length and rate of the camera; forge: a kind of `forge.KINDS`, None for a true film;
         codec, crf, recipe: of `encode`, crf on the codec's own scale; backend: "analytic", or "mitsuba", the slow
-        reference, which knows no rolling shutter; error_rad: phase error that the analytic renderer must meet, by the
-        cheapest setting that does; progress: called with frames done and in all.
+        reference, which knows no rolling shutter; error_rad: phase error that the renderer must meet, by the cheapest
+        setting that does; progress: called with frames done and in all.
     Convention: times are those of the middle row; the truth's columns are told in `truth`.
     Returns: FilmReport.
     Raises: SpecError where nothing would be filmed; MediaError where the file cannot be written.
@@ -78,42 +81,41 @@ def film(
     camera, label = scene.camera, f"forged:{forge}" if forge else "genuine"
     stages = _Stages()
     stages.begin()
-    estimate = _estimate(scene, motion, backend, frames / fps, error_rad)
+    instants = _some_instants(motion, frames / fps)
+    estimate = _estimate(scene, instants, backend, error_rad, seed)
     stages.end("estimate")
-    render, sensor = _renderer(scene, backend, seed, estimate), Sensor(camera, seed)
+    render, sensor = _renderer(scene, backend, seed, estimate), Sensor(camera, seed, need=scene.need)
+    shutter = camera if scene.need.shutter else replace(camera, shutter_s=0.0, exposure_s=0.0)
     stages.end("set up")
     with whole_file(truth_path(video)) as truth_file, whole_file(video) as video_file:
         with (
             truth_file.open("w", encoding="utf-8", newline="") as stream,
             FilmWriter(video_file, video.name, (camera.width, camera.height), fps, way) as writer,
+            _Aside() as aside,
         ):
             truth = Truth(stream, scene.badge, label)
             for row, frame in enumerate(kept.tolist()):
                 stages.begin()
-                middle, opening = opened(motion, camera, scene.board_half_mm, frame / fps, fps)
+                middle, opening = opened(motion, shutter, scene.board_half_mm, frame / fps, fps)
                 board, field = _seen(render, opening, shown, frame)
                 stages.end("render")
                 picture = sensor.expose(board, middle.rotation[0], frame / fps)
                 stages.end("sensor")
-                writer.write(picture, frame)
+                aside.run(lambda picture=picture, frame=frame: writer.write(picture, frame))  # type: ignore[misc]
                 stages.end("encode")
                 truth.add(row, frame / fps, middle, shown.camera_mm[frame], shown.sight_mm[frame], field)
                 if progress:
                     progress(row + 1, len(kept))
             stages.begin()
+            aside.finish()
         stages.end("encode")
+    exposed = opened(motion, camera, scene.board_half_mm, frames / fps / 2, fps)[1]
+    unseen = left_out(
+        scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"]
+    )  # fmt: skip
     return FilmReport(
-        video, truth_path(video), len(kept), label, writer.size, stages.seconds, _left_out(scene, backend), estimate
-    )
-
-
-def _left_out(scene: Scene, backend: str) -> tuple[str, ...]:
-    """What no frame of such a film shows."""
-    light = ("Fresnel losses and glare", "direction of the light") if scene.light is None else (
-        "light between page and lenses", "the light's course, where the badge turns")  # fmt: skip
-    mount = () if backend == "mitsuba" and scene.acrylic is not None else ("the mount",)
-    shutter = ("rolling shutter",) if backend == "mitsuba" else ()
-    return ("colour", *light, *shutter, *mount, "the printed name")
+        video, truth_path(video), len(kept), label, writer.size, stages.seconds, unseen, estimate
+    )  # fmt: skip
 
 
 def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:
@@ -141,36 +143,68 @@ def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
         raise SpecError("the mitsuba backend knows no lens distortion; choose another camera, or the analytic backend")
 
 
-def _estimate(
-    scene: Scene, motion: Motion, backend: str, length_s: float, error_rad: float | None
-) -> Estimate | None:  # fmt: skip
-    """The analytic renderer's setting and its error, from the first, a middle and the last frame.
-
-    Raises: SpecError where the wish is not met, or Mitsuba is to meet it.
-    """
-    if backend != "analytic":
-        if error_rad is not None:
-            raise SpecError("the mitsuba backend estimates no error; use the analytic one, or leave --error away")
-        return None
+def _some_instants(motion: Motion, length_s: float) -> list[Instant]:
+    """The first, the middle and the last frame, each at one instant."""
     poses = motion(np.array([0.0, 0.5, 1.0]) * length_s)
-    instants = [Instant(_one(poses, k), _one(poses, k), poses.camera_mm[k]) for k in range(3)]
+    return [Instant(_one(poses, k), _one(poses, k), poses.camera_mm[k]) for k in range(3)]
+
+
+def _estimate(
+    scene: Scene, instants: list[Instant], backend: str, error_rad: float | None, seed: int
+) -> Estimate:  # fmt: skip
+    """The renderer's setting and its error; Mitsuba, which is slow, is asked for the middle frame alone.
+
+    Raises: SpecError where the wish is not met.
+    """
+    if backend == "mitsuba":
+        from moireid.simulate.mitsuba_estimate import cheapest_mitsuba, estimate_mitsuba
+
+        if error_rad is None:
+            return estimate_mitsuba(scene, instants[1], seed=seed)
+        return cheapest_mitsuba(scene, instants[1], error_rad, seed=seed)
     return estimate_error(scene, instants) if error_rad is None else cheapest(scene, instants, error_rad)
 
 
-def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate | None) -> Render:
+def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Render:
     """What renders one frame of the scene."""
-    if estimate is not None:
+    if estimate.segments is None:
         return AnalyticRenderer(scene, rays=estimate.rays).render
     from moireid.simulate.mitsuba_renderer import MitsubaRenderer
 
-    return MitsubaRenderer(scene, seed=seed).render
+    return MitsubaRenderer(scene, samples=estimate.rays[0], segments=estimate.segments, seed=seed).render
+
+
+class _Aside:
+    """Encodes a frame while the next one is rendered; never more than one waits, so that memory stays flat."""
+
+    def __init__(self) -> None:
+        self._worker, self._last = ThreadPoolExecutor(1), Future[None]()
+        self._last.set_result(None)
+
+    def __enter__(self) -> _Aside:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Wait for the frame that is being encoded, whatever became of it."""
+        self._worker.shutdown()
+
+    def run(self, work: Callable[[], None]) -> None:
+        """Begin some work when the work before is done.  Raises: what that raised."""
+        self._last.result()
+        self._last = self._worker.submit(work)
+
+    def finish(self) -> None:
+        """Wait for the last of it.  Raises: what that raised."""
+        self._last.result()
 
 
 class _Stages:
-    """Seconds by stage."""
+    """Seconds by stage; encoding is done beside the rest, and what is waited for it counts."""
 
     def __init__(self) -> None:
         self.seconds = dict.fromkeys(("estimate", "set up", "render", "sensor", "encode"), 0.0)
+        self.least: dict[str, float] = {}
         self._clock = 0.0
 
     def begin(self) -> None:
@@ -181,6 +215,7 @@ class _Stages:
         """Count the time since the last call to a stage."""
         now = time.perf_counter()
         self.seconds[stage] += now - self._clock
+        self.least[stage] = min(now - self._clock, self.least.get(stage, math.inf))
         self._clock = now
 
 

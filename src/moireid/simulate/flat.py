@@ -1,5 +1,8 @@
 """Forgeries that are flat: a printed photograph of the badge, and a film of the badge replayed on a screen.
 
+Under a light of the scene's own the picture is lit when it is taken, bands, glare and all; filmed, it shines evenly by
+itself as the page around it does, so that no light counts twice.
+
 Both show, at the badge's true size and with its true markers, one picture of the whole stack as it looked from one
 place, squared up.  The forger is a good one: tones are exact, the picture is flat, nothing shines.
 

@@ -24,6 +24,8 @@ from moireid.simulate.scene import Scene
 
 #: In by one lens, off the page, out by a lens, and to the light.
 LIT_INTEGRATOR = {"type": "path", "max_depth": 4, "rr_depth": 100}
+#: So many faces more may a ray meet where bounces are needed.
+BOUNCES = 8
 
 
 def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 RAY_OFFSET = 1500 * 2.0**-24
 #: The page's picture lies this far behind the printed lines' strips, and deeper than `page_depth_mm` ever puts them.
 BEHIND_MM = 0.02
+#: Mitsuba moves a ray by less than this when it passes a face.
+HIDDEN_MM = 0.05
 
 
 def sheet_room(scene: Scene, grating: Grating) -> Room:
@@ -45,7 +47,10 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
         if len(strips):
             across, along = strips[:, list(ACROSS)], strips[:, [2 + k for k in ALONG]]
             largest = np.maximum(np.abs(across), np.abs(along))
-            placed[name] = Strips(across, along, page_depth_mm(scene.badge.lens, scene.build, largest))
+            placed[name] = Strips(
+                across, along,
+                page_depth_mm(scene.badge.lens, scene.build, largest, flat_faces=int(scene.need.bounces)),
+            )  # fmt: skip
     return placed
 
 
@@ -66,22 +71,31 @@ def _cell_strips(scene: Scene, cell: Cell, axis: str, first: float, width: float
     return strips * scene.build.print_scale
 
 
-def page_depth_mm(lens: Lens, build: Build, largest_coordinate_mm: Array) -> Array:
+def page_depth_mm(lens: Lens, build: Build, largest_coordinate_mm: Array, *, flat_faces: int = 0) -> Array:
     """How much deeper than z = 0 the page lies, so that rays land where they would have without Mitsuba's offset.
 
+    Parameters: flat_faces: how many flat ones a ray passes between the lens and the page.
     Convention: board mm, of the input's shape.
     Source: Mitsuba moves a refracted ray's origin inwards along the surface's normal by d = `RAY_OFFSET` (1 + largest
         coordinate), 0.006 mm at 68 mm from the badge's middle.  With s = sin of the normal's tilt, even over +-q, the
         ray begins d <cos> deeper; at a tangent t more rays meet the flank that faces them, by 1 - t s / cos, so it
         also begins d t <s^2 / cos> aside.  That is worth n <s^2 / cos> of depth, in which a ray gains t/n sideways.
         Left alone, it turns the phase by 0.005 rad at t = 0.3 and 0.010 at 0.6; this takes back all but 0.001.
+        A flat face costs d of depth.
     """
     q = lens.pitch_mm * build.lens_scale / 2 / lens.radius_mm if lens.radius_mm else 0.0
     share = 1.0
     if q > 0:
         bent, flat = math.asin(q) / (2 * q), math.sqrt(1 - q * q) / 2
         share = bent + flat - lens.refractive_index * (bent - flat)
-    return share * RAY_OFFSET * (1.0 + largest_coordinate_mm)
+    return (share + flat_faces) * RAY_OFFSET * (1.0 + largest_coordinate_mm)
+
+
+def hidden_face(scene: Scene, room: Room) -> Strips:
+    """The sheet's flat back, `HIDDEN_MM` above the page, so that a ray that has passed it still meets the lines."""
+    low, high, begin, end = room
+    across, along = (np.array([[a, b]])[:, list(turn)] for a, b, turn in ((low, high, ACROSS), (begin, end, ALONG)))
+    return Strips(across, along, np.full(across.shape, -HIDDEN_MM))
 
 
 def wall_strips(scene: Scene, room: Room) -> Strips:

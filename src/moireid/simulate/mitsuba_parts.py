@@ -65,7 +65,7 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
         "type": "area",
         "radiance": {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": "nearest", "wrap_mode": "clamp"},
     })  # fmt: skip
-    strips = Strips(across * scale, along * scale, np.full(across.shape, BEHIND_MM))
+    strips = Strips(across * scale, along * scale, np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
     return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
 
 

@@ -10,10 +10,10 @@ the red channel carries the radiance, green the share of it that came through: p
 quotient is the mean over the rays that were refracted, so that neither the light that a lens reflects nor the chance by
 which Mitsuba picks a ray to reflect shows in the picture.  What stays is that rays count by how much of them passes.
 
-Left out: without a light, glare and direction; in any case the sheet's hidden faces, colour,
-bounces, the rolling shutter.  A ray that leaves the lens through its neighbour's flank, or that is reflected within, is
-not followed.  Mount and background are left out unless `Scene.acrylic` tells them; then the picture shows the mount's
-outline, background and all, and rays are followed through its plates.  Forgeries and hidden parts are refused.
+Left out: without a light, glare and direction; in any case colour and the rolling shutter; and unless `scene.need` asks
+for bounces, the sheet's hidden face, rays that leave the lens through its neighbour's flank, and those that are
+reflected within.  Mount and background are left out unless `Scene.acrylic` tells them; then the picture shows the
+mount's outline, background and all, and rays are followed through its plates.  Forgeries and hidden parts are refused.
 
 Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0.
 Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `shared/physics.md`, Rendering it.
@@ -30,8 +30,8 @@ from numpy.typing import NDArray
 from moireid.badge import Grating
 from moireid.errors import SpecError
 from moireid.simulate.analytic import Rendered
-from moireid.simulate.mitsuba_lit import LIT_INTEGRATOR, lamps, lit_page
-from moireid.simulate.mitsuba_page import page_strips, sheet_room, wall_strips
+from moireid.simulate.mitsuba_lit import BOUNCES, LIT_INTEGRATOR, lamps, lit_page
+from moireid.simulate.mitsuba_page import hidden_face, page_strips, sheet_room, wall_strips
 from moireid.simulate.mitsuba_parts import background, clear, mesh, pinhole, plates, rest_of_page, shining
 from moireid.simulate.mitsuba_sheet import front_strips, mask_strips, turned_for
 from moireid.simulate.mitsuba_variant import mitsuba_with
@@ -79,6 +79,8 @@ class MitsubaRenderer:
         with mitsuba_with(variant) as mi:
             described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0 if scene.light is None else 0.0)}
             surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
+            # A face between glass and glass; it is index-matched to what it lies on, and bends nothing.
+            surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
             for number, grating in enumerate(scene.badge.gratings):
                 for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
@@ -90,8 +92,9 @@ class MitsubaRenderer:
             # Rays through one refraction to whatever shines there: no lamp is sampled, since the page is its own.
             own_light = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
             followed: dict[str, Any] = own_light if scene.light is None else LIT_INTEGRATOR
-            if scene.acrylic is not None:
-                followed = LIT_INTEGRATOR | {"max_depth": FACES}
+            deep = (FACES if scene.acrylic is not None else 0) + (4 + BOUNCES if scene.need.bounces else 0)
+            if deep:
+                followed = LIT_INTEGRATOR | {"max_depth": deep}
             self._integrator = mi.load_dict(followed)
 
     def render(self, instant: Instant, *, crop: Crop | None = None) -> Rendered | None:
@@ -115,7 +118,8 @@ class MitsubaRenderer:
         box = crop or seen
         picture = self._trace(view, box)
         share = coverage(self.scene, view, box)
-        radiance = self._of_shining_page(picture) if self.scene.light is None else picture[..., 0] + picture[..., 1]
+        mirrored = picture[..., 1] if self.scene.need.glare else 0.0
+        radiance = self._of_shining_page(picture) if self.scene.light is None else picture[..., 0] + mirrored
         return Rendered(
             np.where(share > 0, radiance, 0.0).astype(np.float32), share.astype(np.float32), box[0], box[1]
         )  # fmt: skip
@@ -178,4 +182,6 @@ def _grating_meshes(
         of_mask = {"bars": "bars", "openings": "glass"}
         parts |= {name: (strips, of_mask[name]) for name, strips in mask_strips(lens, build, room).items()}
     parts["walls"] = (wall_strips(scene, room), "walls")
+    if scene.need.bounces:
+        parts["back"] = (hidden_face(scene, room), "within")
     return {name: mesh(mi, grating.axis, strips, surfaces[surface]) for name, (strips, surface) in parts.items()}

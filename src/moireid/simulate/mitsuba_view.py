@@ -55,13 +55,17 @@ def middle_view(instant: Instant) -> View:
 
 
 def board_box(scene: Scene, view: View) -> Crop | None:
-    """Pixels that may see the board; None where none does.
+    """Pixels that may see what the scene needs of the board; None where none does.
 
     Convention: one pixel to spare on each side, cut to the picture.
-    Source: the board's four corners through the pinhole.
+    Source: the corners of what is needed, through the pinhole.
     """
-    half, camera = np.array(shown_half_mm(scene)), scene.camera
-    corners = np.array([[sx * half[0], sy * half[1], 0.0] for sx in (-1, 1) for sy in (-1, 1)])
+    camera = scene.camera
+    seen = scene.seen_mm
+    if scene.acrylic is not None:
+        x, y = shown_half_mm(scene)
+        seen = np.array([[-x, -y, x, y, 0.0]])
+    corners = np.array([[x, y, z] for x0, y0, x1, y1, z in seen for x in (x0, x1) for y in (y0, y1)])
     local = (corners - view.centre) @ view.turn.T
     if local[:, 2].min() <= 1.0:
         return None

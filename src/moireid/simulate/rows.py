@@ -29,13 +29,13 @@ def _compiled(stamps: tuple[int, ...]) -> Any:
 
     @njit(cache=True, parallel=True, error_model="numpy")
     def trace_rows(
-        radiance: Any, coverage: Any, corner: tuple[float, float], focal: float, centres: Any, turns: Any, shown: Any,
-        points: Any, spread: float, sheet: Sheet, cells: Any, board: Board, distortion: Any,
+        radiance: Any, coverage: Any, corner: tuple[float, float], first: tuple[int, int], focal: float, centres: Any,
+        turns: Any, shown: Any, points: Any, spread: float, sheet: Sheet, cells: Any, board: Board, distortion: Any,
     ) -> int:  # fmt: skip  # pragma: no cover
         for row in prange(radiance.shape[0]):
             _row(
-                row, radiance, coverage, corner, focal, centres, turns, shown, points, spread, sheet, cells, board,
-                distortion,
+                row, radiance, coverage, corner, first, focal, centres, turns, shown, points, spread, sheet, cells,
+                board, distortion,
             )  # fmt: skip
         return len(stamps)
 
@@ -44,23 +44,25 @@ def _compiled(stamps: tuple[int, ...]) -> Any:
 
 @njit(inline="always", error_model="numpy")
 def _row(
-    row: int, radiance: Any, coverage: Any, corner: tuple[float, float], focal: float, centres: Any, turns: Any,
-    shown: Any, points: Any, spread: float, sheet: Sheet, cells: Any, board: Board, distortion: Any,
+    row: int, radiance: Any, coverage: Any, corner: tuple[float, float], first: tuple[int, int], focal: float,
+    centres: Any, turns: Any, shown: Any, points: Any, spread: float, sheet: Sheet, cells: Any, board: Board,
+    distortion: Any,
 ) -> None:  # fmt: skip  # pragma: no cover
     """Fill one row of radiance (mean over the rays that meet the board) and of coverage (their share).
 
-    Parameters: corner: the first pixel's middle, from the principal point; centres (rows, 3), turns (rows, 3, 3): the
-    camera's place and its rotation board -> camera while each row was exposed; distortion: of `camera`; the others as
-    in `quick` and `trace`.
+    Parameters: corner: the first pixel's middle, from the principal point; first: its number across and down, counted
+    from the board's own corner, so that a pixel has the same rays in every crop; centres (rows, 3), turns (rows, 3, 3):
+    the camera's place and its rotation board -> camera while each row was exposed; distortion: of `camera`; the others
+    as in `quick` and `trace`.
     """
     per_focal, per_ray = 1.0 / focal, 1.0 / points.shape[1]
     bent = np.any(distortion != 0.0)
     centre, turn = centres[row], turns[row]
     # Rows that look through the same lenses would all make the same error; so each moves its rays a little.
-    shift_x = (row * GOLDEN % 1.0 - 0.5) * per_ray
+    shift_x = ((row + first[1]) * GOLDEN % 1.0 - 0.5) * per_ray
     for column in range(radiance.shape[1]):
         u, v = (column + corner[0]) * per_focal, (row + corner[1]) * per_focal
-        shift = (shift_x, (column * GOLDEN % 1.0 - 0.5) * per_ray)
+        shift = (shift_x, ((column + first[0]) * GOLDEN % 1.0 - 0.5) * per_ray)
         # Slopes of the sight line, and how they change for a pixel right and for one down.
         right, down = (per_focal, 0.0), (0.0, per_focal)
         if bent:

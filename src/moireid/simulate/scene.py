@@ -14,7 +14,7 @@ from moireid.simulate.camera import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
 
-__all__ = ["Build", "Camera", "Instant", "Scene"]
+__all__ = ["Build", "Camera", "Instant", "Need", "Scene"]
 
 Array = NDArray[np.float64]
 
@@ -62,8 +62,25 @@ class Instant:
 
 
 @dataclass(frozen=True)
+class Need:
+    """What a film must show; whatever is not needed is left out of the work, and `left_out` tells what that saved.
+
+    background: what is behind the badge, even grey without it; page: paper and markers around the gratings; shutter:
+    rows and instants of an exposure one after the other, all at the middle of the frame's time without it; glare: what
+    the lenses mirror of a light; bounces: light that the sheet's faces mirror onto each other, and the face that is
+    hidden behind the lenses, which Mitsuba alone can show.
+    """
+
+    background: bool = True
+    page: bool = True
+    shutter: bool = True
+    glare: bool = True
+    bounces: bool = False
+
+
+@dataclass(frozen=True)
 class Scene:
-    """Badge, build and camera; what a renderer leaves out it says itself.
+    """Badge, build, camera, and what must be seen of them.
 
     ink, paper: radiance of print; hidden_mm: a part of the page that something grey covers, page coordinates; light:
     None for a page that shines by itself, with no glare and no ray lost; acrylic: plates of the mount and what is
@@ -78,6 +95,16 @@ class Scene:
     hidden_mm: Rect | None = None
     light: Light | None = None
     acrylic: Acrylic | None = None
+    need: Need = field(default_factory=Need)
+
+    @property
+    def seen_mm(self) -> Array:
+        """Rectangles that a picture must show (N, 5): x0, y0, x1, y1 and depth, board mm as built."""
+        (cx, cy), (x, y) = self.board_centre_mm, np.array(self.board_half_mm) * self.build.print_scale
+        if self.need.page:
+            return np.array([[-x, -y, x, y, 0.0]])
+        rects = np.array([grating.rect_mm for grating in self.badge.gratings]) - (cx, cy, cx, cy)
+        return np.column_stack([rects, np.full(len(rects), -self.badge.lens.thickness_mm)])
 
     @property
     def board_half_mm(self) -> tuple[float, float]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from moireid.simulate.analytic import Rendered
 from moireid.simulate.camera import Camera
+from moireid.simulate.scene import Need
 
 #: Frequency of the exposure's drift, as automatic exposure wanders over some seconds.
 DRIFT_HZ = 0.17
@@ -25,13 +26,15 @@ READ_SHARE = 0.3
 BLUR_PX, SHARPEN_PX = 0.5, 1.2
 #: The clouds are smooth, so they are kept, and turned, at a quarter of the size at which they are seen.
 COARSE = 4
+#: Radiance of the darkest and the span of the clouds; between them lies the even grey of a film without background.
+DARKEST, SPAN = 0.12, 0.25
 
 
 class Sensor:
     """Turns rendered boards into pictures; the random parts come from one seed."""
 
-    def __init__(self, camera: Camera, seed: int) -> None:
-        self._camera = camera
+    def __init__(self, camera: Camera, seed: int, *, need: Need | None = None) -> None:
+        self._camera, self._shows_background = camera, (need or Need()).background
         self._rng = np.random.default_rng(seed)
         self._phase = self._rng.uniform(0, 2 * np.pi)
         height, width = camera.height, camera.width
@@ -41,7 +44,7 @@ class Sensor:
             cv2.resize(self._rng.random(grains).astype(np.float32), size, interpolation=cv2.INTER_CUBIC)
             for grains in ((9, 16), (36, 64), (135, 240))
         ]
-        self._world = (0.12 + 0.25 * (0.5 * clouds[0] + 0.3 * clouds[1] + 0.2 * clouds[2])).astype(np.float32)
+        self._world = (DARKEST + SPAN * (0.5 * clouds[0] + 0.3 * clouds[1] + 0.2 * clouds[2])).astype(np.float32)
         # One field of noise, read from a random place each frame: drawing two million numbers a frame takes longer
         # than rendering the badge.
         self._noise = self._rng.standard_normal((height + 256, width + 256)).astype(np.float32)
@@ -55,13 +58,10 @@ class Sensor:
         Convention: rotation board -> camera; the background is at infinity and turns with it.
         """
         camera, scene = self._camera, self._scene
-        to_world = np.array([[1, 0, camera.width / 2], [0, 1, camera.height / 2], [0, 0, COARSE]]) / COARSE
-        to_world = to_world @ camera.matrix @ rotation.T @ np.linalg.inv(camera.matrix)
-        # Pixel centres are whole numbers on both scales, so their origins are half a pixel apart.
-        steps = camera.width / self._behind.shape[1], camera.height / self._behind.shape[0]
-        spread = np.array([[steps[0], 0, steps[0] / 2 - 0.5], [0, steps[1], steps[1] / 2 - 0.5], [0, 0, 1.0]])
-        _background(self._behind, self._world, to_world @ spread)
-        cv2.resize(self._behind, (camera.width, camera.height), dst=scene, interpolation=cv2.INTER_LINEAR)
+        if self._shows_background:
+            self._paint(rotation)
+        else:
+            scene.fill(DARKEST + SPAN / 2)
         if board is not None:
             self._place(board)
         drift = 1 + camera.exposure_drift * math.sin(2 * math.pi * DRIFT_HZ * time_s + self._phase)
@@ -74,6 +74,17 @@ class Sensor:
         else:
             picture = cv2.convertScaleAbs(self._toned)
         return np.asarray(cv2.flip(picture, 1) if camera.mirror else picture, dtype=np.uint8)
+
+    def _paint(self, rotation: NDArray[np.float64]) -> None:
+        """Fill the scene with the clouds as the turned camera sees them."""
+        camera = self._camera
+        to_world = np.array([[1, 0, camera.width / 2], [0, 1, camera.height / 2], [0, 0, COARSE]]) / COARSE
+        to_world = to_world @ camera.matrix @ rotation.T @ np.linalg.inv(camera.matrix)
+        # Pixel centres are whole numbers on both scales, so their origins are half a pixel apart.
+        steps = camera.width / self._behind.shape[1], camera.height / self._behind.shape[0]
+        spread = np.array([[steps[0], 0, steps[0] / 2 - 0.5], [0, steps[1], steps[1] / 2 - 0.5], [0, 0, 1.0]])
+        _background(self._behind, self._world, to_world @ spread)
+        cv2.resize(self._behind, (camera.width, camera.height), dst=self._scene, interpolation=cv2.INTER_LINEAR)
 
     def _place(self, board: Rendered) -> None:
         """Lay the board over the background, and blur what the lens blurs of both."""

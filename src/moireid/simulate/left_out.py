@@ -1,0 +1,143 @@
+"""What a film leaves out, and the seconds a frame that this saves.
+
+A film is not slowed to find out what it saved: most figures are told from what its estimate and its sensor took anyway,
+by counts of pixels or of instants, and each says how it was come by.  `moireid bench simulate` measures them, rendered
+with and without, and tells how much the picture and the phase change.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from moireid.simulate.analytic import AnalyticRenderer
+from moireid.simulate.estimate import Estimate
+from moireid.simulate.mitsuba_view import board_box, middle_view
+from moireid.simulate.scene import Instant, Need, Scene
+from moireid.simulate.sensor import Sensor
+
+__all__ = ["LeftOut", "left_out"]
+
+#: A printed mount shows a rim of about this width around the board.
+MOUNT_RIM_MM = 4.0
+#: A frame is timed so often, and the least counts.
+RUNS = 3
+NOT_MEASURED = "not known here; moireid bench simulate measures it"
+
+
+@dataclass(frozen=True)
+class LeftOut:
+    """One thing that no frame shows: what, the seconds a frame that this saves, None where not known, and how they
+    were found."""
+
+    what: str
+    saved_s: float | None
+    how: str
+
+
+def left_out(
+    scene: Scene, backend: str, estimate: Estimate, instant: Instant, *, instants: int, sensor_s: float
+) -> tuple[LeftOut, ...]:
+    """All that a film leaves out.
+
+    Parameters: estimate: of the film's setting, with what a frame took; instant: a true frame of the film; instants:
+        of an exposure, were the shutter shown; sensor_s: what the sensor took for a frame.
+    Convention: what costs nothing saves 0.
+    Source: module docstring.
+    """
+    per_px = estimate.frame_s / max(estimate.pixels, 1)
+    half_x, half_y = scene.board_half_mm
+    rim = MOUNT_RIM_MM * (half_x + half_y + MOUNT_RIM_MM) / (half_x * half_y)
+    by_pixels = "estimated: its pixels, each as dear as one of the badge's"
+    found = [
+        _off_badge(scene, backend, estimate, instant),
+        LeftOut(_fineness(estimate), estimate.finer_s - estimate.frame_s, "measured: the estimate's finer frames"),
+        LeftOut("colour", 2 * sensor_s, "estimated: two channels more for the sensor"),
+        LeftOut("the printed name", 0.0, "its pixels are rendered, as paper"),
+    ]
+    if backend != "mitsuba" or scene.acrylic is None:
+        found.append(LeftOut("the mount", rim * _board_px(scene, instant) * per_px, by_pixels))
+    if scene.light is None:
+        found.append(LeftOut("Fresnel losses, glare and direction of the light", None, NOT_MEASURED))
+    else:
+        found.append(LeftOut("light between page and lenses", None, NOT_MEASURED))
+    if not scene.need.bounces:
+        found.append(LeftOut("bounces within the sheet, and its hidden face", None, NOT_MEASURED))
+    if backend == "mitsuba":
+        found.append(LeftOut("rolling shutter", 0.0, "one pose serves all rows"))
+    return (*found, *_unneeded(scene, backend, estimate, instant, instants))
+
+
+def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, instants: int) -> list[LeftOut]:
+    """What the scene says that it does not need, though it could be shown."""
+    need, found = scene.need, []
+    if not need.background:
+        with_it, without = (_seconds(_sensor_frame(scene, shown, instant)) for shown in (True, False))
+        found.append(LeftOut("background", with_it - without, "measured: the sensor with and without"))
+    if not need.page:
+        whole = replace(scene, need=replace(need, page=True))
+        more = max(_board_px(whole, instant) - estimate.pixels, 0) / max(estimate.pixels, 1)
+        found.append(LeftOut("page and markers", more * estimate.frame_s, "estimated, at most: their pixels"))
+    if not need.shutter:
+        cost = (instants - 1) * estimate.frame_s
+        found.append(LeftOut("rolling shutter and exposure", cost, "estimated: one frame for each instant"))
+    if not need.glare and scene.light is not None:
+        if backend == "mitsuba":
+            found.append(LeftOut("glare", 0.0, "traced in any case, and not added"))
+        else:
+            frames = (
+                AnalyticRenderer(replace(scene, need=replace(need, glare=glare)), rays=estimate.rays)
+                for glare in (True, False)
+            )
+            with_it, without = (_seconds(lambda frame=frame: frame.render(instant)) for frame in frames)  # type: ignore[misc]
+            found.append(LeftOut("glare", with_it - without, "measured: a frame with and without"))
+    return found
+
+
+def _off_badge(scene: Scene, backend: str, estimate: Estimate, instant: Instant) -> LeftOut:
+    """The pixels that no ray is sent through."""
+    what, camera = "pixels off the badge", scene.camera
+    if backend == "mitsuba":
+        beside = camera.width * camera.height - estimate.pixels
+        cost = beside * estimate.frame_s / max(estimate.pixels, 1)
+        return LeftOut(what, cost, "estimated, at most: their number, each as dear as one of the badge's")
+    # One ray a pixel, as what finds no badge is the same for each ray.
+    whole = AnalyticRenderer(scene, rays=(1, 1))
+    clock = time.perf_counter()
+    whole.render(instant, crop=(0, 0, camera.width, camera.height))
+    middle = time.perf_counter()
+    whole.render(instant)
+    cost = (2 * middle - clock - time.perf_counter()) * estimate.rays[0] * estimate.rays[1]
+    return LeftOut(what, max(cost, 0.0), "measured on one frame with one ray a pixel, times the rays")
+
+
+def _fineness(estimate: Estimate) -> str:
+    """What detail a setting leaves out."""
+    if estimate.segments is not None:
+        return f"lens detail below {estimate.segments} segments"
+    return f"lens detail between {estimate.rays[0] * estimate.rays[1]} rays of a pixel"
+
+
+def _board_px(scene: Scene, instant: Instant) -> int:
+    """Pixels of the box in which the scene's need is seen."""
+    box = board_box(scene, middle_view(instant))
+    return 0 if box is None else (box[2] - box[0]) * (box[3] - box[1])
+
+
+def _sensor_frame(scene: Scene, background: bool, instant: Instant) -> Callable[[], Any]:
+    """What exposes one frame without a board."""
+    sensor = Sensor(scene.camera, 0, need=Need(background=background))
+    return lambda: sensor.expose(None, instant.first.rotation[0], 0.0)
+
+
+def _seconds(work: Callable[[], Any]) -> float:
+    """The least time of some runs, after one that may compile."""
+    work()
+    took = []
+    for _ in range(RUNS):
+        clock = time.perf_counter()
+        work()
+        took.append(time.perf_counter() - clock)
+    return min(took)
