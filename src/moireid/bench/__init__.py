@@ -4,7 +4,7 @@ identity.py      does the whole identity come back, over distance, printing and 
                  films them, matching.py counts false matches by an error model, shorter.py cuts films short
 stability.py     films at the edge and beyond; stiff_scenes.py: scenes that renderers find hard
 fabricate.py     pages by form and resolution (raster.py reads them), mounts by the angle of their facets; both at their
-                 extremes (page_extremes.py, mount_extremes.py); calibration.py reads photographs of the pitch test sheet
+                 extremes (page_extremes.py, mount_extremes.py); calibration.py reads photographs of a pitch test
 simulate.py      error against run time of the renderers, left_out.py what a scene does not need; reference.py: the
                  outside tracer, scenes.py: eleven scenes
 output.py        JSON of a suite; table and plot in *_output.py
