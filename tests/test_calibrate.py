@@ -52,6 +52,14 @@ def test_a_photograph_tells_the_pitch_and_the_twist(chart_folder, tmp_path):
     assert lens_named(str(out)).pitch_mm == told["pitch_mm"]
 
 
+@pytest.mark.parametrize("metres", ["90", "0.15"])
+def test_a_distance_that_the_picture_contradicts_is_refused(chart_folder, tmp_path, metres):
+    """Catches: centimetres taken for metres, which moved the pitch beyond its error bar in silence."""
+    wish = ["--chart", chart_folder / JSON, "--out", tmp_path / "no.json", "--distance", metres]
+    ran = CliRunner().invoke(moireid, ["calibrate", str(chart_folder / "photo.jpg"), *map(str, wish)])
+    assert ran.exit_code == 2 and "in metres" in ran.stderr and not (tmp_path / "no.json").exists()
+
+
 def test_a_ruler_turns_page_units_into_millimetres(chart_folder, tmp_path):
     """Catches: the measured scale divided by, or left out of the profile that badges are made with."""
     photo, chart = chart_folder / "photo.jpg", chart_folder / JSON

@@ -9,10 +9,12 @@ from __future__ import annotations
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import wave
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,7 @@ import pytest
 from moireid.badge import Badge
 from moireid.cli.main import main, print_your_badge
 from moireid.designer import Request, design_badge
+from moireid.errors import MissingExtraError
 from moireid.fabrication import package
 from moireid.registry import open_registry
 from moireid.verifier.video import Film
@@ -180,6 +183,10 @@ def test_any_other_name_is_printed(run: Run, name: str) -> None:
         (["--acrylic", "0"], "--acrylic"),
         (["--acrylic", "inf"], "--acrylic"),
         (["--front", "glass"], "--front"),
+        (["--gap", "2"], "--front mask"),
+        (["--mount", "none", "--kerf", "0.1"], "--mount lanyard"),
+        (["--mount", "none", "--acrylic", "3"], "--mount lanyard"),
+        (["--mount", "none", "--mount-figure", "card_mm=0.5"], "--mount lanyard"),
         (["--no-such\noption"], "--no-such"),
         (["--registry", "people.sqlite3"], "sqlite:///people.sqlite3"),
         (["--registry", "sqlite:///new.sqlite3", "--size", "1x1"], "60x66"),
@@ -243,6 +250,20 @@ def test_an_interrupt_leaves_nothing(run: Run, monkeypatch: pytest.MonkeyPatch, 
     assert (outcome.code, outcome.out) == (130, "")
     assert outcome.err.splitlines()[-1].startswith("interrupted")
     assert os.listdir("new") == []
+
+
+def test_an_interrupt_is_not_taken_for_a_package_that_is_not_there(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: Ctrl-C as the CAD packages load, which they swallow, answered with advice to install them."""
+
+    def swallow(*_: object) -> None:
+        with suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        raise MissingExtraError("a printed part needs a package; run pip install moireid[cad]")
+
+    monkeypatch.setattr(package, "write_preview", swallow)
+    outcome = run("print", "Ada", "--out", "new", "--mount", "none", "--json")
+    assert outcome.code == 130 and "install" not in outcome.err and not os.path.exists("new")
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_a_surprise_is_one_line_too(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:

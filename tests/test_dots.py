@@ -212,6 +212,7 @@ def test_scales_that_are_none_are_refused(text):
     with pytest.raises(SpecError, match=r"0\.9973"):
         parse_scale(text)
     assert parse_scale("0.9973") == (0.9973, 0.9973) and parse_scale("0.9973,1.002") == (0.9973, 1.002)
+    assert parse_scale("0.95,1.05") == (0.95, 1.05), "the ends that a refusal names"
 
 
 def test_badge_files_of_every_form_are_read_back(tmp_path):

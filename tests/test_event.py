@@ -16,6 +16,7 @@ from click.testing import CliRunner, Result
 from drawn import geometry
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
+from moireid.cli.people import read_people
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import FabricationError
 from moireid.fabrication.event import GUTTER_MM, folder_name, places_mm, write_sheets_pdf
@@ -154,6 +155,9 @@ def test_folder_names_are_plain_and_sort_as_the_list_does():
         ("name,payload\nAda,xyz\n", "row 2"),
         ("name\n\x07\n", "row 2"),
         ('name\n"Ada\n', "CSV"),
+        ("name\nLovelace, Ada\n", "quotes"),
+        ("name,payload\nGrace,,x\n", "row 2"),
+        ("name,name\nAda,Grace\n", "2 columns name"),
     ],
 )
 def test_lists_that_cannot_be_used_are_refused_whole(text, words, tmp_path):
@@ -161,6 +165,23 @@ def test_lists_that_cannot_be_used_are_refused_whole(text, words, tmp_path):
     outcome = run(listed(tmp_path / "people.csv", text), tmp_path / "event")
     assert outcome.exit_code == 2 and words in outcome.stderr and outcome.stderr.count("error:") == 1
     assert not (tmp_path / "event").exists() or not list((tmp_path / "event").iterdir())
+
+
+def test_cells_that_are_empty_are_no_part_of_a_name(tmp_path):
+    """Catches: a list refused for the empty columns that a spreadsheet writes behind the last one."""
+    people = listed(tmp_path / "people.csv", 'name\n"Lovelace, Ada",,\n,,\nGrace,\n')
+    assert [row[1] for row in read_people(people)] == ["Lovelace, Ada", "Grace"]
+
+
+def test_the_mask_of_an_event_is_no_single_badges(tmp_path):
+    """Catches: one person's id on the film that all get, and an organiser who prints one film for many."""
+    people = listed(tmp_path / "people.csv", "name\nAda\nGrace\nEve\n")
+    outcome = run(people, tmp_path / "event", "--front", "mask")
+    assert outcome.exit_code == 0 and "print it 3 times" in outcome.output
+    words = pdfium.PdfDocument(tmp_path / "event" / "badges.pdf")[1].get_textpage().get_text_bounded()
+    assert "Mask of 3 badges: print 3 times" in words and "page 1" not in words
+    alone = pdfium.PdfDocument(tmp_path / "event" / "001-ada" / "badge.pdf")[1].get_textpage().get_text_bounded()
+    assert "Mask of moiré badge" in alone and "page 1" in alone
 
 
 def test_one_person_or_many(tmp_path):

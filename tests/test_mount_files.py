@@ -19,6 +19,7 @@ from click.testing import CliRunner, Result
 
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
+from moireid.errors import SpecError
 from moireid.fabrication import package
 from moireid.fabrication.parts import ACRYLIC_FILES, PRINTED_FILES
 from moireid.fabrication.process import MountFigures, MountProcess
@@ -94,6 +95,31 @@ def test_files_of_the_badge_before_do_not_stay(tmp_path: Path) -> None:
     removed = {*PRINTED_FILES, *ACRYLIC_FILES, "stack.glb"}
     assert {Path(path).name for path in json.loads(outcome.stdout)["removed"]} == removed
     assert all(f"{name} was removed" in outcome.stderr for name in removed)
+
+
+def test_a_file_of_a_mounts_name_in_a_strangers_folder_stays(tmp_path: Path) -> None:
+    """Catches: somebody's mount.stl deleted by --overwrite, though no badge or event ever lay beside it."""
+    (tmp_path / "mount.stl").write_text("mine")
+    people = tmp_path / "people.csv"
+    people.write_text("name\nAda\n")
+    for wish in (["Ada", "--mount", "none"], ["--people", people]):
+        (tmp_path / "badge.json").unlink(missing_ok=True)
+        outcome = run(*wish, "--out", tmp_path, "--overwrite", "--json")
+        assert outcome.exit_code == 0 and json.loads(outcome.stdout)["removed"] == []
+        assert (tmp_path / "mount.stl").read_text() == "mine"
+
+
+def test_what_another_process_wrote_meanwhile_is_not_replaced(tmp_path: Path) -> None:
+    """Catches: of two badges made into one folder at once, the first one's files gone without --overwrite."""
+    badge = load_badge(json_badge(tmp_path))
+    out = tmp_path / "out"
+
+    def other(name: str) -> None:
+        (out / "badge.json").write_text("another's")
+
+    with pytest.raises(SpecError, match="exists already"):
+        package.print_badge(badge, out, mount="none", progress=other)
+    assert names(out) == {"badge.json"} and (out / "badge.json").read_text() == "another's"
 
 
 def test_a_failure_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -194,6 +194,7 @@ def test_the_same_badge_gives_the_same_bytes_and_carries_its_fonts(badge: Badge,
     assert (tmp_path / "again.pdf").read_bytes() == pdf.read_bytes()
     content = pdf.read_bytes()
     assert content.count(b"/FontFile2") == content.count(b"/Type /FontDescriptor") == 2
+    assert b"/BaseFont /Helvetica" not in content
 
 
 def test_markers_are_read_on_the_page_where_the_badge_says(badge: Badge, pdf: Path) -> None:

@@ -115,7 +115,7 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
 
     An interrupt is raised at once, and again at the next step: compiled code that calls back may swallow it.
     """
-    with _interrupts() as check:
+    with interrupts() as check:
         if not sys.stderr.isatty():
             yield lambda done, total: check()
             return
@@ -129,8 +129,12 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
 
 
 @contextmanager
-def _interrupts() -> Iterator[Callable[[], None]]:
-    """A check that raises KeyboardInterrupt where one came before and was lost."""
+def interrupts() -> Iterator[Callable[[], None]]:
+    """A check that raises KeyboardInterrupt where one came before and was lost.
+
+    An error that follows an interrupt is taken for it: a package that was interrupted as it was loaded says that it is
+    not there.
+    """
     # A shell may have set a job in the background to pass interrupts over; a thread cannot say how they are taken.
     elsewhere = threading.current_thread() is not threading.main_thread()
     if elsewhere or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
@@ -150,6 +154,9 @@ def _interrupts() -> Iterator[Callable[[], None]]:
     before = signal.signal(signal.SIGINT, note)
     try:
         yield check
+    except Exception:
+        check()
+        raise
     finally:
         signal.signal(signal.SIGINT, before)
 

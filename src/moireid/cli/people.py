@@ -63,6 +63,8 @@ def print_people(
             click.echo(f"One mount for all, to be made {len(badges)} times:")
             for path in event.mount.values():
                 click.echo(f"  {path}")
+        if badges[0].lens.kind == "mask":
+            click.echo(f"The last page of badges.pdf is the mask: print it {len(badges)} times, on clear film.")
         click.echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")
 
     if registry_url is None:
@@ -109,7 +111,8 @@ def designed(people_csv: Path, request: Request) -> list[Badge]:
 def read_people(people_csv: Path) -> list[tuple[int, str, str]]:
     """Row number, name and payload (empty where none is given) of each person.
 
-    Raises: SpecError where the file cannot be read, has no column `name`, or names nobody or too many.
+    Raises: SpecError where the file cannot be read, has not one column `name`, has a row with more cells than its first
+        line, or names nobody or too many.
     """
     try:
         text = people_csv.read_text(encoding="utf-8-sig")
@@ -124,11 +127,20 @@ def read_people(people_csv: Path) -> list[tuple[int, str, str]]:
             f"list {people_csv} has no column name; its first line must be 'name' or 'name,payload', got "
             f"{','.join(header)[:60]!r}"
         )
+    for column in ("name", "payload"):
+        if header.count(column) > 1:
+            raise SpecError(f"list {people_csv} has {header.count(column)} columns {column}; leave one of them")
     place = {column: header.index(column) for column in ("name", "payload") if column in header}
     people = []
     for number, row in enumerate(rows[1:], start=2):
         if not any(cell.strip() for cell in row):
             continue
+        # A name with a comma in it, and no quotes about it, would be printed cut short.
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise SpecError(
+                f"row {number} of {people_csv.name} has {len(row)} cells, and the first line {len(header)}; put quotes "
+                'about a name with a comma in it, as in "Doe, Jane"'
+            )
         cells = {column: row[k].strip() if k < len(row) else "" for column, k in place.items()}
         people.append((number, cells["name"], cells.get("payload", "")))
     if not 1 <= len(people) <= MOST_PEOPLE:

@@ -11,6 +11,7 @@ from moireid.cli.common import (
     FiniteRange,
     FolderPath,
     friendly,
+    interrupts,
     json_option,
     overwrite_option,
     say,
@@ -58,9 +59,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="A lenticular sheet, or a line mask of its pitch printed on clear film over an acrylic spacer.",
 )
-@click.option(
-    "--gap", "gap_mm", type=FiniteRange(0, 100), default=1.5, show_default=True, help="Spacer of a mask, mm thick."
-)
+@click.option("--gap", "gap_mm", type=FiniteRange(0, 100), show_default="1.5", help="Spacer of a mask, mm thick.")
 @click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True)
 @click.option(
@@ -107,7 +106,7 @@ if TYPE_CHECKING:
 @friendly
 def print_command(
     name: str | None, people_csv: Path | None, folder: Path, registry_url: str | None, payload: str | None,
-    key_file: Path | None, code: str, lens: str, front: str, gap_mm: float, printer_dpi: int, paper: str,
+    key_file: Path | None, code: str, lens: str, front: str, gap_mm: float | None, printer_dpi: int, paper: str,
     range_text: str, axes: str, size_text: str, form: str, scale_text: str | None, mount: str | None,
     kerf_mm: float | None, base_mm: float | None, mount_pairs: tuple[str, ...], explain: bool, overwrite: bool,
     as_json: bool,
@@ -133,13 +132,23 @@ def print_command(
         raise SpecError("give the NAME of one person, or --people with a CSV file of many")
     if payload is not None and key_file is not None:
         raise SpecError("give --payload or --key, not both")
+    if gap_mm is not None and front != "mask":
+        raise SpecError("--gap is the spacer of a mask; give --front mask with it, or leave it out")
+    kind = mount or ("lanyard" if people_csv is None else "none")
+    given = {"kerf_mm": kerf_mm, "base_mm": base_mm}
+    pairs = [*mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)]
+    if pairs and kind == "none":
+        raise SpecError(
+            "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip or stand with "
+            "them, or leave them out"
+        )
     request = Request(
         clean_name("Everybody" if name is None else name), lens, printer_dpi, paper, parse_range_m(range_text),
-        parse_size_mm(size_text), code, axes, form, front, gap_mm,
+        parse_size_mm(size_text), code, axes, form, front,
+        Request.gap_mm if gap_mm is None else gap_mm,
     )  # fmt: skip
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
-    given = {"kerf_mm": kerf_mm, "base_mm": base_mm}
-    figures = mount_figures([*mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)])
+    figures = mount_figures(pairs)
     if people_csv is not None:
         if payload is not None or key_file is not None:
             raise SpecError("--payload and --key are for one person; give the payloads in a column of the CSV file")
@@ -147,7 +156,7 @@ def print_command(
 
         print_people(
             people_csv, request, folder, registry_url, measured_scale,
-            mount=mount or "none", figures=figures, overwrite=overwrite, as_json=as_json,
+            mount=kind, figures=figures, overwrite=overwrite, as_json=as_json,
         )  # fmt: skip
         return
     chosen = None
@@ -156,23 +165,21 @@ def print_command(
     elif key_file is not None:
         chosen = payload_from_key(key_file)
 
-    kind = mount or "lanyard"
-
     def work(registry: Registry | None) -> None:
         badge = _design(request, chosen, registry)
         if note := missing_note([badge]):
             say(f"note: {note}")
         issue = (lambda: registry.enroll(badge)) if registry else None
-        printed = print_badge(
-            badge,
-            folder,
-            mount=kind,
-            measured_scale=measured_scale,
-            figures=figures,
-            overwrite=overwrite,
-            before_moving=issue,
-            progress=lambda file: say(f"making {file}"),
-        )
+        with interrupts() as check:
+
+            def tell(file: str) -> None:
+                check()
+                say(f"making {file}")
+
+            printed = print_badge(
+                badge, folder, mount=kind, measured_scale=measured_scale, figures=figures, overwrite=overwrite,
+                before_moving=issue, progress=tell,
+            )  # fmt: skip
         files = {name: str(path) for name, path in printed.files.items()}
         tell_mount(printed.left_out, printed.removed)
         rows = explain_badge(badge)

@@ -73,7 +73,7 @@ def parse_scale(text: str) -> tuple[float, float]:
         numbers = [float(part) for part in parts]
     except ValueError:
         numbers = []
-    if len(numbers) not in (1, 2) or not all(abs(number - 1) <= MAX_SCALE_OFF for number in numbers):
+    if len(numbers) not in (1, 2) or not all(1 - MAX_SCALE_OFF <= number <= 1 + MAX_SCALE_OFF for number in numbers):
         raise SpecError(
             f"scale {text[:40]!r} must be one or two shares within {1 - MAX_SCALE_OFF:g} and {1 + MAX_SCALE_OFF:g}, "
             "such as 0.9973 or 0.9973,0.9981: the bar's measured length over 150 mm, across and down"

@@ -78,7 +78,7 @@ def _steps(badge: Badge, mount: str, acrylic: bool) -> list[str]:
     else:
         front, lay = "sheet", "Lay the lenticular sheet over the striped field, its lenses up and along the lines."
     steps = [
-        "Measure both scale bars on the print. Each must read 150.0 mm, give or take 0.5 mm.",
+        "Measure both scale bars. Each must read 150.0 mm, give or take 0.5; else print with --measured-scale.",
         "Cut the board out along the crop marks.",
         lay,
         f"Turn the {front} until the fringes of the plain rows (top, middle, bottom) stand upright.",

@@ -111,7 +111,7 @@ def write_sheets_pdf(
         sheet.origin_mm = (0.0, 0.0)
         if first.lens.kind == "mask":
             sheet.canvas.showPage()
-            draw_mask(sheet, first, form, dot_mm)
+            draw_mask(sheet, first, form, dot_mm, len(badges))
         sheet.save()
     return -(-len(badges) // len(places)), len(places)
 
@@ -145,9 +145,11 @@ def print_event(
                     progress(done, len(badges))
             sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             write_text(aside / SUMMARY, _summary(names, badges, parts))
+            # As in `package.print_badge`: another process may have written here since.
+            planned([folder / file for file in files], overwrite=overwrite)
             if before_moving:
                 before_moving()
-            stale = leftover_parts(folder, parts) if overwrite else ()
+            stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()
             move_together([(aside / file, folder / file) for file in files], stale)
     folders = tuple(folder / name for name in names)
     made = {name: folder / name for name in parts.files}

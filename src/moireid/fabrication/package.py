@@ -66,9 +66,11 @@ def print_badge(
             aside = Path(aside_name)
             write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say)
             mass_g, told = write_parts(badge, parts, aside, say)
+            # Making takes seconds, in which another process may have written here.
+            planned([folder / name for name in names], overwrite=overwrite)
             if before_moving:
                 before_moving()
-            stale = leftover_parts(folder, parts) if overwrite else ()
+            stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
             # badge.json goes last: where it lies, the rest lies too.
             move_together([(aside / name, folder / name) for name in names], stale)
     return Printed({name: folder / name for name in names}, mass_g, told, parts.left_out, stale)
@@ -87,8 +89,13 @@ def write_sheets(
     write_text(folder / "badge.json", badge_file(badge))
 
 
-def leftover_parts(folder: Path, parts: Parts) -> tuple[Path, ...]:
-    """Files of a mount that lie in the folder and are none of these parts'."""
+def leftover_parts(folder: Path, parts: Parts, beside: str) -> tuple[Path, ...]:
+    """Files of a mount that lie in the folder and are none of these parts'; none where `beside` does not lie there.
+
+    A mount.stl without a badge.json was somebody else's before, and stays.
+    """
+    if not (folder / beside).is_file():
+        return ()
     return tuple(folder / name for name in PART_FILES if name not in parts.files and (folder / name).is_file())
 
 

@@ -81,7 +81,10 @@ class Sheet:
         self.height_mm = round(page_mm[1] / dot_mm) * dot_mm if dot_mm else page_mm[1]
         size = (page_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM)
         # invariant leaves out the date, so that the same badge gives the same bytes.
-        self.canvas = Canvas(str(path), pagesize=size, invariant=True, pageCompression=1)
+        # Each page begins with a font set, which would else be a Helvetica that the file does not carry.
+        # reportlab's stub takes the name for a number.
+        begin: Any = {"initialFontName": REGULAR}
+        self.canvas = Canvas(str(path), pagesize=size, invariant=True, pageCompression=1, **begin)
         self.canvas.setTitle(title)
         self.canvas.setCreator("moireid")
         self.canvas.setViewerPreference("PrintScaling", "None")
@@ -236,8 +239,10 @@ def draw_lines(sheet: Sheet, grating: Grating, form: str, dot_mm: float) -> None
         draw_dots(sheet, drawn, dot_mm)
 
 
-def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float) -> None:
+def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float, count: int = 1) -> None:
     """The page that is printed on clear film: the mask's lines where each grating lies, with cutting marks.
+
+    Parameters: count: how many badges of one layout the mask is for; each needs a print of the page.
 
     Drawn about the same places as the badge's page, so that what a printer does to one it does to the other.
     """
@@ -249,9 +254,11 @@ def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float) -> None:
         # The film reaches to the board's edges, where a mount holds it.
         for mark in crop_marks((centre_x + left, centre_y - high, centre_x + right, centre_y - low)):
             sheet.stroke(*mark)
+    whose = f"Mask of moiré badge {badge.id}: print" if count == 1 else f"Mask of {count} badges: print {count} times"
+    lines = "page 1" if count == 1 else "each badge"
     words = (
-        f"Mask of moiré badge {badge.id}: print on clear film at 100 %, cut along the marks, and lay it,",
-        f"printed side down, on {badge.lens.thickness_mm:g} mm of clear acrylic over the lines of page 1.",
+        f"{whose} on clear film at 100 %, cut along the marks, and lay it,",
+        f"printed side down, on {badge.lens.thickness_mm:g} mm of clear acrylic over the lines of {lines}.",
     )
     for k, line in enumerate(words):
         sheet.text((x0 + x1) / 2, y0 + 8 + 5 * k, line, points=SMALL_POINTS + 1)

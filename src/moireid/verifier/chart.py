@@ -46,6 +46,9 @@ HARMONICS = 3
 PART_MM = 3.0
 #: How far beyond its outermost bands a chart is searched, in its own steps.
 BEYOND_STEPS = 3.0
+#: Focal length over a picture's longer side, from the widest phone lens to the longest tele lens; a distance that asks
+#: for another is a slip, such as centimetres for metres.
+LENS_RANGE = (0.25, 20.0)
 #: Samples two to the millimetre, blurred by `BLUR_MM`: the noise of 2 sqrt(pi) BLUR_MM 2 = 3.5 of them is one.
 SAMPLE_INFLATION = 3.5
 
@@ -124,7 +127,8 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
 
     Parameters: focal_px: of this picture, for the direction and, unless distance_mm is given, for the distance.
     Convention: distance_mm from the camera to the middle of the sheet; the principal point is the picture's centre.
-    Raises: MediaError where the picture does not show the chart.
+    Raises: MediaError where the picture does not show the chart; SpecError where no camera could show it so large from
+        that distance.
     Source: `markers`, `register`, `plane_pose`, `strips`.
     """
     finder = MarkerFinder(chart.markers)
@@ -157,6 +161,13 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     poses = start_poses(plane, (mapped[:, :2] / mapped[:, 2:])[None], focal_px, centre)
     camera = poses.camera[0, int(poses.error_px[0].argmin())]
     if distance_mm is not None:
+        guessed_mm = float(np.linalg.norm(camera))
+        least, most = (share * max(luma.shape) / focal_px * guessed_mm / 1000 for share in LENS_RANGE)
+        if not least <= distance_mm / 1000 <= most:
+            raise SpecError(
+                f"a distance of {distance_mm / 1000:g} m does not go with the picture, in which a camera shows the "
+                f"chart so large from {least:.2g} to {most:.2g} m; give --distance in metres, or leave it out"
+            )
         camera = camera * distance_mm / np.linalg.norm(camera)
     camera = camera + np.append(middle_mm, 0.0)
     blur_px = BLUR_MM * scale_px_per_mm(homography, middle_mm)
