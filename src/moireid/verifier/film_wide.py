@@ -24,8 +24,10 @@ from moireid.verifier.smooth import GAP_S, stretches
 
 Array = NDArray[np.float64]
 #: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
-#: equivalent and some crop for stabilisation); 35 % lets a zoom of two lie at two standard deviations.
-FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.35
+#: equivalent and some crop for stabilisation), webcams at 0.6 to 0.9; a zoom is told by any film that shows tilt.
+#: A wider prior lets a nearly frontal film run away: the longer the focal length, the freer are its tilts to fit noise,
+#: by up to 30 units of chi-square on films made outside at three times the true one.
+FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.15
 #: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
 SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
 SHUTTER_LIMIT_S = 0.033

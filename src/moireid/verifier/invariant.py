@@ -31,6 +31,9 @@ MIN_CORRELATION = 0.95
 #: A sheet's thickness and index as sold vary by about 10 %, the solved focal length by up to 5 %, pitch by 1 %.
 GAIN_TOLERANCE = 0.15
 GAIN_SDS = 3.0
+#: From this share of the gain on, an error bar is too wide to accept on: fringes at 1.9 times the true gain would be
+#: taken for true ones with a chance of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
+VAGUE_GAIN = 0.215
 #: What strays from the law in step with the camera's place is no wander of the fringes: a bent sheet, light from one
 #: side, a pose that errs with the tilt.  So much of the motion may stray so, as the gain may.
 PLACE_SHARE = 0.15
@@ -217,8 +220,8 @@ def _gain_right(gain: float, gain_sd: float) -> Reason:
     """Pass within the tolerance; fail beyond it by three error bars; between, the film cannot tell."""
     limit = GAIN_TOLERANCE + GAIN_SDS * gain_sd
     words = f"The fringes move {gain:.3f} ± {gain_sd:.3f} times as far as the optics predict"
-    # A film that cannot tell a true gain from a half of it says nothing, wherever its best guess lies.
-    vague = GAIN_SDS * gain_sd >= 0.5
+    # A film that cannot tell a true gain from a half or twice of it says nothing, wherever its best guess lies.
+    vague = gain_sd >= VAGUE_GAIN * abs(gain)
     if abs(gain - 1) <= GAIN_TOLERANCE and not vague:
         return Reason("gain", "pass", gain, GAIN_TOLERANCE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE:g} is allowed.")
     if abs(gain - 1) > limit:
