@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.verifier.camera import CameraFit, fit_camera
 from moireid.verifier.distortion import taken_in_px
-from moireid.verifier.smooth import smooth_camera
+from moireid.verifier.smooth import smooth_camera, without_strays
 
 SIZE = (1920, 1080)
 CENTRE = np.array([959.5, 539.5])
@@ -432,3 +432,16 @@ def test_the_error_bar_of_the_parallax_s_spread_is_neither_luck_nor_fear():
         told.append(fit.tangent_sd[0])
     in_sd = np.array(apart) / np.array(told)
     assert 0.3 < np.sqrt(np.mean(in_sd**2)) < 2.0 and np.abs(in_sd).max() < 4
+
+
+def test_a_misregistered_frame_drags_no_other_along():
+    """Catches: one frame whose page was found a module off, by which a true film was rejected."""
+    times = np.arange(60) / FPS
+    course = np.column_stack([200 * np.sin(3 * times), 30 * np.cos(times), np.full(60, -1000.0)])
+    errors = np.full(60, 0.04)
+    spoilt = course.copy()
+    spoilt[30], errors[30] = (-350.0, 0.0, -1000.0), 1.9
+    mended, good = without_strays(spoilt, errors, times)
+    assert list(np.flatnonzero(~good)) == [30]
+    assert mended == pytest.approx(course, abs=1.5)
+    assert np.array_equal(without_strays(course, np.full(60, 0.3), times)[0], course)

@@ -9,6 +9,7 @@ import av
 import numpy as np
 import pytest
 
+from moireid.errors import MediaError
 from moireid.verifier.video import Film, luma_of
 
 
@@ -60,3 +61,13 @@ def test_pictures_without_a_luma_plane_are_turned_grey(tmp_path):
     picture[..., 1] = 200
     grey = luma_of(av.VideoFrame.from_ndarray(picture, format="rgb24"))
     assert 100 < grey.mean() < 180
+
+
+def test_a_codec_that_nobody_knows_is_refused_in_a_sentence(tmp_path):
+    """Catches: a stream without a decoder asked for its size."""
+    path = written(tmp_path / "a.mp4", [np.zeros((64, 64), np.uint8)] * 2, "libx264", "yuv420p")
+    data = path.read_bytes()
+    assert data.count(b"avc1") >= 1
+    path.write_bytes(data.replace(b"avc1", b"zzzz"))
+    with pytest.raises(MediaError):
+        list(Film(path).frames())

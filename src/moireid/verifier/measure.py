@@ -18,7 +18,7 @@ from moireid.verifier.camera import CameraFit, fit_camera
 from moireid.verifier.fringe import StripPhase, measure_strip
 from moireid.verifier.markers import marker_corners_mm
 from moireid.verifier.predict import strip_law, within_law
-from moireid.verifier.smooth import smooth_camera, stretches
+from moireid.verifier.smooth import smooth_camera, stretches, without_strays
 from moireid.verifier.track import Track
 
 Array = NDArray[np.float64]
@@ -83,11 +83,12 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
     camera = fit_camera(mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px)
-    camera_mm = smooth_camera(camera.camera_mm, track.times_s, camera.tangent_error)
+    raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
+    camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error)
     posed = time.perf_counter()
     strips: list[StripPhase | None] = []
     predictions: list[Array | None] = []
-    raw_noise = _pose_noise(camera.camera_mm, camera_mm)
+    raw_noise = _pose_noise(raw_mm, camera_mm)
     for index, strip in enumerate(track.strips):
         if not strip.uniform:
             strips.append(None)
@@ -99,7 +100,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         strips.append(found)
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
     gratings = []
-    known = within_law(track.strips, camera_mm)
+    known = within_law(track.strips, camera_mm) & good
     for g, grating in enumerate(badge.gratings):
         own = [
             (phase, prediction)

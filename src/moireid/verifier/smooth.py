@@ -15,6 +15,9 @@ GAP_S = 0.15
 #: Smoothing may take away this many times the error that the poses are known to have: coded pictures err by up to twice
 #: of it on films at 3 m whose poses are known, and a hand moves by less than 1 cm above 3 Hz.
 EXPLAINED = 2.5
+#: A frame's reprojection error over the film's median, and in px, from which on it was misregistered.  Two residuals a
+#: frame exceed ten medians by chance with 1e-30.
+STRAY_MEDIANS, STRAY_PX = 10.0, 0.5
 #: Cut-offs of smoothing.  A hand's path is slower than 2 Hz, of which the lowest leaves 83 %, and of 1 Hz 99 %.
 CUT_OFFS_HZ = (3.0, 4.0, 6.0, 9.0, 14.0)
 
@@ -27,6 +30,22 @@ def stretches(times_s: Array, gap_s: float) -> list[NDArray[np.int64]]:
 def _rising(times_s: Array) -> Array:
     """Times that rise strictly, as splines need; a file may repeat one."""
     return np.asarray(np.maximum.accumulate(times_s) + 1e-7 * np.arange(len(times_s)))
+
+
+def without_strays(camera_mm: Array, reprojection_px: Array, times_s: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Camera centres (T, 3), those of misregistered frames put where their neighbours are, and which frames are good.
+
+    A page that was registered a module off, in a shaken frame say, leaves many times more unexplained than any other;
+    smoothing would drag its neighbours along.
+    Convention: good are residuals of at most `STRAY_MEDIANS` medians, or `STRAY_PX`.
+    """
+    good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS * float(np.median(reprojection_px)))
+    if good.all() or not good.any():
+        return camera_mm, good
+    clock = _rising(times_s)
+    tangents = camera_mm[:, :2] / camera_mm[:, 2:]
+    columns = [np.interp(clock, clock[good], column[good]) for column in (*tangents.T, camera_mm[:, 2])]
+    return np.column_stack([columns[0] * columns[2], columns[1] * columns[2], columns[2]]), good
 
 
 def smooth_camera(camera_mm: Array, times_s: Array, tangent_error: tuple[float, float]) -> Array:

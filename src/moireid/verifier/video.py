@@ -67,6 +67,8 @@ class Film:
                 if not container.streams.video:
                     raise MediaError(f"{path} holds no video stream; {ADVICE}")
                 stream = container.streams.video[0]
+                if stream.codec_context is None:
+                    raise MediaError(f"{path} is coded in a way that no decoder here knows; {ADVICE}")
                 self.width, self.height = stream.codec_context.width, stream.codec_context.height
                 self.fps = float(stream.average_rate or stream.guessed_rate or 30)
                 self.frames_expected = int(stream.frames) or None
