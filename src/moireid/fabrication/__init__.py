@@ -4,7 +4,7 @@ artwork.py   the page's shapes in mm: dark lines, markers, crop marks, scale bar
 page.py      badge.pdf: the page at true scale
 chart.py     the pitch test sheet: its page with numbers, and its description
 preview.py   preview.png: the board as a camera 1 m away sees it
-assembly.py  assembly.pdf: parts and steps
+assembly.py  assembly.pdf: parts, steps, exploded views; exploded.py has their parts, axonometry.py draws them
 process.py   what printer, laser and card ask for: fits, kerf, plates on sale
 sight.py     what a camera must see of the badge, and what stands in its way
 tray.py      the printed tray that holds page and lens sheet

@@ -1,4 +1,4 @@
-"""assembly.pdf: what to gather, what to do, and a drawing of the stack."""
+"""assembly.pdf: what to gather, what to do, a section through the stack, and exploded views on pages of their own."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from pathlib import Path
 
 from moireid.badge import Badge, Lens, Point, Rect
 from moireid.fabrication.acrylic import AcrylicPlan
+from moireid.fabrication.axonometry import Part, draw_exploded
+from moireid.fabrication.exploded import acrylic_parts, plain_parts, printed_parts
 from moireid.fabrication.page import BOLD, Sheet
+from moireid.fabrication.process import MountFigures
 from moireid.fabrication.sight import in_frame, sheet_rects
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
@@ -23,12 +26,15 @@ _CARRIED = {
 }
 
 
-def write_assembly_pdf(badge: Badge, path: Path, *, mount: str, acrylic: AcrylicPlan | None = None) -> None:
+def write_assembly_pdf(
+    badge: Badge, path: Path, *, mount: str, acrylic: AcrylicPlan | None = None, figures: MountFigures | None = None
+) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
     Parameters: mount: the contract's word for the printed mount, none where none is made; acrylic: the stack that may
-        be built instead of it, or is the only mount.
+        be built instead of it, or is the only mount; figures: what the mounts were planned with, None for the defaults.
     """
+    views = _views(badge, mount, acrylic, figures or MountFigures())
     paper = str((badge.print or {}).get("paper", "a4"))
     with whole_file(path) as temporary:
         sheet = Sheet(temporary, PAPERS_MM.get(paper, PAPERS_MM["a4"]), f"Assembly of moiré badge {badge.id}")
@@ -45,7 +51,33 @@ def write_assembly_pdf(badge: Badge, path: Path, *, mount: str, acrylic: Acrylic
                 sheet.text(LEFT_MM + 4, y, line, points=9, align="left")
             y += 12
         _draw_stack(sheet, badge, y)
+        for heading, view in views:
+            sheet.canvas.showPage()
+            _draw_view(sheet, heading, view)
         sheet.save()
+
+
+def _views(
+    badge: Badge, mount: str, acrylic: AcrylicPlan | None, figures: MountFigures
+) -> list[tuple[str, list[Part]]]:
+    """The exploded views, one for each way to build the badge: heading and parts."""
+    views = []
+    if mount != "none":
+        views.append(("Exploded view: the printed mount", printed_parts(badge, mount, figures.printed)))
+    if acrylic:
+        parts = acrylic_parts(badge, acrylic, figures.acrylic.film_mm, f"M3 × {_screw_length_mm(acrylic)}")
+        views.append(("Exploded view: the mount in acrylic", parts))
+    return views or [("Exploded view", plain_parts(badge, figures.printed))]
+
+
+def _draw_view(sheet: Sheet, heading: str, parts: list[Part]) -> None:
+    width, height = sheet.page_mm
+    sheet.text(LEFT_MM, TOP_MM, heading, points=16, font=BOLD, align="left")
+    scale = draw_exploded(sheet, parts, (LEFT_MM, TOP_MM + 18, width - LEFT_MM, height - TOP_MM))
+    words = (
+        f"Parts to one scale, {scale:.2f} of life size, pulled apart from front (top) to back; bottom edge near you."
+    )
+    sheet.text(LEFT_MM, TOP_MM + 8, words, points=9, align="left")
 
 
 def _parts(badge: Badge, mount: str) -> list[str]:
@@ -97,13 +129,17 @@ def _steps(badge: Badge, mount: str, acrylic: bool) -> list[str]:
 def _acrylic(plan: AcrylicPlan) -> list[str]:
     film = {plate.name: " (film)" for plate in plan.plates if plate.thickness_mm <= 0.5}
     plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm{film.get(plate.name, '')}" for plate in plan.plates)
-    length = next((size for size in SCREWS_MM if size >= plan.screw_mm), math.ceil(plan.screw_mm))
     return [
         f"•  acrylic.dxf or acrylic.svg, laser-cut: {plates}",
-        f"•  {len(plan.screws)} button-head screws M3 × {length} (ISO 7380) with nuts",
+        f"•  {len(plan.screws)} button-head screws M3 × {_screw_length_mm(plan)} (ISO 7380) with nuts",
         f"Lay board and sheet into the frame on the base ({plan.clearance_mm:g} mm of air at each edge), put the cover",
         f"on, and tighten until it touches the sheet all along; {plan.squeeze_mm:.2f} mm to the frame remain.",
     ]
+
+
+def _screw_length_mm(plan: AcrylicPlan) -> int:
+    """The shortest screw on sale that reaches through the nut."""
+    return next((size for size in SCREWS_MM if size >= plan.screw_mm), math.ceil(plan.screw_mm))
 
 
 def _holds(rect: Rect, place: Point) -> bool:

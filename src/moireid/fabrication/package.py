@@ -85,7 +85,9 @@ def write_sheets(
     say("preview.png")
     write_preview(badge, folder / "preview.png")
     say("assembly.pdf")
-    write_assembly_pdf(badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic)
+    write_assembly_pdf(
+        badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures
+    )
     write_text(folder / "badge.json", badge_file(badge))
 
 
