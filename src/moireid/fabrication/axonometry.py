@@ -23,6 +23,8 @@ _COS, _SIN = math.cos(math.radians(TURN_DEG)), math.sin(math.radians(TURN_DEG))
 _UP, _FLAT = math.cos(math.radians(RISE_DEG)), math.sin(math.radians(RISE_DEG))
 Place = tuple[float, float, float]
 Loop = tuple[Point, ...]
+#: A wall's two ends seen in its prism's plane, (across, nearness); its corners on the page; its edges there.
+Wall = tuple[Point, Point, list[Point], list[tuple[Point, Point]]]
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,8 @@ def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], P
 
     No wall can hide that face, as the viewer is on its side of all of them.
     """
-    walls: list[tuple[float, list[Point], list[tuple[Point, Point]]]] = []
+    walls: list[Wall] = []
+    toward = (-_COS * _UP, _FLAT) if prism.along_x else (-_SIN * _UP, -_COS * _UP)
     for loop, inside in ((prism.outline, False), *((opening, True) for opening in prism.openings)):
         count = len(loop)
         quads = [
@@ -168,15 +171,40 @@ def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], P
                 edges.append((flat[0], flat[3]))
             if _corner(loop, (k + 1) % count) or not seen[(k + 1) % count]:
                 edges.append((flat[1], flat[2]))
-            nearness = sum(-(x * _SIN + y * _COS) * _UP + z * _FLAT for x, y, z in quad)
-            walls.append((nearness, flat, edges))
-    for _, flat, edges in sorted(walls, key=lambda wall: wall[0]):
+            # Across and along the way to the viewer, in the prism's own plane.
+            ends = [
+                (x * -toward[1] + y * toward[0], x * toward[0] + y * toward[1])
+                for x, y in (loop[k], loop[(k + 1) % count])
+            ]
+            walls.append((min(ends), max(ends), flat, edges))
+    for _, _, flat, edges in _back_first(walls):
         _path(sheet, flat, grey - 0.13, None)
         for edge in edges:
             _path(sheet, list(edge), None, INK, closed=False)
     level = prism.low if prism.along_x else prism.high
     loops = [[at(prism.place(point, level)) for point in loop] for loop in (prism.outline, *prism.openings)]
     _path(sheet, loops[0], grey, INK, holes=loops[1:])
+
+
+def _back_first(walls: list[Wall]) -> list[Wall]:
+    """Walls in such an order that each comes after those which it hides."""
+    left, ordered = sorted(walls, key=lambda wall: wall[0][1] + wall[1][1]), []
+    while left:
+        # Walls of one prism do not cross, so there is always one that hides none of the others.
+        k = next((k for k, wall in enumerate(left) if not any(_hides(wall, other) for other in left)), 0)
+        ordered.append(left.pop(k))
+    return ordered
+
+
+def _hides(one: Wall, other: Wall) -> bool:
+    """Whether a wall is nearer than another where both are seen."""
+    low, high = max(one[0][0], other[0][0]), min(one[1][0], other[1][0])
+    if one is other or high - low < 1e-9:
+        return False
+    middle, near = (low + high) / 2, []
+    for (a0, n0), (a1, n1), *_ in (one, other):
+        near.append(n0 + (n1 - n0) * (middle - a0) / (a1 - a0))
+    return near[0] > near[1]
 
 
 def _path(
