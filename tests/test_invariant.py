@@ -328,13 +328,13 @@ def test_what_goes_with_the_camera_s_place_is_no_wander():
     """Catches: a bent sheet or light from one side rejected as a forgery; and a wander of that size let through."""
     predicted = 0.8 * course()
     signal_, aside = placed(predicted, predicted)
-    bent = judged(replace(signal_, measured_rad=predicted + 0.11 * aside))
-    assert bent.verdict == "accept" and bent.phase_residual_rad == pytest.approx(0.11, rel=0.02)
+    bent = judged(replace(signal_, measured_rad=predicted + 0.08 * aside))
+    assert bent.verdict == "accept" and bent.phase_residual_rad == pytest.approx(0.08, rel=0.02)
     wander = judged(replace(signal_, measured_rad=predicted + 0.11 * jitter(predicted)))
     assert failed(wander) == ["residual"] and wander.verdict == "reject"
 
 
-def test_no_more_of_the_motion_may_go_with_the_camera_s_place_than_the_gain_may_be_off():
+def test_little_of_the_motion_may_go_with_the_camera_s_place():
     """Catches: fringes that follow another axis excused as a bent sheet."""
     predicted = 0.8 * course()
     signal_, aside = placed(predicted, predicted)

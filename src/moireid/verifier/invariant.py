@@ -35,8 +35,8 @@ GAIN_SDS = 3.0
 #: taken for true ones with a chance of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
 VAGUE_GAIN = 0.215
 #: What strays from the law in step with the camera's place is no wander of the fringes: a bent sheet, light from one
-#: side, a pose that errs with the tilt.  So much of the motion may stray so, as the gain may.
-PLACE_SHARE = 0.15
+#: side, a pose that errs with the tilt; 3 % of the motion each.
+PLACE_SHARE = 0.05
 #: What is left then is explained by: this floor (light and codec, as above), this share of the motion (a law traced for
 #: the sheet as sold), and three times the error of pose and phase.
 RESIDUAL_FLOOR_RAD = 0.05
