@@ -90,7 +90,7 @@ def test_odd_sizes_and_unknown_names_are_refused(prototype, tmp_path):
     with pytest.raises(SpecError, match="even size"):
         shoot(prototype, tmp_path / "a.mp4", camera=Camera(width=321, height=200, focal_px=200.0))
     for options, word in (
-        ({"codec": "vp9"}, "h264, h265, av1"), ({"recipe": "fax"}, "chat, call"), ({"crf": 99}, "quality"),
+        ({"codec": "vp9"}, "h264, h265, av1"), ({"recipe": "fax"}, "chat, call"), ({"crf": 60}, "quality"),
         ({"recipe": "chat", "crf": 20}, "leave out"),
     ):  # fmt: skip
         with pytest.raises(SpecError, match=word):

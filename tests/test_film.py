@@ -308,3 +308,25 @@ def test_no_film_is_refused(prototype, tmp_path):
     with pytest.raises(SpecError, match="forgery"):
         shoot(prototype, tmp_path / "a.mp4", forge="magic")
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_camera_behind_the_badge_is_refused(prototype, tmp_path):
+    """Catches: a truth that tells a camera behind the badge as one before it, and nan as it passes through."""
+
+    def through(times_s: np.ndarray) -> Poses:
+        camera = np.column_stack([0 * times_s, 0 * times_s, 2000.0 * times_s - 200.0])
+        return Poses(camera, np.tile(np.eye(3), (len(times_s), 1, 1)))
+
+    with pytest.raises(SpecError, match="behind"):
+        shoot(prototype, tmp_path / "a.mp4", motion=through)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "motion", "frames"), [("reversed", "static", 4), ("splice", "static", 4), ("wobble", "linear", 2)]
+)
+def test_a_forgery_that_shows_the_truth_is_refused(prototype, tmp_path, kind, motion, frames):
+    """Catches: a film labelled forged whose fringes are the true ones, as the motion leaves nothing to forge."""
+    with pytest.raises(SpecError, match="shows the true fringes"):
+        shoot(prototype, tmp_path / "a.mp4", forge=kind, motion=motion, frames=frames)
+    assert list(tmp_path.iterdir()) == []

@@ -72,7 +72,7 @@ def recipe_for(name: str | None, codec: str, crf: int | None) -> Recipe:
     """A recipe by name with its codec, or a single pass of a codec and a quality.  Raises: SpecError."""
     if codec not in ENCODERS:
         raise SpecError(f"codec {codec!r} is not known; choose one of {', '.join(CODECS)}")
-    if crf is not None and not 0 <= crf <= 63:
+    if crf is not None and not 0 <= crf <= (63 if codec == "av1" else 51):
         raise SpecError(f"crf {crf} is no quality; give 0 (best) to 51 for H.264 and H.265, to 63 for AV1", crf=crf)
     if name is None:
         return Recipe((Pass(codec, crf),))

@@ -76,7 +76,11 @@ def film(
     way = recipe_for(recipe, codec, crf)
     _check_backend(scene, backend, forge)
     planned([video, truth_path(video)], overwrite=overwrite)
-    shown = shown_in(forge, scene, motion, motion(np.arange(frames) / fps).camera_mm, fps, seed)
+    places = motion(np.arange(frames) / fps).camera_mm
+    if places[:, 2].max() > -2 * scene.badge.lens.thickness_mm:
+        # Behind the badge the truth's phase and parallax would be those of a camera before it, and on it nan.
+        raise SpecError("the camera touches the badge or comes behind it; give a greater distance or another motion")
+    shown = shown_in(forge, scene, motion, places, fps, seed)
     kept = kept_frames(way, frames, seed)
     camera, label = scene.camera, f"forged:{forge}" if forge else "genuine"
     stages = _Stages()

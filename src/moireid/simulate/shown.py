@@ -16,6 +16,8 @@ from moireid.simulate.patches import Generative, OwnClocks
 from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
+#: A false place this near the true one, mm, at every frame shows the same fringes, within 0.001 rad from 0.5 m on.
+SAME_MM = 0.01
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,20 @@ def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, f
 
     Parameters: kind: one of `forge.KINDS`, None for a true film; camera_mm (T, 3): the true centres of every frame.
     Convention: the board frame of `motion`.
-    Raises: SpecError for a kind that is none.
+    Raises: SpecError for a kind that is none, and for a false course that is the true one.
     Source: `forge`, `patches` and `flat`.
     """
     if kind is None:
         return Shown(camera_mm, camera_mm)
     if kind in COURSES:
-        return Shown(false_camera(kind, camera_mm, fps, seed), camera_mm)
+        false_mm = false_camera(kind, camera_mm, fps, seed)
+        # A course has the true one's spread; where that is none, a film labelled forged would show the truth.
+        if np.abs(false_mm - camera_mm).max() < SAME_MM:
+            raise SpecError(
+                f"a {kind} forgery of this motion shows the true fringes, as the camera does not move enough; "
+                "choose another motion, a longer film, or another forgery"
+            )
+        return Shown(false_mm, camera_mm)
     if kind == "patchy":
         clocks = OwnClocks(motion, seed)
         return Shown(camera_mm, camera_mm, field=lambda frame: clocks.at(frame / fps))
