@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge, Lens
+from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import SpecError
+from moireid.simulate.camera import Camera
 from moireid.simulate.mitsuba_renderer import MitsubaRenderer
 from moireid.simulate.mitsuba_sheet import front_strips, sheet_solid
 from moireid.simulate.mitsuba_view import film_box
@@ -87,3 +89,11 @@ def test_one_renderer_shows_each_frame_as_a_new_one_would(prototype: Badge) -> N
 def test_a_hidden_part_is_refused(prototype: Badge) -> None:
     with pytest.raises(SpecError, match="analytic"):
         MitsubaRenderer(Scene(prototype, hidden_mm=(10.0, 10.0, 20.0, 20.0)), variant="scalar_rgb")
+
+
+def test_a_badge_of_two_axes_is_rendered() -> None:
+    """Catches: one lamp for two gratings, which Mitsuba refuses."""
+    badge = design_badge(Request("Two axes", axes="xy"), payload_for_name("Two axes"))
+    scene = Scene(badge, camera=Camera(width=160, height=120, focal_px=150.0))
+    rendered = MitsubaRenderer(scene, samples=4, segments=2).render(seen_from(0.0, 0.0, -400.0))
+    assert rendered is not None and np.ptp(rendered.radiance[rendered.coverage == 1]) > 0.5

@@ -78,10 +78,11 @@ class MitsubaRenderer:
         self._film: tuple[int, int] | None = None
         with mitsuba_with(variant) as mi:
             described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0 if scene.light is None else 0.0)}
-            surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
-            # A face between glass and glass; it is index-matched to what it lies on, and bends nothing.
-            surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
             for number, grating in enumerate(scene.badge.gratings):
+                # A lamp of Mitsuba's shines from one surface alone, so each grating has its own.
+                surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
+                # A face between glass and glass; it is index-matched to what it lies on, and bends nothing.
+                surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
                 for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
             if scene.acrylic is not None:
