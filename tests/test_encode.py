@@ -67,6 +67,19 @@ def test_every_codec_shows_the_same_film(prototype, tmp_path, codec, name):
     assert abs(float(truth_of(tmp_path / "a.mp4")[-1]["time_s"]) - times[-1]) < 1e-4
 
 
+@pytest.mark.skipif(not os.path.isdir("/proc/self/task"), reason="the system does not name a program's threads")
+def test_filming_in_av1_leaves_the_scheduling_as_it_was(prototype, tmp_path):
+    """Catches: SVT-AV1, run by the superuser, that makes this thread a real-time one, and with it all later children,
+    whose spinning threads then starve each other (seen as a suite that never ended).
+    """
+    with FilmWriter(tmp_path / "a.mp4", "a.mp4", (320, 180), FPS, Recipe((Pass("av1"), Pass("av1")))) as writer:
+        writer.write(np.zeros((180, 320), np.uint8), 0)
+        for name in os.listdir("/proc/self/task"):
+            with contextlib.suppress(ProcessLookupError):
+                assert os.sched_getscheduler(int(name)) == os.SCHED_OTHER, name
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER
+
+
 def test_a_missing_encoder_is_told_in_a_sentence(prototype, tmp_path, monkeypatch):
     """Catches: PyAV's own error; a broken file left; H.264 in place of what was asked for."""
     monkeypatch.setitem(encode.ENCODERS, "av1", (("libnone", 35, {}), ("libneither", 35, {})))

@@ -230,28 +230,28 @@ def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge,
         entries = read_manifest(
             written(tmp_path, *(rows or ("a.mp4,genuine,,", "b.mp4,forged,,"))), badge=badge
         ).entries
-        return collect(entries, ("ours", "published"), kept=kept)
+        return collect(entries, ("moireid", "published"), kept=kept)
 
     first = counting(monkeypatch, breaks_at=1)
     with pytest.raises(KeyboardInterrupt):
         run()
     rest = counting(monkeypatch)
     scored = run()
-    assert first == ["a.mp4 ours"] and rest == ["a.mp4 published", "b.mp4 ours", "b.mp4 published"]
+    assert first == ["a.mp4 moireid"] and rest == ["a.mp4 published", "b.mp4 moireid", "b.mp4 published"]
     assert [one.row["score"] for one in scored] == [0.5, 0.5, None, None]
     assert scored[2].row["verdict"] == "failed" and scored[2].row["error"] == "gone"
     again = counting(monkeypatch)
     # Labelled anew; what crashed is tried again.
     assert run("a.mp4,forged:late,,far", "b.mp4,forged,,")[0].row == scored[0].row
-    assert again == ["b.mp4 ours", "b.mp4 published"]
+    assert again == ["b.mp4 moireid", "b.mp4 published"]
     other = counting(monkeypatch)
     run("a.mp4,genuine,,", badge=ada)
-    assert other == ["a.mp4 ours", "a.mp4 published"]
+    assert other == ["a.mp4 moireid", "a.mp4 published"]
     (tmp_path / "c.mp4").write_bytes(b"another film")
     (tmp_path / "d.mp4").write_bytes(b"a.mp4")
     changed = counting(monkeypatch)
     run("c.mp4,genuine,,", "d.mp4,genuine,,")
-    assert changed == ["c.mp4 ours", "c.mp4 published"]
+    assert changed == ["c.mp4 moireid", "c.mp4 published"]
     with pytest.raises(SpecError, match="lines 2 and 3 list one film"):
         run("a.mp4,genuine,,", "d.mp4,forged,,")
 
@@ -290,7 +290,7 @@ def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
             line=line, name=f"{line}.mp4", label=label, claim="", group=group, genuine=label == "genuine"
         )
         row = row_of(score, "accept" if score and score > 0.6 else "reject")
-        made += [Scored(entry, "ours", "00", row), Scored(entry, "published", "00", row)]
+        made += [Scored(entry, "moireid", "00", row), Scored(entry, "published", "00", row)]
     return made
 
 
@@ -301,7 +301,7 @@ def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: 
         ("near", "forged:late", -9.0), ("sora", "forged", math.nan),
     )  # fmt: skip
     document = json.loads(json.dumps(summarise(collection(*films), seed=0), allow_nan=False))
-    ours = document["pipelines"]["ours"]
+    ours = document["pipelines"]["moireid"]
     assert (document["films"], document["genuine"], ours["without_score"], ours["failed"]) == (6, 3, 2, 0)
     assert ours["scored_films"]["auc"] == 1.0 and ours["scored_films"]["genuine"] == 2
     # Of nine pairs the genuine film without a score wins half of one.
@@ -323,7 +323,7 @@ def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: 
 def test_films_of_one_kind_alone_have_no_roc_but_the_rest(tmp_path: Path):
     """Catches: a division by the number of forged films, an AUC of 0 for none."""
     document = summarise(collection(("a", "genuine", 0.9), ("b", "genuine", 0.7)), seed=0)
-    ours = document["pipelines"]["ours"]
+    ours = document["pipelines"]["moireid"]
     assert "auc" not in ours["scored_films"] and "no forged film" in ours["all_films"]["missing"]
     assert ours["by_group"][0]["auc"] is None and ours["groups"][0]["mean"] == 0.9
     assert "no forged film has a score, so there is no ROC" in table(document)
@@ -349,19 +349,19 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
     manifest, out = tmp_path / "m.csv", tmp_path / "out"
     manifest.write_text("\n".join([",".join(COLUMNS), *rows]), encoding="utf-8")
     command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(out)]
-    ran = CliRunner().invoke(moireid, [*command, "--workers", "2", "--json"])
+    ran = CliRunner().invoke(moireid, [*command, "--workers", "2", "--timeout", "300", "--json"])
     assert ran.exit_code == 0, ran.output
     document = json.loads(ran.stdout)
     assert document == json.loads((out / "evaluate.json").read_text(encoding="utf-8"))
     by = {(row["video"], row["pipeline"]): row for row in document["rows"]}
-    assert by["true.mp4", "ours"]["verdict"] == "accept" and by["reversed.mp4", "ours"]["verdict"] == "reject"
-    assert by["true.mp4", "ours"]["score"] > 0.99 > by["reversed.mp4", "ours"]["score"]
+    assert by["true.mp4", "moireid"]["verdict"] == "accept" and by["reversed.mp4", "moireid"]["verdict"] == "reject"
+    assert by["true.mp4", "moireid"]["score"] > 0.99 > by["reversed.mp4", "moireid"]["score"]
     # The baseline is blind to the sign.
     assert by["reversed.mp4", "published"]["verdict"] == "accept" and by["true.mp4", "published"]["gain_ratio"] is None
-    for pipeline in ("ours", "published"):
+    for pipeline in ("moireid", "published"):
         assert by["broken.mp4", pipeline]["verdict"] == "failed" and "broken.mp4" in by["broken.mp4", pipeline]["error"]
         assert set(FIGURES) <= set(by["true.mp4", pipeline]) and by["true.mp4", pipeline]["frames"] == 70
-    assert document["pipelines"]["ours"]["scored_films"]["auc"] == 1.0
+    assert document["pipelines"]["moireid"]["scored_films"]["auc"] == 1.0
     assert sorted(path.name for path in out.iterdir()) == [
         "det.svg", "evaluate.json", "films.jsonl", "roc.svg", "scores.svg",
     ]  # fmt: skip

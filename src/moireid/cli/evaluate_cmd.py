@@ -30,7 +30,7 @@ from moireid.cli.common import (
 )
 @registry_option
 @click.option("--badge", "badge_json", type=click.Path(path_type=Path), help="The badge of films without a claim.")
-@click.option("--pipeline", type=click.Choice(["ours", "published", "both"]), default="both", show_default=True)
+@click.option("--pipeline", type=click.Choice(["moireid", "published", "both"]), default="both", show_default=True)
 @click.option("--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Films scored at a time.")
 @click.option(
     "--timeout", "timeout_s", type=FiniteRange(1, 1e6), default=3600.0, show_default=True, help="Seconds for one film."

@@ -13,7 +13,7 @@ from moireid.files import whole_file
 Document = dict[str, Any]
 INK, PALE = "#1d2733", "#8a97a6"
 GENUINE, FORGED = "#1f6fb2", "#c2571a"
-LINES = {"ours": ("#1f6fb2", "-"), "published": ("#8a97a6", "--")}
+LINES = {"moireid": ("#1f6fb2", "-"), "published": ("#8a97a6", "--")}
 #: Scores below this are drawn at the edge: the ranks below it matter to nobody, and would press all else together.
 LEAST_SHOWN = -0.55
 RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)

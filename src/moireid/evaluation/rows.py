@@ -22,8 +22,8 @@ from moireid.verifier.published import verify_published
 from moireid.verifier.reasons import json_number
 from moireid.verifier.verify import Report, verify
 
-Pipeline = Literal["ours", "published"]
-PIPELINES: tuple[Pipeline, ...] = ("ours", "published")
+Pipeline = Literal["moireid", "published"]
+PIPELINES: tuple[Pipeline, ...] = ("moireid", "published")
 FIGURES = (
     "score", "window_correlation_mean", "correlation", "gain_ratio", "gain_sd", "phase_residual_rad", "excitation_rad",
 )  # fmt: skip

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError, SpecError
+from moireid.simulate.priority import scheduling_kept
 
 #: Encoders of each codec in order of preference, each with its own scale of quality: constant rate factor, options.
 ENCODERS: dict[str, tuple[tuple[str, int, dict[str, str]], ...]] = {
@@ -106,9 +107,11 @@ class FilmWriter:
         if size[0] % 2 or size[1] % 2:
             raise SpecError(f"pictures of {size[0]} x {size[1]} cannot be encoded; give a camera of even size")
         rate = Fraction(fps).limit_denominator(1001)
+        self._step, self._name = 1 / rate, name
         self._links: list[_Link] = []
         for one in recipe.passes[:-1]:
-            self._links.append(_Link(one, size, rate))
+            with self._telling():
+                self._links.append(_Link(one, size, rate))
             size = self._links[-1].size
         last = recipe.passes[-1]
         self.size = scaled(size, last.height)
@@ -120,8 +123,8 @@ class FilmWriter:
             raise MediaError(
                 f"film {name} cannot be written as {last.codec} ({error}); name it .mp4 or .mkv"
             ) from error
-        _set_up(self._stream.codec_context, self.size, rate, last)
-        self._step, self._name = 1 / rate, name
+        with self._telling():
+            _set_up(self._stream.codec_context, self.size, rate, last)
 
     def __enter__(self) -> FilmWriter:
         """Return itself."""
@@ -238,12 +241,14 @@ def _encoder(one: Pass) -> tuple[str, dict[str, str]]:
 
 
 def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> None:
-    """Size, rate and bit rate of an encoder."""
+    """Tell an encoder size, rate and bit rate, and start it."""
     context.width, context.height = size
     context.pix_fmt = "yuv420p"
     context.framerate, context.time_base = rate, 1 / rate
     if one.kbps is not None:
         context.bit_rate = 1000 * one.kbps
+    with scheduling_kept():
+        context.open()
 
 
 def _frame(luma: NDArray[np.uint8], size: tuple[int, int], number: int, time_base: Fraction) -> Any:

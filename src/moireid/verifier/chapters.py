@@ -71,11 +71,6 @@ class Chapter:
     track: Track | None
     measurement: Measurement | None
 
-    @property
-    def verdicts(self) -> tuple[str, str]:
-        """Of the invariant and of the identity."""
-        return self.invariant.verdict, self.identity.verdict
-
     def light(self) -> Chapter:
         """The same without what only a picture of it needs."""
         return replace(self, track=None, measurement=None)

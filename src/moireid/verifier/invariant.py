@@ -84,7 +84,6 @@ def judge_invariant(measurement: Measurement) -> Invariant:
 def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     """Hold measured against predicted phase, one signal a grating.
 
-
     Convention: gain is measured over predicted phase, +1 for a genuine badge; the score is the share of the predicted
     motion that the fringes follow, 1 for genuine, about 0 for unrelated, negative for contrary motion.
     Source: linear regression of measured on predicted phase (regressing on the *predicted* phase makes the gain a
