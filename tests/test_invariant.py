@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 
 from moireid.verifier.camera import CameraFit
+from moireid.verifier.figures import pearson, window_correlation_mean
 from moireid.verifier.invariant import (
     GAIN_TOLERANCE,
     MIN_CORRELATION,
     MIN_EXCITATION_RAD,
     Invariant,
     judge_invariant,
-    pearson,
-    window_correlation_mean,
 )
 from moireid.verifier.measure import GratingSignal, Measurement
 
@@ -51,12 +50,13 @@ def jitter(predicted: np.ndarray) -> np.ndarray:
 
 
 def signal(
-    predicted: np.ndarray, measured: np.ndarray, *, phase_sd=PHASE_SD, pose_sd=POSE_SD, wander=0.05
+    predicted: np.ndarray, measured: np.ndarray, *, phase_sd=PHASE_SD, pose_sd=POSE_SD, wander=0.01, places=0.02
 ) -> GratingSignal:
     sd = np.full(len(predicted), phase_sd) if np.isscalar(phase_sd) else phase_sd
     return GratingSignal(
-        measured - measured.mean(), predicted - predicted.mean(), sd, pose_sd, np.array([0.5 * wander, wander])
-    )
+        measured - measured.mean(), predicted - predicted.mean(), sd, pose_sd, np.array([0.5 * wander, wander]),
+        np.arange(len(predicted)) / 30.0, np.array([places, places]),
+    )  # fmt: skip
 
 
 def judged(*signals: GratingSignal, tangent_sd: float = 0.0) -> Invariant:

@@ -20,6 +20,7 @@ from moireid.verifier.markers import marker_corners_mm
 from moireid.verifier.predict import strip_law, within_law
 from moireid.verifier.smooth import smooth_camera, stretches, without_strays
 from moireid.verifier.track import Track
+from moireid.verifier.within import places_apart_rad
 
 Array = NDArray[np.float64]
 #: Print scale (0.5 %) and lens pitch (0.3 %) shift every beat by up to this share of 1 / p_f.
@@ -37,10 +38,11 @@ SMOOTHED_SHARE = 0.5
 class GratingSignal:
     """One grating over the frames used, all (T,) but where said.
 
-    measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0; phase_sd_rad: error bar of
+    times_s: of the frames; measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0; phase_sd_rad: error bar of
     measured, infinite in frames that tell nothing; pose_sd_rad: what the pose's error makes of the prediction, after
     smoothing;
-    strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square; tangent_sd: what the
+    strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square; place_residual_rad (S,):
+    how far places along each strip wander from it (`within`); tangent_sd: what the
     errors of focal length and distortion make of the spread of the parallax along the grating's axis, as a share;
     elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm, where they are known.
     """
@@ -50,6 +52,8 @@ class GratingSignal:
     phase_sd_rad: Array
     pose_sd_rad: float
     strip_residual_rad: Array
+    times_s: Array
+    place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
     tangent_sd: float = 0.0
     elsewhere: Array | None = None
 
@@ -88,16 +92,20 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     posed = time.perf_counter()
     strips: list[StripPhase | None] = []
     predictions: list[Array | None] = []
+    apart: list[float] = []
     raw_noise = _pose_noise(raw_mm, camera_mm)
     for index, strip in enumerate(track.strips):
         if not strip.uniform:
             strips.append(None)
             predictions.append(None)
+            apart.append(0.0)
             continue
         law = strip_law(badge, strip, camera_mm)
         band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
-        found = measure_strip(track.profiles[index].astype(float), law, strip.length_mm, band)
+        profiles = track.profiles[index].astype(float)
+        found = measure_strip(profiles, law, strip.length_mm, band)
         strips.append(found)
+        apart.append(places_apart_rad(profiles, law, found, track.times_s))
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
     gratings = []
     known = within_law(track.strips, camera_mm) & good
@@ -112,7 +120,13 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
         sd = np.where(known, signal.phase_sd_rad, np.inf)
         elsewhere = _elsewhere(camera_mm, page_mm, axis)
-        gratings.append(replace(signal, phase_sd_rad=sd, tangent_sd=camera.tangent_sd[axis], elsewhere=elsewhere))
+        places = [a for strip, a in zip(track.strips, apart, strict=True) if strip.grating == g and strip.uniform]
+        gratings.append(
+            replace(
+                signal, phase_sd_rad=sd, place_residual_rad=np.array(places), tangent_sd=camera.tangent_sd[axis],
+                elsewhere=elsewhere,
+            )
+        )  # fmt: skip
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 
@@ -183,7 +197,7 @@ def _combine(
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
     slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
-    return GratingSignal(signal - signal.mean(), common, phase_sd, float(slope * noise), wander)
+    return GratingSignal(signal - signal.mean(), common, phase_sd, float(slope * noise), wander, times_s)
 
 
 def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
