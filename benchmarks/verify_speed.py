@@ -15,6 +15,7 @@ from __future__ import annotations
 import argparse
 import os
 import platform
+import re
 import resource
 import statistics
 import subprocess
@@ -87,9 +88,11 @@ def child(film: Path, badge_json: Path, folder: Path) -> None:
 
     badge = load_badge(badge_json)
     write_report(verify(film, badge, claimed_id=badge.id), folder)
-    # Linux tells kilobytes, macOS bytes.
-    unit = 1e6 if sys.platform == "darwin" else 1e3
-    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit)
+    if sys.platform == "linux":
+        # `resource` would tell the parent's memory too, whose count a child begins with.
+        print(int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1e3)
+    else:
+        print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3))
 
 
 def row(film: Path, badge: Badge, badge_json: Path, repeats: int) -> str:

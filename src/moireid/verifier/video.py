@@ -27,8 +27,11 @@ FORMATS = frozenset(
     {"mov", "mp4", "m4a", "3gp", "3g2", "mj2", "matroska", "webm", "avi", "mpegts", "mpeg", "mpegvideo", "ogg", "flv"}
     | {"asf", "gif", "mxf", "nut", "h264", "hevc", "ivf", "obu", "yuv4mpegpipe", "mjpeg", "apng", "dv", "wtv", "rm"}
 )
-#: No film may make the reader open an address.
-LOCAL = {"protocol_whitelist": "file"}
+#: A 4K picture.  A header of some bytes can ask for 16000 x 16000, and decoders hold many pictures at once.
+MOST_PIXELS = 4096 * 2304
+LIMITS = {"max_pixels": str(MOST_PIXELS)}
+#: No film may make the reader open an address; and no probing of it may take more memory than the film itself.
+OPENING = {"protocol_whitelist": "file", **LIMITS}
 ADVICE = "give a film that a video player can play, such as an .mp4"
 #: Formats whose first plane is the luma, and its bits; other pictures are turned into grey ones.
 PLANAR_DEPTH = {
@@ -64,7 +67,7 @@ class Film:
         if path.stat().st_size == 0:
             raise MediaError(f"video {path} is empty; {ADVICE}")
         try:
-            with av.open(str(path.absolute()), options=LOCAL) as container:
+            with av.open(str(path.absolute()), options=OPENING) as container:
                 kinds = set(container.format.name.split(","))
                 if not kinds & FORMATS:
                     raise MediaError(f"{path} is read as {container.format.name}, which is no film; {ADVICE}")
@@ -78,8 +81,13 @@ class Film:
                 self.frames_expected = int(stream.frames) or None
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{path} cannot be read as a video ({_reason(error)}); {ADVICE}") from error
+        if self.width * self.height > MOST_PIXELS:
+            raise MediaError(
+                f"{path} has pictures of {self.width} x {self.height}, at most {MOST_PIXELS} pixels are read (4K); "
+                "export it at 4K or less"
+            )
         if not self.width or not self.height:
-            raise MediaError(f"{path} says nothing of its picture size; {ADVICE}")
+            raise MediaError(f"{path} says nothing of its picture size, or that it is beyond 4K; {ADVICE}")
         self.path = path
 
     def frames(self) -> Generator[Frame, None, None]:
@@ -91,9 +99,10 @@ class Film:
 
         count = 0
         try:
-            with av.open(str(self.path.absolute()), options=LOCAL) as container:
+            with av.open(str(self.path.absolute()), options=OPENING) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
+                stream.codec_context.options = LIMITS
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
                     luma = luma_of(picture)
