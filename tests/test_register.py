@@ -159,6 +159,21 @@ def test_sampling_is_bilinear_and_stays_inside():
         assert sample(ramp, np.eye(3), np.array([outside])) is None
 
 
+def test_sampling_resolves_a_thousandth_of_a_pixel_at_the_end_of_a_large_picture(rng):
+    """Catches: places rounded to 1/32 px, as OpenCV did before 5; single precision of places counted from afar; more
+    places than OpenCV takes in a row.  Against the bilinear form written out.
+    """
+    picture = rng.integers(0, 256, (300, 8000)).astype(np.uint8)
+    points = np.column_stack([rng.uniform(7600, 7998, 120_000), rng.uniform(0, 298, 120_000)])
+    x, y = points.T
+    column, row = x.astype(int), y.astype(int)
+    right, down = x - column, y - row
+    upper = picture[row, column] * (1 - right) + picture[row, column + 1] * right
+    lower = picture[row + 1, column] * (1 - right) + picture[row + 1, column + 1] * right
+    # A step of 255 counts from pixel to pixel makes 0.25 of a thousandth of a pixel.
+    assert np.abs(sample(picture, np.eye(3), points) - (upper * (1 - down) + lower * down)).max() < 0.05
+
+
 # Light.
 
 

@@ -10,6 +10,7 @@ predict.py    the phase that the optics say               report.py     the repo
 fringe.py     frequency and phase of a strip              cells.py      phases of the cells, shapes by waveform.py
 sample.py     a bounded sample of a long film             built.py      original or copy; capture.py enrols
 film_wide.py  focal length, shutter, distortion.py       minimise.py   least misfit; smooth.py the course
+plane_pose.py both poses of a plane, all frames at once  near_poses.py the same, near poses that are known
 chapters.py   a chapter judged, several joined          segments.py   the verdict by time
 stream.py     frame by frame, a running verdict
 published.py  the published pipeline, a baseline          corners.py    corners given by hand, followed

@@ -19,7 +19,8 @@ from scipy.interpolate import CubicSpline
 
 from moireid.verifier.distortion import taken_in_px
 from moireid.verifier.minimise import Unknown, minimise, minimise_together
-from moireid.verifier.plane_pose import STEPS, PlanePoses, moved_poses, start_poses
+from moireid.verifier.near_poses import NearPoses
+from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.smooth import GAP_S, stretches
 
 Array = NDArray[np.float64]
@@ -37,8 +38,8 @@ BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
 #: Steps of the joint search over those of the first, one search after another: a distortion belongs to the place where
 #: a point would have been without it, which the search before tells.
 NEARER = (1.0, 0.3, 0.1)
-#: Steps of pose refinement near poses that were refined already.
-SETTLED_STEPS = 3
+#: Within this of the logarithm of the focal length, poses are near those that were refined already.
+NEARBY_ZOOM = 0.15
 #: Frames that the film-wide unknowns are solved on; a long film has more than enough.
 SOLVE_FRAMES = 300
 
@@ -67,7 +68,7 @@ class FilmWide:
         self._guess = focal_px or FOCAL_PRIOR * self._long_side
         self._bends = taken_in_px(points_px, self._guess, self._centre)
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
-        self._start_focal, self._steps = float(self._guess), STEPS
+        self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
         self.covariance = np.zeros((2, 2))
 
@@ -149,15 +150,16 @@ class FilmWide:
         focal = self.focal if log_focal is None else math.exp(log_focal)
         points = self._flat(self._chosen, shutter_s=shutter_s, bend=bend)
         zoom = focal / self._start_focal
-        moved = moved_poses(self._start, self.plane, points, zoom, focal, self._centre, self._steps)
-        return moved.least_error_px
+        if abs(math.log(zoom)) > NEARBY_ZOOM:
+            return moved_poses(self._start, self.plane, points, zoom, focal, self._centre).least_error_px
+        return self._near.least_error_px(points, zoom, focal, self._centre)
 
     def _settle(self) -> None:
-        """Begin from what was found so far: near it, few steps of refinement do."""
+        """Begin from what was found so far."""
         zoom = self.focal / self._start_focal
         points = self._flat(self._chosen)
         self._start = moved_poses(self._start, self.plane, points, zoom, self.focal, self._centre)
-        self._start_focal, self._steps = self.focal, SETTLED_STEPS
+        self._start_focal, self._near = self.focal, NearPoses(self.plane, self._start)
 
     def _likeliest_rows(self) -> Array:
         """The way in which the shutter runs, told at its usual time."""

@@ -111,16 +111,14 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
 def _fit(profiles: Array, phase: Array, harmonics: int) -> tuple[Array, Array, float]:
     """Least squares of each frame; coefficients (T, 2 + 2 H), variance of the fundamental's (T,), sum of squares."""
     count = profiles.shape[1]
-    line = np.broadcast_to(np.linspace(-1, 1, count), phase.shape)
-    turn = np.exp(1j * phase)
-    columns = [np.ones_like(phase), line]
-    power = turn
-    for harmonic in range(harmonics):
-        if harmonic:
-            power = power * turn
-        columns += [power.real, power.imag]
-    basis = np.stack(columns, axis=2)
-    transposed = basis.transpose(0, 2, 1)
+    transposed = np.empty((len(phase), 2 + 2 * harmonics, count))
+    transposed[:, 0], transposed[:, 1] = 1.0, np.linspace(-1, 1, count)
+    cosine, sine = np.cos(phase), np.sin(phase)
+    transposed[:, 2], transposed[:, 3] = cosine, sine
+    for k in range(4, 2 + 2 * harmonics, 2):
+        before, across = transposed[:, k - 2], transposed[:, k - 1]
+        transposed[:, k], transposed[:, k + 1] = before * cosine - across * sine, across * cosine + before * sine
+    basis = transposed.transpose(0, 2, 1)
     gram = transposed @ basis
     # A ridge of one part in 1e9 keeps harmonics that alias onto one another from stopping the solve.
     gram += 1e-9 * count * np.eye(gram.shape[1])

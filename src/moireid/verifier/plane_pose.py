@@ -21,6 +21,8 @@ Array = NDArray[np.float64]
 STEPS = 6
 #: A share of the normal matrix's diagonal is added to it, so that a frame of poor geometry takes small steps.
 DAMPING = 1e-6
+#: No true step turns by more than a radian; one that would has left the basin of its pose.
+MOST_TURN_RAD = 0.5
 
 
 @dataclass(frozen=True)
@@ -103,23 +105,15 @@ def refine_poses(
     steps: int = STEPS,
 ) -> PlanePoses:  # fmt: skip
     """Gauss-Newton from the given poses, (T, 2, 3, 3) and (T, 2, 3)."""
-    seen = (points_px[:, None] - np.array(centre)) / focal
-    # Film-wide searches come here a hundred times, so each derivative is written out; axes are (T, 2 poses, u or v, N).
-    seen = np.moveaxis(seen, -1, -2)
-    jacobian = np.empty((*rotation.shape[:2], 2, len(plane), 6))
+    seen = np.moveaxis((points_px[:, None] - np.array(centre)) / focal, -1, -2)  # axes: T, 2 poses, u or v, N
+    jacobian = np.empty((*rotation.shape[:2], 6, 2, len(plane)))
     for _ in range(steps):
         turned = _turned(rotation, plane)
         flat, near = _projected(turned, translation)
-        residual = flat - seen
-        _fill_jacobian(jacobian, turned, flat, near)
-        flattened = jacobian.reshape(*rotation.shape[:2], -1, 6)
-        transposed = flattened.swapaxes(-1, -2)
-        normal = transposed @ flattened
-        normal += DAMPING * normal * np.eye(6)
-        right = transposed @ residual.reshape(*residual.shape[:2], -1, 1)
+        flattened, normal = _normal(jacobian, turned, flat, near)
+        right = flattened @ (flat - seen).reshape(*flat.shape[:2], -1, 1)
         step = -np.linalg.solve(normal, right)[..., 0]
-        # No true step turns by more than a radian; one that would has left the basin of its pose.
-        step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step[..., :3]).max(axis=-1, keepdims=True), 1e-12))
+        step *= np.minimum(1.0, MOST_TURN_RAD / np.maximum(np.abs(step[..., :3]).max(axis=-1, keepdims=True), 1e-12))
         turn = Rotation.from_rotvec(step[..., :3].reshape(-1, 3)).as_matrix().reshape(rotation.shape)
         rotation, translation = turn @ rotation, translation + step[..., 3:]
     flat, near = _projected(_turned(rotation, plane), translation)
@@ -128,9 +122,26 @@ def refine_poses(
     return PlanePoses(rotation, translation, np.where(behind | ~np.isfinite(error), np.inf, error))
 
 
+def normal_matrices(plane: Array, poses: PlanePoses) -> Array:
+    """Of the least squares of each pose by turn and shift, (T, 2, 6, 6), in normalised picture coordinates."""
+    turned = _turned(poses.rotation, plane)
+    flat, near = _projected(turned, poses.translation)
+    return _normal(np.empty((*flat.shape[:2], 6, 2, len(plane))), turned, flat, near)[1]
+
+
+def _normal(jacobian: Array, turned: Array, flat: Array, near: Array) -> tuple[Array, Array]:
+    """Derivatives (T, 2, 6, 2 N), written into `jacobian`, and the normal matrices (T, 2, 6, 6)."""
+    _fill_jacobian(jacobian, turned, flat, near)
+    flattened = jacobian.reshape(*jacobian.shape[:3], -1)
+    normal = flattened @ flattened.swapaxes(-1, -2)
+    normal += DAMPING * normal * np.eye(6)
+    return flattened, normal
+
+
 def _turned(rotation: Array, plane: Array) -> Array:
     """The plane's points turned into camera axes, before the shift, (T, 2, 3, N)."""
-    return np.asarray(rotation @ plane.T)
+    # One product of tall tables is ten times faster than one of small ones a pose.
+    return np.asarray((rotation.reshape(-1, 3) @ plane.T).reshape(*rotation.shape[:-1], len(plane)))
 
 
 def _projected(turned: Array, translation: Array) -> tuple[Array, Array]:
@@ -140,7 +151,7 @@ def _projected(turned: Array, translation: Array) -> tuple[Array, Array]:
 
 
 def _fill_jacobian(jacobian: Array, turned: Array, flat: Array, near: Array) -> None:
-    """Derivatives of u and v, (T, 2, 2, N, 6), by a small turn before the shift and by the shift.
+    """Derivatives by a small turn before the shift and by the shift, of u and v, (T, 2, 6, 2, N).
 
     Source: those of u = x/z by the camera point are p = (1, 0, -u) / z, and by a small turn of it the cross product of
     the turned point with p; likewise of v = y/z.
@@ -150,4 +161,4 @@ def _fill_jacobian(jacobian: Array, turned: Array, flat: Array, near: Array) -> 
     by_u = (-y * u, z + x * u, -y, near, 0.0, -u * near)
     by_v = (-z - y * v, x * v, x, 0.0, near, -v * near)
     for k in range(6):
-        jacobian[..., 0, :, k], jacobian[..., 1, :, k] = by_u[k], by_v[k]
+        jacobian[..., k, 0, :], jacobian[..., k, 1, :] = by_u[k], by_v[k]

@@ -61,7 +61,7 @@ def verify_published(
     film = Film(video)
     reader = PublishedReader(badge, corners, (film.width, film.height), focal_px)
     read = 0
-    for frame in film.frames():
+    for frame in film.frames_ahead():
         read += 1
         reader.push(frame.index, frame.luma)
         if progress:

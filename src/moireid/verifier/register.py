@@ -48,12 +48,15 @@ class Registration:
 class _Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
-    solvers: least-squares solvers (8, N) by which of the markers are seen, made as they are needed.
+    Convention: one marker's samples after another's, as many of each.
+    printed (4, N / 4): values of each marker about their mean; solvers: least-squares solvers (8, N) by which of the
+    markers are seen, made as they are needed.
     """
 
     points: Array
     marker: NDArray[np.int64]
     values: Array
+    printed: Array
     jacobian: Array
     px_per_mm: float
     solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
@@ -86,12 +89,11 @@ class PageRegistrar:
         """
         template = self._template_for(scale_px_per_mm(start, self._middle))
         warp = start @ self._to_page
-        values = None
         for _ in range(MAX_STEPS):
             values = sample(luma, warp, template.points)
             if values is None:
                 return None
-            residual, _, seen = self._residual(values, template)
+            residual, correlation, seen = self._residual(values, template)
             # Far from its place a page's markers match badly; then all of them are asked for the way.
             step = template.solve(seen if sum(seen) >= MIN_MARKERS else (True,) * 4, residual)
             increment = np.array(
@@ -104,10 +106,12 @@ class PageRegistrar:
             warp /= warp[2, 2]
             if np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
-        values = sample(luma, warp, template.points)
-        if values is None:
-            return None
-        _, correlation, seen = self._residual(values, template)
+        else:
+            # A last step that was not small may have led anywhere, so what is seen there is looked at once more.
+            values = sample(luma, warp, template.points)
+            if values is None:
+                return None
+            _, correlation, seen = self._residual(values, template)
         if sum(seen) < MIN_MARKERS:
             # Two markers of one side leave the page free to turn about them, and the pose is worth nothing.
             return None
@@ -121,23 +125,18 @@ class PageRegistrar:
 
         Gain and offset are fitted a marker.  One that is hidden has no say: what covers it has edges of its own.
         """
-        residual = np.zeros_like(values)
-        explained = total = 0.0
-        visible = []
-        for index in range(4):
-            here = template.marker == index
-            seen, printed = values[here], template.values[here]
-            seen, printed = seen - seen.mean(), printed - printed.mean()
-            power = float(printed @ printed)
-            gain = float(seen @ printed) / power
-            own, most = float(seen @ printed) * max(np.sign(gain), 0.0), float(np.sqrt(power * (seen @ seen)))
-            # A marker that is washed out must not be blown up to full contrast.
-            residual[here] = seen / gain - printed if gain > MIN_GAIN else 0.0
-            visible.append(bool(gain > MIN_GAIN and own >= MARKER_CORRELATION * most))
-            if visible[-1]:
-                explained += own
-                total += most
-        return residual, explained / total if total > 0 else 0.0, tuple(visible)
+        picture = values.reshape(4, -1)
+        picture = picture - picture.mean(axis=1, keepdims=True)
+        power = np.einsum("mn,mn->m", template.printed, template.printed)
+        along = np.einsum("mn,mn->m", picture, template.printed)
+        gain, most = along / power, np.sqrt(power * np.einsum("mn,mn->m", picture, picture))
+        # A marker that is washed out must not be blown up to full contrast.
+        clear = gain > MIN_GAIN
+        seen = clear & (along >= MARKER_CORRELATION * most)
+        share = 1 / np.where(clear, gain, np.inf)
+        residual = picture * share[:, None] - template.printed * clear[:, None]
+        explained, total = float(along[seen].sum()), float(most[seen].sum())
+        return residual.ravel(), explained / total if total > 0 else 0.0, tuple(seen.tolist())
 
     def _template_for(self, px_per_mm: float) -> _Template:
         kept = self._template
@@ -177,7 +176,8 @@ class PageRegistrar:
         marker = np.concatenate(owner)
         printed = np.concatenate(values).astype(float)
         jacobian = _warp_jacobian(place, np.concatenate(gradients).astype(float) * self._extent)
-        return _Template(place, marker, printed, jacobian, px_per_mm)
+        apart = printed.reshape(4, -1) - printed.reshape(4, -1).mean(axis=1, keepdims=True)
+        return _Template(place, marker, printed, apart, jacobian, px_per_mm)
 
 
 def _warp_jacobian(place: Array, gradient: Array) -> Array:
@@ -195,7 +195,8 @@ def _projector(jacobian: Array, marker: NDArray[np.int64], printed: Array) -> Ar
         here = marker == index
         basis, _ = np.linalg.qr(np.column_stack([np.ones(here.sum()), printed[here]]))
         free[here] -= basis @ (basis.T @ free[here])
-    return np.asarray(np.linalg.pinv(free))
+    # A hundred times cheaper than the inverse of the tall table itself, and eight parameters of like weight allow it.
+    return np.asarray(np.linalg.pinv(free.T @ free, hermitian=True) @ free.T)
 
 
 def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
@@ -209,16 +210,18 @@ def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
 def sample(luma: NDArray[np.uint8], warp: Array, points: Array) -> Array | None:
     """Bilinear brightness at warp(points), (N,); None where one lies outside the picture.
 
-    Written out because OpenCV's remap rounds places to 1/32 pixel, which is more than registration resolves.
+    Source: OpenCV's remap of a float picture, which from OpenCV 5 on takes places as they are; before, it rounded them
+    to 1/32 pixel, which is more than registration resolves (a test holds it).
     """
-    mapped = points @ warp[:, :2].T + warp[:, 2]
+    mapped = warp[:, :2] @ points.T + warp[:, 2:]
     with np.errstate(divide="ignore", invalid="ignore"):
-        x, y = mapped[:, 0] / mapped[:, 2], mapped[:, 1] / mapped[:, 2]
+        x, y = mapped[:2] / mapped[2]
     if not (x.min() >= 0 and y.min() >= 0 and x.max() < luma.shape[1] - 1 and y.max() < luma.shape[0] - 1):
         return None
-    column, row = x.astype(np.intp), y.astype(np.intp)
-    right, down = x - column, y - row
-    flat, corner = luma.reshape(-1), row * luma.shape[1] + column
-    upper = flat[corner] * (1 - right) + flat[corner + 1] * right
-    lower = flat[corner + luma.shape[1]] * (1 - right) + flat[corner + luma.shape[1] + 1] * right
-    return np.asarray(upper * (1 - down) + lower * down)
+    # Counted from a corner nearby, because single precision resolves no more than 1e-4 px at 2000 px.
+    left, top = int(x.min()), int(y.min())
+    near = luma[top : int(y.max()) + 2, left : int(x.max()) + 2].astype(np.float32)
+    # Remap takes at most 32767 places in a row.
+    rows = 4 if x.size % 4 == 0 else 1
+    across, down = (x - left).reshape(rows, -1).astype(np.float32), (y - top).reshape(rows, -1).astype(np.float32)
+    return np.asarray(cv2.remap(near, across, down, cv2.INTER_LINEAR), float).ravel()

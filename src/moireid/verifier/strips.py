@@ -97,7 +97,7 @@ class ProfileReader:
                 grid = np.stack(np.meshgrid(along, across), axis=-1)
                 points.append(grid if axis == 0 else grid[..., ::-1])
                 self._row_counts.append(count)
-        self._points = np.concatenate(points)
+        self._points = np.concatenate(points).reshape(-1, 2).T.copy()
         self._first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])
 
     def read(self, luma: NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
@@ -110,12 +110,10 @@ class ProfileReader:
 
     def _sampled(self, picture: NDArray[Any], homography: NDArray[np.float64]) -> NDArray[Any]:
         """The picture at the strips' points, one row of points after another."""
-        mapped = self._points @ homography[:, :2].T + homography[:, 2]
-        places = (mapped[..., :2] / mapped[..., 2:]).astype(np.float32)
-        # OpenCV's 1/32 pixel grid is fine here: a strip averages over some hundred samples a fringe.
-        return np.asarray(
-            cv2.remap(picture, places[..., 0], places[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        )
+        mapped = homography[:, :2] @ self._points + homography[:, 2:]
+        x, y = (mapped[:2] / mapped[2]).astype(np.float32).reshape(2, -1, self.samples)
+        # Single precision is fine here: a strip averages over some hundred samples a fringe.
+        return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
     def _means(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
         """Mean over the rows of points of each strip."""

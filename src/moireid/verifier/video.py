@@ -6,7 +6,9 @@ Left out: colour.  Fringes and markers are grey, and the luma plane of the decod
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Generator, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,8 +27,11 @@ FORMATS = frozenset(
     {"mov", "mp4", "m4a", "3gp", "3g2", "mj2", "matroska", "webm", "avi", "mpegts", "mpeg", "mpegvideo", "ogg", "flv"}
     | {"asf", "gif", "mxf", "nut", "h264", "hevc", "ivf", "obu", "yuv4mpegpipe", "mjpeg", "apng", "dv", "wtv", "rm"}
 )
-#: No film may make the reader open an address.
-LOCAL = {"protocol_whitelist": "file"}
+#: A 4K picture.  A header of some bytes can ask for 16000 x 16000, and decoders hold many pictures at once.
+MOST_PIXELS = 4096 * 2304
+LIMITS = {"max_pixels": str(MOST_PIXELS)}
+#: No film may make the reader open an address; and no probing of it may take more memory than the film itself.
+OPENING = {"protocol_whitelist": "file", **LIMITS}
 ADVICE = "give a film that a video player can play, such as an .mp4"
 #: Formats whose first plane is the luma, and its bits; other pictures are turned into grey ones.
 PLANAR_DEPTH = {
@@ -37,6 +42,8 @@ PLANAR_DEPTH = {
 #: Luma runs from 16 to 235 in video (ITU-R BT.601 and 709), unless the file says that it uses the full range.
 VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).astype(np.uint8)
 FULL_RANGE = 2
+#: Frames that are decoded ahead; 17 MB at 1080p.
+AHEAD_FRAMES = 8
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,7 @@ class Film:
         if path.stat().st_size == 0:
             raise MediaError(f"video {path} is empty; {ADVICE}")
         try:
-            with av.open(str(path.absolute()), options=LOCAL) as container:
+            with av.open(str(path.absolute()), options=OPENING) as container:
                 kinds = set(container.format.name.split(","))
                 if not kinds & FORMATS:
                     raise MediaError(f"{path} is read as {container.format.name}, which is no film; {ADVICE}")
@@ -74,11 +81,16 @@ class Film:
                 self.frames_expected = int(stream.frames) or None
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{path} cannot be read as a video ({_reason(error)}); {ADVICE}") from error
+        if self.width * self.height > MOST_PIXELS:
+            raise MediaError(
+                f"{path} has pictures of {self.width} x {self.height}, at most {MOST_PIXELS} pixels are read (4K); "
+                "export it at 4K or less"
+            )
         if not self.width or not self.height:
-            raise MediaError(f"{path} says nothing of its picture size; {ADVICE}")
+            raise MediaError(f"{path} says nothing of its picture size, or that it is beyond 4K; {ADVICE}")
         self.path = path
 
-    def frames(self) -> Iterator[Frame]:
+    def frames(self) -> Generator[Frame, None, None]:
         """Decode frame by frame.
 
         Raises: MediaError where nothing at all decodes, or where the file breaks off within.
@@ -87,9 +99,10 @@ class Film:
 
         count = 0
         try:
-            with av.open(str(self.path.absolute()), options=LOCAL) as container:
+            with av.open(str(self.path.absolute()), options=OPENING) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
+                stream.codec_context.options = LIMITS
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
                     luma = luma_of(picture)
@@ -104,6 +117,23 @@ class Film:
             raise MediaError(f"{self.path} breaks off after frame {count} ({_reason(error)}); {ADVICE}") from error
         if count == 0:
             raise MediaError(f"{self.path} holds no picture that decodes; {ADVICE}")
+
+    def frames_ahead(self) -> Iterator[Frame]:
+        """As `frames`, decoded by a thread of its own while the caller is busy with the frames before.
+
+        The thread ends with the iterator, also where that is left early, or by an error or an interrupt.
+        Raises: as `frames`, at the frame where it happened.
+        """
+        frames = self.frames()
+        with ThreadPoolExecutor(1, "decode") as worker:
+            ahead = deque(worker.submit(next, frames, None) for _ in range(AHEAD_FRAMES))
+            try:
+                while (frame := ahead.popleft().result()) is not None:
+                    ahead.append(worker.submit(next, frames, None))
+                    yield frame
+            finally:
+                worker.shutdown(wait=True, cancel_futures=True)
+                frames.close()
 
 
 def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
