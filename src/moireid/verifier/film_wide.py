@@ -3,6 +3,7 @@
 1. Which way does the shutter run through the picture?  Told at its usual time.
 2. Shutter time alone, then focal length alone, each from its prior.
 3. All together.
+4. A focal length far from its prior is asked for again with the camera held to a steady course (`steady`).
 
 Convention: as `camera`; the distortion is solved in units of the guessed focal length, and told in those of the found.
 Source: maximum a posteriori over reprojection error.
@@ -18,10 +19,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from moireid.verifier.distortion import taken_in_px
-from moireid.verifier.minimise import Unknown, minimise, minimise_together
+from moireid.verifier.minimise import Unknown, minimise, minimise_together, posterior
 from moireid.verifier.near_poses import NearPoses
 from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.smooth import GAP_S, stretches
+from moireid.verifier.steady import SPARE, steady_errors_px
 
 Array = NDArray[np.float64]
 #: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
@@ -35,6 +37,8 @@ SHUTTER_LIMIT_S = 0.033
 #: Prior of the radial distortion k1 (`distortion`): most phones correct theirs to 0.02, some webcams leave 0.1; and 0.1
 #: makes the fringes' gain 9 % wrong if it is not solved for.
 BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
+#: From so many standard deviations of its prior on, a focal length is asked for again.
+FAR_SDS = 2.0
 #: Steps of the joint search over those of the first, one search after another: a distortion belongs to the place where
 #: a point would have been without it, which the search before tells.
 NEARER = (1.0, 0.3, 0.1)
@@ -55,7 +59,7 @@ class FilmWide:
         self, points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], focal_px: float | None
     ) -> None:
         """Parameters: as `camera.fit_camera`."""
-        self._points = points_px
+        self._points, self._times = points_px, times_s
         self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         self._velocity = _velocity_px_s(points_px, times_s)
@@ -88,7 +92,7 @@ class FilmWide:
         return math.sqrt(self.covariance[1, 1]) * (self.focal / self._guess) ** 2
 
     def solve(self) -> None:
-        """Steps 1 to 3."""
+        """Steps 1 to 4."""
         shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
         middle = math.log(self._guess)
         zoom = (math.log(0.4 * self._long_side), math.log(2.5 * self._long_side), middle, FOCAL_PRIOR_SD)
@@ -101,6 +105,8 @@ class FilmWide:
                 # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
                 self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
         self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
+        if not self._given and abs(math.log(self.focal) - middle) > FAR_SDS * FOCAL_PRIOR_SD:
+            self._solve_steadily(zoom, Unknown(*shutter, 0.003))  # 4
 
     def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
         """Focal length where it is unknown, shutter and distortion, ever nearer."""
@@ -124,6 +130,22 @@ class FilmWide:
                 self.covariance[1, 1] = covariance[1, 1]
             self.shutter_s, self.bend = float(place[-2]), float(place[-1])
             self._bends = taken_in_px(self._points - self.bend * self._bends, self._guess, self._centre)
+
+    def _solve_steadily(self, zoom: tuple[float, float, float, float], shutter: Unknown) -> None:
+        """The focal length by misfit with a steady course; where it is another one, the rest is solved for again."""
+        found = math.log(self.focal)
+
+        def errors(log_focal: float) -> Array:
+            focal, points = math.exp(log_focal), self._flat(self._chosen)
+            poses = moved_poses(self._start, self.plane, points, focal / self._start_focal, focal, self._centre)
+            return steady_errors_px(poses, self.plane, points, self._times[self._chosen], focal, self._centre)
+
+        log_focal, log_sd = posterior(errors, *zoom, SPARE)
+        if abs(log_focal - found) < FAR_SDS * FOCAL_PRIOR_SD:
+            return
+        self.focal = math.exp(log_focal)
+        self._solve_together([], shutter)
+        self.covariance = np.diag([log_sd**2, self.covariance[1, 1]])
 
     def all_poses(self) -> PlanePoses:
         """Poses of all frames with what was found."""
