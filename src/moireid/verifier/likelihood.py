@@ -37,7 +37,8 @@ GAIN_RANGE = 5.0
 #: The law is traced for the sheet as sold, flat and even; a true badge strays from it by this share of the motion.
 LAW_SHARE = 0.02
 LEAST_SHARE, MOST_SHARE = 0.1, 3.0
-MOST_LOG10 = 100.0
+#: More certainty than this no model deserves.
+MOST_LOG10 = 20.0
 #: Verdicts by the ratio: ten times likelier true than forged is accepted, ten times likelier forged is rejected.
 ACCEPTED, REJECTED = 1.0, -1.0
 #: Each kind in words.

@@ -49,7 +49,8 @@ def steady_errors_px(poses: PlanePoses, plane: Array, points_px: Array, times_s:
         turns = [np.cross(axis, local) for axis in np.eye(3)]
         moves = [*turns, np.broadcast_to((towards * far[:, None])[:, None], local.shape)]
         table = np.stack(
-            [((move[..., :2] - flat * move[..., 2:]) / local[..., 2:]).reshape(len(frames), -1) for move in moves], axis=-1
+            [((move[..., :2] - flat * move[..., 2:]) / local[..., 2:]).reshape(len(frames), -1) for move in moves],
+            axis=-1,
         )
         normal = table.swapaxes(-1, -2) @ table
         step = -np.linalg.solve(normal + 1e-12 * np.eye(4), table.swapaxes(-1, -2) @ residual[..., None])[..., 0]

@@ -58,9 +58,11 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     if not weight.sum() > 0:
         return 0.0
     shift = told / np.maximum(information, 1e-12)
-    with np.errstate(invalid="ignore"):
-        common = np.nan_to_num((weight * shift).sum(axis=1) / weight.sum(axis=1))
-    return float(np.sqrt((weight * (shift - common[:, None]) ** 2).sum() / weight.sum()))
+    # The whole strip's own motion is the signal; a block's own constant is a sheet that is not quite even.
+    for axis in (1, 0):
+        total = weight.sum(axis=axis, keepdims=True)
+        shift = shift - (weight * shift).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0)
+    return float(np.sqrt((weight * shift**2).sum() / weight.sum()))
 
 
 def _averaged(series: Array, frames: int) -> Array:
