@@ -1,8 +1,8 @@
 """Fits the likelihood ratio's figures on one half of a collection of films, and tells what it decides on the other.
 
-Run `.venv/bin/python benchmarks/decision.py [FIGURES.csv]`; the default is `tests/data/decision/figures.csv`, films of an
-independent ray tracer that is no part of this project.  A film's half is drawn from its name.  Films with too little
-motion are counted apart: they are open whatever the ratio says.
+Run `.venv/bin/python benchmarks/decision.py [FIGURES.csv]`; the default is `tests/data/decision/figures.csv`, films
+of an independent ray tracer that is no part of this project.  A film's half is drawn from its name.  Films with too
+little motion are counted apart: they are open whatever the ratio says.
 """
 
 from __future__ import annotations
@@ -40,13 +40,13 @@ def moved(film: Film) -> bool:
 
 
 def fitted(films: list[Film]) -> dict[str, Expected]:
-    """Means and standard deviations of the logarithms on true films."""
+    """Means and standard deviations of the logarithms on these films, all true."""
     found = {}
     for name, one in EXPECTED.items():
-        logs = [
-            math.log(float(film[COLUMNS[name]]) / one.scale_rad(float(film["expected_error_rad"]), float(film["excitation_rad"])))
-            for film in films if film["kind"] == "none"
-        ]  # fmt: skip
+        logs = []
+        for film in films:
+            unit = one.scale_rad(float(film["expected_error_rad"]), float(film["excitation_rad"]))
+            logs.append(math.log(float(film[COLUMNS[name]]) / unit))
         found[name] = replace(one, mean=float(np.mean(logs)), sd=float(np.std(logs, ddof=1)))
     return found
 
@@ -86,7 +86,7 @@ def main() -> None:
     still = [film for film in films if not moved(film)]
     films = [film for film in films if moved(film)]
     print(f"{len(films)} films judged, {len(still)} with too little motion")
-    own = fitted([film for film in films if half(film) == 0])
+    own = fitted([film for film in films if half(film) == 0 and film["kind"] == "none"])
     print(f"\nfitted on one half\n{'figure':<10}{'mean':>8}{'sd':>8}{'in use: mean':>16}{'sd':>8}")
     for name, one in own.items():
         print(f"{name:<10}{one.mean:>8.2f}{one.sd:>8.2f}{EXPECTED[name].mean:>16.2f}{EXPECTED[name].sd:>8.2f}")

@@ -202,8 +202,8 @@ def test_without_perspective_the_prior_decides_and_says_so():
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_camera_that_moves_straight_and_does_not_turn_leaves_the_focal_length_to_the_prior(seed):
-    """Catches: free tilts that fit the noise better the longer the focal length is, two to three times the true one with
-    an error bar of a tenth; seen on true films from 2 m.
+    """Catches: free tilts that fit the noise better the longer the focal length is, two to three times the true one
+    with an error bar of a tenth; seen on true films from 2 m.
     """
     rng = np.random.default_rng(seed)
     times = np.arange(200) / FPS

@@ -34,7 +34,7 @@ def test_a_usual_true_badge_is_accepted_and_its_ratio_is_the_gain_s():
 
 @pytest.mark.parametrize("name", list(EXPECTED))
 def test_each_figure_speaks_alone(name):
-    """Catches: a figure that is not looked at; kinds multiplied, so that one forged thing is outvoted by four true ones."""
+    """Catches: a figure that is not looked at; kinds multiplied, so that one forged thing is outvoted by four true."""
     found, suspected = log10_ratio(1.0, 0.0, usual() | {name: 0.4 * MOTION}, MOTION, ERROR)
     assert suspected == name and found < REJECTED
 

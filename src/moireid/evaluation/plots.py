@@ -14,8 +14,8 @@ Document = dict[str, Any]
 INK, PALE = "#1d2733", "#8a97a6"
 GENUINE, FORGED = "#1f6fb2", "#c2571a"
 LINES = {"moireid": ("#1f6fb2", "-"), "published": ("#8a97a6", "--")}
-#: Least and most of each score that are drawn in place: ranks below the least matter to nobody, and are drawn at the edge,
-#: as they would press all else together.
+#: Least and most of each score that are drawn in place: ranks below the least matter to nobody, and are drawn at the
+#: edge, as they would press all else together.
 SHOWN = {"moireid": (-8.0, 3.0), "published": (-0.05, 1.0)}
 RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 

@@ -29,10 +29,11 @@ SLOW_S = 0.25
 class Figures:
     """One grating's figures, all 0 where too few frames could be read.
 
-    phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place; slow_wander_rad:
-    the part of that below 0.5 Hz; expected_error_rad: of one frame; strip_wander_rad: of the strip that strays most;
-    place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with `suspected`, the kind of
-    forgery that speaks most against the film; information: of the phase, summed over the motion.
+    phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place;
+    slow_wander_rad: the part of that below 0.5 Hz; expected_error_rad: of one frame; strip_wander_rad: of the strip
+    that strays most; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
+    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
+    motion.
     """
 
     correlation: float = 0.0
@@ -58,8 +59,8 @@ class Figures:
 def figures_of(signal: GratingSignal) -> Figures:
     """All figures of one grating.
 
-    Source: linear regression of measured on predicted phase: regressing on the *predicted* phase makes the gain a ratio at
-    any angle.
+    Source: linear regression of measured on predicted phase: regressing on the *predicted* phase makes the gain a
+    ratio at any angle.
     """
     used = np.isfinite(signal.phase_sd_rad)
     measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]

@@ -172,7 +172,8 @@ def _likely_true(told: Figures) -> Reason:
     if told.score >= 0:
         text = f"What was measured is {times} times likelier of a true badge than of a forged one"
     else:
-        text = f"What was measured is {times} times likelier of a forged badge ({KINDS[told.suspected]}) than of a true one"
+        kind = KINDS[told.suspected]
+        text = f"What was measured is {times} times likelier of a forged badge ({kind}) than of a true one"
     if level == "undecided":
         text += f"; 10^{ACCEPTED:g} is needed, so film again with more motion, or from nearer"
     return Reason("likelihood", level, told.score, ACCEPTED, "log10", f"{text}.")

@@ -12,9 +12,9 @@ because in each kind's likelihood all densities but its own cancel against the t
 - *wander*: a slow motion of the fringes' own; *jitter*: a fast one;
 - *strips*: rows of the badge move apart; *places*: parts of a row do.
 
-The last four are from `LEAST_SHARE` to `MOST_SHARE` of the motion, each octave alike.  A figure is told as its logarithm
-over what is expected of it by the known errors, normally distributed on true badges; a forger's share adds to that in
-squares.  So a film with little motion, or of poor poses, comes out near 1 by itself: neither can be told.
+The last four are from `LEAST_SHARE` to `MOST_SHARE` of the motion, each octave alike.  A figure is told as its
+logarithm over what is expected of it by the known errors, normally distributed on true badges; a forger's share adds
+to that in squares.  So a film with little motion, or of poor poses, comes out near 1 by itself: neither can be told.
 
 Convention: natural densities, decadic logarithm of the ratio, held to +-`MOST_LOG10`.
 Source: Bayes; means and spreads of the logarithms by `benchmarks/decision.py`, which also prints what they do to films

@@ -38,13 +38,13 @@ SMOOTHED_SHARE = 0.5
 class GratingSignal:
     """One grating over the frames used, all (T,) but where said.
 
-    times_s: of the frames; measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0; phase_sd_rad: error bar of
-    measured, infinite in frames that tell nothing; pose_sd_rad: what the pose's error makes of the prediction, after
-    smoothing;
-    strip_residual_rad (S,): how far each strip wanders from the common signal, root mean square; place_residual_rad (S,):
-    how far places along each strip wander from it (`within`); tangent_sd: what the
-    errors of focal length and distortion make of the spread of the parallax along the grating's axis, as a share;
-    elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm, where they are known.
+    times_s: of the frames; measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0;
+    phase_sd_rad: error bar of measured, infinite in frames that tell nothing; pose_sd_rad: what the pose's error
+    makes of the prediction, after smoothing; strip_residual_rad (S,): how far each strip wanders from the common
+    signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
+    tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
+    axis, as a share; elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
+    where they are known.
     """
 
     measured_rad: Array

@@ -1,10 +1,10 @@
 """Does a steady course of the camera ask for this focal length?
 
-A badge that is seen from straight ahead, by a camera that moves along and does not turn, tells its focal length hardly at
-all.  But the longer the focal length, the freer are the tilts of single frames to fit the noise of their pictures, so the
-least misfit over free tilts runs away, by 30 units of chi-square on films made outside at three times the true one.  A
-hand cannot jump from tilt to tilt: with the camera's direction held to a smooth course, the misfit of such a film is flat
-and that of others as sharp as before.
+A badge that is seen from straight ahead, by a camera that moves along and does not turn, tells its focal length
+hardly at all.  But the longer the focal length, the freer are the tilts of single frames to fit the noise of their
+pictures, so the least misfit over free tilts runs away, by 30 units of chi-square on films made outside at three
+times the true one.  A hand cannot jump from tilt to tilt: with the camera's direction held to a smooth course, the
+misfit of such a film is flat and that of others as sharp as before.
 
 Convention: as `plane_pose`; the direction is that of the tangents Cx/Cz and Cy/Cz in the plane's frame.
 Source: Gauss-Newton over turn and distance, the direction given.

@@ -1,12 +1,13 @@
 """Do all places of a strip move alike?  How far the fringes at some place stray from those of the whole strip.
 
-A strip's phase is a mean over its length, in which patches that are finer than the strip, each on its own clock, cancel.
-Here the fringe's own shape is learnt from the film, and what a frame leaves of it is turned into a shift of phase block
-by block.  What stands still (dirt, shading, a lens sheet that is not quite even) is no motion and is taken away.
+A strip's phase is a mean over its length, in which patches that are finer than the strip, each on its own clock,
+cancel. Here the fringe's own shape is learnt from the film, and what a frame leaves of it is turned into a shift of
+phase block by block.  What stands still (dirt, shading, a lens sheet that is not quite even) is no motion and is
+taken away.
 
 Convention: phases in rad, positive as in `fringe`.
-Source: a small shift of phase d adds w'(phase) d to a profile of shape w, so least squares gives the shift of a block as
-the sum of residual times w' over the sum of w'^2; first order in d, which is enough to tell that there is one.
+Source: a small shift of phase d adds w'(phase) d to a profile of shape w, so least squares gives the shift of a block
+as the sum of residual times w' over the sum of w'^2; first order in d, which is enough to tell that there is one.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ BLOCKS = 12
 #: Time over which shifts are averaged: patches that change faster than this are noise to the eye as well.
 AVERAGED_S = 0.5
 HARMONICS = 5
-#: Blocks that lie on a plateau of the fringe know little of its phase; below this share of the median they are left out.
+#: Blocks that lie on a plateau of the fringe know little of its phase; below this share of the median they are left
+#: out.
 LEAST_INFORMATION = 0.15
 #: Frames whose phase is vaguer than this are left out.
 CLEAR_RAD = 0.3
