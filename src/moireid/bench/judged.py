@@ -29,6 +29,11 @@ class Judged:
         return sum(chapter.tracked for chapter in self.chapters)
 
     @property
+    def read(self) -> int:
+        """Frames that were pushed."""
+        return sum(chapter.frames_read for chapter in self.chapters)
+
+    @property
     def why(self) -> list[Reason]:
         """The findings that keep the film from being accepted, failures first."""
         found = [reason for reason in self.reasons if reason.level in ("fail", "undecided")]

@@ -204,7 +204,7 @@ def _figures(case: Extreme, found: Judged, badge: Badge) -> dict[str, Any]:
         "verdict": found.verdict, "outcome": outcome, "reasons": [reason.code for reason in why],
         "why": texts[0] if texts else "", "correlation": _number(motion.correlation),
         "gain_ratio": _number(motion.gain_ratio), "gain_sd": _number(motion.gain_sd),
-        "residual_rad": _number(motion.phase_residual_rad), "tracked": found.tracked,
+        "residual_rad": _number(motion.phase_residual_rad), "tracked": found.tracked, "frames": found.read,
     }  # fmt: skip
 
 
@@ -236,8 +236,7 @@ def _true_excitation(video: Path) -> float | None:
 def _nothing(case: Extreme, seed: int) -> Iterator[Frame]:
     """Pictures of a background, with noise, over which the camera pans."""
     sensor = Sensor(case.camera, seed)
-    turns = Rotation.from_euler("y", 5 * np.sin(np.arange(case.frames) / 40), degrees=True).as_matrix()
-    for index, turn in enumerate(turns):
+    for index, turn in enumerate(panned(1.0, swing(0, 5, 0.1))(np.arange(case.frames) / case.fps).rotation):
         yield Frame(index, index / case.fps, sensor.expose(None, turn, index / case.fps))
 
 
