@@ -70,7 +70,7 @@ def verify_plot(result: dict[str, Any]) -> Any:
     """CPU milliseconds a frame against the errors of phase, of gain, and of the verdict."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
-    from matplotlib.ticker import NullFormatter, ScalarFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     figure = Figure(figsize=(12, 4.6), layout="constrained")
     FigureCanvasSVG(figure)
@@ -84,11 +84,12 @@ def verify_plot(result: dict[str, Any]) -> Any:
         axes.set_yscale("log")
         if place < 2:
             axes.set_xscale("log")
-            axes.xaxis.set_minor_formatter(NullFormatter())
+        for scale in (axes.xaxis, axes.yaxis)[0 if place < 2 else 1 :]:
+            scale.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            scale.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+            scale.set_minor_formatter(NullFormatter())
         axes.grid(color="#e4e8ed", which="both", linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
-    plots[0].yaxis.set_major_formatter(ScalarFormatter())
-    plots[0].yaxis.set_minor_formatter(ScalarFormatter())
     plots[0].set_ylabel("CPU milliseconds a frame of the film")
     plots[0].set_xlabel("phase error of fringes and poses, rad (RMS)")
     plots[1].set_xlabel("error of the gain ratio (RMS)")
@@ -122,8 +123,8 @@ def _panel(axes: Any, result: dict[str, Any], error: Any) -> None:
         if name in OTHERS:
             axes.plot([], [], "P", color=OTHERS[name], markersize=9, label=name)
         if row["default"] and error(row) is not None:
-            axes.plot(error(row), row["cpu_ms"], "*", color="white", markersize=7, zorder=5)
-    axes.plot([], [], "*", color="#12406b", markersize=9, label="the default")
+            axes.plot(error(row), row["cpu_ms"], "*", color="#12406b", mec="white", markersize=17, zorder=5)
+    axes.plot([], [], "*", color="#12406b", markersize=11, label="the default")
     knee = result["knee"]
     if knee is not None:
         axes.plot(error(knee), knee["cpu_ms"], "o", mfc="none", mec="#c0392b", mew=1.6, markersize=15, zorder=6)
