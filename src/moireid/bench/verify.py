@@ -206,7 +206,10 @@ def _instead(estimator: str) -> Iterator[None]:
 
 
 def _summary(setting: Setting, films: list[dict[str, Any]]) -> dict[str, Any]:
-    """One setting over all films: errors as root mean squares, times as medians over all runs of the true films."""
+    """One setting over all films: errors as root mean squares, times as medians over all runs of the true films.
+
+    A film that tells no phase has no error, so errors stand side by side only where `right` is all films.
+    """
     rows = [row for row in films if row["setting"] == asdict(setting)]
     true = [row for row in rows if row["forge"] is None]
     found: dict[str, Any] = {

@@ -32,13 +32,13 @@ def verify_table(result: dict[str, Any]) -> str:
             f"{row['ms_to_decoding']:>11.2f}{_marks(row, knee)}"
         )
     lines += ["", knee_sentence(result), ""]
-    lines.append(f"{'motion':<38}{'expected':<15}{'came out':<14}{'':<7}{'rad':>6}{'gain':>15}{'tracked':>11}  why")
+    lines.append(f"{'motion':<38}{'expected':<15}{'came out':<14}{'':<7}{'rad':>6}{'gain':>17}{'tracked':>11}  why")
     for row in result["extremes"]:
         outcome = "WRONG" if row["outcome"] == "wrong" else row["outcome"]
         gain = "-" if row["gain_ratio"] is None else f"{row['gain_ratio']:.3f} ± {_figure(row['gain_sd'], 3)}"
         lines.append(
             f"{row['name']:<38}{row['expected']:<15}{row['verdict'] or '-':<14}{outcome:<7}"
-            f"{_figure(row['true_excitation_rad'], 2):>6}{gain:>15}{row['tracked']:>6}/{row['frames']:<4}  {row['why']}"
+            f"{_figure(row['true_excitation_rad'], 2):>6}{gain:>17}{row['tracked']:>6}/{row['frames']:<4}  {row['why']}"
         )
     return "\n".join(lines)
 
@@ -105,17 +105,20 @@ def _panel(axes: Any, result: dict[str, Any], error: Any) -> None:
         own = [
             row for row in result["work"] if row["setting"]["estimator"] == "ours" and row["setting"]["scale"] == scale
         ]
-        seen = [(error(row), row["cpu_ms"], MARKS[row["setting"]["every"]]) for row in own if error(row) is not None]
-        if not seen:
+        own = [row for row in own if error(row) is not None]
+        if not own:
             continue
-        axes.plot([x for x, _, _ in seen], [y for _, y, _ in seen], color=colour, linewidth=1, alpha=0.6)
-        for x, y, mark in seen:
-            axes.plot(x, y, mark, color=colour, markersize=6)
+        axes.plot([error(row) for row in own], [row["cpu_ms"] for row in own], color=colour, linewidth=1, alpha=0.6)
+        for row in own:
+            # Films that a setting cannot read drop out of its errors, so what it does not judge right is hollow.
+            face = colour if row["right"] == row["films"] else "white"
+            axes.plot(error(row), row["cpu_ms"], MARKS[row["setting"]["every"]], color=colour, mfc=face, markersize=6)
         name = {1.0: "full size", 0.75: "3/4 size", 0.5: "1/2 size"}.get(scale, "1/3 size")
         axes.plot([], [], "-", color=colour, linewidth=3, label=name)
     for every, mark in MARKS.items():
         words = {1: "every frame", 2: "every 2nd", 3: "every 3rd"}.get(every, "every 4th")
         axes.plot([], [], mark, color="#5a6673", markersize=6, label=words)
+    axes.plot([], [], "o", color="#5a6673", mfc="white", markersize=6, label="hollow: a verdict is not right")
     for row in result["work"]:
         name = row["setting"]["estimator"]
         if name in OTHERS and error(row) is not None:
