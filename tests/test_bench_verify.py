@@ -8,12 +8,14 @@ from itertools import islice
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
-from moireid.bench import verify
+from moireid.bench import motion_extremes, verify
 from moireid.bench.judged import judge_frames
 from moireid.bench.motion_extremes import cases, outcome_of, read_extreme
 from moireid.bench.output import PLOTS, TABLES
 from moireid.bench.verify_films import KINDS, Filmed, Kind, Truth, phase_error_rad
+from moireid.cli.main import moireid
 from moireid.verifier import measure
 from moireid.verifier.chapters import Claim
 from moireid.verifier.video import Film, Frame
@@ -86,6 +88,25 @@ def test_rows_that_are_kept_are_not_measured_again(tmp_path, monkeypatch):
     for other in ({"seed": 1}, {"quick": False}):
         with pytest.raises(TypeError):
             verify.sweep(KINDS[0], **({"quick": True, "seed": 0} | other), kept=kept, rows=verify.kept_rows(kept))
+
+
+def test_the_suite_runs_by_its_command(tmp_path, monkeypatch):
+    """Catches: a suite that no command runs, figures that JSON cannot hold, extremes that are left out of the table."""
+    made = [row_of(verify.KINDS[0], setting, phase=0.01, cpu_ms=5.0) for setting in verify.settings(quick=True)]
+    monkeypatch.setattr(verify, "sweep", lambda kind, **options: made)
+    extreme = {
+        "name": "one frame", "expected": "badge_absent", "verdict": "inconclusive", "outcome": "right", "reasons": [],
+        "why": "none", "true_excitation_rad": None, "correlation": None, "gain_ratio": None, "gain_sd": None,
+        "residual_rad": None, "tracked": 0, "frames": 1,
+    }  # fmt: skip
+    monkeypatch.setattr(motion_extremes, "read_extreme", lambda case, seed: extreme | {"name": case.name})
+    outcome = CliRunner().invoke(moireid, ["bench", "verify", "--quick", "--out", str(tmp_path), "--json"])
+    assert outcome.exit_code == 0, outcome.output
+    document = json.loads(outcome.stdout)
+    kept = (tmp_path / "verify.jsonl").read_text().splitlines()
+    assert len(document["extremes"]) == len(kept) == len(motion_extremes.chosen(quick=True))
+    assert document["knee"] is not None and "over half a turn" in TABLES["verify"](document)
+    assert (tmp_path / "verify.json").exists() and (tmp_path / "verify.svg").stat().st_size > 1000
 
 
 def test_the_bench_measures_the_verifier_on_a_film_made_outside(films, prototype):
