@@ -7,5 +7,7 @@ fabricate.py     pages by form and resolution (raster.py reads them), mounts by 
                  extremes (page_extremes.py, mount_extremes.py); calibration.py reads photographs of a pitch test
 simulate.py      error against run time of the renderers, left_out.py what a scene does not need; reference.py: the
                  outside tracer, scenes.py: eleven scenes
+verify.py        error against run time of the verifier on films of known truth (verify_films.py); motion_extremes.py:
+                 stiff and extreme motions; judged.py: frames in, verdict out
 output.py        JSON of a suite; table and plot in *_output.py
 """

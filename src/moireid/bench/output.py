@@ -13,6 +13,7 @@ from moireid.bench.fabricate_output import fabricate_plot, fabricate_table
 from moireid.bench.identity_output import identity_plot, identity_table
 from moireid.bench.simulate_output import simulate_plot, simulate_table
 from moireid.bench.stability_output import stability_plot, stability_table
+from moireid.bench.verify_output import verify_plot, verify_table
 from moireid.files import planned, whole_file, write_text
 
 
@@ -35,7 +36,9 @@ def write(folder: Path, result: dict[str, Any], *, overwrite: bool) -> list[Path
 
 TABLES = {
     "identity": identity_table, "stability": stability_table, "fabricate": fabricate_table, "simulate": simulate_table,
+    "verify": verify_table,
 }  # fmt: skip
 PLOTS = {
     "identity": identity_plot, "stability": stability_plot, "fabricate": fabricate_plot, "simulate": simulate_plot,
+    "verify": verify_plot,
 }  # fmt: skip

@@ -10,7 +10,7 @@ from moireid.cli.common import FolderPath, friendly, json_option, overwrite_opti
 
 
 @click.command("bench")
-@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate"]))
+@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify"]))
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for JSON and plot.")
 @click.option("--quick", is_flag=True, help="A few clips only: minutes, not hours.")
 @click.option("--clips", type=click.IntRange(1, 10000), help="Clips a condition, instead of 100 (or 4 with --quick).")
@@ -25,9 +25,11 @@ def bench_command(
 
     identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
     fabricate: edges of the page by form and resolution, facets of the mount, both at their extremes.  simulate: the
-    renderers against an outside tracer, and their error against their run time.
+    renderers against an outside tracer, and their error against their run time.  verify: the verifier's error against
+    its run time by frames used, resolution and estimator; stiff and extreme motions.
 
-    Figures of clips that were read are kept in clips.jsonl beside them, so that a run that was broken off goes on.
+    Figures of films that were read are kept beside them, in clips.jsonl and verify.jsonl, so that a run that was broken
+    off goes on.
     """
     from moireid.bench import identity, stability
     from moireid.bench.output import TABLES, outputs, write
@@ -46,6 +48,10 @@ def bench_command(
             from moireid.bench import simulate
 
             result = simulate.run(quick=quick, seed=seed, progress=progress)
+        elif suite == "verify":
+            from moireid.bench import verify
+
+            result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", progress=progress)
         else:
             result = identity.run(
                 quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", progress=progress

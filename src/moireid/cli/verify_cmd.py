@@ -33,6 +33,17 @@ if TYPE_CHECKING:
 focal_option = click.option(
     "--focal-px", type=FiniteRange(50, 100000), help="Focal length in pixels; solved over the film if not given."
 )
+
+
+def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
+    """Print the schema and leave, before a film is asked for."""
+    if asked and not context.resilient_parsing:
+        from moireid.verifier.verify import report_schema
+
+        click.echo(report_schema(), nl=False)
+        context.exit()
+
+
 MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 
 
@@ -64,6 +75,14 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     "corners_csv",
     type=click.Path(path_type=Path, dir_okay=False),
     help="For the published pipeline where markers are lost: the striped region's corners at frame 0 and any others.",
+)
+@click.option(
+    "--schema",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_schema,
+    help="Print the JSON Schema of what --json prints, and leave.",
 )
 @overwrite_option
 @json_option

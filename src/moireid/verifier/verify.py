@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
+from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,9 @@ from moireid.verifier.segments import Segment
 from moireid.verifier.stream import Verifier
 from moireid.verifier.track import Progress, Track, no_track
 from moireid.verifier.video import Film, file_sha256
+
+#: Of the JSON report; within one, keys are only added.
+REPORT_FORMAT = 1
 
 
 @dataclass(frozen=True)
@@ -55,9 +59,10 @@ class Report:
     segments: tuple[Segment, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        """The object that `verify --json` prints."""
+        """The object that `verify --json` prints, as `report_schema` describes it."""
         camera = self.measurement.camera if self.measurement else None
         return {
+            "format": REPORT_FORMAT,
             "verdict": self.verdict,
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json(),
@@ -141,6 +146,11 @@ def verify(
         _left_out(badge, shown.measurement), shown.track or no_track(read, (film.width, film.height)),
         shown.measurement, segments=tuple(segment for chapter in chapters for segment in chapter.segments),
     )  # fmt: skip
+
+
+def report_schema() -> str:
+    """JSON Schema (2020-12) of `Report.to_json`, as text."""
+    return resources.files("moireid").joinpath("schema/report.schema.json").read_text(encoding="utf-8")
 
 
 def _left_out(badge: Badge, measurement: Measurement | None) -> tuple[str, ...]:
