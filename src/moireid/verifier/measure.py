@@ -29,10 +29,12 @@ PITCH_TOLERANCE = 0.008
 MAX_PHASE_SD_RAD = 0.6
 #: A badge that is lost for longer than this may have moved by more than a turn of phase meanwhile.
 GAP_S = 0.3
-#: Beyond half a turn between two frames nobody can tell which way it went; three error bars of a vague phase are kept off.
+#: Beyond half a turn between two frames nobody can tell which way it went; three error bars of a vague phase are kept
+#: off.
 LARGEST_STEP_RAD = 2.5
 #: Markers smaller than a coding block and a bit share its errors, which then do not show in what a pose leaves
-#: unexplained.  On films made outside at 1 to 2 m errors are as told, at 3 m (13 px) 1.4 to 1.7 times, at 4 m 2.5 times.
+#: unexplained.  On films made outside at 1 to 2 m errors are as told, at 3 m (13 px) 1.4 to 1.7 times, at 4 m 2.5
+#: times.
 TOLD_FROM_PX, UNTOLD_POWER = 19.0, 1.5
 #: Share of a frame's pose error that smoothing leaves.  A hand's motion lets a dozen frames be averaged, but part of
 #: the error is common to neighbouring frames: 0.4 to 0.6 on films at 1 to 2 m whose true poses are known.
