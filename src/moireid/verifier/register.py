@@ -10,24 +10,24 @@ frame, so nothing drifts.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.template import Template, TemplatePrinter
 
 Array = NDArray[np.float64]
-#: White kept around a marker, in modules; the grating begins 1.05 modules away.
-BORDER_MODULES = 0.7
-#: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
-BLUR_PX = 0.8
 MAX_STEPS = 12
 #: Steps stop when no point of the page moves by more than this, px.
 STOP_PX = 0.003
 #: Below this correlation between picture and print the frame is not the page.
 MIN_CORRELATION = 0.80
+#: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
+#: left behind.  True pages show 0.93 and more at 3 m.
+FOLLOWED_CORRELATION = 0.90
 #: A marker is seen where it correlates so far with its print; of the four, so many must be.
 MARKER_CORRELATION, MIN_MARKERS = 0.5, 3
 #: Least contrast of a marker's black and white, in the picture's counts.
@@ -44,47 +44,23 @@ class Registration:
     correlation: float
 
 
-@dataclass(frozen=True)
-class _Template:
-    """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
-
-    solvers: least-squares solvers (8, N) by which of the markers are seen, made as they are needed.
-    """
-
-    points: Array
-    marker: NDArray[np.int64]
-    values: Array
-    jacobian: Array
-    px_per_mm: float
-    solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
-
-    def solve(self, seen: tuple[bool, ...], residual: Array) -> Array:
-        """Warp parameters (8,) that explain the residuals of the markers that are seen."""
-        if seen not in self.solvers:
-            used = np.array(seen)[self.marker]
-            jacobian = np.where(used[:, None], self.jacobian, 0.0)
-            self.solvers[seen] = _projector(jacobian, self.marker, self.values)
-        return np.asarray(self.solvers[seen] @ residual)
-
-
 class PageRegistrar:
     """Registers frames of one page; keeps the template of the last scale."""
 
     def __init__(self, markers: Markers) -> None:
-        self._markers = markers
-        centers = np.asarray(markers.centers_mm)
-        self._middle = centers.mean(axis=0)
-        self._extent = float(np.abs(centers - self._middle).max())
+        self.printer = TemplatePrinter(markers)
+        self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are solved for in coordinates of about one, where their eight parameters weigh alike.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
-        self._template: _Template | None = None
+        self._template: Template | None = None
 
-    def register(self, luma: NDArray[np.uint8], start: Array) -> Registration | None:
+    def register(self, luma: NDArray[Any], start: Array, template: Template | None = None) -> Registration | None:
         """Refine `start` on this frame; None where the page does not match.
 
+        Parameters: template: as `template_for` has it, smeared as the frame is; None for a sharp frame's.
         Convention: as `MarkerFinder.find`.
         """
-        template = self._template_for(scale_px_per_mm(start, self._middle))
+        template = template or self.template_for(start)
         warp = start @ self._to_page
         values = None
         for _ in range(MAX_STEPS):
@@ -116,7 +92,17 @@ class PageRegistrar:
             return None
         return Registration(homography / homography[2, 2], float(correlation))
 
-    def _residual(self, values: Array, template: _Template) -> tuple[Array, float, tuple[bool, ...]]:
+    def left_over(
+        self, picture: NDArray[Any], homography: Array, template: Template
+    ) -> tuple[Array | None, tuple[bool, ...]]:
+        """Picture less print where the page lies so, and which of the markers are seen; None outside the picture."""
+        values = sample(picture, homography @ self._to_page, template.points)
+        if values is None:
+            return None, (False,) * 4
+        residual, _, seen = self._residual(values, template)
+        return residual, seen
+
+    def _residual(self, values: Array, template: Template) -> tuple[Array, float, tuple[bool, ...]]:
         """Picture less print in units of print contrast, their correlation, and which of the markers are seen.
 
         Gain and offset are fitted a marker.  One that is hidden has no say: what covers it has edges of its own.
@@ -139,63 +125,12 @@ class PageRegistrar:
                 total += most
         return residual, explained / total if total > 0 else 0.0, tuple(visible)
 
-    def _template_for(self, px_per_mm: float) -> _Template:
-        kept = self._template
-        if kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP:
-            return kept
-        self._template = self._draw(px_per_mm)
-        return self._template
-
-    def _draw(self, px_per_mm: float) -> _Template:
-        """Print the four markers at about one sample a pixel, blurred as a picture blurs, with their gradients."""
-        points, owner, values, gradients = [], [], [], []
-        known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, self._markers.dictionary))
-        modules = known.markerSize + 2
-        size_mm = self._markers.size_mm
-        module_mm = size_mm / modules
-        reach_mm = size_mm / 2 + BORDER_MODULES * module_mm
-        count = int(np.clip(2 * reach_mm * px_per_mm, 24, 160))
-        pitch_mm = 2 * reach_mm / count
-        fine = 8
-        offsets = (np.arange(count * fine) + 0.5) / fine * pitch_mm - reach_mm
-        column = np.floor((offsets + size_mm / 2) / module_mm).astype(int)
-        inside = (column >= 0) & (column < modules)
-        blur = BLUR_PX / px_per_mm / pitch_mm * fine
-        for index, (identity, center) in enumerate(zip(self._markers.ids, self._markers.centers_mm, strict=True)):
-            bits = np.asarray(cv2.aruco.generateImageMarker(known, identity, modules)) > 127
-            picture = np.ones((count * fine, count * fine), np.float32)
-            picture[np.ix_(inside, inside)] = bits[np.ix_(column[inside], column[inside])]
-            picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
-            gradient_y, gradient_x = np.gradient(picture, pitch_mm / fine)
-            middle = slice(fine // 2, None, fine)
-            x, y = np.meshgrid(offsets[middle], offsets[middle])
-            points.append(np.column_stack([x.ravel() + center[0], y.ravel() + center[1]]))
-            values.append(picture[middle, middle].ravel())
-            gradients.append(np.column_stack([gradient_x[middle, middle].ravel(), gradient_y[middle, middle].ravel()]))
-            owner.append(np.full(x.size, index))
-        place = (np.concatenate(points) - self._middle) / self._extent
-        marker = np.concatenate(owner)
-        printed = np.concatenate(values).astype(float)
-        jacobian = _warp_jacobian(place, np.concatenate(gradients).astype(float) * self._extent)
-        return _Template(place, marker, printed, jacobian, px_per_mm)
-
-
-def _warp_jacobian(place: Array, gradient: Array) -> Array:
-    """Change of printed brightness with each of the eight warp parameters, (N, 8)."""
-    x, y = place.T
-    gx, gy = gradient.T
-    inward = gx * x + gy * y
-    return np.column_stack([gx * x, gx * y, gx, gy * x, gy * y, gy, -inward * x, -inward * y])
-
-
-def _projector(jacobian: Array, marker: NDArray[np.int64], printed: Array) -> Array:
-    """Least-squares solver (8, N) for the warp, blind to each marker's gain and offset."""
-    free = jacobian.copy()
-    for index in range(4):
-        here = marker == index
-        basis, _ = np.linalg.qr(np.column_stack([np.ones(here.sum()), printed[here]]))
-        free[here] -= basis @ (basis.T @ free[here])
-    return np.asarray(np.linalg.pinv(free))
+    def template_for(self, start: Array, smear_mm: Array | None = None) -> Template:
+        """The template at the scale of a homography; smear_mm: as `TemplatePrinter.draw` has it."""
+        px_per_mm, kept = scale_px_per_mm(start, self._middle), self._template
+        if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
+            kept = self._template = self.printer.draw(px_per_mm)
+        return kept if smear_mm is None else self.printer.draw(kept.px_per_mm, smear_mm)
 
 
 def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
@@ -206,7 +141,7 @@ def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
     return float(np.sqrt(abs(np.linalg.det(homography) / w**3)))
 
 
-def sample(luma: NDArray[np.uint8], warp: Array, points: Array) -> Array | None:
+def sample(luma: NDArray[Any], warp: Array, points: Array) -> Array | None:
     """Bilinear brightness at warp(points), (N,); None where one lies outside the picture.
 
     Written out because OpenCV's remap rounds places to 1/32 pixel, which is more than registration resolves.

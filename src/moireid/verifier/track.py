@@ -16,17 +16,15 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.markers import MarkerFinder
-from moireid.verifier.register import PageRegistrar, Registration
+from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar, Registration
 from moireid.verifier.sample import EvenSample
+from moireid.verifier.shaken import ShakenFollower
 from moireid.verifier.strips import ProfileReader, Strip
 from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 #: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
-#: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
-#: left behind.  True pages show 0.93 and more at 3 m.
-FOLLOWED_CORRELATION = 0.90
 Progress = Callable[[int, int | None], None]  #: Frames read, and frames expected if the file says.
 
 
@@ -76,6 +74,7 @@ class BadgeTracker:
         """Raises: SpecError where a row of the badge is too small to be read."""
         self._badge = badge
         self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers)
+        self._shaken = ShakenFollower(badge.markers, self._registrar)
         self._reader = ProfileReader(badge)
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
         self._mirrored, self._ever = False, False
@@ -89,7 +88,7 @@ class BadgeTracker:
         self._cells = EvenSample()
         self._snapshot: NDArray[np.uint8] | None = None
         self._best, self._clock = 0.0, 0.0
-        self._stages = dict.fromkeys(("find", "register", "profiles", "snapshot"), 0.0)
+        self._stages = dict.fromkeys(("find", "register", "shaken", "profiles", "snapshot"), 0.0)
 
     @property
     def tracked(self) -> int:
@@ -106,6 +105,7 @@ class BadgeTracker:
         if registration is None:
             return False
         self._ever = True
+        self._shaken.follow(registration.homography, frame.time_s)
         self._numbers.append(frame.index)
         self._times.append(frame.time_s)
         self._homographies.append(registration.homography)
@@ -127,6 +127,10 @@ class BadgeTracker:
         # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
         registration = _followed(self._registrar, luma, self._finder.expected(frame.index))
         self._lap("register")
+        if registration is not None:
+            return luma, registration
+        registration = _clear(self._shaken.find(luma, frame.time_s))
+        self._lap("shaken")
         if registration is not None:
             return luma, registration
         start = self._finder.find(luma)
@@ -184,7 +188,11 @@ class BadgeTracker:
 
 def _followed(registrar: PageRegistrar, luma: NDArray[np.uint8], expected: Array | None) -> Registration | None:
     """The page near where it is expected, if it is seen there clearly."""
-    found = registrar.register(luma, expected) if expected is not None else None
+    return _clear(registrar.register(luma, expected) if expected is not None else None)
+
+
+def _clear(found: Registration | None) -> Registration | None:
+    """A page that was followed, if it is seen clearly."""
     return found if found is not None and found.correlation >= FOLLOWED_CORRELATION else None
 
 
