@@ -17,10 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
-from moireid.verifier.template import Template, TemplatePrinter
+from moireid.verifier.borders import Borders
+from moireid.verifier.template import Template, TemplatePrinter, without_gains
 
 Array = NDArray[np.float64]
 MAX_STEPS = 12
+#: Standard deviation of a sample at a border, in units of the markers' contrast.
+BORDER_NOISE = 0.05
 #: Steps stop when no point of the page moves by more than this, px.
 STOP_PX = 0.003
 #: Below this correlation between picture and print the frame is not the page.
@@ -28,8 +31,11 @@ MIN_CORRELATION = 0.80
 #: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
 #: left behind.  True pages show 0.93 and more at 3 m.
 FOLLOWED_CORRELATION = 0.90
-#: A marker is seen where it correlates so far with its print; of the four, so many must be.
-MARKER_CORRELATION, MIN_MARKERS = 0.5, 3
+#: A marker is seen where it correlates so far with its print; of the four, so many must be.  0.5 would
+#: take a grey patch over a marker, which looks like its outline, for the marker.
+MARKER_CORRELATION, MIN_MARKERS = 0.7, 3
+#: In a smeared frame, which agrees less with its print, leaving a marker out costs more than a poor one does.
+SMEARED_CORRELATION = 0.5
 #: Least contrast of a marker's black and white, in the picture's counts.
 MIN_GAIN = 2.0
 #: The template is drawn anew where the picture's scale changes by more than this factor.
@@ -38,23 +44,30 @@ SCALE_STEP = 1.2
 
 @dataclass(frozen=True)
 class Registration:
-    """Homography page mm -> image px, (3, 3) with h33 = 1; correlation of picture and print over the markers."""
+    """Homography page mm -> image px, (3, 3) with h33 = 1; correlation of picture and print over the markers.
+
+    vague: by how many times its tilt along x and y errs more than if all four markers were seen.
+    """
 
     homography: Array
     correlation: float
+    vague: tuple[float, float] = (1.0, 1.0)
 
 
 class PageRegistrar:
     """Registers frames of one page; keeps the template of the last scale."""
 
-    def __init__(self, markers: Markers) -> None:
+    def __init__(self, markers: Markers, borders: Borders | None = None) -> None:
+        """Parameters: borders: of the badge's gratings, which help where two markers alone are seen."""
+        self._borders = borders
+        self._contrast = 1.0  # Of the clearest marker in the last picture looked at, counts.
         self.printer = TemplatePrinter(markers)
         self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are solved for in coordinates of about one, where their eight parameters weigh alike.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
         self._template: Template | None = None
 
-    def register(self, luma: NDArray[Any], start: Array, template: Template | None = None) -> Registration | None:
+    def register(self, picture: NDArray[Any], start: Array, template: Template | None = None) -> Registration | None:
         """Refine `start` on this frame; None where the page does not match.
 
         Parameters: template: as `template_for` has it, smeared as the frame is; None for a sharp frame's.
@@ -64,33 +77,81 @@ class PageRegistrar:
         warp = start @ self._to_page
         values = None
         for _ in range(MAX_STEPS):
-            values = sample(luma, warp, template.points)
+            values = sample(picture, warp, template.points)
             if values is None:
                 return None
             residual, _, seen = self._residual(values, template)
             # Far from its place a page's markers match badly; then all of them are asked for the way.
             step = template.solve(seen if sum(seen) >= MIN_MARKERS else (True,) * 4, residual)
-            increment = np.array(
-                [[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]]
-            )
-            try:
-                warp = warp @ np.linalg.inv(increment)
-            except np.linalg.LinAlgError:
+            moved = _stepped(warp, step)
+            if moved is None:
                 return None
-            warp /= warp[2, 2]
+            warp = moved
             if np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
-        values = sample(luma, warp, template.points)
+        values = sample(picture, warp, template.points)
         if values is None:
             return None
         _, correlation, seen = self._residual(values, template)
+        vague = (1.0, 1.0)
         if sum(seen) < MIN_MARKERS:
-            # Two markers of one side leave the page free to turn about them, and the pose is worth nothing.
-            return None
+            # Two markers of one side leave the page free to turn about them, and the pose alone is worth nothing.
+            # A smeared border is no straight edge, and its displacement would follow the smear.
+            held = None if template.smeared else self._held_by_borders(picture, warp, template, seen)
+            if held is None:
+                return None
+            warp, correlation, vague = held
         homography = warp @ np.linalg.inv(self._to_page)
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
-        return Registration(homography / homography[2, 2], float(correlation))
+        return Registration(homography / homography[2, 2], float(correlation), vague)
+
+    def _held_by_borders(
+        self, picture: NDArray[Any], warp: Array, template: Template, seen: tuple[bool, ...]
+    ) -> tuple[Array, float, tuple[float, float]] | None:
+        """The warp from two markers and the gratings' borders, correlation, and how vague it is; None without them."""
+        borders = self._borders
+        if borders is None or sum(seen) != 2:
+            return None
+        places = ((borders.places - self._middle) / self._extent).reshape(-1, 2)
+        freed, prior = (
+            np.zeros_like(borders.freedom_sd),
+            np.diag([*np.zeros(8), *(BORDER_NOISE / borders.freedom_sd) ** 2]),
+        )
+        used = np.array(seen)[template.marker]
+        free = without_gains(np.where(used[:, None], template.jacobian, 0.0), template.marker, template.values)
+        normal = np.zeros_like(prior)
+        for _ in range(MAX_STEPS):
+            values, edges = sample(picture, warp, template.points), sample(picture, warp, places)
+            if values is None or edges is None:
+                return None
+            residual, correlation, visible = self._residual(values, template)
+            if visible != seen:
+                return None
+            edges = edges.reshape(borders.inward.shape)
+            found = borders.equations(edges, freed, self._middle, self._extent, template.px_per_mm, self._contrast)
+            if found is None:
+                return None
+            rows, right = found
+            normal = prior + rows.T @ rows
+            normal[:8, :8] += free.T @ free
+            side = rows.T @ right - prior @ np.append(np.zeros(8), freed)
+            side[:8] += free.T @ np.where(used, residual, 0.0)
+            step = np.linalg.lstsq(normal, side, rcond=None)[0]
+            moved = _stepped(warp, step[:8])
+            if moved is None:
+                return None
+            warp, freed = moved, freed + step[8:]
+            if np.abs(step[:8]).max() * self._extent * template.px_per_mm < STOP_PX:
+                break
+        return warp, correlation, self._vagueness(normal, template)
+
+    def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
+        """Standard deviations of the two tilts over those with all four markers; noise weighs alike in both."""
+        whole = without_gains(template.jacobian, template.marker, template.values)
+        least = np.diag(np.linalg.pinv(whole.T @ whole))[6:8]
+        ratio = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal))[6:8] / least, 1.0))
+        return float(ratio[0]), float(ratio[1])
 
     def left_over(
         self, picture: NDArray[Any], homography: Array, template: Template
@@ -109,7 +170,8 @@ class PageRegistrar:
         """
         residual = np.zeros_like(values)
         explained = total = 0.0
-        visible = []
+        least = SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION
+        visible, gains = [], []
         for index in range(4):
             here = template.marker == index
             seen, printed = values[here], template.values[here]
@@ -119,10 +181,12 @@ class PageRegistrar:
             own, most = float(seen @ printed) * max(np.sign(gain), 0.0), float(np.sqrt(power * (seen @ seen)))
             # A marker that is washed out must not be blown up to full contrast.
             residual[here] = seen / gain - printed if gain > MIN_GAIN else 0.0
-            visible.append(bool(gain > MIN_GAIN and own >= MARKER_CORRELATION * most))
+            gains.append(gain)
+            visible.append(bool(gain > MIN_GAIN and own >= least * most))
             if visible[-1]:
                 explained += own
                 total += most
+        self._contrast = max(gains)
         return residual, explained / total if total > 0 else 0.0, tuple(visible)
 
     def template_for(self, start: Array, smear_mm: Array | None = None) -> Template:
@@ -131,6 +195,16 @@ class PageRegistrar:
         if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
             kept = self._template = self.printer.draw(px_per_mm)
         return kept if smear_mm is None else self.printer.draw(kept.px_per_mm, smear_mm)
+
+
+def _stepped(warp: Array, step: Array) -> Array | None:
+    """The warp after a step of its eight parameters, h33 = 1; None where the step folds the page."""
+    increment = np.array([[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]])
+    try:
+        moved = warp @ np.linalg.inv(increment)
+    except np.linalg.LinAlgError:
+        return None
+    return np.asarray(moved / moved[2, 2])
 
 
 def scale_px_per_mm(homography: Array, place_mm: Array) -> float:

@@ -29,7 +29,8 @@ FINE = 8
 class Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
-    solvers: least-squares solvers (8, N) by which of the markers are seen, made as they are needed.
+    smeared: whether it is drawn as motion smears it; solvers: least-squares solvers (8, N) by which of the markers are
+    seen, made as they are needed.
     """
 
     points: Array
@@ -37,6 +38,7 @@ class Template:
     values: Array
     jacobian: Array
     px_per_mm: float
+    smeared: bool = False
     solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
 
     def solve(self, seen: tuple[bool, ...], residual: Array) -> Array:
@@ -91,7 +93,7 @@ class TemplatePrinter:
         place, marker = (np.concatenate(points) - self.middle) / self.extent, np.concatenate(owner)
         figures = np.concatenate(shown).astype(float)
         jacobian = warp_jacobian(place, figures[:, 1:] * self.extent)
-        return Template(place, marker, figures[:, 0], jacobian, px_per_mm)
+        return Template(place, marker, figures[:, 0], jacobian, px_per_mm, smear_mm is not None)
 
     def _pictures(self, px_per_mm: float) -> tuple[float, list[NDArray[np.float32]]]:
         """Pitch of the samples, mm, and each marker finely drawn: (side, side, 3) brightness and gradient per mm."""

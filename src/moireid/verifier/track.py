@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.verifier.borders import borders_of
 from moireid.verifier.markers import MarkerFinder
 from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar, Registration
 from moireid.verifier.sample import EvenSample
@@ -35,7 +36,8 @@ class Track:
     homographies (T, 3, 3) page mm -> px; correlations (T,) of picture and print; profiles: one array a strip, counts:
     (T, N) of a uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the
     board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge
-    mirror-wise (a self-view) and was turned back before it was measured.
+    mirror-wise (a self-view) and was turned back before it was measured; vague (T, 2): as `Registration.vague`, None
+    where every frame is 1.
     """
 
     frames_read: int
@@ -49,6 +51,7 @@ class Track:
     image_px: tuple[int, int]
     mirrored: bool = False
     snapshot: NDArray[np.uint8] | None = None
+    vague: Array | None = None
     stages_s: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -73,7 +76,7 @@ class BadgeTracker:
     def __init__(self, badge: Badge) -> None:
         """Raises: SpecError where a row of the badge is too small to be read."""
         self._badge = badge
-        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers)
+        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
         self._shaken = ShakenFollower(badge.markers, self._registrar)
         self._reader = ProfileReader(badge)
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
@@ -84,6 +87,7 @@ class BadgeTracker:
         self._times: list[float] = []
         self._homographies: list[Array] = []
         self._correlations: list[float] = []
+        self._vague: list[tuple[float, float]] = []
         self._rows: list[NDArray[np.float32]] = []
         self._cells = EvenSample()
         self._snapshot: NDArray[np.uint8] | None = None
@@ -110,6 +114,7 @@ class BadgeTracker:
         self._times.append(frame.time_s)
         self._homographies.append(registration.homography)
         self._correlations.append(registration.correlation)
+        self._vague.append(registration.vague)
         seen = self._reader.read(luma, registration.homography)
         self._rows.append(seen[self._uniform])
         self._cells.offer(seen[~self._uniform])
@@ -168,6 +173,7 @@ class BadgeTracker:
             image_px=self._image_px,
             mirrored=self._mirrored,
             snapshot=self._snapshot,
+            vague=np.array(self._vague[first:]) if any(max(pair) > 1 for pair in self._vague[first:]) else None,
             stages_s=dict(self._stages),
         )
 
@@ -178,7 +184,10 @@ class BadgeTracker:
         """
         track = self.look()
         gone = max(self.tracked - keep, 0)
-        for kept in (self._numbers, self._times, self._homographies, self._correlations, self._rows):
+        kept_lists = (
+            self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague
+        )  # fmt: skip
+        for kept in kept_lists:
             del kept[:gone]
         self._cells.drop(gone)
         self.frames_read, self._best = 0, 0.0
