@@ -95,7 +95,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
     camera = fit_camera(mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px)
     raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
-    camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error)
+    camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
     posed = time.perf_counter()
     strips: list[StripPhase | None] = []
     predictions: list[Array | None] = []
@@ -126,6 +126,10 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         noise = untold * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis])
         signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
         sd = np.where(known, signal.phase_sd_rad, np.inf)
+        if track.vague is not None:
+            # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
+            vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
+            sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
         elsewhere = _elsewhere(camera_mm, page_mm, axis)
         places = [a for strip, a in zip(track.strips, apart, strict=True) if strip.grating == g and strip.uniform]
         gratings.append(

@@ -58,8 +58,11 @@ def slow_part(series: Array, times_s: Array, spread_s: float) -> Array:
     return slow
 
 
-def smooth_camera(camera_mm: Array, times_s: Array, tangent_error: tuple[float, float]) -> Array:
-    """Camera centres smoothed over time, (T, 3); tangent_error: of one frame, as `CameraFit` has it.
+def smooth_camera(
+    camera_mm: Array, times_s: Array, tangent_error: tuple[float, float], vague: Array | None = None
+) -> Array:
+    """Camera centres smoothed over time, (T, 3); tangent_error: of one frame, as `CameraFit` has it; vague
+    (T, 2): by how many times a frame errs more, None where none does.
 
     The direction of the camera is noisy, its distance is not; so the tangents Cx/Cz and Cy/Cz and the distance are
     smoothed apart.  How much is chosen from the film itself by generalised cross-validation among a few cut-offs, none
@@ -74,11 +77,12 @@ def smooth_camera(camera_mm: Array, times_s: Array, tangent_error: tuple[float, 
         if len(stretch) >= 8:
             for k in range(3):
                 explained = EXPLAINED * tangent_error[k] if k < 2 else 0.0
-                columns[stretch, k] = _smooth(clock[stretch], columns[stretch, k], explained)
+                weights = vague[stretch, k] ** -2.0 if vague is not None and k < 2 else None
+                columns[stretch, k] = _smooth(clock[stretch], columns[stretch, k], explained, weights)
     return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]])
 
 
-def _smooth(clock: Array, values: Array, explained: float) -> Array:
+def _smooth(clock: Array, values: Array, explained: float, weights: Array | None = None) -> Array:
     """The smoothing spline of the lowest cut-off, if it leaves no more than `explained` (RMS).
 
     Else that of the cut-off which predicts left-out samples best.  Errors that last over some frames would deceive
@@ -90,9 +94,9 @@ def _smooth(clock: Array, values: Array, explained: float) -> Array:
         if cut_off > 0.5 * count / length:
             continue
         stiffness = count / length / (2 * np.pi * cut_off) ** 4
-        course = np.asarray(make_smoothing_spline(clock, values, lam=stiffness)(clock))
+        course = np.asarray(make_smoothing_spline(clock, values, w=weights, lam=stiffness)(clock))
         freedom = np.sum(1 / (1 + (np.arange(count) / (2 * length) / cut_off) ** 4))
-        left = float(np.sum((values - course) ** 2))
+        left = float(np.sum((values - course) ** 2 if weights is None else weights * (values - course) ** 2))
         if cut_off == CUT_OFFS_HZ[0] and np.sqrt(left / count) <= explained:
             return course
         score = left / (1 - freedom / count) ** 2

@@ -15,18 +15,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.verifier.borders import borders_of
 from moireid.verifier.markers import MarkerFinder
-from moireid.verifier.register import PageRegistrar, Registration
+from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar, Registration
 from moireid.verifier.sample import EvenSample
+from moireid.verifier.shaken import ShakenFollower
 from moireid.verifier.strips import ProfileReader, Strip
 from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 #: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
-#: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
-#: left behind.  True pages show 0.93 and more at 3 m.
-FOLLOWED_CORRELATION = 0.90
 Progress = Callable[[int, int | None], None]  #: Frames read, and frames expected if the file says.
 
 
@@ -37,7 +36,8 @@ class Track:
     homographies (T, 3, 3) page mm -> px; correlations (T,) of picture and print; profiles: one array a strip, counts:
     (T, N) of a uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the
     board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge
-    mirror-wise (a self-view) and was turned back before it was measured.
+    mirror-wise (a self-view) and was turned back before it was measured; vague (T, 2): as `Registration.vague`, None
+    where every frame is 1.
     """
 
     frames_read: int
@@ -51,6 +51,7 @@ class Track:
     image_px: tuple[int, int]
     mirrored: bool = False
     snapshot: NDArray[np.uint8] | None = None
+    vague: Array | None = None
     stages_s: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -75,7 +76,8 @@ class BadgeTracker:
     def __init__(self, badge: Badge) -> None:
         """Raises: SpecError where a row of the badge is too small to be read."""
         self._badge = badge
-        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers)
+        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
+        self._shaken = ShakenFollower(badge.markers, self._registrar)
         self._reader = ProfileReader(badge)
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
         self._mirrored, self._ever = False, False
@@ -85,11 +87,12 @@ class BadgeTracker:
         self._times: list[float] = []
         self._homographies: list[Array] = []
         self._correlations: list[float] = []
+        self._vague: list[tuple[float, float]] = []
         self._rows: list[NDArray[np.float32]] = []
         self._cells = EvenSample()
         self._snapshot: NDArray[np.uint8] | None = None
         self._best, self._clock = 0.0, 0.0
-        self._stages = dict.fromkeys(("find", "register", "profiles", "snapshot"), 0.0)
+        self._stages = dict.fromkeys(("find", "register", "shaken", "profiles", "snapshot"), 0.0)
 
     @property
     def tracked(self) -> int:
@@ -106,10 +109,12 @@ class BadgeTracker:
         if registration is None:
             return False
         self._ever = True
+        self._shaken.follow(registration.homography, frame.time_s)
         self._numbers.append(frame.index)
         self._times.append(frame.time_s)
         self._homographies.append(registration.homography)
         self._correlations.append(registration.correlation)
+        self._vague.append(registration.vague)
         seen = self._reader.read(luma, registration.homography)
         self._rows.append(seen[self._uniform])
         self._cells.offer(seen[~self._uniform])
@@ -127,6 +132,10 @@ class BadgeTracker:
         # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
         registration = _followed(self._registrar, luma, self._finder.expected(frame.index))
         self._lap("register")
+        if registration is not None:
+            return luma, registration
+        registration = _clear(self._shaken.find(luma, frame.time_s))
+        self._lap("shaken")
         if registration is not None:
             return luma, registration
         start = self._finder.find(luma)
@@ -164,6 +173,7 @@ class BadgeTracker:
             image_px=self._image_px,
             mirrored=self._mirrored,
             snapshot=self._snapshot,
+            vague=np.array(self._vague[first:]) if any(max(pair) > 1 for pair in self._vague[first:]) else None,
             stages_s=dict(self._stages),
         )
 
@@ -174,7 +184,10 @@ class BadgeTracker:
         """
         track = self.look()
         gone = max(self.tracked - keep, 0)
-        for kept in (self._numbers, self._times, self._homographies, self._correlations, self._rows):
+        kept_lists = (
+            self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague
+        )  # fmt: skip
+        for kept in kept_lists:
             del kept[:gone]
         self._cells.drop(gone)
         self.frames_read, self._best = 0, 0.0
@@ -184,7 +197,11 @@ class BadgeTracker:
 
 def _followed(registrar: PageRegistrar, luma: NDArray[np.uint8], expected: Array | None) -> Registration | None:
     """The page near where it is expected, if it is seen there clearly."""
-    found = registrar.register(luma, expected) if expected is not None else None
+    return _clear(registrar.register(luma, expected) if expected is not None else None)
+
+
+def _clear(found: Registration | None) -> Registration | None:
+    """A page that was followed, if it is seen clearly."""
     return found if found is not None and found.correlation >= FOLLOWED_CORRELATION else None
 
 

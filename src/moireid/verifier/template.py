@@ -1,0 +1,158 @@
+"""The four markers as a picture shows them: brightness at sample places, and its change as the page moves.
+
+A frame that was exposed while the badge moved shows the print smeared along its way; the template is smeared likewise,
+so that a shaken frame is registered without a pull to either end of the smear.
+
+Convention: places in units of the markers' extent about their middle, where a warp's eight parameters weigh alike.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Markers
+
+Array = NDArray[np.float64]
+#: White kept around a marker, in modules; the grating begins 1.05 modules away.
+BORDER_MODULES, FREE_MODULES = 0.7, 1.05
+#: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
+BLUR_PX = 0.8
+#: Samples to a sample's side at which the print is drawn.
+FINE = 8
+
+
+@dataclass(frozen=True)
+class Template:
+    """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
+
+    Convention: one marker's samples after another's.
+    first (4,): where each marker's samples begin; printed (N,): values of each marker about their mean; smeared:
+    whether it is drawn as motion smears it; solvers: least-squares solvers (8, N) by which of the markers are seen,
+    made as they are needed.
+    """
+
+    points: Array
+    marker: NDArray[np.int64]
+    values: Array
+    first: NDArray[np.int64]
+    printed: Array
+    jacobian: Array
+    px_per_mm: float
+    smeared: bool = False
+    solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
+
+    def solve(self, seen: tuple[bool, ...], residual: Array) -> Array:
+        """Warp parameters (8,) that explain the residuals of the markers that are seen."""
+        return np.asarray(self.solver(seen) @ residual)
+
+    def solver(self, seen: tuple[bool, ...]) -> Array:
+        """Least-squares solver (8, N), blind to each marker's gain and offset."""
+        if seen not in self.solvers:
+            used = np.array(seen)[self.marker]
+            free = without_gains(np.where(used[:, None], self.jacobian, 0.0), self.marker, self.values)
+            self.solvers[seen] = np.asarray(np.linalg.pinv(free.T @ free, hermitian=True) @ free.T)
+        return self.solvers[seen]
+
+
+class TemplatePrinter:
+    """Draws templates of one page at any scale; keeps the finest drawing of the last scale."""
+
+    def __init__(self, markers: Markers) -> None:
+        self._markers = markers
+        centers = np.asarray(markers.centers_mm)
+        self.middle = centers.mean(axis=0)
+        self.extent = float(np.abs(centers - self.middle).max())
+        known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
+        self._modules = known.markerSize + 2
+        self.module_mm = markers.size_mm / self._modules
+        self._bits = [
+            np.asarray(cv2.aruco.generateImageMarker(known, identity, self._modules)) > 127 for identity in markers.ids
+        ]
+        self._drawn: tuple[float, float, list[NDArray[np.float32]]] | None = None
+
+    def draw(self, px_per_mm: float, smear_mm: Array | None = None) -> Template:
+        """The four markers at about one sample a pixel, blurred as a picture blurs.
+
+        Parameters: smear_mm (4, 2): way of the page during the exposure, marker by marker, page mm; None for none.
+        """
+        pitch_mm, pictures = self._pictures(px_per_mm)
+        side = pictures[0].shape[0]
+        offsets = (np.arange(FINE // 2, side, FINE) + 0.5 - side / 2) / FINE * pitch_mm
+        x, y = (part.ravel() for part in np.meshgrid(offsets, offsets))
+        smears = np.zeros((4, 2)) if smear_mm is None else smear_mm
+        points, owner, shown = [], [], []
+        for index, (picture, center, smear) in enumerate(zip(pictures, self._markers.centers_mm, smears, strict=True)):
+            # Beyond the white border lies the grating, which a smear carries in.
+            length = float(np.linalg.norm(smear)) / self.module_mm
+            margin = min(BORDER_MODULES, max(FREE_MODULES - length / 2, 0.0)) * self.module_mm
+            kept = np.maximum(np.abs(x), np.abs(y)) < self._markers.size_mm / 2 + margin
+            places = np.column_stack([x[kept], y[kept]])
+            points.append(places + center)
+            shown.append(_smeared(picture, places, smear, pitch_mm))
+            owner.append(np.full(len(places), index))
+        place, marker = (np.concatenate(points) - self.middle) / self.extent, np.concatenate(owner)
+        figures = np.concatenate(shown).astype(float)
+        jacobian = warp_jacobian(place, figures[:, 1:] * self.extent)
+        printed = np.concatenate([part[:, 0] - part[:, 0].mean() for part in shown])
+        first = np.cumsum([0, *(len(part) for part in shown[:-1])])
+        return Template(place, marker, figures[:, 0], first, printed, jacobian, px_per_mm, smear_mm is not None)
+
+    def _pictures(self, px_per_mm: float) -> tuple[float, list[NDArray[np.float32]]]:
+        """Pitch of the samples, mm, and each marker finely drawn: (side, side, 3) brightness and gradient per mm."""
+        if self._drawn is not None and self._drawn[0] == px_per_mm:
+            return self._drawn[1:]
+        size_mm = self._markers.size_mm
+        reach_mm = size_mm / 2 + BORDER_MODULES * self.module_mm
+        count = int(np.clip(2 * reach_mm * px_per_mm, 24, 160))
+        pitch_mm = 2 * reach_mm / count
+        offsets = (np.arange(count * FINE) + 0.5) / FINE * pitch_mm - reach_mm
+        column = np.floor((offsets + size_mm / 2) / self.module_mm).astype(int)
+        inside = (column >= 0) & (column < self._modules)
+        blur = BLUR_PX / px_per_mm / pitch_mm * FINE
+        pictures = []
+        for bits in self._bits:
+            picture = np.ones((count * FINE, count * FINE), np.float32)
+            picture[np.ix_(inside, inside)] = bits[np.ix_(column[inside], column[inside])]
+            picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
+            gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
+            pictures.append(np.dstack([picture, gradient_x, gradient_y]))
+        self._drawn = px_per_mm, pitch_mm, pictures
+        return pitch_mm, pictures
+
+
+def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm: float) -> NDArray[np.float32]:
+    """Mean (N, 3) of a fine drawing over the way that the page goes during the exposure."""
+    side = picture.shape[0]
+    # The print is blurred already by most of a sample, so a step of a sample leaves no steps to be seen.
+    steps = max(1, int(np.ceil(np.linalg.norm(smear) / pitch_mm)))
+    total = np.zeros((len(places), 3), np.float32)
+    for share in (np.arange(steps) + 0.5) / steps - 0.5:
+        at = ((places - share * smear) / pitch_mm * FINE + side / 2 - 0.5).astype(np.float32)
+        total += cv2.remap(picture, at[:, 0], at[:, 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).reshape(
+            -1, 3
+        )
+    return total / np.float32(steps)
+
+
+def warp_jacobian(place: Array, gradient: Array) -> Array:
+    """Change of printed brightness with each of the eight warp parameters, (N, 8)."""
+    x, y = place.T
+    gx, gy = gradient.T
+    inward = gx * x + gy * y
+    return np.column_stack([gx * x, gx * y, gx, gy * x, gy * y, gy, -inward * x, -inward * y])
+
+
+def without_gains(columns: Array, marker: NDArray[np.int64], printed: Array) -> Array:
+    """What of some columns (N, K) no marker's own gain and offset of brightness could make."""
+    free = columns.copy()
+    for index in np.unique(marker):
+        here = marker == index
+        mine, shown = free[here], printed[here] - printed[here].mean()
+        mine -= mine.mean(axis=0)
+        power = float(shown @ shown)
+        free[here] = mine - np.outer(shown, shown @ mine) / power if power > 0 else mine
+    return free
