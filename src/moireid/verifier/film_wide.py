@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from moireid.verifier.distortion import taken_in_px
+from moireid.verifier.distortion import TakenIn
 from moireid.verifier.minimise import Unknown, minimise, minimise_together, posterior
 from moireid.verifier.near_poses import NearPoses
 from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
@@ -70,7 +70,7 @@ class FilmWide:
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
         self._long_side, self._given = max(image_px), focal_px is not None
         self._guess = focal_px or FOCAL_PRIOR * self._long_side
-        self._bends = taken_in_px(points_px, self._guess, self._centre)
+        self._bends = TakenIn(points_px, self._guess, self._centre)
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
@@ -129,7 +129,6 @@ class FilmWide:
             else:
                 self.covariance[1, 1] = covariance[1, 1]
             self.shutter_s, self.bend = float(place[-2]), float(place[-1])
-            self._bends = taken_in_px(self._points - self.bend * self._bends, self._guess, self._centre)
 
     def _solve_steadily(self, zoom: tuple[float, float, float, float], shutter: Unknown) -> None:
         """The focal length by misfit with a steady course; where it is another one, the rest is solved for again."""
@@ -163,7 +162,7 @@ class FilmWide:
         """Points as a pinhole without a rolling shutter would have seen them."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds
-        return np.asarray(self._points[frames] - bent * self._bends[frames] - rolled)
+        return np.asarray(self._points[frames] - self._bends.px(bent, frames) - rolled)
 
     def _errors(
         self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None
