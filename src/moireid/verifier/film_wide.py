@@ -39,9 +39,9 @@ SHUTTER_LIMIT_S = 0.033
 BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
 #: From so many standard deviations of its prior on, a focal length is asked for again.
 FAR_SDS = 2.0
-#: Steps of the joint search over those of the first, one search after another: a distortion belongs to the place where
-#: a point would have been without it, which the search before tells.
-NEARER = (1.0, 0.3, 0.1)
+#: The joint search goes so many of its unknowns' steps from settled poses at most, and begins anew from where it came to,
+#: until it moves by less than this share of a step.
+NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
 #: Within this of the logarithm of the focal length, poses are near those that were refined already.
 NEARBY_ZOOM = 0.15
 #: Frames that the film-wide unknowns are solved on; a long film has more than enough.
@@ -112,23 +112,28 @@ class FilmWide:
         """Focal length where it is unknown, shutter and distortion, ever nearer."""
         bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03, heavy=True)
 
-        def errors(at: Array) -> Array:
-            return self._errors(log_focal=float(at[0]) if zoom else None, shutter_s=float(at[-2]), bend=float(at[-1]))
+        def left_over(at: Array) -> Array:
+            focal = math.exp(at[0]) if zoom else self.focal
+            points = self._flat(self._chosen, shutter_s=float(at[-2]), bend=float(at[-1]))
+            return self._near.left_over_px(points, focal / self._start_focal, focal, self._centre)
 
-        for nearer in NEARER:
+        for _ in range(MOST_SETTLED):
             self._settle()
-            start = [math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend]
-            place, covariance = minimise_together(
-                errors,
-                np.array(start),
-                [replace(unknown, step=nearer * unknown.step) for unknown in (*zoom, shutter, bend)],
-            )
+            before = np.array([math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend])
+            usual = float(np.median(self._errors())) or 1e-9
+            near = [
+                replace(one, low=max(one.low, at - NEARBY_STEPS * one.step), high=min(one.high, at + NEARBY_STEPS * one.step))
+                for one, at in zip((*zoom, shutter, bend), before, strict=True)
+            ]  # fmt: skip
+            place, covariance = minimise_together(left_over, before, near, usual)
             if zoom:
                 self.focal = math.exp(place[0])
                 self.covariance = covariance[np.ix_([0, 2], [0, 2])]
             else:
                 self.covariance[1, 1] = covariance[1, 1]
             self.shutter_s, self.bend = float(place[-2]), float(place[-1])
+            if np.all(np.abs(place - before) < [SETTLED * one.step for one in near]):
+                break
 
     def _solve_steadily(self, zoom: tuple[float, float, float, float], shutter: Unknown) -> None:
         """The focal length by misfit with a steady course; where it is another one, the rest is solved for again."""
