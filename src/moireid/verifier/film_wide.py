@@ -12,7 +12,6 @@ Source: maximum a posteriori over reprojection error.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +38,8 @@ SHUTTER_LIMIT_S = 0.033
 BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
 #: From so many standard deviations of its prior on, a focal length is asked for again.
 FAR_SDS = 2.0
-#: The joint search goes so many of its unknowns' steps from settled poses at most, and begins anew from where it came to,
-#: until it moves by less than this share of a step.
+#: The joint search goes so many of its unknowns' steps from settled poses at most, and begins anew from where it came
+#: to, until it moves by less than this share of a step.
 NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
 #: Within this of the logarithm of the focal length, poses are near those that were refined already.
 NEARBY_ZOOM = 0.15
@@ -121,10 +120,7 @@ class FilmWide:
             self._settle()
             before = np.array([math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend])
             usual = float(np.median(self._errors())) or 1e-9
-            near = [
-                replace(one, low=max(one.low, at - NEARBY_STEPS * one.step), high=min(one.high, at + NEARBY_STEPS * one.step))
-                for one, at in zip((*zoom, shutter, bend), before, strict=True)
-            ]  # fmt: skip
+            near = [one.near(at, NEARBY_STEPS) for one, at in zip((*zoom, shutter, bend), before, strict=True)]
             place, covariance = minimise_together(left_over, before, near, usual)
             if zoom:
                 self.focal = math.exp(place[0])

@@ -6,7 +6,7 @@ Convention: a misfit is a function from the unknown to the reprojection errors o
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,7 +79,7 @@ def _misfit(errors_px: Array, scale: float) -> float:
 
 @dataclass(frozen=True)
 class Unknown:
-    """An unknown: its bounds, its prior, and the step of a first search near its minimum.
+    """An unknown: its bounds, its prior, and a step that is small for it.
 
     heavy: the prior's tails are Student's t of three degrees and not normal: mostly near, sometimes far.
     """
@@ -90,6 +90,11 @@ class Unknown:
     prior_sd: float
     step: float
     heavy: bool = False
+
+    def near(self, place: float, steps: float) -> Unknown:
+        """The same, bound to so many of its steps about a place."""
+        reach = steps * self.step
+        return replace(self, low=max(self.low, place - reach), high=min(self.high, place + reach))
 
     def curve(self, place: float) -> tuple[float, float]:
         """Half of the cost's slope, and half of its curvature as Gauss-Newton takes it."""
@@ -108,12 +113,12 @@ def minimise_together(
 ) -> tuple[Array, Array]:
     """Places of least misfit, and their covariance.
 
-    Parameters: left_over_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the unknowns;
-        start (N,): near the minimum; scale_px: error of a usual frame, s in the misfit.
+    Parameters: left_over_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
+        unknowns; start (N,): near the minimum; scale_px: error of a usual frame, s in the misfit.
     Returns: (N,) and (N, N).
-    Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  Focal length, shutter and distortion share
-        a valley that is long and narrow: whoever seeks them one at a time, or by the misfit's values alone, stops on its
-        way, with an error bar for the valley's width instead of its length.
+    Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  Focal length, shutter and distortion
+        share a valley that is long and narrow: whoever seeks them one at a time, or by the misfit's values alone, stops
+        on its way, with an error bar for the valley's width instead of its length.
     """
     low, high, step = (np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high", "step"))
 
@@ -124,15 +129,21 @@ def minimise_together(
         square = 2 * (left**2).mean(axis=1) / scale_px**2
         return SPARE_PER_FRAME / (1 + square), SPARE_PER_FRAME * float(np.log1p(square).sum())
 
+    def bounded(at: Array) -> Array:
+        # A frame whose pose could not be found is very wrong, not endlessly.
+        most = 1e3 * scale_px
+        return np.clip(np.nan_to_num(left_over_px(at), nan=most, posinf=most, neginf=-most), -most, most)
+
     place = np.clip(np.asarray(start, float), low, high)
-    left = left_over_px(place)
+    left = bounded(place)
     weight, misfit = weighed(left)
     cost, damping = misfit + priors(place), 1e-3
     bend = np.diag([1 / u.prior_sd**2 for u in unknowns])
     for _ in range(MOST_STEPS):
         # Towards the middle of the bounds, so that a step to tell the slope never leaves them.
         probe = PROBE * step * np.where(place > (low + high) / 2, -1.0, 1.0)
-        slopes = np.stack([(left_over_px(place + move) - left) / size for move, size in zip(np.diag(probe), probe)])
+        moves = zip(np.diag(probe), probe, strict=True)
+        slopes = np.stack([(bounded(place + move) - left) / size for move, size in moves])
         slopes *= np.sqrt(2 * weight / left.shape[1])[:, None] / scale_px
         table = slopes.reshape(len(unknowns), -1)
         told = (left * np.sqrt(2 * weight / left.shape[1])[:, None] / scale_px).ravel()
@@ -142,7 +153,7 @@ def minimise_together(
         for _ in range(MOST_STEPS):
             move = -np.linalg.solve(bend + damping * np.diag(np.diag(bend)), slope)
             there = np.clip(place + move, low, high)
-            tried = left_over_px(there)
+            tried = bounded(there)
             tried_weight, tried_misfit = weighed(tried)
             if tried_misfit + priors(there) <= cost:
                 break
