@@ -53,3 +53,14 @@ def test_a_plane_seen_from_behind_has_no_pose(seen):
     error = NearPoses(plane, behind).least_error_px(points, 1.0, FOCAL, CENTRE)
     # Some find a pose in front, far off.
     assert np.all(error > 100 * start.least_error_px) and np.isinf(error).sum() > FRAMES / 2
+
+
+def test_what_is_left_over_is_the_better_pose_s(seen):
+    """Catches: the worse pose's residuals; frames and points exchanged; residuals in units of the focal length."""
+    plane, points = seen
+    start = start_poses(plane, points, FOCAL, CENTRE)
+    near = NearPoses(plane, start)
+    left = near.left_over_px(points, 1.005, 1.005 * FOCAL, CENTRE)
+    assert left.shape == (FRAMES, 32)
+    error = moved_poses(start, plane, points, 1.005, 1.005 * FOCAL, CENTRE, 30).least_error_px
+    assert np.sqrt((left**2).sum(axis=1) / 16) == pytest.approx(error, rel=1e-4)

@@ -14,8 +14,9 @@ Document = dict[str, Any]
 INK, PALE = "#1d2733", "#8a97a6"
 GENUINE, FORGED = "#1f6fb2", "#c2571a"
 LINES = {"moireid": ("#1f6fb2", "-"), "published": ("#8a97a6", "--")}
-#: Scores below this are drawn at the edge: the ranks below it matter to nobody, and would press all else together.
-LEAST_SHOWN = -0.55
+#: Least and most of each score that are drawn in place: ranks below the least matter to nobody, and are drawn at the
+#: edge, as they would press all else together.
+SHOWN = {"moireid": (-8.0, 3.0), "published": (-0.05, 1.0)}
 RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
 
@@ -55,18 +56,27 @@ def _scores(document: Document) -> Any:
     figure = _figure(2.6 + 3.6 * len(pipelines), 0.34 * len(kinds) + 1.5)
     panels = figure.subplots(1, len(pipelines), sharey=True, squeeze=False)[0]
     for axes, (pipeline, figures) in zip(panels, pipelines.items(), strict=True):
+        least, most = SHOWN[pipeline]
         for place, kind in enumerate(kinds):
             own = [
                 row for row in document["rows"] if row["pipeline"] == pipeline and (row["group"], row["label"]) == kind
             ]
-            _dots(axes, place, own, GENUINE if kind[1] == "genuine" else FORGED)
+            _dots(axes, place, own, GENUINE if kind[1] == "genuine" else FORGED, least, most + 0.08 * (most - least))
         best = figures["scored_films"].get("best_threshold")
         if best:
             axes.axvline(best["threshold"], color=INK, linewidth=1, linestyle=":")
-        axes.set_xlim(LEAST_SHOWN - 0.08, 1.2)
+        axes.set_xlim(least - 0.04 * (most - least), most + 0.15 * (most - least))
         axes.set_xlabel(f"score, {pipeline}", color=INK)
         _plain(axes)
-        axes.text(1.04, 1.0, "no\nscore", transform=axes.get_xaxis_transform(), fontsize=7, color=PALE, va="bottom")
+        axes.text(
+            most + 0.05 * (most - least),
+            1.0,
+            "no\nscore",
+            transform=axes.get_xaxis_transform(),
+            fontsize=7,
+            color=PALE,
+            va="bottom",
+        )
     names = [group if group == label else f"{group}: {label}" for group, label in kinds]
     panels[0].set_yticks(range(len(kinds)), names)
     panels[0].set_ylim(-0.6, len(kinds) - 0.4)
@@ -80,18 +90,18 @@ def _scores(document: Document) -> Any:
     return figure
 
 
-def _dots(axes: Any, place: int, rows: list[Document], colour: str) -> None:
+def _dots(axes: Any, place: int, rows: list[Document], colour: str, least: float, aside: float) -> None:
     """The films of one row: dots in five lanes, an arrow for a score beyond the edge, a count of those without."""
     scores = np.array(sorted(row["score"] for row in rows if row["score"] is not None))
     lanes = place + 0.12 * (np.arange(len(scores)) % 5 - 2) if len(scores) > 1 else np.full(len(scores), float(place))
-    off = scores < LEAST_SHOWN
+    off = scores < least
     axes.plot(scores[~off], lanes[~off], "o", color=colour, markersize=4.5, alpha=0.6, markeredgewidth=0)
-    axes.plot(np.full(off.sum(), LEAST_SHOWN), lanes[off], "<", color=colour, markersize=5, alpha=0.8)
+    axes.plot(np.full(off.sum(), least), lanes[off], "<", color=colour, markersize=5, alpha=0.8)
     if len(scores) > 4:
-        median = max(float(np.median(scores)), LEAST_SHOWN)
+        median = max(float(np.median(scores)), least)
         axes.plot([median, median], [place - 0.36, place + 0.36], color=INK, linewidth=1.6)
     if len(scores) < len(rows):
-        axes.text(1.1, place, str(len(rows) - len(scores)), color=colour, va="center", fontsize=9)
+        axes.text(aside, place, str(len(rows) - len(scores)), color=colour, va="center", fontsize=9)
 
 
 def _roc(document: Document) -> Any:

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 Document = dict[str, Any]
 VERDICTS = ("accept", "reject", "inconclusive", "failed")
 SCORES = {
-    "moireid": "share of the predicted motion that the fringes follow: 1 for a genuine film",
+    "moireid": "decadic logarithm of how much likelier the film is of a true badge: above 1 it is accepted",
     "published": "mean of |rho| over windows of 30 frames: 1 for a genuine film",
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films, which are not these.

@@ -20,8 +20,9 @@ import numpy as np
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.verifier.built import compare_built, measure_built
+from moireid.verifier.figures import WINDOW_FRAMES
 from moireid.verifier.identity import Identity, judge_identity
-from moireid.verifier.invariant import WINDOW_FRAMES, Invariant, judge_invariant, judge_signals
+from moireid.verifier.invariant import Invariant, judge_invariant, judge_signals
 from moireid.verifier.measure import GratingSignal, Measurement, measure
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.segments import Segment, judge_segments, part_of
@@ -150,6 +151,8 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         phase_sd_rad=np.concatenate([signal.phase_sd_rad for signal in signals]),
         pose_sd_rad=float(np.sqrt(np.mean([signal.pose_sd_rad**2 for signal in signals]))),
         strip_residual_rad=np.max([signal.strip_residual_rad for signal in signals], axis=0),
+        times_s=np.concatenate([signal.times_s for signal in signals]),
+        place_residual_rad=np.max([signal.place_residual_rad for signal in signals], axis=0),
         tangent_sd=max(signal.tangent_sd for signal in signals),
         elsewhere=_joined_places(signals),
     )

@@ -15,21 +15,39 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+STEPS = 3
 
 
-def taken_in_px(points_px: Array, focal: float, centre: tuple[float, float]) -> Array:
-    """Displacement (T, N, 2) px of the points for k1 = 1, as far as a homography of the N points takes it in."""
-    place = (points_px - np.array(centre)) / focal
-    bent = place * (place**2).sum(axis=-1, keepdims=True)
-    local = place - place.mean(axis=1, keepdims=True)
-    local /= np.maximum(np.abs(local).max(axis=(1, 2), keepdims=True), 1e-12)
-    x, y = local[..., 0], local[..., 1]
-    one, none = np.ones_like(x), np.zeros_like(x)
-    along_x = np.stack([x, y, one, none, none, none, x * x, x * y], axis=-1)
-    along_y = np.stack([none, none, none, x, y, one, x * y, y * y], axis=-1)
-    table = np.concatenate([along_x, along_y], axis=1)
-    wanted = np.concatenate([bent[..., 0], bent[..., 1]], axis=1)[..., None]
-    # Four markers make the table's eight columns independent; a pseudo-inverse keeps odd boards from failing.
-    fitted = (table @ (np.linalg.pinv(table) @ wanted))[..., 0]
-    half = points_px.shape[1]
-    return np.asarray(focal * np.stack([fitted[:, :half], fitted[:, half:]], axis=-1))
+class TakenIn:
+    """The part of a distortion that homographies of some points take in, for any strength of it."""
+
+    def __init__(self, points_px: Array, focal: float, centre: tuple[float, float]) -> None:
+        """Parameters: points_px (T, N, 2), as they are seen; focal: unit of the strength's places."""
+        self._focal = focal
+        self._place = (points_px - np.array(centre)) / focal
+        local = self._place - self._place.mean(axis=1, keepdims=True)
+        local /= np.maximum(np.abs(local).max(axis=(1, 2), keepdims=True), 1e-12)
+        x, y = local[..., 0], local[..., 1]
+        one, none = np.ones_like(x), np.zeros_like(x)
+        along_x = np.stack([x, y, one, none, none, none, x * x, x * y], axis=-1)
+        along_y = np.stack([none, none, none, x, y, one, x * y, y * y], axis=-1)
+        table = np.concatenate([along_x, along_y], axis=1)
+        # Four markers make the table's eight columns independent; a pseudo-inverse keeps odd boards from failing.
+        self._table, self._inverse = table, np.linalg.pinv(table)
+
+    def px(self, strength: float, frames: NDArray[np.int64] | slice) -> Array:
+        """How far the points of these frames are bent away from where they would be without it, (T, N, 2) px.
+
+        A distortion belongs to the place where a point would have been without it, so it is sought step by step: of 0.1
+        the first step leaves 3 %, and the third nothing.
+        """
+        seen, table, inverse = self._place[frames], self._table[frames], self._inverse[frames]
+        bent = np.zeros_like(seen)
+        for _ in range(STEPS):
+            straight = seen - bent
+            wanted = strength * straight * (straight**2).sum(axis=-1, keepdims=True)
+            wanted = np.concatenate([wanted[..., 0], wanted[..., 1]], axis=1)[..., None]
+            fitted = (table @ (inverse @ wanted))[..., 0]
+            half = fitted.shape[1] // 2
+            bent = np.stack([fitted[:, :half], fitted[:, half:]], axis=-1)
+        return np.asarray(self._focal * bent)

@@ -3,6 +3,7 @@
 1. Which way does the shutter run through the picture?  Told at its usual time.
 2. Shutter time alone, then focal length alone, each from its prior.
 3. All together.
+4. A focal length far from its prior is asked for again with the camera held to a steady course (`steady`).
 
 Convention: as `camera`; the distortion is solved in units of the guessed focal length, and told in those of the found.
 Source: maximum a posteriori over reprojection error.
@@ -11,17 +12,17 @@ Source: maximum a posteriori over reprojection error.
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from moireid.verifier.distortion import taken_in_px
-from moireid.verifier.minimise import Unknown, minimise, minimise_together
+from moireid.verifier.distortion import TakenIn
+from moireid.verifier.minimise import Unknown, minimise, minimise_together, posterior
 from moireid.verifier.near_poses import NearPoses
 from moireid.verifier.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.smooth import GAP_S, stretches
+from moireid.verifier.steady import SPARE, steady_errors_px
 
 Array = NDArray[np.float64]
 #: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
@@ -35,9 +36,11 @@ SHUTTER_LIMIT_S = 0.033
 #: Prior of the radial distortion k1 (`distortion`): most phones correct theirs to 0.02, some webcams leave 0.1; and 0.1
 #: makes the fringes' gain 9 % wrong if it is not solved for.
 BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
-#: Steps of the joint search over those of the first, one search after another: a distortion belongs to the place where
-#: a point would have been without it, which the search before tells.
-NEARER = (1.0, 0.3, 0.1)
+#: From so many standard deviations of its prior on, a focal length is asked for again.
+FAR_SDS = 2.0
+#: The joint search goes so many of its unknowns' steps from settled poses at most, and begins anew from where it came
+#: to, until it moves by less than this share of a step.
+NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
 #: Within this of the logarithm of the focal length, poses are near those that were refined already.
 NEARBY_ZOOM = 0.15
 #: Frames that the film-wide unknowns are solved on; a long film has more than enough.
@@ -55,7 +58,7 @@ class FilmWide:
         self, points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], focal_px: float | None
     ) -> None:
         """Parameters: as `camera.fit_camera`."""
-        self._points = points_px
+        self._points, self._times = points_px, times_s
         self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         self._velocity = _velocity_px_s(points_px, times_s)
@@ -66,7 +69,7 @@ class FilmWide:
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
         self._long_side, self._given = max(image_px), focal_px is not None
         self._guess = focal_px or FOCAL_PRIOR * self._long_side
-        self._bends = taken_in_px(points_px, self._guess, self._centre)
+        self._bends = TakenIn(points_px, self._guess, self._centre)
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
@@ -88,7 +91,7 @@ class FilmWide:
         return math.sqrt(self.covariance[1, 1]) * (self.focal / self._guess) ** 2
 
     def solve(self) -> None:
-        """Steps 1 to 3."""
+        """Steps 1 to 4."""
         shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
         middle = math.log(self._guess)
         zoom = (math.log(0.4 * self._long_side), math.log(2.5 * self._long_side), middle, FOCAL_PRIOR_SD)
@@ -101,29 +104,48 @@ class FilmWide:
                 # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
                 self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
         self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
+        if not self._given and abs(math.log(self.focal) - middle) > FAR_SDS * FOCAL_PRIOR_SD:
+            self._solve_steadily(zoom, Unknown(*shutter, 0.003))  # 4
 
     def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
         """Focal length where it is unknown, shutter and distortion, ever nearer."""
         bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03, heavy=True)
 
-        def errors(at: Array) -> Array:
-            return self._errors(log_focal=float(at[0]) if zoom else None, shutter_s=float(at[-2]), bend=float(at[-1]))
+        def left_over(at: Array) -> Array:
+            focal = math.exp(at[0]) if zoom else self.focal
+            points = self._flat(self._chosen, shutter_s=float(at[-2]), bend=float(at[-1]))
+            return self._near.left_over_px(points, focal / self._start_focal, focal, self._centre)
 
-        for nearer in NEARER:
+        for _ in range(MOST_SETTLED):
             self._settle()
-            start = [math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend]
-            place, covariance = minimise_together(
-                errors,
-                np.array(start),
-                [replace(unknown, step=nearer * unknown.step) for unknown in (*zoom, shutter, bend)],
-            )
+            before = np.array([math.log(self.focal)] * len(zoom) + [self.shutter_s, self.bend])
+            usual = float(np.median(self._errors())) or 1e-9
+            near = [one.near(at, NEARBY_STEPS) for one, at in zip((*zoom, shutter, bend), before, strict=True)]
+            place, covariance = minimise_together(left_over, before, near, usual)
             if zoom:
                 self.focal = math.exp(place[0])
                 self.covariance = covariance[np.ix_([0, 2], [0, 2])]
             else:
                 self.covariance[1, 1] = covariance[1, 1]
             self.shutter_s, self.bend = float(place[-2]), float(place[-1])
-            self._bends = taken_in_px(self._points - self.bend * self._bends, self._guess, self._centre)
+            if np.all(np.abs(place - before) < [SETTLED * one.step for one in near]):
+                break
+
+    def _solve_steadily(self, zoom: tuple[float, float, float, float], shutter: Unknown) -> None:
+        """The focal length by misfit with a steady course; where it is another one, the rest is solved for again."""
+        found = math.log(self.focal)
+
+        def errors(log_focal: float) -> Array:
+            focal, points = math.exp(log_focal), self._flat(self._chosen)
+            poses = moved_poses(self._start, self.plane, points, focal / self._start_focal, focal, self._centre)
+            return steady_errors_px(poses, self.plane, points, self._times[self._chosen], focal, self._centre)
+
+        log_focal, log_sd = posterior(errors, *zoom, SPARE)
+        if abs(log_focal - found) < FAR_SDS * FOCAL_PRIOR_SD:
+            return
+        self.focal = math.exp(log_focal)
+        self._solve_together([], shutter)
+        self.covariance = np.diag([log_sd**2, self.covariance[1, 1]])
 
     def all_poses(self) -> PlanePoses:
         """Poses of all frames with what was found."""
@@ -141,7 +163,7 @@ class FilmWide:
         """Points as a pinhole without a rolling shutter would have seen them."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds
-        return np.asarray(self._points[frames] - bent * self._bends[frames] - rolled)
+        return np.asarray(self._points[frames] - self._bends.px(bent, frames) - rolled)
 
     def _errors(
         self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None

@@ -2,7 +2,8 @@
 
 Correlation alone forgets how *much* the fringes move, so four things must hold together: enough motion to tell,
 correlation, gain, and a residual that the known errors explain.  Each limit below has its reason; none was fitted to
-this project's own simulator.
+this project's own simulator.  They are wide, since each must hold on every true film; what lies within them is weighed
+as a whole by a likelihood ratio.
 """
 
 from __future__ import annotations
@@ -13,13 +14,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from moireid.verifier.figures import Figures, figures_of
+from moireid.verifier.likelihood import ACCEPTED, KINDS, REJECTED
 from moireid.verifier.measure import GratingSignal, Measurement
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
-Array = NDArray[np.float64]
-WINDOW_FRAMES = 30
 #: Least standard deviation of the predicted phase: 0.25 rad is 3.5 cm of sideways sway at 1 m.  Less is not told from
 #: the drifts that light and codec make (0.01 to 0.05 rad on films made outside) with five standard deviations to spare.
 MIN_EXCITATION_RAD = 0.25
@@ -34,9 +34,6 @@ GAIN_SDS = 3.0
 #: From this share of the gain on, an error bar is too wide to accept on: fringes at 1.9 times the true gain would be
 #: taken for true ones with a chance of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
 VAGUE_GAIN = 0.215
-#: What strays from the law in step with the camera's place is no wander of the fringes: a bent sheet, light from one
-#: side, a pose that errs with the tilt; 3 % of the motion each.
-PLACE_SHARE = 0.05
 #: What is left then is explained by: this floor (light and codec, as above), this share of the motion (a law traced for
 #: the sheet as sold), and three times the error of pose and phase.
 RESIDUAL_FLOOR_RAD = 0.05
@@ -84,116 +81,37 @@ def judge_invariant(measurement: Measurement) -> Invariant:
 def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     """Hold measured against predicted phase, one signal a grating.
 
-    Convention: gain is measured over predicted phase, +1 for a genuine badge; the score is the share of the predicted
-    motion that the fringes follow, 1 for genuine, about 0 for unrelated, negative for contrary motion.
-    Source: linear regression of measured on predicted phase (regressing on the *predicted* phase makes the gain a
-    ratio at any angle); gratings are combined by their Fisher information.
+    Convention: as `figures`; the score is the decadic logarithm of the likelihood ratio, above 0 for what is likelier
+    of a true badge (`likelihood`).
+    Source: `figures`; gratings are combined by their Fisher information.
     """
-    figures = [_figures(signal) for signal in signals]
-    information = np.array([f["information"] for f in figures])
+    figures = [figures_of(signal) for signal in signals]
+    information = np.array([f.information for f in figures])
     if not information.sum() > 0:
         nothing = Reason("fringes", "undecided", 0.0, None, "", "No fringes could be read on the badge.")
         return Invariant("inconclusive", (nothing,))
     share = information / information.sum()
 
     def mean(name: str) -> float:
-        return float(sum(w * f[name] for w, f in zip(share, figures, strict=True) if w > 0))
+        return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
 
     correlation, gain, gain_sd = mean("correlation"), mean("gain_ratio"), mean("gain_sd")
     residual, excitation, expected = mean("phase_residual_rad"), mean("excitation_rad"), mean("expected_error_rad")
-    wander = max(f["strip_wander_rad"] for f in figures)
+    wander = max(f.strip_wander_rad for f in figures)
     reasons = [_enough_motion(excitation, expected)]
+    # Each grating that moved enough must be true by itself; of those that did not, the one that tells most speaks.
+    moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
+    told = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
     if reasons[0].level == "pass":
         reasons += [
             _correlated(correlation, excitation, expected), _gain_right(gain, gain_sd),
             _residual_explained(mean("wandering_rad"), excitation, expected), _strips_agree(wander, expected),
+            _likely_true(told),
         ]  # fmt: skip
     return Invariant(
         worst(reasons), tuple(reasons), correlation, mean("window_correlation_mean"), gain, gain_sd, residual,
-        excitation, mean("score"), tuple({k: json_number(v) for k, v in f.items()} for f in figures),
+        excitation, told.score, tuple(f.to_json() for f in figures),
     )  # fmt: skip
-
-
-def _figures(signal: GratingSignal) -> dict[str, float]:
-    """All figures of one grating."""
-    used = np.isfinite(signal.phase_sd_rad)
-    measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
-    names = (
-        "correlation", "window_correlation_mean", "gain_ratio", "gain_sd", "phase_residual_rad", "wandering_rad",
-        "excitation_rad", "expected_error_rad", "strip_wander_rad", "score", "information",
-    )  # fmt: skip
-    if len(measured) < WINDOW_FRAMES:
-        return dict.fromkeys(names, 0.0)
-    measured, predicted = measured - measured.mean(), predicted - predicted.mean()
-    excitation = float(predicted.std())
-    power = float(predicted @ predicted)
-    gain = float(predicted @ measured) / power if power > 0 else 0.0
-    residual = measured - gain * predicted
-    wandering = float(_without_place(residual, predicted, signal, used).std())
-    followed = float(np.clip(gain, 1 - GAIN_TOLERANCE, 1 + GAIN_TOLERANCE))
-    unexplained = float(np.sum((measured - followed * predicted) ** 2)) / power if power > 0 else math.inf
-    expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
-    gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
-    values = (
-        abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain,
-        gain_sd, float(residual.std()), wandering, excitation, expected,
-        float(signal.strip_residual_rad.max(initial=0.0)), 1.0 - unexplained,
-        float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
-    )  # fmt: skip
-    return dict(zip(names, values, strict=True))
-
-
-def _without_place(residual: Array, predicted: Array, signal: GratingSignal, used: NDArray[np.bool_]) -> Array:
-    """What is left of the residual without what goes with the camera's place: the motion's square, the other axis, the
-    distance.
-
-    Convention: all of mean 0 and apart from the prediction itself; at most `PLACE_SHARE` of the motion is taken away.
-    Source: linear regression.
-    """
-    columns = [predicted**2]
-    if signal.elsewhere is not None:
-        columns += list(signal.elsewhere[used].T)
-    table = np.column_stack(columns)
-    table = table - table.mean(axis=0)
-    power = float(predicted @ predicted)
-    if power > 0:
-        table = table - np.outer(predicted, predicted @ table) / power
-    spread = table.std(axis=0)
-    # A column that hardly moves would be blown up until it explains noise.
-    table = table[:, spread > 1e-9] / spread[spread > 1e-9]
-    if len(residual) < 10 * (table.shape[1] + 1) or not table.shape[1]:
-        return residual
-    explained = table @ np.linalg.lstsq(table, residual, rcond=1e-6)[0]
-    most = PLACE_SHARE * float(predicted.std())
-    return np.asarray(residual - explained * min(1.0, most / max(float(explained.std()), 1e-12)))
-
-
-def pearson(a: Array, b: Array) -> float:
-    """Correlation coefficient of two series; 0 where one of them does not move."""
-    a, b = a - a.mean(), b - b.mean()
-    scale = math.sqrt(float(a @ a) * float(b @ b))
-    return float(a @ b) / scale if scale > 0 else 0.0
-
-
-def window_correlation_mean(measured: Array, predicted: Array) -> float:
-    """Plain mean of |rho| over windows of 30 frames, stride 1: the published figure."""
-    return float(np.mean(np.abs(window_correlations(measured, predicted))))
-
-
-def window_correlations(measured: Array, predicted: Array) -> Array:
-    """Correlation of each window of 30 frames, stride 1, (T - 29,); none of a series that is shorter."""
-    if len(measured) < WINDOW_FRAMES:
-        return np.zeros(0)
-    windows = np.lib.stride_tricks.sliding_window_view(np.stack([measured, predicted]), WINDOW_FRAMES, axis=1)
-    return np.array([pearson(a, b) for a, b in windows.transpose(1, 0, 2)])
-
-
-def _slope_sd(residual: Array, power: float) -> float:
-    """Standard deviation of a regression's slope, residuals correlated in time as a first-order process."""
-    if power <= 0:
-        return math.inf
-    lag_one = float(np.clip(pearson(residual[1:], residual[:-1]), 0.0, 0.999))
-    return math.sqrt(float(residual @ residual) / len(residual) / power * (1 + lag_one) / (1 - lag_one))
 
 
 def _enough_motion(excitation: float, expected: float) -> Reason:
@@ -246,3 +164,16 @@ def _strips_agree(wander: float, expected: float) -> Reason:
     good = wander <= limit
     text = f"Parts of the badge move apart by at most {wander:.3f} rad; {limit:.2f} rad are allowed."
     return Reason("agreement", "pass" if good else "fail", wander, limit, "rad", text)
+
+
+def _likely_true(told: Figures) -> Reason:
+    level: Level = "pass" if told.score >= ACCEPTED else "fail" if told.score <= REJECTED else "undecided"
+    times = f"10^{abs(told.score):.1f}"
+    if told.score >= 0:
+        text = f"What was measured is {times} times likelier of a true badge than of a forged one"
+    else:
+        kind = KINDS[told.suspected]
+        text = f"What was measured is {times} times likelier of a forged badge ({kind}) than of a true one"
+    if level == "undecided":
+        text += f"; 10^{ACCEPTED:g} is needed, so film again with more motion, or from nearer"
+    return Reason("likelihood", level, told.score, ACCEPTED, "log10", f"{text}.")

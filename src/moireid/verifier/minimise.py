@@ -6,7 +6,7 @@ Convention: a misfit is a function from the unknown to the reprojection errors o
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 #: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
 SPARE_PER_FRAME = 2
-#: Paraboloids that are fitted one after another in one search, and places at most where none fits.
-ROUNDS, MOST_ROUNDS = 3, 9
+#: Steps of a joint search at most, and the share of an unknown's own step by which its slope is told.
+MOST_STEPS, PROBE = 12, 0.05
+#: A joint search ends where a step gains less than this of chi-square.
+LEAST_GAIN = 0.01
 
 
 def minimise(
@@ -51,6 +53,24 @@ def minimise(
     return place, float(min(1 / np.sqrt(curve[0]), prior_sd))
 
 
+def posterior(
+    errors_px: Callable[[float], Array], low: float, high: float, prior: float, prior_sd: float, spare: int
+) -> tuple[float, float]:
+    """Mean and standard deviation of an unknown that the errors hardly tell, over a grid of 21 places.
+
+    Parameters: spare: residuals a frame.
+    Source: misfit as in `minimise`, of which a shallow one has more than one bottom, so none is sought.
+    """
+    places = np.linspace(low, high, 21)
+    tried = [errors_px(float(place)) for place in places]
+    scale = min(float(np.median(errors)) for errors in tried) or 1e-9
+    cost = np.array([spare * _misfit(errors, scale) for errors in tried]) + ((places - prior) / prior_sd) ** 2
+    weight = np.exp(-0.5 * (cost - cost.min()))
+    mean = float(np.average(places, weights=weight))
+    spread = np.average((places - mean) ** 2, weights=weight) + (places[1] - places[0]) ** 2 / 12
+    return mean, float(np.sqrt(spread))
+
+
 def _misfit(errors_px: Array, scale: float) -> float:
     """Cauchy's misfit of all frames; one whose pose could not be found is very wrong, not endlessly."""
     bounded = np.minimum(np.nan_to_num(errors_px, nan=np.inf), 1e3 * scale)
@@ -59,7 +79,7 @@ def _misfit(errors_px: Array, scale: float) -> float:
 
 @dataclass(frozen=True)
 class Unknown:
-    """An unknown: its bounds, its prior, and the step of a first search near its minimum.
+    """An unknown: its bounds, its prior, and a step that is small for it.
 
     heavy: the prior's tails are Student's t of three degrees and not normal: mostly near, sometimes far.
     """
@@ -71,6 +91,17 @@ class Unknown:
     step: float
     heavy: bool = False
 
+    def near(self, place: float, steps: float) -> Unknown:
+        """The same, bound to so many of its steps about a place."""
+        reach = steps * self.step
+        return replace(self, low=max(self.low, place - reach), high=min(self.high, place + reach))
+
+    def curve(self, place: float) -> tuple[float, float]:
+        """Half of the cost's slope, and half of its curvature as Gauss-Newton takes it."""
+        apart = (place - self.prior) / self.prior_sd
+        weight = 4 / 3 / (1 + apart**2 / 3) if self.heavy else 1.0
+        return weight * apart / self.prior_sd, weight / self.prior_sd**2
+
     def cost(self, place: Array) -> Array:
         """Twice the negative logarithm of the prior, but for a constant."""
         apart = ((place - self.prior) / self.prior_sd) ** 2
@@ -78,59 +109,59 @@ class Unknown:
 
 
 def minimise_together(
-    errors_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown]
+    left_over_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown], scale_px: float
 ) -> tuple[Array, Array]:
     """Places of least misfit, and their covariance.
 
-    Parameters: errors_px: of all unknowns (N,); start (N,): near the minimum.
-    Returns: (N,) and (N, N); the priors' where the misfit has no minimum that a paraboloid describes.
-    Source: misfit as in `minimise`.  Focal length, shutter and distortion share a valley, along which seeking one at a
-        time stops early, with an error bar for the valley's width instead of its length; so a paraboloid is fitted to
-        places around the best one (its middle, two along each axis, four in each plane of two), and again around its
-        minimum, ever nearer.
+    Parameters: left_over_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
+        unknowns; start (N,): near the minimum; scale_px: error of a usual frame, s in the misfit.
+    Returns: (N,) and (N, N).
+    Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  Focal length, shutter and distortion
+        share a valley that is long and narrow: whoever seeks them one at a time, or by the misfit's values alone, stops
+        on its way, with an error bar for the valley's width instead of its length.
     """
-    scale = float(np.median(errors_px(start))) or 1e-9
-    low, high, prior_sd, step = (
-        np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high", "prior_sd", "step")
-    )
-    grid = _composite(len(unknowns))
-    pairs = [(a, b) for a in range(len(unknowns)) for b in range(a, len(unknowns))]
-    terms = np.column_stack([np.ones(len(grid)), grid, *(grid[:, a] * grid[:, b] for a, b in pairs)])
-    place, covariance = np.asarray(start, float), np.diag(prior_sd**2)
-    fitted = 0
-    for _ in range(MOST_ROUNDS):
-        if fitted == ROUNDS:
+    low, high, step = (np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high", "step"))
+
+    def priors(at: Array) -> float:
+        return float(sum(u.cost(at[k : k + 1])[0] for k, u in enumerate(unknowns)))
+
+    def weighed(left: Array) -> tuple[Array, float]:
+        square = 2 * (left**2).mean(axis=1) / scale_px**2
+        return SPARE_PER_FRAME / (1 + square), SPARE_PER_FRAME * float(np.log1p(square).sum())
+
+    def bounded(at: Array) -> Array:
+        # A frame whose pose could not be found is very wrong, not endlessly.
+        most = 1e3 * scale_px
+        return np.clip(np.nan_to_num(left_over_px(at), nan=most, posinf=most, neginf=-most), -most, most)
+
+    place = np.clip(np.asarray(start, float), low, high)
+    left = bounded(place)
+    weight, misfit = weighed(left)
+    cost, damping = misfit + priors(place), 1e-3
+    bend = np.diag([1 / u.prior_sd**2 for u in unknowns])
+    for _ in range(MOST_STEPS):
+        # Towards the middle of the bounds, so that a step to tell the slope never leaves them.
+        probe = PROBE * step * np.where(place > (low + high) / 2, -1.0, 1.0)
+        moves = zip(np.diag(probe), probe, strict=True)
+        slopes = np.stack([(bounded(place + move) - left) / size for move, size in moves])
+        slopes *= np.sqrt(2 * weight / left.shape[1])[:, None] / scale_px
+        table = slopes.reshape(len(unknowns), -1)
+        told = (left * np.sqrt(2 * weight / left.shape[1])[:, None] / scale_px).ravel()
+        curve = [u.curve(place[k]) for k, u in enumerate(unknowns)]
+        bend = table @ table.T + np.diag([c for _, c in curve])
+        slope = table @ told + np.array([s for s, _ in curve])
+        for _ in range(MOST_STEPS):
+            move = -np.linalg.solve(bend + damping * np.diag(np.diag(bend)), slope)
+            there = np.clip(place + move, low, high)
+            tried = bounded(there)
+            tried_weight, tried_misfit = weighed(tried)
+            if tried_misfit + priors(there) <= cost:
+                break
+            damping = max(10 * damping, 1e-3)
+        else:
             break
-        centre = np.clip(place, low + step, high - step)
-        places = centre + grid * step
-        misfit = SPARE_PER_FRAME * np.array([_misfit(errors_px(at), scale) for at in places])
-        cost = misfit + sum(u.cost(places[:, k]) for k, u in enumerate(unknowns))
-        found = np.linalg.lstsq(terms, cost, rcond=None)[0]
-        slope, bend = found[1 : 1 + len(unknowns)], np.zeros((len(unknowns), len(unknowns)))
-        for (a, b), value in zip(pairs, found[1 + len(unknowns) :], strict=True):
-            bend[a, b] += value
-            bend[b, a] += value
-        if np.linalg.eigvalsh(bend).min() <= 0:
-            # Far out the misfit is flat, so the way is taken that leads down; at a bottom the step was too wide for it.
-            best = int(np.argmin(cost))
-            place, step = places[best], step if best else step / 2
-            continue
-        fitted += 1
-        move = np.clip(-np.linalg.solve(bend, slope), -2.0, 2.0)
-        place = np.clip(centre + move * step, low, high)
-        covariance = 2 * np.linalg.inv(bend) * np.outer(step, step)
-        if np.abs(move).max() < 1:
-            step = step / 2
-    return place, covariance
-
-
-def _composite(count: int) -> Array:
-    """The middle, two places along each axis, and four in each plane of two axes; enough for every term of degree 2."""
-    rows = [np.zeros(count)]
-    for a in range(count):
-        for sign in (-1.0, 1.0):
-            rows.append(sign * np.eye(count)[a])
-    for a in range(count):
-        for b in range(a + 1, count):
-            rows += [u * np.eye(count)[a] + v * np.eye(count)[b] for u in (-1.0, 1.0) for v in (-1.0, 1.0)]
-    return np.array(rows)
+        gained = cost - tried_misfit - priors(there)
+        place, left, weight, cost, damping = there, tried, tried_weight, cost - gained, damping / 10
+        if gained < LEAST_GAIN:
+            break
+    return place, np.linalg.inv(bend)

@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 #: Each step leaves a twentieth to a fifth of what was wrong, and a misfit at its bottom goes with the square of what is
 #: left: after three the error bars of a film at 2 m are right within 0.1 %.
 STEPS = 3
+#: Along a valley poses go a long way, and a search that they lag behind stops on its way.
+WHOLE_STEPS = 6
 
 
 class NearPoses:
@@ -28,6 +30,7 @@ class NearPoses:
     def __init__(self, plane: Array, poses: PlanePoses) -> None:
         """Parameters: plane (N, 3) with z = 0; poses: the best ones; M = 2 T are both of all frames."""
         frames = len(poses.error_px)
+        self._better = poses.error_px.argmin(axis=1)
         self._plane = np.column_stack([plane[:, :2], np.ones(len(plane))])
         columns = np.concatenate([poses.rotation[..., :2], poses.translation[..., None]], axis=-1)
         self._columns = np.ascontiguousarray(columns.transpose(2, 3, 1, 0)).reshape(3, 3, 2 * frames)
@@ -40,16 +43,34 @@ class NearPoses:
         Parameters: points_px (T, N, 2), near those of the poses; focal: `zoom` times that of the poses.
         Returns: infinity where both poses see the plane from behind.
         """
+        left, depth = self._left_over(points_px, zoom, focal, centre, STEPS)
+        error = np.sqrt((left**2).sum(axis=0).mean(axis=0))
+        error[(depth.min(axis=0) <= 0) | ~np.isfinite(error)] = np.inf
+        return np.asarray(error.reshape(2, -1).min(axis=0))
+
+    def left_over_px(self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]) -> Array:
+        """What each frame's better pose leaves unexplained, (T, 2 N) px.
+
+        Parameters: as `least_error_px`.  Convention: the better pose is that of the poses themselves, so that what is
+        left is smooth in all that is asked for.
+        """
+        left, _ = self._left_over(points_px, zoom, focal, centre, WHOLE_STEPS)
+        frames = np.arange(len(self._better))
+        chosen = left.reshape(2, left.shape[1], 2, -1)[:, :, self._better, frames]
+        return np.asarray(chosen.reshape(-1, len(frames)).T)
+
+    def _left_over(
+        self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float], steps: int
+    ) -> tuple[Array, Array]:
+        """Residuals (2, N, M) px and depths (N, M) once the poses have followed."""
         seen = np.tile(((points_px - np.array(centre)) / focal).transpose(2, 1, 0), 2)
         columns = self._columns.copy()
         columns[2, 2] *= zoom
-        for _ in range(STEPS):
+        for _ in range(steps):
             gradient = self._gradient(columns, seen)
             columns = _stepped(columns, -np.einsum("ijm,jm->im", self._solver, gradient))
         flat, depth = self._projected(columns)
-        error = focal * np.sqrt(((flat - seen) ** 2).sum(axis=0).mean(axis=0))
-        error[(depth.min(axis=0) <= 0) | ~np.isfinite(error)] = np.inf
-        return np.asarray(error.reshape(2, -1).min(axis=0))
+        return focal * (flat - seen), depth
 
     def _gradient(self, columns: Array, seen: Array) -> Array:
         """Half of the gradient of the squared residuals by a turn before the shift and by the shift, (6, M).

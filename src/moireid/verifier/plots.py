@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.figures import WINDOW_FRAMES, window_correlations
 from moireid.verifier.identity import read_identity
-from moireid.verifier.invariant import WINDOW_FRAMES, window_correlations
 from moireid.verifier.verify import Report
 
 INK, PREDICTED, MEASURED, PALE = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6"

@@ -27,8 +27,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
 from moireid.verifier.corners import CornerFollower, Corners
+from moireid.verifier.figures import WINDOW_FRAMES, pearson, window_correlation_mean
 from moireid.verifier.identity import Identity
-from moireid.verifier.invariant import WINDOW_FRAMES, Invariant, pearson, window_correlation_mean
+from moireid.verifier.invariant import Invariant
 from moireid.verifier.markers import marker_corners_mm
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.track import no_track

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.invariant import WINDOW_FRAMES, judge_signals
+from moireid.verifier.figures import WINDOW_FRAMES
+from moireid.verifier.invariant import judge_signals
 from moireid.verifier.measure import GratingSignal, Measurement
 from moireid.verifier.reasons import Verdict, json_number
 
@@ -65,6 +66,6 @@ def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> Grating
     """The signal in some frames."""
     return replace(
         signal, measured_rad=signal.measured_rad[frames], predicted_rad=signal.predicted_rad[frames],
-        phase_sd_rad=signal.phase_sd_rad[frames],
+        phase_sd_rad=signal.phase_sd_rad[frames], times_s=signal.times_s[frames],
         elsewhere=None if signal.elsewhere is None else signal.elsewhere[frames],
     )  # fmt: skip

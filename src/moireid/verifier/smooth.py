@@ -8,6 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_smoothing_spline
+from scipy.ndimage import gaussian_filter1d
 
 Array = NDArray[np.float64]
 #: Two frames further apart than this tell no velocity, and are not smoothed into one another.
@@ -46,6 +47,15 @@ def without_strays(camera_mm: Array, reprojection_px: Array, times_s: Array) -> 
     tangents = camera_mm[:, :2] / camera_mm[:, 2:]
     columns = [np.interp(clock, clock[good], column[good]) for column in (*tangents.T, camera_mm[:, 2])]
     return np.column_stack([columns[0] * columns[2], columns[1] * columns[2], columns[2]]), good
+
+
+def slow_part(series: Array, times_s: Array, spread_s: float) -> Array:
+    """A series without what is fast, (T,): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
+    slow = np.empty_like(series)
+    for stretch in stretches(times_s, GAP_S):
+        step = float(np.median(np.diff(times_s[stretch]))) if len(stretch) > 1 else spread_s
+        slow[stretch] = gaussian_filter1d(series[stretch], spread_s / max(step, 1e-4), mode="nearest")
+    return slow
 
 
 def smooth_camera(

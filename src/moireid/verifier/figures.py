@@ -1,0 +1,140 @@
+"""The figures of one grating over a film: how well its fringes follow the prediction, and what is left.
+
+Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.likelihood import log10_ratio
+from moireid.verifier.measure import GratingSignal
+from moireid.verifier.reasons import json_number
+from moireid.verifier.smooth import slow_part
+
+Array = NDArray[np.float64]
+WINDOW_FRAMES = 30
+#: What strays from the law in step with the camera's place is no wander of the fringes: a bent sheet, light from one
+#: side, a pose that errs with the tilt; 3 % of the motion each.
+PLACE_SHARE = 0.05
+#: A wander is told from the jitter of poses by this mean over time, s: it leaves what is slower than 0.5 Hz.
+SLOW_S = 0.25
+
+
+@dataclass(frozen=True)
+class Figures:
+    """One grating's figures, all 0 where too few frames could be read.
+
+    phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place;
+    slow_wander_rad: the part of that below 0.5 Hz; expected_error_rad: of one frame; strip_wander_rad: of the strip
+    that strays most; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
+    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
+    motion.
+    """
+
+    correlation: float = 0.0
+    window_correlation_mean: float = 0.0
+    gain_ratio: float = 0.0
+    gain_sd: float = 0.0
+    phase_residual_rad: float = 0.0
+    wandering_rad: float = 0.0
+    slow_wander_rad: float = 0.0
+    excitation_rad: float = 0.0
+    expected_error_rad: float = 0.0
+    strip_wander_rad: float = 0.0
+    place_wander_rad: float = 0.0
+    score: float = 0.0
+    suspected: str = ""
+    information: float = 0.0
+
+    def to_json(self) -> dict[str, object]:
+        """As an entry of `invariant.gratings`."""
+        return {name: json_number(value) for name, value in asdict(self).items()}
+
+
+def figures_of(signal: GratingSignal) -> Figures:
+    """All figures of one grating.
+
+    Source: linear regression of measured on predicted phase: regressing on the *predicted* phase makes the gain a
+    ratio at any angle.
+    """
+    used = np.isfinite(signal.phase_sd_rad)
+    measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
+    if len(measured) < WINDOW_FRAMES:
+        return Figures()
+    measured, predicted = measured - measured.mean(), predicted - predicted.mean()
+    excitation = float(predicted.std())
+    power = float(predicted @ predicted)
+    gain = float(predicted @ measured) / power if power > 0 else 0.0
+    residual = measured - gain * predicted
+    wandering = _without_place(residual, predicted, signal, used)
+    slow, fast = float(slow_part(wandering, signal.times_s[used], SLOW_S).std()), float(wandering.std())
+    expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
+    gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
+    strips = float(signal.strip_residual_rad.max(initial=0.0))
+    # The median, because a hand before one row of a true badge moves as well.
+    places = float(np.median(signal.place_residual_rad)) if len(signal.place_residual_rad) else 0.0
+    shown = {"wander": slow, "jitter": fast, "strips": strips, "places": places}
+    score, suspected = log10_ratio(gain, gain_sd, shown, excitation, expected)
+    return Figures(
+        abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain, gain_sd,
+        float(residual.std()), fast, slow, excitation, expected, strips, places, score, suspected,
+        float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
+    )  # fmt: skip
+
+
+def _without_place(residual: Array, predicted: Array, signal: GratingSignal, used: NDArray[np.bool_]) -> Array:
+    """What is left of the residual without what goes with the camera's place: the motion's square, the other axis, the
+    distance.
+
+    Convention: all of mean 0 and apart from the prediction itself; at most `PLACE_SHARE` of the motion is taken away.
+    Source: linear regression.
+    """
+    columns = [predicted**2]
+    if signal.elsewhere is not None:
+        columns += list(signal.elsewhere[used].T)
+    table = np.column_stack(columns)
+    table = table - table.mean(axis=0)
+    power = float(predicted @ predicted)
+    if power > 0:
+        table = table - np.outer(predicted, predicted @ table) / power
+    spread = table.std(axis=0)
+    # A column that hardly moves would be blown up until it explains noise.
+    table = table[:, spread > 1e-9] / spread[spread > 1e-9]
+    if len(residual) < 10 * (table.shape[1] + 1) or not table.shape[1]:
+        return residual
+    explained = table @ np.linalg.lstsq(table, residual, rcond=1e-6)[0]
+    most = PLACE_SHARE * float(predicted.std())
+    return np.asarray(residual - explained * min(1.0, most / max(float(explained.std()), 1e-12)))
+
+
+def pearson(a: Array, b: Array) -> float:
+    """Correlation coefficient of two series; 0 where one of them does not move."""
+    a, b = a - a.mean(), b - b.mean()
+    scale = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / scale if scale > 0 else 0.0
+
+
+def window_correlation_mean(measured: Array, predicted: Array) -> float:
+    """Plain mean of |rho| over windows of 30 frames, stride 1: the published figure."""
+    return float(np.mean(np.abs(window_correlations(measured, predicted))))
+
+
+def window_correlations(measured: Array, predicted: Array) -> Array:
+    """Correlation of each window of 30 frames, stride 1, (T - 29,); none of a series that is shorter."""
+    if len(measured) < WINDOW_FRAMES:
+        return np.zeros(0)
+    windows = np.lib.stride_tricks.sliding_window_view(np.stack([measured, predicted]), WINDOW_FRAMES, axis=1)
+    return np.array([pearson(a, b) for a, b in windows.transpose(1, 0, 2)])
+
+
+def _slope_sd(residual: Array, power: float) -> float:
+    """Standard deviation of a regression's slope, residuals correlated in time as a first-order process."""
+    if power <= 0:
+        return math.inf
+    lag_one = float(np.clip(pearson(residual[1:], residual[:-1]), 0.0, 0.999))
+    return math.sqrt(float(residual @ residual) / len(residual) / power * (1 + lag_one) / (1 - lag_one))
