@@ -192,7 +192,7 @@ def _instead(estimator: str) -> Iterator[None]:
     """Put a step of the verifier aside for a while: it has no switch for what no user should choose."""
     patches: list[tuple[Any, str, Any]] = []
     if estimator == "poses not smoothed":
-        patches = [(measure, "smooth_camera", lambda camera_mm, times_s, error: camera_mm)]
+        patches = [(measure, "smooth_camera", lambda camera_mm, times_s, error, vague: camera_mm)]
     elif estimator == "nothing solved":
         patches = [(FilmWide, "solve", lambda film: None)]
     before = [getattr(owner, name) for owner, name, _ in patches]
