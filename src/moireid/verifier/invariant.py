@@ -168,12 +168,13 @@ def _strips_agree(wander: float, expected: float) -> Reason:
 
 def _likely_true(told: Figures) -> Reason:
     level: Level = "pass" if told.score >= ACCEPTED else "fail" if told.score <= REJECTED else "undecided"
-    times = f"10^{abs(told.score):.1f}"
+    size = 10 ** abs(told.score)
+    times = "over a million times" if size > 1e6 else f"{size:,.0f} times" if size >= 10 else f"{size:.1f} times"
     if told.score >= 0:
-        text = f"What was measured is {times} times likelier of a true badge than of a forged one"
+        text = f"What was measured is {times} likelier of a true badge than of a forged one"
     else:
         kind = KINDS[told.suspected]
-        text = f"What was measured is {times} times likelier of a forged badge ({kind}) than of a true one"
+        text = f"What was measured is {times} likelier of a forged badge ({kind}) than of a true one"
     if level == "undecided":
-        text += f"; 10^{ACCEPTED:g} is needed, so film again with more motion, or from nearer"
+        text += f"; {10**ACCEPTED:.0f} times are needed, so film again with more motion, or from nearer"
     return Reason("likelihood", level, told.score, ACCEPTED, "log10", f"{text}.")

@@ -45,7 +45,7 @@ ACCEPTED, REJECTED = 0.5, -1.0
 KINDS = {
     "gain": "fringes that go too far or not far enough",
     "wander": "a slow wander of the fringes' own",
-    "jitter": "a jitter of the fringes' own",
+    "jitter": "a wander or jitter of the fringes' own",
     "strips": "rows of the badge that move apart",
     "places": "places within a row that move apart",
 }
