@@ -225,8 +225,8 @@ def test_the_score_falls_with_every_departure():
     predicted = 1.2 * course()
     true = genuine()
     departures = [
-        [signal(predicted, gain * predicted) for gain in (1.0, 1.2, 1.5, 2.0)],
-        [signal(predicted, gain * predicted) for gain in (1.0, 0.8, 0.5, 0.0, -1.0)],
+        [signal(predicted, gain * predicted) for gain in (1.0, 1.1, 1.3, 1.6)],
+        [signal(predicted, gain * predicted) for gain in (1.0, 0.9, 0.7, 0.4)],
         [signal(predicted, predicted + share * 1.2 * unlike(predicted)) for share in (0.0, 0.1, 0.2, 0.5)],
         [signal(predicted, predicted + size * jitter(predicted)) for size in (0.02, 0.15, 0.3, 0.6)],
         [replace(true, strip_residual_rad=np.array([size])) for size in (0.01, 0.05, 0.1, 0.3)],
