@@ -18,6 +18,7 @@ from moireid.verifier.invariant import (
     Invariant,
     judge_invariant,
 )
+from moireid.verifier.likelihood import MOST_LOG10
 from moireid.verifier.measure import GratingSignal, Measurement
 
 FRAMES = 180
@@ -234,7 +235,8 @@ def test_the_score_falls_with_every_departure():
     ]
     for signals in departures:
         scores = [judged(one).score for one in signals]
-        assert scores == sorted(scores, reverse=True) and len(set(scores)) == len(scores)
+        told = [score for score in scores if score > -MOST_LOG10]
+        assert scores == sorted(scores, reverse=True) and len(set(told)) == len(told) >= len(scores) - 2
         assert scores[0] > 1.5 and scores[-1] < -2.0
 
 
@@ -302,6 +304,20 @@ def test_the_worst_strip_of_any_grating_counts():
     steady, torn = genuine(), replace(genuine(), strip_residual_rad=np.array([0.9]))
     assert failed(judged(steady, torn)) == ["agreement", "likelihood"]
     assert failed(judged(torn, steady)) == ["agreement", "likelihood"]
+
+
+def test_a_grating_that_should_rest_must_rest():
+    """Catches: fringes across the motion that nobody looks at: they wandered by a whole radian and the film was
+    accepted, as a grating that hardly moves has next to no information.
+    """
+    resting = 0.12 * course(5)
+    assert judged(genuine(), signal(resting, resting + 0.02 * unlike(resting))).verdict == "accept"
+    forged = [resting + size * unlike(resting) for size in (0.3, 1.0)] + [-resting]
+    for measured in forged:
+        here, there = judged(genuine(), signal(resting, measured)), judged(signal(resting, measured), genuine())
+        assert here.verdict == there.verdict == "reject"
+        assert failed(here) == failed(there) == ["residual"]
+    assert judged(genuine(), signal(2 * resting, 0 * resting)).verdict == "reject"
 
 
 def test_a_blind_grating_does_not_spoil_a_good_one():

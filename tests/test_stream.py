@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -125,6 +126,26 @@ def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototy
     assert cut == told[:2]
     assert told[0].verdict in ("inconclusive", "accept") and told[-1].verdict == "accept"
     assert all(verdict.span_s[1] <= verdict.time_s for verdict in told)
+
+
+@pytest.mark.parametrize("sd", [0.15, 0.01])
+def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
+    """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
+    asked: list[float | None] = []
+    empty = judge_chapter(BadgeTracker(prototype).take(0), Claim(prototype))
+    camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
+
+    def judged(track, claim):
+        asked.append(claim.focal_px)
+        return replace(empty, measurement=SimpleNamespace(camera=camera))
+
+    monkeypatch.setattr(stream, "judge_chapter", judged)
+    live = Verifier(Claim(prototype))
+    for tracked in (60, 90, 130, 240, 240, 240):
+        monkeypatch.setattr(live._tracker, "look", lambda most, seen=tracked: SimpleNamespace(tracked=seen))
+        live._judge_last(1.0)
+    kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
+    assert asked == (kept if sd < 0.03 else [None] * 6)
 
 
 def test_an_empty_and_a_still_stream_stay_open(prototype):

@@ -31,9 +31,9 @@ class Figures:
 
     phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place;
     slow_wander_rad: the part of that below 0.5 Hz; expected_error_rad: of one frame; strip_wander_rad: of the strip
-    that strays most; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
-    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
-    motion.
+    that strays most; strip_sd_rad: error bar of a middling strip; place_wander_rad: of places within strips; score:
+    logarithm of the likelihood ratio, told with `suspected`, the kind of forgery that speaks most against the film;
+    information: of the phase, summed over the motion.
     """
 
     correlation: float = 0.0
@@ -46,6 +46,7 @@ class Figures:
     excitation_rad: float = 0.0
     expected_error_rad: float = 0.0
     strip_wander_rad: float = 0.0
+    strip_sd_rad: float = 0.0
     place_wander_rad: float = 0.0
     score: float = 0.0
     suspected: str = ""
@@ -76,13 +77,14 @@ def figures_of(signal: GratingSignal) -> Figures:
     expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
     gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
     strips = float(signal.strip_residual_rad.max(initial=0.0))
+    strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
     # The median, because a hand before one row of a true badge moves as well.
     places = float(np.median(signal.place_residual_rad)) if len(signal.place_residual_rad) else 0.0
     shown = {"wander": slow, "jitter": fast, "strips": strips, "places": places}
-    score, suspected = log10_ratio(gain, gain_sd, shown, excitation, expected)
+    score, suspected = log10_ratio(gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd)
     return Figures(
         abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain, gain_sd,
-        float(residual.std()), fast, slow, excitation, expected, strips, places, score, suspected,
+        float(residual.std()), fast, slow, excitation, expected, strips, strip_sd, places, score, suspected,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
     )  # fmt: skip
 

@@ -16,6 +16,9 @@ from moireid.verifier.video import Frame
 
 #: The running verdict is of so many of the last tracked frames, made anew after so much of the film.
 RUNNING_FRAMES, RUNNING_S = 240, 1.0
+#: A focal length is kept once it errs by so little, as a share of the motion: a kept one has no error bar, and that of
+#: a badge that was held still at first is a guess, by which all that follows would look forged.
+SURE_FOCAL = 0.03
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,7 @@ class Verifier:
         anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
         focal_px = None if anew else self._focal_px
         chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px))
-        if anew and chapter.measurement is not None and self._focal_frames < RUNNING_FRAMES:
+        if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < SURE_FOCAL:
             self._focal_px, self._focal_frames = chapter.measurement.camera.focal_px, track.tracked
         reasons = chapter.invariant.reasons + chapter.identity.reasons + chapter.built_reasons
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, track.tracked)
