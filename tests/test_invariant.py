@@ -385,3 +385,20 @@ def test_json_is_strict_and_complete():
         "score", "gratings",
     }  # fmt: skip
     assert all(isinstance(value, float) for key, value in document.items() if key not in ("verdict", "gratings"))
+
+
+def test_places_within_any_strip_count_but_not_within_one_that_is_covered():
+    """Catches: a median, by which one forged row of three went unseen; a hand before a row of a true badge rejected."""
+    true = genuine()
+    apart, clear = np.array([0.02, 0.3, 0.02]), np.array([0.02, 0.02, 0.02])
+    torn = replace(true, place_residual_rad=apart, strip_sd_rad=clear)
+    assert judged(torn).verdict == "reject" and judged(torn).gratings[0]["suspected"] == "places"
+    covered = replace(torn, strip_sd_rad=np.array([0.02, 0.2, 0.02]))
+    assert judged(covered).verdict == "accept"
+
+
+def test_no_grating_hides_another_s_gain():
+    """Catches: a mean of gains, in which 1.25 and 0.75 are a true one."""
+    predicted = 1.2 * course()
+    wide, narrow = (signal(predicted, gain * predicted) for gain in (1.25, 0.75))
+    assert levels(judged(wide, narrow))["gain"] == "fail"

@@ -46,6 +46,7 @@ def test_a_wrong_gain_speaks_alone_and_a_vague_one_not(gain):
     assert suspected == "gain" and found < REJECTED
     sure, vague = (log10_ratio(1.0, sd, usual(), MOTION, ERROR)[0] for sd in (0.01, 1.0))
     assert REJECTED < log10_ratio(gain, 1.0, usual(), MOTION, ERROR)[0] <= vague < sure - 0.9
+    assert log10_ratio(gain, 10.0, usual(), MOTION, ERROR)[0] < ACCEPTED
 
 
 def test_an_error_bar_beyond_all_gains_tells_neither_way():

@@ -105,6 +105,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
     told = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
     if reasons[0].level == "pass":
+        wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=told)
         most = max(f.excitation_rad for f in figures)
         rested = [
             _at_rest(f, signal.tangent_sd, most) for f, signal in zip(figures, signals, strict=True)
@@ -112,7 +113,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
         ]  # fmt: skip
         strayed = [_residual_explained(mean("wandering_rad"), excitation, expected), *rested]
         reasons += [
-            _correlated(correlation, excitation, expected), _gain_right(gain, gain_sd),
+            _correlated(correlation, excitation, expected), _gain_right(wrong.gain_ratio, wrong.gain_sd),
             max(strayed, key=lambda reason: ORDER[reason.level]), _strips_agree(wander, expected),
             _likely_true(told),
         ]  # fmt: skip

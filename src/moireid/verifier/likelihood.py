@@ -39,8 +39,9 @@ LAW_SHARE = 0.02
 LEAST_SHARE, MOST_SHARE = 0.1, 3.0
 #: More certainty than this no model deserves.
 MOST_LOG10 = 20.0
-#: Verdicts by the ratio: three times likelier true than forged is accepted, ten times likelier forged is rejected.
-ACCEPTED, REJECTED = 0.5, -1.0
+#: Verdicts by the ratio: 5.6 times likelier true than forged is accepted, ten times likelier forged is rejected.
+#: A film that cannot tell one kind of the five at all has a ratio of 5 at most, and is left open.
+ACCEPTED, REJECTED = 0.75, -1.0
 #: Each kind in words.
 KINDS = {
     "gain": "fringes that go too far or not far enough",
