@@ -142,22 +142,49 @@ def test_a_badge_that_leaves_and_comes_back_elsewhere_is_followed_again(shots, a
     assert tracker.tracked == 40 and tracker.frames_read == 48 and not view.given_up
 
 
-def test_after_a_cut_no_track_is_made_of_two_badges(shots, ada):
-    """Catches: badges that have changed places taken for each other; tracks without bound in a film of many cuts."""
-    view = BadgesInView(ada)
+@pytest.fixture(scope="module")
+def with_cuts(shots):
+    """Six frames of two badges, three times, the second time in each other's place."""
     pair = beside(shots["ada left"], shots["bob right"])[:6]
     swapped = [np.roll(picture, WIDTH // 2 + 40, axis=1) for picture in pair]
     grey = [np.full((HEIGHT, WIDTH), 120, np.uint8)] * 35
-    given_up = []
-    for frame in frames_of([*pair, *grey, *swapped, *grey, *pair]):
+    return frames_of([*pair, *grey, *swapped, *grey, *pair])
+
+
+def test_after_a_cut_no_track_is_made_of_two_badges(with_cuts, ada):
+    """Catches: badges that have changed places taken for each other; tracks without bound in a film of many cuts."""
+    view, given_up = BadgesInView(ada), []
+    for frame in with_cuts:
         view.push(frame)
         assert len(view.trackers) <= MOST_PAGES
         given_up += view.given_up
         view.given_up.clear()
     tracks = [tracker.take() for tracker in (*given_up, *view.trackers)]
     assert [track.tracked for track in tracks] == [6] * 6
-    for track in tracks:
-        assert np.ptp(track.frame_numbers) == 5
+    assert all(np.ptp(track.frame_numbers) == 5 for track in tracks)
+
+
+def test_pieces_that_were_given_up_are_judged_and_told_of(with_cuts, ada):
+    """Catches: a piece that is forgotten with its tracker; one that is counted twice; a verdict on too few frames."""
+    verifier = Verifier(Claim(ada, ada.id), running=False)
+    for frame in with_cuts:
+        verifier.push(frame)
+    assert worst(list(reasons_of(verifier.finish()))) == "inconclusive"
+    (note,) = verifier.others
+    assert note.measured == 5.0 and note.level == "note"
+
+
+def test_in_a_mirrored_film_the_region_is_told_as_the_film_shows_it(shots, ada):
+    """Catches: corners of the picture that was turned back; a film mirrored for one badge and not for the other."""
+    view = BadgesInView(ada)
+    for frame in frames_of([picture[:, ::-1] for picture in beside(shots["ada left"], shots["bob right"])[:3]]):
+        view.push(frame)
+    assert [tracker.tracked for tracker in view.trackers] == [3, 3]
+    for tracker, right in zip(view.trackers, (False, True), strict=True):
+        corners = tracker.outline_px()
+        # Bob's, which is larger and so comes first, is now on the left; the top left corner is on the right.
+        assert np.all((corners[:, 0] > WIDTH / 2) == right)
+        assert corners[0, 0] - corners[1, 0] > 60 and corners[3, 1] - corners[0, 1] > 60
 
 
 def test_a_badge_that_comes_in_later_is_taken_up_within_two_seconds(shots, ada):

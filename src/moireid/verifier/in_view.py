@@ -2,7 +2,7 @@
 
 A frame is looked at in this order: each badge near where it must be; those that are not there, in the neighbourhood of
 their last place; and the whole frame, where no badge is seen at all.  While one is seen, others are looked for every
-two seconds: by a glance, which costs a fiftieth of following, or by a search where one is lost.
+two seconds: by a glance, which costs little beside following, or by a search where one is lost.
 
 A page that is found belongs to the badge that was lost last near there; where the film has shown one badge so far and
 the page is alone, to that one, as one that leaves and comes back is still followed; else it begins a track.  So after a

@@ -19,8 +19,8 @@ NEIGHBOURHOOD = 0.5
 ENLARGE_BELOW_PX = 24.0
 #: Every so many searches look for faded print; once it is found, it is followed without a search.
 FAINT_EVERY = 3
-#: A glance looks for markers of this side with one threshold, of this window and so many counts: 4 ms of a noisy 1080p
-#: frame, where a search takes 40.
+#: A glance looks for markers of this side with one threshold, of this window and so many counts, above most noise,
+#: whose outlines are what a search spends its time on.
 GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS = 14.0, 9, 18.0
 
 
@@ -73,7 +73,7 @@ class MarkerFinder:
         return self._find_in(luma, self._neighbourhood(luma.shape)) if self._last is not None else []
 
     def glance(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
-        """As `pages`, but for clear markers of `GLANCE_PX` and more, at a tenth of the cost."""
+        """As `pages`, but for clear markers of `GLANCE_PX` and more, at a small part of the cost."""
         # OpenCV takes the least perimeter as a share of the picture's longer side.
         self._coarse.minMarkerPerimeterRate = 4 * GLANCE_PX / max(luma.shape)
         return self._found_by(cv2.aruco.ArucoDetector(self._dictionary, self._coarse), luma, 1.0, (0, 0))
