@@ -14,8 +14,8 @@ from moireid.badge import Badge
 from moireid.verifier import Claim, Running, Verifier, chapters, stream, verify
 from moireid.verifier.chapters import identity_of, invariant_of, judge_chapter
 from moireid.verifier.identity import Identity
+from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.segments import SEGMENT_S, judge_segments
-from moireid.verifier.track import BadgeTracker
 from moireid.verifier.video import Film, Frame
 
 
@@ -34,10 +34,11 @@ def frames_of(*paths: Path) -> Iterator[Frame]:
 @pytest.fixture(scope="module")
 def whole(films: Path, prototype: Badge):
     """The tracks of the genuine film: all of it, and by halves."""
-    tracker = BadgeTracker(prototype)
+    view = BadgesInView(prototype)
+    tracker = view.trackers[0]
     halves = []
     for frame in frames_of(films / "genuine_1.0m.mp4"):
-        tracker.push(frame)
+        view.push(frame)
         if tracker.tracked == 120:
             halves.append(tracker.take())
     return halves
