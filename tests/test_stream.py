@@ -16,6 +16,7 @@ from moireid.verifier.chapters import identity_of, invariant_of, judge_chapter
 from moireid.verifier.identity import Identity
 from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.segments import SEGMENT_S, judge_segments
+from moireid.verifier.track import no_track
 from moireid.verifier.video import Film, Frame
 
 
@@ -133,7 +134,7 @@ def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototy
 def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
     """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
     asked: list[float | None] = []
-    empty = judge_chapter(BadgeTracker(prototype).take(0), Claim(prototype))
+    empty = judge_chapter(no_track(240, (64, 64)), Claim(prototype))
     camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
 
     def judged(track, claim):
@@ -143,8 +144,7 @@ def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
     monkeypatch.setattr(stream, "judge_chapter", judged)
     live = Verifier(Claim(prototype))
     for tracked in (60, 90, 130, 240, 240, 240):
-        monkeypatch.setattr(live._tracker, "look", lambda most, seen=tracked: SimpleNamespace(tracked=seen))
-        live._judge_last(1.0)
+        live._judged_now(replace(no_track(tracked, (64, 64)), times_s=np.arange(tracked) / 30))
     kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
     assert asked == (kept if sd < 0.03 else [None] * 6)
 
