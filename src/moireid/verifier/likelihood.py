@@ -80,7 +80,7 @@ EXPECTED: dict[str, Expected] = {
     "wander": Expected(0.45, 0.010, -0.85, 0.55),
     "jitter": Expected(1.0, 0.015, -0.45, 0.35),
     "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_share=0.7),
-    "places": Expected(0.0, 0.020, -0.20, 0.35, strip_share=0.7),
+    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_share=0.7),
 }
 
 
