@@ -45,7 +45,8 @@ def fitted(films: list[Film]) -> dict[str, Expected]:
     for name, one in EXPECTED.items():
         logs = []
         for film in films:
-            unit = one.scale_rad(float(film["expected_error_rad"]), float(film["excitation_rad"]))
+            errors = (float(film[column]) for column in ("expected_error_rad", "excitation_rad", "strip_sd_rad"))
+            unit = one.scale_rad(*errors)
             logs.append(math.log(float(film[COLUMNS[name]]) / unit))
         found[name] = replace(one, mean=float(np.mean(logs)), sd=float(np.std(logs, ddof=1)))
     return found
@@ -55,7 +56,8 @@ def score(film: Film, expected: dict[str, Expected]) -> float:
     """The likelihood ratio's logarithm of a film."""
     shown = {name: float(film[column]) for name, column in COLUMNS.items()}
     motion, error = float(film["excitation_rad"]), float(film["expected_error_rad"])
-    return log10_ratio(float(film["gain_ratio"]), float(film["gain_sd"]), shown, motion, error, expected)[0]
+    gain, gain_sd, strip_sd = (float(film[column]) for column in ("gain_ratio", "gain_sd", "strip_sd_rad"))
+    return log10_ratio(gain, gain_sd, shown, motion, error, expected, strip_sd_rad=strip_sd)[0]
 
 
 def told(films: list[Film], expected: dict[str, Expected]) -> None:

@@ -28,8 +28,9 @@ from moireid.simulate.camera import Camera
 from moireid.simulate.film import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Build, Scene
+from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.markers import marker_corners_mm
-from moireid.verifier.track import BadgeTracker, Track
+from moireid.verifier.track import Track
 from moireid.verifier.video import Film, Frame
 
 Array = NDArray[np.float64]
@@ -125,15 +126,15 @@ def _read(video: Path, scene: Scene) -> Filmed:
 
 def _follow(made: Filmed, paint: Paint | None) -> tuple[Track, Array, NDArray[np.bool_], float]:
     """The track of painted frames, the true homographies, which frames show the badge, and seconds a frame."""
-    tracker, true, shown, spent = BadgeTracker(made.badge), [], [], 0.0
+    view, true, shown, spent = BadgesInView(made.badge), [], [], 0.0
     for frame, homography in zip(made.frames, made.homographies, strict=True):
         picture, there = paint(frame.luma.copy(), frame.index, homography) if paint else (frame.luma, homography)
         begun = time.perf_counter()
-        tracker.push(replace(frame, luma=picture))
+        view.push(replace(frame, luma=picture))
         spent += time.perf_counter() - begun
         true.append(np.eye(3) if there is None else there)
         shown.append(there is not None and _inside(there, picture, made.badge))
-    return tracker.take(), np.array(true), np.array(shown), spent / len(made.frames)
+    return view.trackers[0].take(), np.array(true), np.array(shown), spent / len(made.frames)
 
 
 def _row(name: str, made: Filmed, paint: Paint | None = None, frames: NDArray[np.bool_] | None = None) -> None:

@@ -15,11 +15,11 @@ from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Instant, Scene
 from moireid.simulate.sensor import Sensor
 from moireid.verifier.borders import borders_of
+from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.markers import marker_corners_mm
 from moireid.verifier.measure import measure
 from moireid.verifier.register import PageRegistrar
 from moireid.verifier.smooth import smooth_camera
-from moireid.verifier.track import BadgeTracker
 from moireid.verifier.video import Film
 
 CAMERA = Camera(width=640, height=480, focal_px=1450.0, shutter_s=0.0)
@@ -108,10 +108,10 @@ def test_a_square_of_grey_is_no_marker(prototype):
 
 def test_vague_frames_weigh_less_and_say_so(films, prototype):
     """Catches: an error bar that forgets how a pose was come by; smoothing that follows a vague frame."""
-    tracker = BadgeTracker(prototype)
+    view = BadgesInView(prototype)
     for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(90), strict=False):
-        tracker.push(frame)
-    track = tracker.take()
+        view.push(frame)
+    track = view.trackers[0].take()
     assert track.vague is None
     vague = np.ones((90, 2))
     vague[40:50, 0] = 8.0

@@ -18,6 +18,7 @@ from moireid.verifier.invariant import (
     Invariant,
     judge_invariant,
 )
+from moireid.verifier.likelihood import MOST_LOG10
 from moireid.verifier.measure import GratingSignal, Measurement
 
 FRAMES = 180
@@ -225,8 +226,8 @@ def test_the_score_falls_with_every_departure():
     predicted = 1.2 * course()
     true = genuine()
     departures = [
-        [signal(predicted, gain * predicted) for gain in (1.0, 1.2, 1.5, 2.0)],
-        [signal(predicted, gain * predicted) for gain in (1.0, 0.8, 0.5, 0.0, -1.0)],
+        [signal(predicted, gain * predicted) for gain in (1.0, 1.1, 1.3, 1.6)],
+        [signal(predicted, gain * predicted) for gain in (1.0, 0.9, 0.7, 0.4)],
         [signal(predicted, predicted + share * 1.2 * unlike(predicted)) for share in (0.0, 0.1, 0.2, 0.5)],
         [signal(predicted, predicted + size * jitter(predicted)) for size in (0.02, 0.15, 0.3, 0.6)],
         [replace(true, strip_residual_rad=np.array([size])) for size in (0.01, 0.05, 0.1, 0.3)],
@@ -234,7 +235,8 @@ def test_the_score_falls_with_every_departure():
     ]
     for signals in departures:
         scores = [judged(one).score for one in signals]
-        assert scores == sorted(scores, reverse=True) and len(set(scores)) == len(scores)
+        told = [score for score in scores if score > -MOST_LOG10]
+        assert scores == sorted(scores, reverse=True) and len(set(told)) == len(told) >= len(scores) - 2
         assert scores[0] > 1.5 and scores[-1] < -2.0
 
 
@@ -304,6 +306,20 @@ def test_the_worst_strip_of_any_grating_counts():
     assert failed(judged(torn, steady)) == ["agreement", "likelihood"]
 
 
+def test_a_grating_that_should_rest_must_rest():
+    """Catches: fringes across the motion that nobody looks at: they wandered by a whole radian and the film was
+    accepted, as a grating that hardly moves has next to no information.
+    """
+    resting = 0.12 * course(5)
+    assert judged(genuine(), signal(resting, resting + 0.02 * unlike(resting))).verdict == "accept"
+    forged = [resting + size * unlike(resting) for size in (0.3, 1.0)] + [-resting]
+    for measured in forged:
+        here, there = judged(genuine(), signal(resting, measured)), judged(signal(resting, measured), genuine())
+        assert here.verdict == there.verdict == "reject"
+        assert failed(here) == failed(there) == ["residual"]
+    assert judged(genuine(), signal(2 * resting, 0 * resting)).verdict == "reject"
+
+
 def test_a_blind_grating_does_not_spoil_a_good_one():
     """Catches: zeros of an unread grating that enter the mean."""
     blind = signal(course(), course(), phase_sd=np.full(FRAMES, np.inf), wander=0.0)
@@ -369,3 +385,20 @@ def test_json_is_strict_and_complete():
         "score", "gratings",
     }  # fmt: skip
     assert all(isinstance(value, float) for key, value in document.items() if key not in ("verdict", "gratings"))
+
+
+def test_places_within_any_strip_count_but_not_within_one_that_is_covered():
+    """Catches: a median, by which one forged row of three went unseen; a hand before a row of a true badge rejected."""
+    true = genuine()
+    apart, clear = np.array([0.02, 0.3, 0.02]), np.array([0.02, 0.02, 0.02])
+    torn = replace(true, place_residual_rad=apart, strip_sd_rad=clear)
+    assert judged(torn).verdict == "reject" and judged(torn).gratings[0]["suspected"] == "places"
+    covered = replace(torn, strip_sd_rad=np.array([0.02, 0.2, 0.02]))
+    assert judged(covered).verdict == "accept"
+
+
+def test_no_grating_hides_another_s_gain():
+    """Catches: a mean of gains, in which 1.25 and 0.75 are a true one."""
+    predicted = 1.2 * course()
+    wide, narrow = (signal(predicted, gain * predicted) for gain in (1.25, 0.75))
+    assert levels(judged(wide, narrow))["gain"] == "fail"

@@ -44,7 +44,31 @@ def test_a_wrong_gain_speaks_alone_and_a_vague_one_not(gain):
     """Catches: |gain|; an error bar that is not used."""
     found, suspected = log10_ratio(gain, 0.01, usual(), MOTION, ERROR)
     assert suspected == "gain" and found < REJECTED
-    assert -1.0 < log10_ratio(gain, 1.0, usual(), MOTION, ERROR)[0] < ACCEPTED
+    sure, vague = (log10_ratio(1.0, sd, usual(), MOTION, ERROR)[0] for sd in (0.01, 1.0))
+    assert REJECTED < log10_ratio(gain, 1.0, usual(), MOTION, ERROR)[0] <= vague < sure - 0.9
+    assert log10_ratio(gain, 10.0, usual(), MOTION, ERROR)[0] < ACCEPTED
+
+
+def test_an_error_bar_beyond_all_gains_tells_neither_way():
+    """Catches: forged gains that are not blurred by the error bar, by which the vaguest gain was taken for forged: a
+    ratio of 10^-2 from a bar of 1000.
+    """
+    untold = math.log10(1 + len(EXPECTED))
+    for sd in (1e2, 1e4, 1e9):
+        for gain in (1.0, -3.0, 300.0):
+            assert log10_ratio(gain, sd, usual(), MOTION, ERROR)[0] == pytest.approx(untold, abs=0.03)
+    inside = log10_ratio(2.99, 0.0, usual(), MOTION, ERROR)[0]
+    assert log10_ratio(9.0, 0.0, usual(), MOTION, ERROR)[0] <= inside + 0.31 < REJECTED
+
+
+@pytest.mark.parametrize("name", ["strips", "places"])
+def test_pale_fringes_make_strips_vague_and_not_forged(name):
+    """Catches: the noise of pale fringes taken for rows that move apart; an error bar that excuses any stray."""
+    figures = usual() | {name: 0.09}
+    assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR)[0] < REJECTED
+    assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR, strip_sd_rad=0.1)[0] > ACCEPTED
+    torn = usual() | {name: 0.4}
+    assert log10_ratio(1.0, 0.01, torn, MOTION, ERROR, strip_sd_rad=0.1)[0] < REJECTED
 
 
 def test_a_film_that_hardly_moves_tells_nothing():

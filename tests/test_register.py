@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 from moireid.badge import Markers
-from moireid.verifier.markers import MarkerFinder, fit_homography, marker_corners_mm
+from moireid.verifier.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.pages import fit_homography
 from moireid.verifier.register import PageRegistrar, sample, scale_px_per_mm
 
 MARKERS = Markers("DICT_4X4_50", 26.0, (0, 1, 2, 3), ((18.0, 18.0), (128.0, 22.0), (128.0, 150.0), (18.0, 150.0)))

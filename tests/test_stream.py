@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,8 +14,9 @@ from moireid.badge import Badge
 from moireid.verifier import Claim, Running, Verifier, chapters, stream, verify
 from moireid.verifier.chapters import identity_of, invariant_of, judge_chapter
 from moireid.verifier.identity import Identity
+from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.segments import SEGMENT_S, judge_segments
-from moireid.verifier.track import BadgeTracker
+from moireid.verifier.track import no_track
 from moireid.verifier.video import Film, Frame
 
 
@@ -33,10 +35,11 @@ def frames_of(*paths: Path) -> Iterator[Frame]:
 @pytest.fixture(scope="module")
 def whole(films: Path, prototype: Badge):
     """The tracks of the genuine film: all of it, and by halves."""
-    tracker = BadgeTracker(prototype)
+    view = BadgesInView(prototype)
+    tracker = view.trackers[0]
     halves = []
     for frame in frames_of(films / "genuine_1.0m.mp4"):
-        tracker.push(frame)
+        view.push(frame)
         if tracker.tracked == 120:
             halves.append(tracker.take())
     return halves
@@ -125,6 +128,25 @@ def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototy
     assert cut == told[:2]
     assert told[0].verdict in ("inconclusive", "accept") and told[-1].verdict == "accept"
     assert all(verdict.span_s[1] <= verdict.time_s for verdict in told)
+
+
+@pytest.mark.parametrize("sd", [0.15, 0.01])
+def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
+    """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
+    asked: list[float | None] = []
+    empty = judge_chapter(no_track(240, (64, 64)), Claim(prototype))
+    camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
+
+    def judged(track, claim):
+        asked.append(claim.focal_px)
+        return replace(empty, measurement=SimpleNamespace(camera=camera))
+
+    monkeypatch.setattr(stream, "judge_chapter", judged)
+    live = Verifier(Claim(prototype))
+    for tracked in (60, 90, 130, 240, 240, 240):
+        live._judged_now(replace(no_track(tracked, (64, 64)), times_s=np.arange(tracked) / 30))
+    kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
+    assert asked == (kept if sd < 0.03 else [None] * 6)
 
 
 def test_an_empty_and_a_still_stream_stay_open(prototype):

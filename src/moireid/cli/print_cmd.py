@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -23,6 +24,7 @@ from moireid.errors import RegistryError, SpecError
 if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.designer import Request
+    from moireid.fabrication.process import MountFigures
     from moireid.registry import Registry
 
 
@@ -120,10 +122,8 @@ def print_command(
     somebody else holds is never given twice.
     """
     from moireid.designer import Request, payload_from_hex, payload_from_key
-    from moireid.designer import explain as explain_badge
     from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
-    from moireid.fabrication.lettering import missing_note
-    from moireid.fabrication.package import file_names, print_badge
+    from moireid.fabrication.package import file_names
     from moireid.fabrication.parts import plan_parts
     from moireid.fabrication.process import mount_figures
     from moireid.files import planned
@@ -164,55 +164,73 @@ def print_command(
         chosen = payload_from_hex(payload, family=code)
     elif key_file is not None:
         chosen = payload_from_key(key_file)
-
-    def work(registry: Registry | None) -> None:
-        badge = _design(request, chosen, registry)
-        if note := missing_note([badge]):
-            say(f"note: {note}")
-        issue = (lambda: registry.enroll(badge)) if registry else None
-        with interrupts() as check:
-
-            def tell(file: str) -> None:
-                check()
-                say(f"making {file}")
-
-            printed = print_badge(
-                badge, folder, mount=kind, measured_scale=measured_scale, figures=figures, overwrite=overwrite,
-                before_moving=issue, progress=tell,
-            )  # fmt: skip
-        files = {name: str(path) for name, path in printed.files.items()}
-        tell_mount(printed.left_out, printed.removed)
-        rows = explain_badge(badge)
-        if as_json:
-            document: dict[str, Any] = {
-                "id": badge.id,
-                "name": badge.name,
-                "files": files,
-                "issued": registry is not None,
-            }
-            document |= {"mount_mass_g": printed.mount_mass_g, "mount_figures": printed.mount_figures}
-            document |= {"left_out": printed.left_out, "removed": [str(path) for path in printed.removed]}
-            show_json(document | {"measured_scale": measured_scale, "explain": dict(rows)})
-            return
-        click.echo(f"Badge {badge.id} for {badge.name}:")
-        for path in files.values():
-            click.echo(f"  {path}")
-        if explain:
-            click.echo()
-            for what, figure in rows:
-                click.echo(f"  {what:<26} {figure}")
-        click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
-
     # A wish that cannot be is refused before a registry is made for it.
     parts = plan_parts(_design(request, chosen, None), kind, figures)
+    order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json)
     if registry_url is None:
-        work(None)
+        _print_one(order, None)
         return
     planned([folder / name for name in file_names(parts)], overwrite=overwrite, make_folders=False)
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=True) as registry:
-        work(registry)
+        _print_one(order, registry)
+
+
+@dataclass(frozen=True)
+class _Order:
+    """What one person's badge is to be, and how to tell of it; measured_scale: x and y."""
+
+    request: Request
+    payload: bytes | None
+    folder: Path
+    mount: str
+    measured_scale: tuple[float, float]
+    figures: MountFigures
+    explain: bool
+    overwrite: bool
+    as_json: bool
+
+
+def _print_one(order: _Order, registry: Registry | None) -> None:
+    """Design, make and issue one badge, and tell of it."""
+    from moireid.designer import explain as explain_badge
+    from moireid.fabrication.lettering import missing_note
+    from moireid.fabrication.package import print_badge
+
+    badge = _design(order.request, order.payload, registry)
+    if note := missing_note([badge]):
+        say(f"note: {note}")
+    issue = (lambda: registry.enroll(badge)) if registry else None
+    with interrupts() as check:
+
+        def tell(file: str) -> None:
+            check()
+            say(f"making {file}")
+
+        printed = print_badge(
+            badge, order.folder, mount=order.mount, measured_scale=order.measured_scale, figures=order.figures,
+            overwrite=order.overwrite, before_moving=issue, progress=tell,
+        )  # fmt: skip
+    files = {name: str(path) for name, path in printed.files.items()}
+    tell_mount(printed.left_out, printed.removed)
+    rows = explain_badge(badge)
+    if order.as_json:
+        show_json({
+            "id": badge.id, "name": badge.name, "files": files, "issued": registry is not None,
+            "mount_mass_g": printed.mount_mass_g, "mount_figures": printed.mount_figures, "left_out": printed.left_out,
+            "removed": [str(path) for path in printed.removed], "measured_scale": order.measured_scale,
+            "explain": dict(rows),
+        })  # fmt: skip
+        return
+    click.echo(f"Badge {badge.id} for {badge.name}:")
+    for path in files.values():
+        click.echo(f"  {path}")
+    if order.explain:
+        click.echo()
+        for what, figure in rows:
+            click.echo(f"  {what:<26} {figure}")
+    click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
 
 
 def _design(request: Request, payload: bytes | None, registry: Registry | None) -> Badge:

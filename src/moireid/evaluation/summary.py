@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from moireid.evaluation import statistics
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.statistics import interval
+from moireid.verifier.likelihood import ACCEPTED
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
 VERDICTS = ("accept", "reject", "inconclusive", "failed")
 SCORES = {
-    "moireid": "decadic logarithm of how much likelier the film is of a true badge: above 1 it is accepted",
+    "moireid": f"decadic logarithm of how much likelier the film is of a true badge: {ACCEPTED:g} and more is accepted",
     "published": "mean of |rho| over windows of 30 frames: 1 for a genuine film",
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films, which are not these.

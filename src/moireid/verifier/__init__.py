@@ -9,10 +9,13 @@ camera.py     poses of all frames                         identify.py   no claim
 predict.py    the phase that the optics say               report.py     the report for people: page and plots
 fringe.py     frequency and phase of a strip              cells.py      phases of the cells, shapes by waveform.py
 sample.py     a bounded sample of a long film             built.py      original or copy; capture.py enrols
-film_wide.py  focal length, shutter, distortion.py       minimise.py   least misfit; smooth.py the course
+film_wide.py  focal length, shutter, distortion.py        minimise.py   least misfit; smooth.py the course
 plane_pose.py both poses of a plane, all frames at once  near_poses.py the same, near poses that are known
-chapters.py   a chapter judged, several joined          segments.py   the verdict by time
-stream.py     frame by frame, a running verdict
+chapters.py   a chapter judged, several joined            segments.py   the verdict by time
+figures.py    the figures of one grating                  likelihood.py how much likelier of a true badge?
+within.py     do places within a strip move alike?        steady.py     a steady course asks for the focal length
+template.py   the markers as a picture shows them         borders.py    the gratings' borders, where two are seen
+shaken.py     frames that motion smeared                  stream.py     frame by frame, a running verdict
 published.py  the published pipeline, a baseline          corners.py    corners given by hand, followed
 still.py      a photograph, or a film's first frames      chart.py      bands of a pitch test sheet; lens_fit.py fits
 """
@@ -20,5 +23,6 @@ still.py      a photograph, or a film's first frames      chart.py      bands of
 from moireid.verifier.chapters import Claim
 from moireid.verifier.stream import Running, Verifier
 from moireid.verifier.verify import Report, verify
+from moireid.verifier.video import Film, Frame
 
-__all__ = ["Claim", "Report", "Running", "Verifier", "verify"]
+__all__ = ["Claim", "Film", "Frame", "Report", "Running", "Verifier", "verify"]

@@ -67,7 +67,8 @@ class Borders:
         printed = -0.5 * erf(inward * px_per_mm / BLUR_PX / np.sqrt(2))
         apart, own = values - values.mean(axis=1, keepdims=True), printed - printed.mean(axis=1, keepdims=True)
         power = (own**2).sum(axis=1)
-        gain = (apart * own).sum(axis=1) / power
+        # A segment far from where it should be shows nothing of a border, and has no gain.
+        gain = (apart * own).sum(axis=1) / np.where(power > 0, power, np.inf)
         agree = (apart * own).sum(axis=1) / np.maximum(np.sqrt(power * (apart**2).sum(axis=1)), 1e-12)
         seen = (agree >= SEGMENT_CORRELATION) & (gain >= SEGMENT_GAIN * contrast)
         if not self._enough(seen):

@@ -155,6 +155,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         place_residual_rad=np.max([signal.place_residual_rad for signal in signals], axis=0),
         tangent_sd=max(signal.tangent_sd for signal in signals),
         elsewhere=_joined_places(signals),
+        strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
     )
 
 

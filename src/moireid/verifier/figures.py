@@ -25,15 +25,19 @@ PLACE_SHARE = 0.05
 SLOW_S = 0.25
 
 
+#: A strip whose phase is so many times vaguer than the clearest's is covered in part.
+MAX_VAGUER = 3.0
+
+
 @dataclass(frozen=True)
 class Figures:
     """One grating's figures, all 0 where too few frames could be read.
 
     phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place;
     slow_wander_rad: the part of that below 0.5 Hz; expected_error_rad: of one frame; strip_wander_rad: of the strip
-    that strays most; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
-    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
-    motion.
+    that strays most; strip_sd_rad: error bar of a middling strip; place_wander_rad: of places within strips; score:
+    logarithm of the likelihood ratio, told with `suspected`, the kind of forgery that speaks most against the film;
+    information: of the phase, summed over the motion.
     """
 
     correlation: float = 0.0
@@ -46,6 +50,7 @@ class Figures:
     excitation_rad: float = 0.0
     expected_error_rad: float = 0.0
     strip_wander_rad: float = 0.0
+    strip_sd_rad: float = 0.0
     place_wander_rad: float = 0.0
     score: float = 0.0
     suspected: str = ""
@@ -76,15 +81,26 @@ def figures_of(signal: GratingSignal) -> Figures:
     expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
     gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
     strips = float(signal.strip_residual_rad.max(initial=0.0))
-    # The median, because a hand before one row of a true badge moves as well.
-    places = float(np.median(signal.place_residual_rad)) if len(signal.place_residual_rad) else 0.0
+    strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
+    places = _places_apart(signal)
     shown = {"wander": slow, "jitter": fast, "strips": strips, "places": places}
-    score, suspected = log10_ratio(gain, gain_sd, shown, excitation, expected)
+    score, suspected = log10_ratio(gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd)
     return Figures(
         abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain, gain_sd,
-        float(residual.std()), fast, slow, excitation, expected, strips, places, score, suspected,
+        float(residual.std()), fast, slow, excitation, expected, strips, strip_sd, places, score, suspected,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
     )  # fmt: skip
+
+
+def _places_apart(signal: GratingSignal) -> float:
+    """How far places wander within the strip where they do so most, rad; 0 where nobody knows.
+
+    A strip far vaguer than the clearest is covered in part, by a hand before a true badge, say, and is left out.
+    """
+    apart, sd = signal.place_residual_rad, signal.strip_sd_rad
+    if len(sd) == len(apart):
+        apart = apart[sd <= MAX_VAGUER * sd.min(initial=math.inf)]
+    return float(apart.max(initial=0.0))
 
 
 def _without_place(residual: Array, predicted: Array, signal: GratingSignal, used: NDArray[np.bool_]) -> Array:

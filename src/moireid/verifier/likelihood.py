@@ -33,19 +33,20 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 #: Half of the tolerance that a gain is allowed (`invariant.GAIN_TOLERANCE`): sheets as sold scatter by that.
 GAIN_SD = 0.075
-GAIN_RANGE = 5.0
+LEAST_GAIN, GAIN_RANGE = -2.0, 5.0
 #: The law is traced for the sheet as sold, flat and even; a true badge strays from it by this share of the motion.
 LAW_SHARE = 0.02
 LEAST_SHARE, MOST_SHARE = 0.1, 3.0
 #: More certainty than this no model deserves.
 MOST_LOG10 = 20.0
-#: Verdicts by the ratio: three times likelier true than forged is accepted, ten times likelier forged is rejected.
-ACCEPTED, REJECTED = 0.5, -1.0
+#: Verdicts by the ratio: 5.6 times likelier true than forged is accepted, ten times likelier forged is rejected.
+#: A film that cannot tell one kind of the five at all has a ratio of 5 at most, and is left open.
+ACCEPTED, REJECTED = 0.75, -1.0
 #: Each kind in words.
 KINDS = {
     "gain": "fringes that go too far or not far enough",
     "wander": "a slow wander of the fringes' own",
-    "jitter": "a jitter of the fringes' own",
+    "jitter": "a wander or jitter of the fringes' own",
     "strips": "rows of the badge that move apart",
     "places": "places within a row that move apart",
 }
@@ -55,42 +56,47 @@ KINDS = {
 class Expected:
     """What true badges show of one figure: `share` of the error that is expected of a frame, `floor`, rad, and
     `LAW_SHARE` of the motion, in squares; mean and standard deviation of the logarithm of the figure over that.
+
+    strip_share: share of a strip's own error bar in the figure's noise, which counts where it exceeds the floor.
     """
 
     share: float
     floor: float
     mean: float
     sd: float
+    strip_share: float = 0.0
 
-    def scale_rad(self, error_rad: float, excitation_rad: float) -> float:
+    def scale_rad(self, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0) -> float:
         """The figure's unit."""
-        return math.hypot(self.share * error_rad, self.floor, LAW_SHARE * excitation_rad)
+        floor = max(self.floor, self.strip_share * strip_sd_rad)
+        return math.hypot(self.share * error_rad, floor, LAW_SHARE * excitation_rad)
 
 
 #: Smoothed poses leave white errors up to 3 Hz, of which a figure below 0.5 Hz sees 0.45.  Strips share the pose, so
 #: neither they nor places within them know of its error.  Means and spreads as fitted, but no spread below 0.35:
-#: cameras and sheets differ by more than those of one collection.
+#: cameras and sheets differ by more than those of one collection.  Pale fringes make strips vague: those of films made
+#: outside wander by half of their error bars and more, and a twelfth of a strip over half a second is as vague.
 EXPECTED: dict[str, Expected] = {
     "wander": Expected(0.45, 0.010, -0.85, 0.55),
     "jitter": Expected(1.0, 0.015, -0.45, 0.35),
-    "strips": Expected(0.0, 0.010, -0.15, 0.35),
-    "places": Expected(0.0, 0.020, -0.20, 0.35),
+    "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_share=0.7),
+    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_share=0.7),
 }
 
 
 def log10_ratio(
     gain: float, gain_sd: float, figures: Mapping[str, float], excitation_rad: float, error_rad: float,
-    expected: Mapping[str, Expected] = EXPECTED,
+    expected: Mapping[str, Expected] = EXPECTED, *, strip_sd_rad: float = 0.0,
 ) -> tuple[float, str]:  # fmt: skip
     """The decadic logarithm of the likelihood ratio, and the kind of forgery that speaks most against the film.
 
     Parameters: figures: root mean squares, rad, by the names of `EXPECTED`; excitation_rad: spread of the predicted
-        phase; error_rad: what is expected of one frame's error.
+        phase; error_rad: what is expected of one frame's error; strip_sd_rad: error bar of one strip in one frame.
     Source: module docstring.
     """
     ratios = {"gain": _gain_ratio(gain, gain_sd)}
     for name, one in expected.items():
-        unit = one.scale_rad(error_rad, excitation_rad)
+        unit = one.scale_rad(error_rad, excitation_rad, strip_sd_rad)
         ratios[name] = _share_ratio(figures[name] / unit, excitation_rad / unit, one)
     likeliest = max(ratios, key=lambda name: ratios[name])
     most = ratios[likeliest]
@@ -99,12 +105,15 @@ def log10_ratio(
 
 
 def _gain_ratio(gain: float, gain_sd: float) -> float:
-    """Logarithm of f / g of a gain."""
+    """Logarithm of f / g of a gain, either blurred by the gain's error bar: a vague gain tells nothing."""
     sd = math.hypot(GAIN_SD, gain_sd)
     if not math.isfinite(sd):
         return 0.0
+    gain = min(max(gain, LEAST_GAIN), LEAST_GAIN + GAIN_RANGE)
     true = -0.5 * ((gain - 1) / sd) ** 2 - math.log(sd * math.sqrt(2 * math.pi))
-    return min(-math.log(GAIN_RANGE) - true, 1e4)
+    ends = (LEAST_GAIN - gain, LEAST_GAIN + GAIN_RANGE - gain)
+    below, above = (math.erf(end / max(gain_sd, 1e-6) / math.sqrt(2)) for end in ends)
+    return math.log((above - below) / 2 / GAIN_RANGE) - true
 
 
 def _share_ratio(figure: float, motion: float, one: Expected) -> float:

@@ -1,6 +1,6 @@
-"""Finding the badge: the four markers of the page in a frame.
+"""Finding badges: the four markers of a page in a frame, and those of each page where there are several.
 
-The whole frame is searched until the badge is found; then only its neighbourhood, because a full-frame search costs
+The whole frame is searched until a badge is found; then only its neighbourhood, because a full-frame search costs
 ten times the rest of the work.
 """
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.pages import pages_of
 
 #: Share of its own size that the badge may move between two frames and still be found in its neighbourhood.
 NEIGHBOURHOOD = 0.5
@@ -18,6 +19,9 @@ NEIGHBOURHOOD = 0.5
 ENLARGE_BELOW_PX = 24.0
 #: Every so many searches look for faded print; once it is found, it is followed without a search.
 FAINT_EVERY = 3
+#: A glance looks for markers of this side with one threshold, of this window and so many counts, above most noise,
+#: whose outlines are what a search spends its time on.
+GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS = 14.0, 9, 18.0
 
 
 class MarkerFinder:
@@ -40,6 +44,11 @@ class MarkerFinder:
         faint.minMarkerPerimeterRate, faint.errorCorrectionRate = 0.01, 1.0
         faint.cornerRefinementMethod, faint.adaptiveThreshConstant = cv2.aruco.CORNER_REFINE_NONE, 2.0
         self._faint = cv2.aruco.ArucoDetector(dictionary, faint)
+        coarse = cv2.aruco.DetectorParameters()
+        coarse.adaptiveThreshConstant, coarse.errorCorrectionRate = GLANCE_COUNTS, 1.0
+        coarse.adaptiveThreshWinSizeMin = coarse.adaptiveThreshWinSizeMax = GLANCE_WINDOW_PX
+        coarse.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
+        self._coarse, self._dictionary = coarse, dictionary
         self._searches = 0
         self._markers = markers
         self._corners_mm = marker_corners_mm(markers)
@@ -52,11 +61,22 @@ class MarkerFinder:
 
         Convention: image px of the centre of the top left pixel are (0, 0); returns (3, 3) with h33 = 1.
         """
-        if self._last is not None:
-            found = self._find_in(luma, self._neighbourhood(luma.shape))
-            if found is not None:
-                return found
+        found = self.pages_near(luma) or self.pages(luma)
+        return found[0] if found else None
+
+    def pages(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
+        """Homographies of all pages in the frame, the largest first.  Convention: as `find`."""
         return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]))
+
+    def pages_near(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
+        """As `pages`, in the neighbourhood of the page's place in the frame before; [] where it was not there."""
+        return self._find_in(luma, self._neighbourhood(luma.shape)) if self._last is not None else []
+
+    def glance(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
+        """As `pages`, but for clear markers of `GLANCE_PX` and more, at a small part of the cost."""
+        # OpenCV takes the least perimeter as a share of the picture's longer side.
+        self._coarse.minMarkerPerimeterRate = 4 * GLANCE_PX / max(luma.shape)
+        return self._found_by(cv2.aruco.ArucoDetector(self._dictionary, self._coarse), luma, 1.0, (0, 0))
 
     def expected(self, frame: int) -> NDArray[np.float64] | None:
         """The homography of a frame if the badge moves on as it did, None where it was not in the frame before.
@@ -86,10 +106,10 @@ class MarkerFinder:
         x1, y1 = np.minimum(np.ceil(high + grow), (shape[1], shape[0])).astype(int)
         return int(x0), int(y0), int(x1), int(y1)
 
-    def _find_in(self, luma: NDArray[np.uint8], box: tuple[int, int, int, int]) -> NDArray[np.float64] | None:
+    def _find_in(self, luma: NDArray[np.uint8], box: tuple[int, int, int, int]) -> list[NDArray[np.float64]]:
         x0, y0, x1, y1 = box
         if x1 - x0 < 16 or y1 - y0 < 16:
-            return None
+            return []
         crop = np.ascontiguousarray(luma[y0:y1, x0:x1])
         scale = 1.0
         if self._last is not None and self._marker_px() < ENLARGE_BELOW_PX and crop.size < 10**6:
@@ -97,18 +117,22 @@ class MarkerFinder:
             crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
         self._searches += 1
         detector = self._faint if self._searches % FAINT_EVERY == 0 else self._detector
-        corners, identities, _ = detector.detectMarkers(crop)
+        return self._found_by(detector, crop, scale, (x0, y0))
+
+    def _found_by(
+        self, detector: cv2.aruco.ArucoDetector, picture: NDArray[np.uint8], scale: float, origin: tuple[int, int]
+    ) -> list[NDArray[np.float64]]:
+        """Pages in a part of the frame that begins at `origin` and was scaled, told in the frame's own px."""
+        corners, identities, _ = detector.detectMarkers(picture)
         if identities is None:
-            return None
-        image, page = [], []
+            return []
+        quads, index = [], []
         for quad, identity in zip(corners, np.ravel(identities), strict=True):
             if int(identity) in self._markers.ids:
-                # Enlarging keeps pixel edges, not centres, in place: x' + 0.5 = scale (x + 0.5).
-                image.append((quad.reshape(4, 2) + 0.5) / scale - 0.5 + (x0, y0))
-                page.append(self._corners_mm[self._markers.ids.index(int(identity))])
-        if len(image) < 2:
-            return None
-        return fit_homography(np.concatenate(page), np.concatenate(image))
+                # Scaling keeps pixel edges, not centres, in place: x' + 0.5 = scale (x + 0.5).
+                quads.append((quad.reshape(4, 2) + 0.5) / scale - 0.5 + origin)
+                index.append(self._markers.ids.index(int(identity)))
+        return pages_of(np.array(quads, float).reshape(-1, 4, 2), index, self._corners_mm)
 
     def _marker_px(self) -> float:
         assert self._last is not None
@@ -121,15 +145,3 @@ def marker_corners_mm(markers: Markers) -> NDArray[np.float64]:
     half = markers.size_mm / 2
     square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
     return np.asarray(markers.centers_mm)[:, None, :] + square
-
-
-def fit_homography(page_mm: NDArray[np.float64], image_px: NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """Homography page -> image through at least four pairs (N, 2), None where they do not agree.
-
-    A marker that was found where the others do not expect it (another badge, a misread bit) is left out by RANSAC.
-    """
-    side_px = np.linalg.norm(image_px[1] - image_px[0])
-    homography, used = cv2.findHomography(page_mm, image_px, cv2.RANSAC, max(2.0, 0.15 * float(side_px)))
-    if homography is None or used.sum() < 8 or not np.all(np.isfinite(homography)):
-        return None
-    return np.asarray(homography / homography[2, 2])

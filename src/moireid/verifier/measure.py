@@ -51,7 +51,7 @@ class GratingSignal:
     signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
     tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
     axis, as a share; elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
-    where they are known.
+    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames.
     """
 
     measured_rad: Array
@@ -63,6 +63,7 @@ class GratingSignal:
     place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
     tangent_sd: float = 0.0
     elsewhere: Array | None = None
+    strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
 
 
 @dataclass(frozen=True)
@@ -200,7 +201,9 @@ def _combine(
     common = predicted.mean(axis=0)
     power = float(common @ common)
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
-    segments = _followed(common, times_s)
+    # What a hand hides has no phase; its noise would be followed through whole turns.
+    clear = np.flatnonzero(weight.any(axis=0))
+    segments = [clear[part] for part in _followed(common[clear], times_s[clear])]
     signal = _unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
     for _ in range(4):
         expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
@@ -215,7 +218,12 @@ def _combine(
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
     wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
     slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
-    return GratingSignal(signal - signal.mean(), common, phase_sd, float(slope * noise), wander, times_s)
+    strip_sd = np.array(
+        [np.median(own[own < MAX_PHASE_SD_RAD]) if (own < MAX_PHASE_SD_RAD).any() else 0.0 for own in sd]
+    )
+    return GratingSignal(
+        signal - signal.mean(), common, phase_sd, float(slope * noise), wander, times_s, strip_sd_rad=strip_sd
+    )
 
 
 def _followed(predicted: Array, times_s: Array) -> list[NDArray[np.int64]]:
@@ -234,15 +242,18 @@ def _split(stretch: NDArray[np.int64], fast: NDArray[np.bool_]) -> list[NDArray[
 def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
     """Phase without jumps of a turn.
 
-    Within a stretch each frame follows the one before, whatever the prediction says.  Whole turns between stretches
+    Within a stretch each frame follows the one before, whatever the prediction says; frames of no stretch have no
+    phase, and get the prediction.  Whole turns between stretches
     cannot be seen; there the number of turns is taken that lies nearest to the prediction, which gives a forger whole
     turns a gap and nothing else.
     """
-    unwrapped = np.empty_like(phase)
-    longest = max(segments, key=len)
+    longest = max(segments, key=len, default=np.zeros(0, int))
+    if not len(longest):
+        return predicted.copy()
+    anchor = float(np.mean(np.unwrap(phase[longest]) - predicted[longest]))
+    unwrapped = predicted + anchor
     for segment in segments:
         unwrapped[segment] = np.unwrap(phase[segment])
-    anchor = float(np.mean(unwrapped[longest] - predicted[longest]))
     for segment in segments:
         if segment is not longest:
             apart = float(np.mean(unwrapped[segment] - predicted[segment])) - anchor

@@ -28,6 +28,16 @@ def stretches(times_s: Array, gap_s: float) -> list[NDArray[np.int64]]:
     return np.split(np.arange(len(times_s)), np.flatnonzero(np.diff(times_s) > gap_s) + 1)
 
 
+def frame_s(times_s: Array, gap_s: float = GAP_S) -> float:
+    """Mean time from one frame to the next, gaps left out; `gap_s` where there is nothing else.
+
+    The mean and not the median: a file may tell each time thrice, and the median would then be nothing.
+    """
+    steps = np.diff(times_s)
+    steps = steps[steps <= gap_s]
+    return float(steps.mean()) if steps.sum() > 0 else gap_s
+
+
 def _rising(times_s: Array) -> Array:
     """Times that rise strictly, as splines need; a file may repeat one."""
     return np.asarray(np.maximum.accumulate(times_s) + 1e-7 * np.arange(len(times_s)))
@@ -53,8 +63,9 @@ def slow_part(series: Array, times_s: Array, spread_s: float) -> Array:
     """A series without what is fast, (T,): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
     slow = np.empty_like(series)
     for stretch in stretches(times_s, GAP_S):
-        step = float(np.median(np.diff(times_s[stretch]))) if len(stretch) > 1 else spread_s
-        slow[stretch] = gaussian_filter1d(series[stretch], spread_s / max(step, 1e-4), mode="nearest")
+        slow[stretch] = gaussian_filter1d(
+            series[stretch], spread_s / max(frame_s(times_s[stretch]), 1e-4), mode="nearest"
+        )
     return slow
 
 

@@ -1,4 +1,4 @@
-"""The pass over the film: find the page, register it, read its profiles.  One frame in memory at a time.
+"""The track of one badge: register its page, read its profiles.  One frame in memory at a time.
 
 What is kept of a frame is its homography and the profiles of its uniform rows, 3 kB, until they are taken; profiles of
 phase cells are kept of at most `SAMPLE_FRAMES` frames, evenly spread over a track.
@@ -7,7 +7,7 @@ phase cells are kept of at most `SAMPLE_FRAMES` frames, evenly spread over a tra
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.borders import borders_of
-from moireid.verifier.markers import MarkerFinder
-from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar, Registration
+from moireid.verifier.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.pages import same_page
+from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.sample import EvenSample
 from moireid.verifier.shaken import ShakenFollower
 from moireid.verifier.strips import ProfileReader, Strip
@@ -66,8 +67,19 @@ def no_track(frames_read: int, image_px: tuple[int, int]) -> Track:
     return Track(frames_read, none, flat, np.zeros((0, 3, 3)), flat, (), none, (), image_px)
 
 
+@dataclass(frozen=True)
+class Seen:
+    """A frame in which the badge was: its number, its time, and the page's homography."""
+
+    frame: int
+    time_s: float
+    page: Array
+
+
 class BadgeTracker:
     """Follows one badge, frame after frame, and hands over what it has seen as tracks.
+
+    Where it is found first, and anew after it was lost, is for `in_view.BadgesInView` to say.
 
     Convention: homographies as `MarkerFinder.find`; only the badge's layout is looked at, not its pitches or id.
     Source: `markers`, `register` and `strips`, in that order in each frame.
@@ -79,9 +91,17 @@ class BadgeTracker:
         self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
         self._shaken = ShakenFollower(badge.markers, self._registrar)
         self._reader = ProfileReader(badge)
+        self._corners_mm = marker_corners_mm(badge.markers)
+        self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
-        self._mirrored, self._ever = False, False
+        self._mirrored = False
         self._image_px = (0, 0)
+        #: Where it is in the present frame, and the first and last frame and place in which it was seen; None: nowhere.
+        self.place: Array | None = None
+        self.first: Seen | None = None
+        self.last: Seen | None = None
+        #: How large it was shown: its scale squared, summed over all frames in which it was seen, (px / mm)^2.
+        self.shown = 0.0
         self.frames_read = 0
         self._numbers: list[int] = []
         self._times: list[float] = []
@@ -99,16 +119,64 @@ class BadgeTracker:
         """Frames of the present track in which the badge was found and registered."""
         return len(self._times)
 
-    def push(self, frame: Frame) -> bool:
-        """Take in one frame; whether the badge was found in it."""
+    def follow(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
+        """Begin the next frame: the badge near where it must be now; whether it was found there.
+
+        Parameters: luma: of the frame, turned back where the film is mirrored; taken: pages that are other badges'.
+        """
         self.frames_read += 1
-        self._image_px = (frame.luma.shape[1], frame.luma.shape[0])
+        self._image_px = (luma.shape[1], luma.shape[0])
         self._clock = time.perf_counter()
-        luma, registration = self._found(frame)
-        self._finder.follow(registration.homography if registration else None, frame.index)
+        # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
+        registration = _followed(self._registrar, luma, self._finder.expected(frame.index))
+        self._lap("register")
         if registration is None:
+            registration = _clear(self._shaken.find(luma, frame.time_s))
+            self._lap("shaken")
+        return self._taken_in(frame, luma, registration, taken)
+
+    def seek(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
+        """Look for its markers where it was in the frame before; whether it was found there."""
+        self._clock = time.perf_counter()
+        pages = [page for page in self._finder.pages_near(luma) if not self._is_one_of(page, taken)]
+        self._lap("find")
+        # The largest first, but the badge's own where another is beside it.
+        pages.sort(key=lambda page: not (self.last is not None and same_page(page, self.last.page, self._corners_mm)))
+        return bool(pages) and self.begin(frame, luma, pages[0], taken)
+
+    def begin(
+        self, frame: Frame, luma: NDArray[np.uint8], page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
+    ) -> bool:
+        """Take up the badge at a page's place; whether it is there.  mirrored: that the film was turned back."""
+        self._clock = time.perf_counter()
+        self._image_px, self.frames_read = (luma.shape[1], luma.shape[0]), max(self.frames_read, 1)
+        registration = self._registrar.register(luma, page)
+        self._lap("register")
+        self._mirrored = self._mirrored or (mirrored and registration is not None)
+        return self._taken_in(frame, luma, registration, taken)
+
+    def lose(self, frame: Frame) -> None:
+        """The badge is not in this frame: do not look for it where it was."""
+        self._finder.follow(None, frame.index)
+
+    def spent(self, seconds: float) -> None:
+        """Count the time of a search of the whole frame as this track's."""
+        self._stages["find"] += seconds
+
+    def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
+        return any(same_page(page, other, self._corners_mm) for other in taken)
+
+    def _taken_in(
+        self, frame: Frame, luma: NDArray[np.uint8], registration: Registration | None, taken: Sequence[Array]
+    ) -> bool:
+        """Read the frame where the page was registered; whether it was, and on no other badge's place."""
+        if registration is None or self._is_one_of(registration.homography, taken):
             return False
-        self._ever = True
+        self.place = registration.homography
+        self.last = Seen(frame.index, frame.time_s, registration.homography)
+        self.first = self.first or self.last
+        self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
+        self._finder.follow(registration.homography, frame.index)
         self._shaken.follow(registration.homography, frame.time_s)
         self._numbers.append(frame.index)
         self._times.append(frame.time_s)
@@ -126,29 +194,19 @@ class BadgeTracker:
             self._lap("snapshot")
         return True
 
-    def _found(self, frame: Frame) -> tuple[NDArray[np.uint8], Registration | None]:
-        """The picture, turned back where the film is mirrored, and the page's place in it."""
-        luma = _mirror(frame.luma) if self._mirrored else frame.luma
-        # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
-        registration = _followed(self._registrar, luma, self._finder.expected(frame.index))
-        self._lap("register")
-        if registration is not None:
-            return luma, registration
-        registration = _clear(self._shaken.find(luma, frame.time_s))
-        self._lap("shaken")
-        if registration is not None:
-            return luma, registration
-        start = self._finder.find(luma)
-        if start is None and not self._ever:
-            # Until the badge is found for the first time, each frame is also looked at in the mirror.
-            turned = _mirror(frame.luma)
-            start = self._finder.find(turned)
-            luma, self._mirrored = (turned, True) if start is not None else (luma, False)
-        self._lap("find")
-        registration = self._registrar.register(luma, start) if start is not None else None
-        self._mirrored = self._mirrored and (self._ever or registration is not None)
-        self._lap("register")
-        return luma, registration
+    def outline_px(self) -> Array | None:
+        """Corners of the board in the first frame in which it was seen, (4, 2) px of the film as it is; None: never.
+
+        Convention: top left, top right, bottom right, bottom left of the upright board.
+        """
+        if self.first is None:
+            return None
+        x0, y0, x1, y1 = self._badge.outline_mm
+        board = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
+        corners = np.asarray(cv2.perspectiveTransform(board, self.first.page).reshape(4, 2), float)
+        if self._mirrored:
+            corners[:, 0] = self._image_px[0] - 1 - corners[:, 0]
+        return corners
 
     def _lap(self, stage: str) -> None:
         now = time.perf_counter()
@@ -215,11 +273,6 @@ def _by_strip(
     return tuple(
         (of_rows if is_uniform else of_cells)[:, place] for is_uniform, place in zip(uniform, places, strict=True)
     )
-
-
-def _mirror(luma: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """The picture with left and right changed; the principal point, its centre, stays where it is."""
-    return np.ascontiguousarray(luma[:, ::-1])
 
 
 def straighten(luma: NDArray[np.uint8], homography: Array, badge: Badge) -> NDArray[np.uint8]:

@@ -13,6 +13,7 @@ Steps 3 to 7 are taken chapter by chapter (`chapters`), of which a film of up to
 
 Policy: the invariant and the identity must both hold.  A failure of either rejects; a doubt of either leaves it open.
 A copy is reported, and rejected where the policy asks for the original.
+Of several badges in view the verdict is of one alone (`line`); its place is in the report.
 """
 
 from __future__ import annotations
@@ -57,6 +58,7 @@ class Report:
     measurement: Measurement | None = field(default=None, repr=False)
     pipeline: str = "moireid"
     segments: tuple[Segment, ...] = ()
+    region: dict[str, Any] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The object that `verify --json` prints, as `report_schema` describes it."""
@@ -79,6 +81,7 @@ class Report:
             "frames": self.frames,
             "segments": [segment.to_json() for segment in self.segments],
             "mirrored": self.track.mirrored,
+            "region": self.region,
             "pipeline": self.pipeline,
             "timing": self.timing,
             "left_out": list(self.left_out),
@@ -126,7 +129,7 @@ def verify(
     chapters = verifier.finish()  # 3 to 7
     invariant = invariant_of(chapters)
     identity, built_reasons = identity_of(chapters)
-    reasons = invariant.reasons + identity.reasons + built_reasons
+    reasons = invariant.reasons + identity.reasons + built_reasons + verifier.others
     if revoked is not None:
         reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
     verdict = worst(list(reasons))  # 8
@@ -145,6 +148,7 @@ def verify(
         {"read": read, "tracked": sum(chapter.tracked for chapter in chapters)}, timing,
         _left_out(badge, shown.measurement), shown.track or no_track(read, (film.width, film.height)),
         shown.measurement, segments=tuple(segment for chapter in chapters for segment in chapter.segments),
+        region=verifier.judged.region(),
     )  # fmt: skip
 
 

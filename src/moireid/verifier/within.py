@@ -18,6 +18,7 @@ from scipy.ndimage import uniform_filter1d
 
 from moireid.verifier.fringe import StripPhase
 from moireid.verifier.predict import StripLaw
+from moireid.verifier.smooth import frame_s
 
 Array = NDArray[np.float64]
 #: Blocks of a strip: 7 mm of a badge 80 mm wide, where a few millimetres are the finest that a camera at 2 m tells.
@@ -53,7 +54,7 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     left = seen - shape
     left -= left.mean(axis=0)
     borders = np.linspace(0, seen.shape[1], BLOCKS + 1).astype(int)[:-1]
-    frames = max(1, round(AVERAGED_S / max(float(np.median(np.diff(times_s))) if len(times_s) > 1 else 1.0, 1e-3)))
+    frames = max(1, round(AVERAGED_S / max(frame_s(times_s, AVERAGED_S), 1e-3)))
     information = _averaged(np.add.reduceat(slope**2, borders, axis=1), frames)
     told = _averaged(np.add.reduceat(left * slope, borders, axis=1), frames)
     weight = np.where(information > LEAST_INFORMATION * np.median(information), information, 0.0)
