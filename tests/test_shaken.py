@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar
-from moireid.verifier.shaken import ShakenFollower
+from moireid.verifier.shaken import MOST_REACH, ShakenFollower
 from test_register import MARKERS, apart_px, draw, filmed, nudged, seen_from
 
 FPS, EXPOSURE_S = 30.0, 1 / 60
@@ -104,3 +104,16 @@ def test_a_page_at_rest_is_drawn_as_without_a_smear(rng):
     barely = registrar.template_for(seen_from(), np.full((4, 2), 0.4))
     assert len(barely.values) == len(sharp.values)
     assert np.abs(barely.values - sharp.values).max() < 0.1
+
+
+def test_times_that_repeat_do_not_widen_the_search_without_end(rng, monkeypatch):
+    """Catches: a million frames counted as lost between equal times, for which 200 GB were asked for."""
+    truth = seen_from(at=(120.0, 60.0))
+    follower = ShakenFollower(MARKERS, PageRegistrar(MARKERS))
+    follower.follow(truth, 0.0)
+    follower.follow(truth, 0.0)
+    reaches, sought = [], follower._sought
+    monkeypatch.setattr(follower, "_sought", lambda *given: reaches.append(given[-1]) or sought(*given))
+    found = follower.find(filmed(draw(truth), rng, noise=1.0), 0.2)
+    assert found is not None and apart_px(found.homography, truth) < 0.2
+    assert max(reaches) <= MOST_REACH

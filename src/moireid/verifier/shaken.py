@@ -28,8 +28,9 @@ from moireid.verifier.template import Template, without_gains
 Array = NDArray[np.float64]
 #: A badge that was lost for longer is found anew by its markers.
 LOST_S = 0.25
-#: How far from its expected place it is sought, in modules, and how much farther for each frame that it was lost.
-REACH_MODULES, REACH_MORE = 4.0, 2.0
+#: How far from its expected place it is sought, in modules, how much farther for each frame that it was lost, and how
+#: far at most: `LOST_S` at 30 frames a second.  A file may repeat its times, and then counts a million frames lost.
+REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
 #: Mean correlation of the four sought markers below which another smear is tried, and the page given up.
 UNSURE, SOUGHT = 0.65, 0.4
 #: Longest smear, in modules: beyond it a marker of six modules is a grey spot.
@@ -112,7 +113,7 @@ class ShakenFollower:
         self, light: NDArray[np.float32], expected: Array, exposure_s: float, time_s: float, lost: int
     ) -> tuple[Registration | None, float]:
         """Steps 3 and 4 with one exposure; the page, and the exposure that its smear tells."""
-        reach, place = REACH_MODULES + REACH_MORE * (lost - 1), expected
+        reach, place = min(REACH_MODULES + REACH_MORE * (lost - 1), MOST_REACH), expected
         for _ in range(2):
             # Where it is found tells how fast it came there, and so how it is smeared.
             smear = self._limited(exposure_s * self._velocity(place, time_s))
