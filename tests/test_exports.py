@@ -36,7 +36,7 @@ EXPORTED = {
         "payload_from_hex",
         "payload_from_key",
     ],
-    "moireid.verifier": ["Claim", "Report", "Running", "Verifier", "verify"],
+    "moireid.verifier": ["Claim", "Film", "Frame", "Report", "Running", "Verifier", "verify"],
     "moireid.registry": [
         "Audit",
         "Batch",
