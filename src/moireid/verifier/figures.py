@@ -23,8 +23,6 @@ WINDOW_FRAMES = 30
 PLACE_SHARE = 0.05
 #: A wander is told from the jitter of poses by this mean over time, s: it leaves what is slower than 0.5 Hz.
 SLOW_S = 0.25
-
-
 #: A strip whose phase is so many times vaguer than the clearest's is covered in part.
 MAX_VAGUER = 3.0
 

@@ -13,12 +13,11 @@ from moireid.badge import Badge
 from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
 from moireid.optics import beat_period_mm
 from moireid.verifier.cells import CellPhase, Field, read_cells, uniform_fields
+from moireid.verifier.figures import MAX_VAGUER
 from moireid.verifier.measure import Measurement
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.track import Track
 
-#: A uniform row whose phase is so many times vaguer than the clearest row's is covered in part.
-MAX_VAGUER = 3.0
 #: The cells' fringes must move with the rows'.  Genuine films gave 0.96 and more, cells that are a picture 0; a third
 #: of the cells may be covered.
 CELLS_MOVE, CELLS_STAND = 0.6, 0.4

@@ -159,13 +159,15 @@ def _gain_right(gain: float, gain_sd: float) -> Reason:
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * excitation)
+    return _explained("Beside what goes with the camera's place, the phase strays", residual, fixed, expected)
+
+
+def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
+    """Pass what known errors explain, `fixed` and three times the expected; fail beyond what poses leave untold."""
     limit, possible = math.hypot(fixed, 3 * expected), math.hypot(fixed, 3 * RESIDUAL_UNTOLD * expected)
-    level: Level = "pass" if residual <= limit else "fail" if residual > possible else "undecided"
-    text = (
-        f"Beside what goes with the camera's place, the phase strays from the law by {residual:.3f} rad; known errors "
-        f"explain up to {limit:.3f} rad."
-    )
-    return Reason("residual", level, residual, limit, "rad", text)
+    level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
+    text = f"{what} from the law by {strayed:.3f} rad; known errors explain up to {limit:.3f} rad."
+    return Reason("residual", level, strayed, limit, "rad", text)
 
 
 def _at_rest(told: Figures, tangent_sd: float, most_rad: float) -> Reason:
@@ -179,14 +181,8 @@ def _at_rest(told: Figures, tangent_sd: float, most_rad: float) -> Reason:
         RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * most_rad,
         (GAIN_TOLERANCE + GAIN_SDS * tangent_sd) * told.excitation_rad,
     )  # fmt: skip
-    expected = told.expected_error_rad
-    limit, possible = math.hypot(fixed, 3 * expected), math.hypot(fixed, 3 * RESIDUAL_UNTOLD * expected)
-    level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
-    text = (
-        f"The fringes of a grating that should hardly move stray from the law by {strayed:.3f} rad; known errors "
-        f"explain up to {limit:.3f} rad."
-    )
-    return Reason("residual", level, strayed, limit, "rad", text)
+    what = "The fringes of a grating that should hardly move stray"
+    return _explained(what, strayed, fixed, told.expected_error_rad)
 
 
 def _strips_agree(wander: float, expected: float) -> Reason:
