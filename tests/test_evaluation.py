@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -15,18 +14,17 @@ import pytest
 from click.testing import CliRunner
 from scipy.stats import mannwhitneyu, norm
 
+from moireid.archive.isolated import Lost
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
-from moireid.evaluation import collect as collecting
 from moireid.evaluation import statistics
-from moireid.evaluation.collect import Scored, collect
+from moireid.evaluation.collect import Scored
 from moireid.evaluation.manifest import COLUMNS, Entry, read_manifest
 from moireid.evaluation.plots import write_plots
-from moireid.evaluation.rows import FIGURES, Job, Row, failed_row
+from moireid.evaluation.rows import FIGURES, Row, failed_row
 from moireid.evaluation.summary import summarise
 from moireid.evaluation.table import table
-from moireid.evaluation.workers import Lost, run_jobs
 from moireid.kept import keep_row, kept_rows, program_digest
 from moireid.registry import open_registry
 
@@ -192,68 +190,19 @@ def test_claims_are_files_names_or_ids(tmp_path: Path, prototype: Badge, ada: Ba
     assert [entry.claimed.badge for entry in found.entries] == [ada, ada, ada, prototype]
     assert [entry.group for entry in found.entries] == ["x", "forged:late", "forged", "genuine"]
     assert [entry.genuine for entry in found.entries] == [True, False, False, True] and found.unused == ("note",)
-    assert found.entries[0].line == 2 and found.entries[0].video == tmp_path / "a.mp4"
+    assert found.entries[0].line == 2 and found.entries[0].video == str(tmp_path / "a.mp4")
 
 
 def test_the_manifest_of_the_films_made_outside_lists_them_all(films: Path):
     """Catches: a film added without its label, a claim of the other board."""
     found = read_manifest(films / "collection.csv").entries
-    assert {entry.video for entry in found} == set(films.glob("*.mp4"))
+    assert {Path(entry.video) for entry in found} == set(films.glob("*.mp4"))
     assert all(entry.genuine != entry.name.startswith("forged") for entry in found)
     assert {entry.claimed.badge.lens.kind for entry in found if "rendered" in entry.name} == {"mask"}
 
 
 def row_of(score: float | None, verdict: str = "accept") -> Row:
-    return failed_row("", 1.0) | {"score": score, "verdict": verdict, "error": None}
-
-
-def counting(monkeypatch: pytest.MonkeyPatch, *, breaks_at: int | None = None) -> list[str]:
-    """Films scored, in place of the processes that would score them; the run breaks off after so many."""
-    done: list[str] = []
-
-    def run(work: Callable[[Job], Row], jobs: list[Job], **_: Any) -> Iterator[tuple[int, Any]]:
-        for place, job in enumerate(jobs):
-            if len(done) == breaks_at:
-                raise KeyboardInterrupt
-            done.append(f"{job.entry.name} {job.pipeline}")
-            yield place, Lost("gone", 1.0) if job.entry.name == "b.mp4" else row_of(0.5)
-
-    monkeypatch.setattr(collecting, "run_jobs", run)
-    return done
-
-
-def test_a_run_goes_on_where_it_was_broken_off(tmp_path: Path, prototype: Badge, ada: Badge, monkeypatch):
-    """Catches: films scored twice, another film's or claim's row taken, a crash that holds for ever."""
-    kept = tmp_path / "films.jsonl"
-
-    def run(*rows: str, badge: Badge = prototype) -> list[Scored]:
-        entries = read_manifest(
-            written(tmp_path, *(rows or ("a.mp4,genuine,,", "b.mp4,forged,,"))), badge=badge
-        ).entries
-        return collect(entries, ("moireid", "published"), kept=kept)
-
-    first = counting(monkeypatch, breaks_at=1)
-    with pytest.raises(KeyboardInterrupt):
-        run()
-    rest = counting(monkeypatch)
-    scored = run()
-    assert first == ["a.mp4 moireid"] and rest == ["a.mp4 published", "b.mp4 moireid", "b.mp4 published"]
-    assert [one.row["score"] for one in scored] == [0.5, 0.5, None, None]
-    assert scored[2].row["verdict"] == "failed" and scored[2].row["error"] == "gone"
-    again = counting(monkeypatch)
-    # Labelled anew; what crashed is tried again.
-    assert run("a.mp4,forged:late,,far", "b.mp4,forged,,")[0].row == scored[0].row
-    assert again == ["b.mp4 moireid", "b.mp4 published"]
-    other = counting(monkeypatch)
-    run("a.mp4,genuine,,", badge=ada)
-    assert other == ["a.mp4 moireid", "a.mp4 published"]
-    (tmp_path / "c.mp4").write_bytes(b"another film")
-    (tmp_path / "d.mp4").write_bytes(b"a.mp4")
-    changed = counting(monkeypatch)
-    run("c.mp4,genuine,,", "d.mp4,genuine,,")
-    assert changed == ["c.mp4 moireid", "c.mp4 published"]
-    with pytest.raises(SpecError, match="lines 2 and 3 list one film"):
-        run("a.mp4,genuine,,", "d.mp4,forged,,")
+    return failed_row(Lost("", 1.0, "film")) | {"score": score, "verdict": verdict, "error": None}
 
 
 def test_kept_rows_outlive_a_line_that_was_cut_off(tmp_path: Path):
@@ -270,18 +219,6 @@ def test_kept_rows_outlive_a_line_that_was_cut_off(tmp_path: Path):
     assert program_digest("verifier") != program_digest("registry") != program_digest()
 
 
-def test_a_job_that_crashes_or_hangs_loses_itself_alone():
-    """Catches: a pool that breaks as a whole, a hang that is waited for, a result given to another job.
-
-    `eval` is the work here since a process of its own finds it without reading this file.
-    """
-    jobs = ["2 + 3", "__import__('os')._exit(7)", "7 * 6", "__import__('time').sleep(60)", "10 - 1"]
-    found = dict(run_jobs(eval, jobs, workers=2, timeout_s=1.0))
-    assert (found[0], found[2], found[4]) == (5, 42, 9)
-    assert "exit code 7" in found[1].why and "longer than the 1 s" in found[3].why
-    assert list(run_jobs(eval, [], workers=2, timeout_s=1.0)) == []
-
-
 def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
     """Scored films of (group, label, score), both pipelines alike."""
     made = []
@@ -290,7 +227,7 @@ def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
             line=line, name=f"{line}.mp4", label=label, claim="", group=group, genuine=label == "genuine"
         )
         row = row_of(score, "accept" if score and score > 0.6 else "reject")
-        made += [Scored(entry, "moireid", "00", row), Scored(entry, "published", "00", row)]
+        made += [Scored(entry, "moireid", row), Scored(entry, "published", row)]
     return made
 
 
@@ -363,15 +300,17 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
         assert set(FIGURES) <= set(by["true.mp4", pipeline]) and by["true.mp4", pipeline]["frames"] == 70
     assert document["pipelines"]["moireid"]["scored_films"]["auc"] == 1.0
     assert sorted(path.name for path in out.iterdir()) == [
-        "det.svg", "evaluate.json", "films.jsonl", "roc.svg", "scores.svg",
+        "det.svg", "evaluate.json", "results", "roc.svg", "scores.svg",
     ]  # fmt: skip
 
-    kept = (out / "films.jsonl").read_bytes()
+    (part,) = (out / "results").iterdir()
+    kept = part.read_bytes()
     refused = CliRunner().invoke(moireid, command)
     assert refused.exit_code == 2 and "--overwrite" in refused.stderr
     again = CliRunner().invoke(moireid, [*command, "--overwrite"])
     assert again.exit_code == 0 and "3 films: 2 genuine, 1 forged" in again.stdout and "failed:" in again.stdout
-    assert (out / "films.jsonl").read_bytes() == kept
+    assert part.read_bytes() == kept and list((out / "results").iterdir()) == [part]
+    assert "0 films in" not in again.stderr
 
 
 def test_a_manifest_in_error_leaves_nothing_behind(tmp_path: Path, films: Path):

@@ -33,15 +33,19 @@ MAY_IMPORT = {
     "simulate": GROUND,
     "verifier": GROUND | {"idcodes"},
     "registry": GROUND,
-    "evaluation": GROUND | {"registry", "verifier"},
+    "evaluation": GROUND | {"archive", "registry", "verifier"},
     # The bench plays all parts: it prints, films and verifies.  Nobody but the command line may lean on it.
     "bench": GROUND | ROOMS - {"cli", "web"},
     "cli": GROUND | ROOMS,
     "web": GROUND | ROOMS,
-    "archive": GROUND | ROOMS,
+    # The engine knows nothing of what is done with films: others hand it their work.
+    "archive": GROUND,
 }
 #: `build123d` alone takes 5 s to import, so no module of ours may import these where it is merely loaded.
-HEAVY = {"OCP", "build123d", "cadquery", "drjit", "manifold3d", "mitsuba", "trimesh"}
+HEAVY = {
+    "OCP", "build123d", "cadquery", "dask", "distributed", "drjit", "fsspec", "manifold3d", "mitsuba", "pyarrow",
+    "trimesh",
+}  # fmt: skip
 #: Imports that only a type checker sees.
 CHECKER_ONLY = {"TYPE_CHECKING", "typing.TYPE_CHECKING"}
 

@@ -12,15 +12,15 @@ from moireid.cli.common import (
     friendly,
     json_option,
     overwrite_option,
-    progress_bar,
     registry_option,
     say,
     show_json,
 )
+from moireid.cli.rate import film_rate, scheduler_option, workers_option
 
 
 @click.command("evaluate")
-@click.argument("manifest_csv", metavar="MANIFEST.csv", type=click.Path(path_type=Path))
+@click.argument("manifest_csv", metavar="MANIFEST")
 @click.option(
     "--out",
     "folder",
@@ -31,28 +31,43 @@ from moireid.cli.common import (
 @registry_option
 @click.option("--badge", "badge_json", type=click.Path(path_type=Path), help="The badge of films without a claim.")
 @click.option("--pipeline", type=click.Choice(["moireid", "published", "both"]), default="both", show_default=True)
-@click.option("--workers", type=click.IntRange(1, 256), default=1, show_default=True, help="Films scored at a time.")
+@workers_option
+@scheduler_option
 @click.option(
-    "--timeout", "timeout_s", type=FiniteRange(1, 1e6), default=3600.0, show_default=True, help="Seconds for one film."
-)
+    "--timeout", "timeout_s", type=FiniteRange(1, 1e6), default=3600.0, show_default=True,
+    help="Seconds for one film with one pipeline.",
+)  # fmt: skip
+@click.option(
+    "--memory", "memory_mb", type=click.IntRange(256, 1_000_000), default=2048, show_default=True,
+    help="Millions of bytes for one film.",
+)  # fmt: skip
+@click.option(
+    "--film-limit", "film_mb", type=FiniteRange(0.001, 1e7), default=4096.0, show_default=True,
+    help="Millions of bytes of a film that is fetched.",
+)  # fmt: skip
+@click.option("--retry", is_flag=True, help="Score films anew that crashed or went beyond their limits.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the resampling.")
 @overwrite_option
 @json_option
 @friendly
 def evaluate_command(
-    manifest_csv: Path, folder: Path, registry_url: str | None, badge_json: Path | None, pipeline: str, workers: int,
-    timeout_s: float, seed: int, overwrite: bool, as_json: bool,
+    manifest_csv: str, folder: Path, registry_url: str | None, badge_json: Path | None, pipeline: str,
+    workers: int | None, scheduler: str | None, timeout_s: float, memory_mb: int, film_mb: float, retry: bool,
+    seed: int, overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Score a labelled collection of films: distributions, ROC, DET and verdicts, for ours and the published pipeline.
 
-    MANIFEST.csv has the columns video, label, claim, group, and corners if need be; its paths are relative to it.
-    label: genuine, forged or forged:KIND.  claim: a badge.json, or a name or id in the registry; empty: --badge.
-    corners: a file of corners for the published pipeline, as in `moireid verify --corners`.
+    MANIFEST is a CSV file with the columns video, label, claim, group, and corners if need be; its paths are relative
+    to it. Films, and the manifest itself, are paths or addresses such as s3://bucket/film.mp4, where the package of the
+    protocol is installed. label: genuine, forged or forged:KIND.  claim: a badge.json, or a name or id in the registry;
+    empty: --badge.  corners: a file of corners for the published pipeline, as in `moireid verify --corners`.
 
-    Rows are kept in films.jsonl as they are made, so that a run that was broken off goes on; only films, claims and
-    programs that changed are scored anew. A film that cannot be scored is counted as failed, and the run goes on.
+    Rows are kept in results/part-*.parquet as they are made, to be read at any time, so that a run that was broken off
+    goes on; only films, claims and programs that changed are scored anew. A film that cannot be scored, crashes or goes
+    beyond its limits is counted as failed, and the run goes on.
     """
     from moireid import __version__
+    from moireid.archive.isolated import Limits
     from moireid.badge import load_badge
     from moireid.evaluation.collect import collect
     from moireid.evaluation.manifest import read_manifest
@@ -70,12 +85,12 @@ def evaluate_command(
         say(f"nothing is done with the column {', '.join(name[:40] or 'without a name' for name in manifest.unused)}")
     planned(outputs, overwrite=overwrite)
     pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
-    with progress_bar("films") as progress:
+    with film_rate() as progress:
         scored = collect(
-            manifest.entries, pipelines, kept=folder / "films.jsonl", workers=workers, timeout_s=timeout_s,
-            progress=progress,
+            manifest.entries, pipelines, kept=folder / "results", scheduler=scheduler, workers=workers,
+            limits=Limits(timeout_s, memory_mb, film_mb), retry=retry, progress=progress,
         )  # fmt: skip
-    document = {"moireid": __version__, "manifest": str(manifest_csv)} | summarise(scored, seed=seed)
+    document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
     write_text(outputs[0], json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for path in [outputs[0], *write_plots(document, folder)]:
         say(f"written: {path}")

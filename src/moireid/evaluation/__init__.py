@@ -2,8 +2,8 @@
 
 manifest.py    the collection's list, read and checked whole before any work
 rows.py        one film with one pipeline: a row of figures, and the key under which it is kept
-workers.py     rows made in processes of their own, which may crash or hang without ending the run
-collect.py     every row of a collection; those kept from an earlier run are not made again
+columns.py     what the columns of the results in Parquet hold
+collect.py     every row of a collection, made by the engine; those kept from an earlier run are not made again
 statistics.py  ROC, AUC, EER, thresholds, effect sizes and intervals: plain functions over arrays
 summary.py     from rows to the figures of evaluate.json
 table.py       the figures as text

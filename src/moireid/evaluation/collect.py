@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from moireid.archive.engine import Task, run_tasks
+from moireid.archive.isolated import Limits, Lost
+from moireid.archive.parts import Parts
 from moireid.errors import SpecError
+from moireid.evaluation.columns import COLUMNS
 from moireid.evaluation.manifest import Entry
-from moireid.evaluation.rows import Job, Pipeline, Row, claim_text, failed_row, row_key, score_film
-from moireid.evaluation.workers import Lost, run_jobs
-from moireid.kept import keep_row, kept_rows
-from moireid.verifier.video import file_sha256
+from moireid.evaluation.rows import Job, Pipeline, Row, claim_digest, failed_row, row_key, score_film, scorer
 
-Progress = Callable[[int, int | None], None]
+#: Told (films done, of, of these those that failed, those that this run did not have to score).
+Progress = Callable[[int, int, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -23,49 +26,86 @@ class Scored:
 
     entry: Entry
     pipeline: Pipeline
-    sha256: str
     row: Row
 
 
 def collect(
-    entries: Sequence[Entry], pipelines: Sequence[Pipeline], *, kept: Path | None, workers: int = 1,
-    timeout_s: float = 3600.0, progress: Progress | None = None, work: Callable[[Job], Row] = score_film,
+    entries: Sequence[Entry], pipelines: Sequence[Pipeline], *, kept: Path, scheduler: str | None = None,
+    workers: int | None = None, limits: Limits | None = None, retry: bool = False, progress: Progress | None = None,
+    work: Callable[[Job, str], Row] = score_film,
 ) -> list[Scored]:  # fmt: skip
     """Score every film by every pipeline.
 
-    Parameters: kept: a file that rows are added to as they are made; those in it already are not made again, unless
-        the film crashed or was stopped. work: what makes a row, a function at the top of a module.
-    Raises: SpecError where one film is listed twice with one claim, before any is scored.
+    Parameters: kept: a folder that rows are added to in Parquet as they are made; those in it already are not made
+        again, unless their fault may pass, or with `retry` any fault but that of a film that cannot be read.
+        scheduler, workers, limits: as in `archive.engine.run_tasks`; limits are of one film with one pipeline.
+        work: what makes a row of a job and the film's path, a function at the top of a module.
+    Raises: SpecError where one film is listed twice with one claim: of one address before any is scored, of one content
+        under two addresses when all are; the rows stay.
     """
-    digests = _digests(entries)
-    jobs = [Job(entry, pipeline) for entry in entries for pipeline in pipelines]
-    keys = [row_key(job, digests[job.entry.line]) for job in jobs]
-    rows = {key: row for key, row in kept_rows(kept).items() if key in set(keys) and not row.get("again")}
-    todo = [(key, job) for key, job in zip(keys, jobs, strict=True) if key not in rows]
-    with closing(run_jobs(work, [job for _, job in todo], workers=workers, timeout_s=timeout_s)) as outcomes:
-        for place, outcome in outcomes:
-            key = todo[place][0]
-            row = failed_row(outcome.why, outcome.seconds, again=True) if isinstance(outcome, Lost) else outcome
-            rows[key] = row
-            keep_row(kept, key, row)
+    _refuse_pairs((entry, entry.video) for entry in entries)
+    jobs = {row_key(Job(entry, name)): Job(entry, name) for entry in entries for name in pipelines}
+    parts = Parts(kept, COLUMNS)
+    found, places = parts.rows(), {_place(one.entry, one.pipeline): key for key, one in jobs.items()}
+    parts.drop({key for key, row in found.items() if _made_anew(row, places.get(_row_place(row)), retry=retry)})
+    rows = {key: row for key, row in found.items() if key in jobs and not _made_anew(row, key, retry=retry)}
+    todo: dict[int, list[str]] = {}
+    for key, job in jobs.items():
+        if key not in rows:
+            todo.setdefault(job.entry.line, []).append(key)
+    tasks = [Task(tuple(jobs[key] for key in keys), jobs[keys[0]].entry.video) for keys in todo.values()]
+    keys_of, before, failed = list(todo.values()), len(entries) - len(todo), 0
+    running = run_tasks(work, tasks, scheduler=scheduler, workers=workers, limits=limits)
+    with closing(running) as outcomes:
+        for count, (place, done) in enumerate(outcomes, start=1):
+            made = [
+                _row(key, jobs[key], outcome, done.worker)
+                for key, outcome in zip(keys_of[place], done.outcomes, strict=True)
+            ]
+            parts.add(made)
+            rows |= {row["key"]: row for row in made}
+            failed += any(row["verdict"] == "failed" for row in made)
             if progress:
-                progress(len(rows), len(jobs))
-    return [
-        Scored(job.entry, job.pipeline, digests[job.entry.line], rows[key])
-        for key, job in zip(keys, jobs, strict=True)
-    ]  # fmt: skip
+                progress(before + count, len(entries), failed, before)
+    _refuse_pairs((one.entry, rows[key]["sha256"]) for key, one in jobs.items() if one.pipeline == pipelines[0])
+    return [Scored(job.entry, job.pipeline, rows[key]) for key, job in jobs.items()]
 
 
-def _digests(entries: Sequence[Entry]) -> dict[int, str]:
-    """SHA-256 of each film by the line it is listed in.  Raises: SpecError where a film is listed twice."""
-    digests: dict[int, str] = {}
+def _row(key: str, job: Job, outcome: Row | Lost, worker: str) -> Row:
+    """What a job gave as a row of the results, in the order of `COLUMNS`."""
+    row: dict[str, Any] = failed_row(outcome) if isinstance(outcome, Lost) else outcome
+    row = row | {
+        "key": key, "film": job.entry.video, "claim": claim_digest(job.entry), "pipeline": job.pipeline,
+        "program": scorer(), "worker": worker,
+    }  # fmt: skip
+    return {name: row[name] for name in COLUMNS}
+
+
+def _place(entry: Entry, pipeline: str) -> tuple[str, str, str]:
+    """What a row is of, whatever has become of film and program since."""
+    return entry.video, claim_digest(entry), pipeline
+
+
+def _row_place(row: Row) -> tuple[str, str, str]:
+    return row["film"], row["claim"], row["pipeline"]
+
+
+def _made_anew(row: Row, key: str | None, *, retry: bool) -> bool:
+    """Whether this run makes a row anew; key: of the job of its film, claim and pipeline, None where there is none.
+
+    Convention: rows that this run does not ask for stay as they are.
+    """
+    lost = row["again"] or (retry and row["fault"] not in (None, "film"))
+    return key is not None and (row["key"] != key or lost)
+
+
+def _refuse_pairs(films: Iterable[tuple[Entry, str | None]]) -> None:
+    """Raise where two lines list one film, told by its second figure, with one claim."""
     listed: dict[tuple[str, str], Entry] = {}
-    for entry in entries:
-        digests[entry.line] = file_sha256(entry.video)
-        same = listed.setdefault((digests[entry.line], claim_text(entry)), entry)
+    for entry, film in films:
+        same = listed.setdefault((film, claim_digest(entry)), entry) if film else entry
         if same is not entry:
             raise SpecError(
                 f"lines {same.line} and {entry.line} list one film with one claim ({same.name[:60]!r} and "
-                f"{entry.name[:60]!r}), which would count twice; leave one of them out"
+                f"{entry.name[:60]!r}), which would count twice; leave one of them out, and what is scored is kept"
             )
-    return digests

@@ -1,18 +1,23 @@
 """The list of a labelled collection, read and checked whole before any film is opened.
 
-Convention: paths are relative to the manifest.  A label is `genuine`, `forged` or `forged:KIND`, as `moireid simulate`
-writes into the truth of a film.  A claim is the path of a badge's file (it ends with .json), or a name or id in the
-registry; where it is empty, the command's own badge is meant.  Where a group is empty, it is the label.
+Convention: the manifest and what it names are files by address (`archive.addresses`): plain paths, or s3://... where
+the protocol's package is there.  Paths are relative to the manifest.  A label is `genuine`, `forged` or `forged:KIND`,
+as `moireid simulate` writes into the truth of a film.  A claim is the path of a badge's file (it ends with .json), or a
+name or id in the registry; where it is empty, the command's own badge is meant.  Where a group is empty, it is the
+label.
 """
 
 from __future__ import annotations
 
 import csv
+import io
 import os
 import re
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from pathlib import Path
 
+from moireid.archive.addresses import fetched, is_address, joined, read_text, stamp
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
@@ -23,6 +28,10 @@ COLUMNS = ("video", "label", "claim", "group")
 OPTIONAL = ("corners",)
 EXAMPLE = f"give a CSV file whose first line is {','.join(COLUMNS)}, with corners as a fifth column if need be"
 LABEL = re.compile(r"genuine|forged(:[\w.-]+)?")
+#: Films are looked at by so many threads, as a store far away takes a while to answer each question.
+LOOKERS = 16
+#: Of a badge's file or one of corners.
+MOST_MB = 16.0
 
 
 @dataclass(frozen=True)
@@ -36,11 +45,15 @@ class Claimed:
 
 @dataclass(frozen=True)
 class Entry:
-    """One film of the collection; `line` is that of the manifest, `name` the film as written there."""
+    """One film of the collection.
+
+    line: that of the manifest; name: the film as written there; video: its address; stamp: as `addresses.stamp`.
+    """
 
     line: int
     name: str
-    video: Path
+    video: str
+    stamp: str
     label: str
     claim: str
     group: str
@@ -61,77 +74,106 @@ class Manifest:
     unused: tuple[str, ...]
 
 
-def read_manifest(path: Path, *, registry_url: str | None = None, badge: Badge | None = None) -> Manifest:
+def read_manifest(
+    address: str | os.PathLike[str], *, registry_url: str | None = None, badge: Badge | None = None
+) -> Manifest:
     """Read a manifest, with every badge and every corner file that it names.
 
-    Parameters: registry_url: where names and ids are looked up, None for the default; opened only where one is named.
-        badge: of films without a claim.
+    Parameters: address: a path, or what fsspec reads.  registry_url: where names and ids are looked up, None for the
+        default; opened only where one is named.  badge: of films without a claim.
     Raises: SpecError where the file is no such list, or rows cannot be used; the first is named and the rest counted.
     """
-    header, rows = _rows(path)
-    claims = _Claims(path.parent, registry_url, badge)
+    base = os.fspath(address)
+    base = base if is_address(base) else os.path.abspath(base)
+    header, rows = _rows(base)
+    claims = _Claims(base, registry_url, badge)
     entries, wrong = [], []
     try:
-        for line, row in rows:
+        for (line, row), looked in zip(rows, _stamps(base, [row["video"] for _, row in rows]), strict=True):
             try:
-                entries.append(_entry(line, row, path.parent, claims))
+                entries.append(_entry(line, row, base, looked, claims))
             except MoireIdError as error:
-                wrong.append(f"line {line} of {path.name} ({row['video'][:60]!r}): {error}")
+                wrong.append(f"line {line} of {_short(base)} ({row['video'][:60]!r}): {error}")
     finally:
         claims.close()
     if wrong:
         more = f" ({len(wrong) - 1} more lines cannot be used either)" if len(wrong) > 1 else ""
         raise SpecError(wrong[0] + more)
     if not entries:
-        raise SpecError(f"manifest {path} names no film; {EXAMPLE}, and a line for each film")
+        raise SpecError(f"manifest {base} names no film; {EXAMPLE}, and a line for each film")
     return Manifest(tuple(entries), tuple(name for name in header if name not in (*COLUMNS, *OPTIONAL)))
 
 
-def _rows(path: Path) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
+def _rows(base: str) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
     """The columns, and the number and cells of each line that is not empty."""
     try:
-        with path.open(newline="", encoding="utf-8-sig") as stream:
-            reader = csv.reader(stream, strict=True)
-            lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        reason = error.strerror if isinstance(error, OSError) else f"no CSV in UTF-8: {error}"
-        raise SpecError(f"manifest {path} cannot be read ({reason}); {EXAMPLE}") from error
+        reader = csv.reader(io.StringIO(read_text(base), newline=""), strict=True)
+        lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
+    except csv.Error as error:
+        raise SpecError(f"manifest {base} cannot be read (no CSV: {error}); {EXAMPLE}") from error
+    except SpecError as error:
+        raise SpecError(f"manifest {error}; {EXAMPLE}") from error
     header = [name.lower() for name in lines[0][1]] if lines else []
     lacking = [name for name in COLUMNS if name not in header]
     if lacking or len(set(header)) < len(header):
         fault = f"has no column {' and no column '.join(lacking)}" if lacking else "names a column twice"
-        raise SpecError(f"manifest {path} {fault}, its first line is {','.join(header)[:80]!r}; {EXAMPLE}")
+        raise SpecError(f"manifest {base} {fault}, its first line is {','.join(header)[:80]!r}; {EXAMPLE}")
     rows = []
     for line, cells in lines[1:]:
         if not any(cells):
             continue
         if len(cells) > len(header):
             raise SpecError(
-                f"line {line} of {path.name} has {len(cells)} cells, the first line {len(header)}; put names that hold "
-                "a comma in double quotes"
+                f"line {line} of {_short(base)} has {len(cells)} cells, the first line {len(header)}; put names that "
+                "hold a comma in double quotes"
             )
         rows.append((line, dict.fromkeys(header, "") | dict(zip(header, cells, strict=False))))
     return header, rows
 
 
-def _entry(line: int, row: dict[str, str], folder: Path, claims: _Claims) -> Entry:
+def _short(base: str) -> str:
+    """The file's own name, for messages."""
+    return base.rpartition("/")[2]
+
+
+def _stamps(base: str, names: Sequence[str]) -> list[str | MoireIdError]:
+    """The stamp of each film, or the error that looking at it raised."""
+
+    def look(name: str) -> str | MoireIdError:
+        try:
+            if not name:
+                raise SpecError("there is no film '' (the line names none); write its path relative to the manifest")
+            return stamp(joined(base, name))
+        except MoireIdError as error:
+            return error
+
+    with ThreadPoolExecutor(LOOKERS) as pool:
+        return list(pool.map(look, names))
+
+
+def _entry(line: int, row: dict[str, str], base: str, looked: str | MoireIdError, claims: _Claims) -> Entry:
     """One line, checked.  Raises: MoireIdError where it cannot be used."""
-    video, label = folder / row["video"], row["label"]
-    if not row["video"] or not os.path.isfile(video):
-        raise SpecError(f"there is no film {str(video)!r}; write its path relative to the manifest")
+    label = row["label"]
+    if not isinstance(looked, str):
+        raise looked
     if not LABEL.fullmatch(label):
         raise SpecError(f"label {label[:40]!r} is not known; give genuine, forged, or forged:KIND")
-    corners = read_corners(folder / row["corners"]) if row.get("corners") else None
+    corners = None
+    if row.get("corners"):
+        with fetched(joined(base, row["corners"]), most_mb=MOST_MB) as path:
+            corners = read_corners(path)
+    claimed = claims.find(row["claim"])
     return Entry(
-        line, row["video"], video, label, row["claim"], row["group"] or label, claims.find(row["claim"]), corners
-    )
+        line, row["video"], joined(base, row["video"]), looked, label, row["claim"], row["group"] or label, claimed,
+        corners,
+    )  # fmt: skip
 
 
 class _Claims:
     """Looks up what a claim means, each one once."""
 
-    def __init__(self, folder: Path, registry_url: str | None, badge: Badge | None) -> None:
-        self._folder, self._url, self._badge = folder, registry_url, badge
+    def __init__(self, base: str, registry_url: str | None, badge: Badge | None) -> None:
+        self._base, self._url, self._badge = base, registry_url, badge
         self._registry: Registry | None = None
         self._found: dict[str, Claimed] = {}
 
@@ -152,7 +194,8 @@ class _Claims:
                 raise SpecError("it has no claim, and no badge is given for such films; fill it in, or add --badge")
             return Claimed(self._badge)
         if claim.lower().endswith(".json"):
-            return Claimed(load_badge(self._folder / claim))
+            with fetched(joined(self._base, claim), most_mb=MOST_MB) as path:
+                return Claimed(load_badge(path))
         if self._registry is None:
             self._registry = open_registry(self._url, create=False)
         record: Record = self._registry.find(claim)

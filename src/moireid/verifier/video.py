@@ -102,6 +102,7 @@ class Film:
             with av.open(str(self.path.absolute()), options=OPENING) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
+                stream.codec_context.thread_count = 1 if one_thread() else 0
                 stream.codec_context.options = LIMITS
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
@@ -122,9 +123,13 @@ class Film:
         """As `frames`, decoded by a thread of its own while the caller is busy with the frames before.
 
         The thread ends with the iterator, also where that is left early, or by an error or an interrupt.
+        A process that keeps to one thread decodes in its own.
         Raises: as `frames`, at the frame where it happened.
         """
         frames = self.frames()
+        if one_thread():
+            yield from frames
+            return
         with ThreadPoolExecutor(1, "decode") as worker:
             ahead = deque(worker.submit(next, frames, None) for _ in range(AHEAD_FRAMES))
             try:
@@ -134,6 +139,11 @@ class Film:
             finally:
                 worker.shutdown(wait=True, cancel_futures=True)
                 frames.close()
+
+
+def one_thread() -> bool:
+    """Whether this process keeps to one thread, as OpenCV was told (`cv2.setNumThreads`) or finds one processor."""
+    return bool(cv2.getNumThreads() == 1)
 
 
 def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:

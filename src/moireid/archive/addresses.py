@@ -1,0 +1,144 @@
+"""Files by address: a plain path, file://, memory://, or s3://... where the package of the protocol is installed.
+
+Convention: a plain path and file:// are read where they lie.  All else is fetched whole into a folder of its own, as
+the decoder opens no address, and the folder is removed when the film is done.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from moireid.errors import MediaError, MissingExtraError, SpecError
+
+#: A fetch that fails is tried so often in all, with this wait before the second time and twice as long each time after.
+FETCHES, WAIT_S = 3, 0.5
+CHUNK = 4 << 20
+
+
+class FetchError(MediaError):
+    """A film could not be fetched; another time it may be."""
+
+
+def is_address(name: str) -> bool:
+    """Whether a name says by itself where it lies, as no plain path does."""
+    return "://" in name or "::" in name
+
+
+def joined(base: str, name: str) -> str:
+    """The address of a name that is relative to the folder in which the file `base` lies."""
+    if is_address(name) or Path(name).is_absolute():
+        return name
+    if not is_address(base):
+        return str(Path(base).parent / name)
+    inner, mark, outer = base.partition("::")
+    return f"{inner.rpartition('/')[0]}/{name}{mark}{outer}"
+
+
+def stamp(address: str) -> str:
+    """A digest that changes when the file does: of what its storage tells of it, such as size, time or ETag.
+
+    Raises: SpecError where there is no such file or no such protocol; MissingExtraError.
+    """
+    system, path = _system(address)
+    try:
+        told = system.info(path)
+    # Each protocol's package has errors of its own, and none of them is a fault of ours.
+    except Exception as error:
+        raise SpecError(f"there is no film {address!r} ({_words(error)}); {ADVICE}") from error
+    if told.get("type") == "directory":
+        raise SpecError(f"there is no film {address!r} (it is a folder); {ADVICE}")
+    return hashlib.sha256(str(sorted((name, str(value)) for name, value in told.items())).encode()).hexdigest()
+
+
+def read_text(address: str) -> str:
+    """The text of a small file, UTF-8.  Raises: SpecError where it cannot be read."""
+    system, path = _system(address)
+    try:
+        return str(system.cat_file(path).decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise SpecError(f"{address} is no text in UTF-8 ({error}); save it so") from error
+    # As above.
+    except Exception as error:
+        raise SpecError(f"{address} cannot be read ({_words(error)}); write where it lies") from error
+
+
+@contextmanager
+def fetched(address: str, *, most_mb: float, folder: str | None = None) -> Iterator[Path]:
+    """Yield a path on this machine with the content of the file; what was copied for it is removed after.
+
+    Parameters: most_mb: what is fetched at most, in millions of bytes; a file that is read where it lies has no limit.
+        folder: for what is fetched; None: the system's own for temporary files.
+    Raises: FetchError where it could not be fetched `FETCHES` times; MediaError where it is too large.
+    """
+    system, path = _system(address)
+    if _is_local(system):
+        yield Path(path)
+        return
+    with tempfile.TemporaryDirectory(prefix="moireid-film-", dir=folder, ignore_cleanup_errors=True) as made:
+        suffix = PurePosixPath(path).suffix
+        target = Path(made) / f"film{suffix if suffix[1:].isalnum() else ''}"
+        for tries in range(FETCHES):
+            try:
+                _fetch(system, path, target, int(1e6 * most_mb), address)
+                break
+            except MediaError:
+                raise
+            # As above.
+            except Exception as error:
+                if tries + 1 == FETCHES or isinstance(error, FileNotFoundError):
+                    many = f"{tries + 1} times " if tries else ""
+                    raise FetchError(f"{address} could {many}not be fetched ({_words(error)}); run again") from error
+                time.sleep(WAIT_S * 2**tries)
+        yield target
+
+
+ADVICE = "write its path relative to the manifest, or an address such as s3://bucket/film.mp4"
+
+
+def _system(address: str) -> tuple[Any, str]:
+    """The file system of an address, and the path within it."""
+    try:
+        from fsspec.core import url_to_fs
+    except ImportError as error:
+        raise MissingExtraError("films by address need more packages; pip install 'moireid[archive]'") from error
+    try:
+        return url_to_fs(address)
+    except ImportError as error:
+        raise MissingExtraError(f"{address} needs a package that is not installed here ({_words(error)})") from error
+    except ValueError as error:
+        raise SpecError(f"address {address!r} cannot be used ({_words(error)}); {ADVICE}") from error
+    # As above: s3fs asks for a region or credentials here.
+    except Exception as error:
+        raise SpecError(f"address {address!r} cannot be opened ({_words(error)}); {ADVICE}") from error
+
+
+def _is_local(system: Any) -> bool:
+    from fsspec.implementations.local import LocalFileSystem
+
+    return isinstance(system, LocalFileSystem)
+
+
+def _fetch(system: Any, path: str, target: Path, most: int, address: str) -> None:
+    """Copy a file; one that says that it is small and is not is cut off where the limit is."""
+    limit = f"more than the {most / 1e6:g} MB allowed; raise --film-limit"
+    if (system.info(path).get("size") or 0) > most:
+        raise MediaError(f"{address} has {limit}", most_bytes=most)
+    taken = 0
+    with system.open(path, "rb") as source, target.open("wb") as copy:
+        while chunk := source.read(CHUNK):
+            taken += len(chunk)
+            if taken > most:
+                raise MediaError(f"{address} has {limit}", most_bytes=most)
+            copy.write(chunk)
+
+
+def _words(error: Exception) -> str:
+    """What an error of a foreign package says, as part of a sentence."""
+    told = getattr(error, "strerror", None) or " ".join(str(error).split())[:200] or type(error).__name__
+    return "no such file" if isinstance(error, FileNotFoundError) else str(told)

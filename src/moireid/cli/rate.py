@@ -1,0 +1,76 @@
+"""How far a run over many films is, and how fast, on stderr; and where its films are scored."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import click
+
+from moireid.cli.common import interrupts, say
+
+#: Where stderr is no terminal, a line so often.
+LINE_S = 30.0
+
+workers_option = click.option(
+    "--workers",
+    type=click.IntRange(1, 256),
+    help="Films at a time on this machine, each on one processor; default: all.",
+)
+scheduler_option = click.option(
+    "--scheduler", metavar="ADDRESS",
+    help="Dask scheduler whose workers do the work, tcp://HOST:PORT; default: local, a cluster on this machine.",
+)  # fmt: skip
+
+
+@contextmanager
+def film_rate(unit: str = "films") -> Iterator[Callable[[int, int, int, int], None]]:
+    """A bar on stderr, told (done, of, failed, done by earlier runs); where stderr is no terminal a line at times.
+
+    At the end one line tells what this run did.
+    """
+    begun, told = time.monotonic(), 0.0
+    last: tuple[int, int, int, int] | None = None
+
+    def words(done: int, total: int, failed: int, before: int) -> str:
+        rate = (done - before) / max(time.monotonic() - begun, 1e-9)
+        return f"{rate:.2f} {unit}/s, {total - done} left, {failed} failed"
+
+    with interrupts() as check, _shown(unit) as update:
+
+        def step(done: int, total: int, failed: int = 0, before: int = 0) -> None:
+            nonlocal told, last
+            check()
+            last = (done, total, failed, before)
+            if update is not None:
+                update(done, total, words(*last))
+            elif time.monotonic() - max(told, begun) > LINE_S:
+                told = time.monotonic()
+                say(f"{done} of {total} {unit}: {words(*last)}")
+
+        try:
+            yield step
+        finally:
+            if last is not None:
+                seconds = time.monotonic() - begun
+                say(f"{last[0] - last[3]} {unit} in {seconds:.0f} s: {words(*last)}")
+
+
+@contextmanager
+def _shown(unit: str) -> Iterator[Callable[[int, int, str], None] | None]:
+    """The bar, None where stderr is no terminal."""
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}"),
+        TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(unit, total=None, words="")
+        yield lambda done, total, words: bar.update(task, completed=done, total=total, words=words)

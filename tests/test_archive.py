@@ -1,0 +1,259 @@
+"""The engine of collections: jobs by themselves, killed workers, schedulers started apart, films by address."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import re
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import fsspec
+import pytest
+
+import moireid
+from film_stubs import Stub, act, notes
+from moireid.archive import addresses
+from moireid.archive.addresses import fetched, joined, read_text, stamp
+from moireid.archive.engine import Task, run_tasks
+from moireid.archive.isolated import Limits, Lost
+from moireid.archive.worker import Done
+from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecError
+
+QUICK = Limits(seconds=20.0, memory_mb=1000)
+
+
+def outcomes(tasks: list[Task], **options: Any) -> dict[int, Any]:
+    """What each task of one job gave."""
+    return {place: done.outcomes[0] for place, done in run_tasks(act, tasks, limits=QUICK, **options)}
+
+
+def stubs(log: Path, count: int, seconds: float) -> list[Task]:
+    return [Task((Stub(f"f{k}", log, seconds),)) for k in range(count)]
+
+
+def begun(log: Path) -> Counter[str]:
+    """How often each film was begun."""
+    return Counter(line[1] for line in notes(log) if line[0] == "begun")
+
+
+def test_a_job_that_crashes_hangs_or_eats_memory_loses_itself_alone(tmp_path: Path):
+    """Catches: a fault that ends the run or takes another's row, a reason that names the wrong fault, a job tried
+    again, a child left behind.
+    """
+    log = tmp_path / "log"
+    faults = ("", "crash", "leave", "memory", "raise", "hang", "")
+    tasks = [Task(tuple(Stub(f"{fault}{k}", log, fault=fault) for k, fault in enumerate(faults)))]
+    ((_, done),) = run_tasks(act, tasks, workers=1, limits=Limits(seconds=2.0, memory_mb=1000))
+    assert (done.outcomes[0], done.outcomes[-1], done.worker) == ("0", "6", "here")
+    lost = [one for one in done.outcomes if isinstance(one, Lost)]
+    assert [one.fault for one in lost] == ["crash", "crash", "memory", "program", "time"]
+    words = " / ".join(one.why for one in lost)
+    for told in ("SIGSEGV", "exit code 7", "than the 1000 MB", "LookupError: nothing there", "than the 2 s"):
+        assert told in words
+    assert set(begun(log).values()) == {1} and len(begun(log)) == len(faults)
+    for line in notes(log):
+        with pytest.raises(ProcessLookupError):
+            os.kill(int(line[-2]), 0)
+
+
+def killing(log: Path, kills: list[str], stop: threading.Event, most: int) -> None:
+    """Kill the worker of a film that is being done, at random moments."""
+    rng = random.Random(20260)
+    while not stop.wait(rng.uniform(0.05, 0.6)) and len(kills) < most:
+        lines = notes(log)
+        ended = {(line[1], line[2]) for line in lines if line[0] == "ended"}
+        at_work = [line for line in lines if line[0] == "begun" and (line[1], line[2]) not in ended]
+        for line in at_work[-1:] if rng.random() < 0.5 else at_work[-2:-1]:
+            with suppress(ProcessLookupError):
+                os.kill(int(line[3]), signal.SIGKILL)
+                kills.append(line[1])
+
+
+def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone(tmp_path: Path):
+    """Catches: rows that die with their worker, films finished before that are done again, a child that outlives its
+    worker and does its film beside the other.
+    """
+    log, kills, stop = tmp_path / "log", list[str](), threading.Event()
+    killer = threading.Thread(target=killing, args=(log, kills, stop, 5))
+    killer.start()
+    try:
+        found = outcomes(stubs(log, 40, 0.25), workers=2)
+    finally:
+        stop.set()
+        killer.join()
+    assert kills and found == {k: f"f{k}" for k in range(40)}
+    again = {name: times - 1 for name, times in begun(log).items() if times > 1}
+    assert sum(again.values()) <= len(kills) and set(again) <= set(kills), (again, kills)
+
+
+@contextmanager
+def started(*command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
+    """A Dask program as somebody starts it, where ours and the stubs can be imported."""
+    path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(Path(__file__).parent)])
+    process = subprocess.Popen(
+        [sys.executable, "-m", "distributed.cli.dask_" + command[0], *command[1:]],
+        cwd=folder, env=os.environ | {"PYTHONPATH": path}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextmanager
+def deployment(folder: Path) -> Iterator[tuple[str, subprocess.Popen[bytes]]]:
+    """A scheduler and a worker of two threads, started apart: the scheduler's address and process."""
+    told = folder / "scheduler.json"
+    near = ("--host", "127.0.0.1", "--scheduler-file", str(told), "--no-dashboard")
+    with (
+        started("scheduler", "--port", "0", *near, folder=folder) as scheduler,
+        started("worker", "--nthreads", "2", "--nworkers", "1", "--no-nanny", *near, folder=folder),
+    ):
+        last = time.monotonic() + 60
+        while not told.exists() or not told.read_text():
+            assert time.monotonic() < last
+            time.sleep(0.05)
+        yield json.loads(told.read_text())["address"], scheduler
+
+
+def test_a_scheduler_started_apart_gives_the_same_and_its_end_is_told(tmp_path: Path):
+    """Catches: work that only this program's own processes can import, a run that waits for ever for a scheduler that
+    has gone, processes of a broken-off run left at work.
+    """
+    log, film = tmp_path / "log", tmp_path / "film.txt"
+    film.write_text("shown")
+    tasks = [Task((Stub(f"f{k}", log), Stub(f"g{k}", log, fault="leave" if k == 1 else "")), str(film)) for k in (0, 1)]
+
+    def plain(done: Done) -> list[str]:
+        return [one.fault if isinstance(one, Lost) else one for one in done.outcomes]
+
+    here = {place: plain(done) for place, done in run_tasks(act, tasks, workers=1, limits=QUICK)}
+    with deployment(tmp_path) as (address, scheduler):
+        found = dict(run_tasks(act, tasks, scheduler=address, limits=QUICK))
+        assert {place: plain(done) for place, done in found.items()} == here
+        assert here == {0: ["f0 shown", "g0 shown"], 1: ["f1 shown", "crash"]}
+        with pytest.raises(SpecError, match="leave out --workers"):
+            list(run_tasks(act, tasks, scheduler=address, workers=2))
+        with closing(run_tasks(act, stubs(log, 3, 0.01) + stubs(log, 9, 60.0), scheduler=address, limits=QUICK)) as run:
+            next(run)
+        gone = time.monotonic() + 15
+        children = {int(line[-2]) for line in notes(log)}
+        while any(Path(f"/proc/{child}").exists() for child in children):
+            assert time.monotonic() < gone
+            time.sleep(0.05)
+        running = run_tasks(act, stubs(log, 2, 0.01) + stubs(log, 4, 60.0), scheduler=address, limits=Limits())
+        next(running)
+        scheduler.kill()
+        with pytest.raises(MoireIdError, match=r"scheduler went away; run the same command again"):
+            list(running)
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tcp://", "gopher://there:1"])
+def test_an_address_where_no_scheduler_answers_is_told_in_one_sentence(tmp_path: Path, address: str, monkeypatch):
+    """Catches: a traceback of another package, a wait without end."""
+    monkeypatch.setattr("moireid.archive.engine.CONNECT_S", 0.5)
+    with pytest.raises(SpecError, match="no Dask scheduler answers at") as told:
+        list(run_tasks(act, stubs(tmp_path / "log", 2, 0), scheduler=address))
+    assert re.match(
+        rf"no Dask scheduler answers at '{re.escape(address)}' \(.+\); give tcp://HOST:PORT", str(told.value)
+    )
+
+
+@pytest.mark.parametrize(
+    ("base", "name", "found"),
+    [
+        ("/a/films.csv", "b/c.mp4", "/a/b/c.mp4"),
+        ("/a/films.csv", "/d.mp4", "/d.mp4"),
+        ("/a/films.csv", "s3://b/c.mp4", "s3://b/c.mp4"),
+        ("s3://b/x/films.csv", "c.mp4", "s3://b/x/c.mp4"),
+        ("s3://b/films.csv", "memory://c.mp4", "memory://c.mp4"),
+        ("zip://x/films.csv::s3://b/a.zip", "c.mp4", "zip://x/c.mp4::s3://b/a.zip"),
+        ("file:///a/films.csv", "c.mp4", "file:///a/c.mp4"),
+    ],
+)
+def test_names_are_relative_to_the_list_that_names_them(base: str, name: str, found: str):
+    """Catches: names taken from where the command runs, an address put behind a folder."""
+    assert joined(base, name) == found
+
+
+def test_films_are_fetched_whole_within_their_limit_and_removed(tmp_path: Path, monkeypatch):
+    """Catches: a copy left behind, a limit that is not held, plain files copied, a fetch that is given up at once."""
+    (tmp_path / "a.txt").write_bytes(b"abc")
+    for address in (str(tmp_path / "a.txt"), f"file://{tmp_path}/a.txt"):
+        with fetched(address, most_mb=1e-9) as path:
+            assert path == tmp_path / "a.txt"
+        assert stamp(address) == stamp(str(tmp_path / "a.txt")) and read_text(address) == "abc"
+    store = fsspec.filesystem("memory")
+    store.pipe_file("/archive/film.mp4", b"x" * 3000)
+    address = "memory://archive/film.mp4"
+    with fetched(address, most_mb=0.003, folder=str(tmp_path)) as path:
+        assert path.read_bytes() == b"x" * 3000 and path.name == "film.mp4"
+    with (
+        pytest.raises(MediaError, match=r"film.mp4 has more than the 0.0029 MB allowed"),
+        fetched(address, most_mb=0.0029, folder=str(tmp_path)),
+    ):
+        pass
+    old = stamp(address)
+    store.pipe_file("/archive/film.mp4", b"y" * 3001)
+    assert stamp(address) != old
+
+    tries: list[int] = []
+    monkeypatch.setattr(addresses, "WAIT_S", 0.0)
+    own = type(store).open
+
+    def flaky(self: Any, *given: Any, **options: Any) -> Any:
+        tries.append(1)
+        if len(tries) < 3:
+            raise TimeoutError("no answer")
+        return own(self, *given, **options)
+
+    monkeypatch.setattr(type(store), "open", flaky)
+    with fetched(address, most_mb=1, folder=str(tmp_path)) as path:
+        assert path.stat().st_size == 3001
+    monkeypatch.setattr(type(store), "open", lambda *given, **options: (_ for _ in ()).throw(TimeoutError("no answer")))
+    with pytest.raises(addresses.FetchError, match="3 times not be fetched"), fetched(address, most_mb=1):
+        pass
+    assert [one.name for one in tmp_path.iterdir()] == ["a.txt"]
+
+
+def test_addresses_that_cannot_be_used_say_why(tmp_path: Path):
+    """Catches: a protocol's absent package told as a missing file, a folder taken for a film."""
+    for address, kind, words in (
+        ("no-such-protocol://b/c.mp4", SpecError, "cannot be used"),
+        (str(tmp_path), SpecError, "it is a folder"),
+        (str(tmp_path / "none.mp4"), SpecError, "no such file"),
+        ("memory://none.mp4", SpecError, "no such file"),
+    ):
+        with pytest.raises(kind, match=words):
+            stamp(address)
+    absent = [(name, package) for name, package in (("s3", "s3fs"), ("gs", "gcsfs")) if not installed(package)]
+    for name, package in absent:
+        with pytest.raises(MissingExtraError, match=package):
+            stamp(f"{name}://bucket/film.mp4")
+
+
+def installed(package: str) -> bool:
+    return find_spec(package) is not None
+
+
+def test_films_in_memory_are_done_in_place(tmp_path: Path):
+    """Catches: a fetch in a process that cannot see them, an address handed to the work instead of a path."""
+    fsspec.filesystem("memory").pipe_file("/m/a.txt", b"kept")
+    tasks = [
+        Task((Stub("a", tmp_path / "log"),), "memory://m/a.txt"),
+        Task((Stub("b", tmp_path / "log"),), "memory://m/b"),
+    ]
+    found = outcomes(tasks, workers=1)
+    assert found[0] == "a kept" and found[1].fault == "fetch" and "memory://m/b could not be fetched" in found[1].why
