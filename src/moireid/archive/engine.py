@@ -144,8 +144,10 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
 def _connected(distributed: Any, address: str) -> Iterator[Any]:
     """A client of somebody's cluster, which has the same moireid as this program."""
     try:
+        # A client of an address that is none leaves its own thread in a state from which no other client starts.
+        distributed.comm.get_address_host_port(address)
         client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
-    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError) as error:
+    except (OSError, TimeoutError, ValueError, TypeError, RuntimeError, NotImplementedError) as error:
         words = " ".join(str(error).split())[:150] or type(error).__name__
         raise SpecError(
             f"no Dask scheduler answers at {address[:100]!r} ({words}); give tcp://HOST:PORT as `dask scheduler` "
