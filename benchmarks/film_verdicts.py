@@ -11,6 +11,8 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from moireid.archive.engine import Task, run_tasks
+from moireid.archive.isolated import Limits, Lost
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.camera import CAMERAS, camera_named
@@ -22,6 +24,7 @@ from moireid.simulate.scene import Build, Scene
 from moireid.verifier import verify
 
 FRAMES, FPS, SEED, DISTANCE_MM = 210, 30.0, 5, 1000.0
+LIMITS = Limits(memory_mb=8192)
 MOTIONS = ("handheld", "linear", "roll", "oblique", "tumble", "circle")
 
 
@@ -37,6 +40,13 @@ def rows() -> dict[str, dict[str, Any]]:
     films |= {f"codec:{name}": {"codec": name} for name in CODECS if name != "h264"}
     films |= {f"recipe:{name}": {"recipe": name} for name in RECIPES}
     return films | {f"motion:{name}": {"motion": name} for name in MOTIONS}
+
+
+def line_of(name: str) -> str:
+    """The line of a film by its name, filmed and verified in a folder of its own."""
+    badge = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    with tempfile.TemporaryDirectory() as folder:
+        return f"{name:<20}{verdict_of(badge, Path(folder), **rows()[name])}"
 
 
 def verdict_of(badge: Badge, folder: Path, *, motion: str = "sway", camera: Any = None, **options: Any) -> str:
@@ -60,14 +70,16 @@ def _figure(value: float | None) -> str:
 
 
 def main() -> None:
-    """Print one row a film."""
-    badge = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    """Print one row a film, as they come."""
+    # Other processes know this file by its name alone.
+    from film_verdicts import line_of
+
     head = f"{'verdict':<13}{'invariant':<13}{'identity':<11}{'|rho|':>9}{'gain':>9}{'residual':>9}{'MB':>7}  against"
     print(f"{'film':<20}{head}")
-    with tempfile.TemporaryDirectory() as folder:
-        for name, options in rows().items():
-            if len(sys.argv) == 1 or name.startswith(tuple(sys.argv[1:])):
-                print(f"{name:<20}{verdict_of(badge, Path(folder), **options)}", flush=True)
+    names = [name for name in rows() if len(sys.argv) == 1 or name.startswith(tuple(sys.argv[1:]))]
+    for place, done in run_tasks(line_of, [Task((name,)) for name in names], limits=LIMITS):
+        (line,) = done.outcomes
+        print(f"{names[place]:<20}{line.why}" if isinstance(line, Lost) else line, flush=True)
 
 
 if __name__ == "__main__":

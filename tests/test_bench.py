@@ -9,11 +9,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from moireid.bench import identity, stability
+from moireid.archive.isolated import Lost
+from moireid.archive.worker import Done
+from moireid.bench import identity, rows, stability
 from moireid.bench.matching import WORD, matching_figures
 from moireid.bench.output import TABLES
 from moireid.bench.shorter import shorter_figures
 from moireid.cli.main import moireid
+from moireid.errors import MoireIdError
+from moireid.kept import kept_rows
 
 
 def row_of(rng: np.random.Generator, spread: float, payload: bytes | None = None) -> dict:
@@ -39,6 +43,35 @@ def test_rows_that_are_kept_are_not_filmed_again(tmp_path, monkeypatch, rng):
     kept.write_text("\n".join([*lines[:3], lines[0][:40], *lines[3:]]) + "\n", encoding="utf-8")
     monkeypatch.setattr(identity, "read_clip", None)
     assert identity._read_all(clips, kept, lambda done, of: None) == rows
+
+
+def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
+    """Catches: rows out of order, rows thrown away with one that was lost, a lost one that holds as a row, a step that
+    is not told.
+    """
+    lost = {"b"}
+
+    def backwards(work, tasks, **_):
+        for place, task in reversed(list(enumerate(tasks))):
+            (job,) = task.jobs
+            yield place, Done((Lost("gone", 1.0, "crash") if job in lost else work(job),), "here")
+
+    monkeypatch.setattr(rows, "run_tasks", backwards)
+    steps: list[int] = []
+    kept, jobs = tmp_path / "kept.jsonl", [(f"key {name}", name) for name in "abc"]
+
+    def made() -> list[dict]:
+        steps.clear()
+        given = {"kept": kept, "where": rows.Where(), "step": lambda: steps.append(1)}
+        return rows.made_rows(lambda name: {"name": name}, jobs, **given)
+
+    with pytest.raises(MoireIdError, match="gone; run again"):
+        made()
+    assert list(kept_rows(kept)) == ["key c"]
+    lost.clear()
+    assert [row["name"] for row in made()] == ["a", "b", "c"] and len(steps) == 3
+    refused = CliRunner().invoke(moireid, ["bench", "fabricate", "--out", str(tmp_path / "out"), "--workers", "2"])
+    assert refused.exit_code == 2 and "leave out --workers" in refused.stderr and not (tmp_path / "out").exists()
 
 
 def test_every_clip_of_a_bench_has_chance_of_its_own():

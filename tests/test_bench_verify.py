@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
+from typing import Any
 
 import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from moireid.archive.engine import Task
+from moireid.archive.worker import Done
 from moireid.bench import motion_extremes, verify
+from moireid.bench import rows as bench_rows
 from moireid.bench.judged import judge_frames
 from moireid.bench.motion_extremes import cases, outcome_of, read_extreme
 from moireid.bench.output import PLOTS, TABLES
@@ -90,6 +95,12 @@ def test_rows_that_are_kept_are_not_measured_again(tmp_path, monkeypatch):
             verify.sweep(KINDS[0], **({"quick": True, "seed": 0} | other), kept=kept, rows=verify.kept_rows(kept))
 
 
+def in_place(work: Callable[[Any], Any], tasks: Sequence[Task], **_: Any) -> Iterator[tuple[int, Done]]:
+    """The engine without its processes."""
+    for place, task in enumerate(tasks):
+        yield place, Done((work(task.jobs[0]),), "here")
+
+
 def test_the_suite_runs_by_its_command(tmp_path, monkeypatch):
     """Catches: a suite that no command runs, figures that JSON cannot hold, extremes that are left out of the table."""
     made = [row_of(verify.KINDS[0], setting, phase=0.01, cpu_ms=5.0) for setting in verify.settings(quick=True)]
@@ -100,6 +111,7 @@ def test_the_suite_runs_by_its_command(tmp_path, monkeypatch):
         "residual_rad": None, "tracked": 0, "frames": 1,
     }  # fmt: skip
     monkeypatch.setattr(motion_extremes, "read_extreme", lambda case, seed: extreme | {"name": case.name})
+    monkeypatch.setattr(bench_rows, "run_tasks", in_place)
     outcome = CliRunner().invoke(moireid, ["bench", "verify", "--quick", "--out", str(tmp_path), "--json"])
     assert outcome.exit_code == 0, outcome.output
     document = json.loads(outcome.stdout)

@@ -9,5 +9,6 @@ simulate.py      error against run time of the renderers, left_out.py what a sce
                  outside tracer, scenes.py: eleven scenes
 verify.py        error against run time of the verifier on films of known truth (verify_films.py); motion_extremes.py:
                  stiff and extreme motions; judged.py: frames in, verdict out
+rows.py          films of a suite made and read by the engine of collections (moireid.archive)
 output.py        JSON of a suite; table and plot in *_output.py
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 import tempfile
 import time
 from dataclasses import dataclass, replace
@@ -140,9 +139,3 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
         "cells_wrong": wrong / len(found), "soft": None if soft is None else soft.hex() == badge.id,
         "hard": None if hard is None else hard.hex() == badge.id,
     }  # fmt: skip
-
-
-def one_thread() -> None:
-    """Keep a worker process to one thread, so that two of them share two cores."""
-    for name in ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
-        os.environ[name] = "1"

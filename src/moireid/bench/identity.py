@@ -6,10 +6,9 @@ Numbers of clips are small enough for a morning; intervals say what they can mea
 
 from __future__ import annotations
 
+import itertools
 import math
-import multiprocessing
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.asbuilt import as_built_from_json
-from moireid.bench.clips import CRF, FOCAL_PX, FPS, HEIGHT, WIDTH, Clip, one_thread, read_clip
+from moireid.bench.clips import CRF, FOCAL_PX, FPS, HEIGHT, WIDTH, Clip, read_clip
 from moireid.bench.matching import matching_figures
+from moireid.bench.rows import Where, made_rows
 from moireid.bench.shorter import shorter_figures
 from moireid.designer import Request, design_badge
 from moireid.evaluation.statistics import interval
-from moireid.kept import keep_row, kept_rows, program_digest
+from moireid.kept import program_digest
 from moireid.verifier.built import compare_built
 
 CONDITIONS = ((64, 1000.0), (64, 2000.0), (64, 3000.0), (128, 2000.0), (128, 3000.0))
@@ -30,10 +30,11 @@ CLIPS, QUICK_CLIPS = 100, 4
 #: Clips of a condition that are also read shortened.
 SHORTER_CLIPS = 20
 BUILT_DISTANCE_MM = 1000.0
+HERE = Where()
 
 
 def run(
-    *, quick: bool, seed: int, clips: int | None = None, kept: Path | None = None,
+    *, quick: bool, seed: int, clips: int | None = None, kept: Path | None = None, where: Where = HERE,
     progress: Callable[[int, int | None], None],
 ) -> dict[str, Any]:  # fmt: skip
     """All figures of the suite as one JSON object.
@@ -42,7 +43,7 @@ def run(
     """
     count = clips or (QUICK_CLIPS if quick else CLIPS)
     jobs = _jobs(count, seed)
-    rows = _read_all([clip for _, clip in jobs], kept, progress)
+    rows = _read_all([clip for _, clip in jobs], kept, progress, where)
     groups: dict[str, list[dict[str, Any]]] = {}
     for (name, _), row in zip(jobs, rows, strict=True):
         groups.setdefault(name, []).append(row)
@@ -72,18 +73,12 @@ def _jobs(count: int, seed: int) -> list[tuple[str, Clip]]:
 
 
 def _read_all(
-    clips: list[Clip], kept: Path | None, progress: Callable[[int, int | None], None]
+    clips: list[Clip], kept: Path | None, progress: Callable[[int, int | None], None], where: Where = HERE
 ) -> list[dict[str, Any]]:
     """One row a clip, in their order."""
-    rows = kept_rows(kept)
-    todo = [clip for clip in clips if _key(clip) not in rows]
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(max_workers=2, mp_context=context, initializer=one_thread) as pool:
-        for clip, row in zip(todo, pool.map(read_clip, todo), strict=True):
-            rows[_key(clip)] = row
-            keep_row(kept, _key(clip), row)
-            progress(sum(_key(clip) in rows for clip in clips), len(clips))
-    return [rows[_key(clip)] for clip in clips]
+    done = itertools.count(1)
+    jobs = [(_key(clip), clip) for clip in clips]
+    return made_rows(read_clip, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(clips)))
 
 
 def _key(clip: Clip) -> str:

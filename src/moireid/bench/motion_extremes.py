@@ -25,9 +25,9 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
 from moireid.bench.judged import Judged, judge_frames
+from moireid.bench.rows import Where, made_rows
 from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
-from moireid.kept import keep_row
 from moireid.simulate.film import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
@@ -140,24 +140,17 @@ def cases() -> list[Extreme]:
 
 
 def run_extremes(
-    *,
-    quick: bool,
-    seed: int,
-    program: str,
-    kept: Path | None,
-    rows: dict[str, dict[str, Any]],
-    step: Callable[[], None],
-) -> list[dict[str, Any]]:
-    """All cases as rows; those in `rows` are not filmed again; program: digest of what made them."""
-    found = []
-    for case in chosen(quick=quick):
-        key = f"{program} extreme {case.name} {seed}"
-        if key not in rows:
-            rows[key] = read_extreme(case, seed)
-            keep_row(kept, key, rows[key])
-        found.append(rows[key])
-        step()
-    return found
+    *, quick: bool, seed: int, program: str, kept: Path | None, where: Where, step: Callable[[], None]
+) -> list[dict[str, Any]]:  # fmt: skip
+    """All cases as rows; those that are kept are not filmed again; program: digest of what made them."""
+    jobs = [(f"{program} extreme {case.name} {seed}", (case.name, seed)) for case in chosen(quick=quick)]
+    return made_rows(_read, jobs, kept=kept, where=where, step=step)
+
+
+def _read(job: tuple[str, int]) -> dict[str, Any]:
+    """A case by its name, as its motion cannot travel to another process."""
+    name, seed = job
+    return read_extreme(next(case for case in cases() if case.name == name), seed)
 
 
 def chosen(*, quick: bool) -> list[Extreme]:

@@ -5,6 +5,7 @@ One clip a case, made to be at the edge of what a badge, its building or its pic
 
 from __future__ import annotations
 
+import itertools
 import math
 import tempfile
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from typing import Any, Literal
 
 from moireid.badge import Badge, Rect
 from moireid.bench.clips import CRF, FOCAL_PX, FPS
+from moireid.bench.rows import Where, made_rows
 from moireid.bench.stiff_scenes import run_scenes
 from moireid.designer import Request, design_badge
 from moireid.simulate.film import film
@@ -24,6 +26,7 @@ from moireid.verifier.verify import Report, verify
 Outcome = Literal["right", "unreadable", "refused", "wrong"]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FRAMES, QUICK_FRAMES = 150, 90
+HERE = Where()
 
 
 @dataclass(frozen=True)
@@ -65,13 +68,18 @@ def cases() -> list[Case]:
     ]
 
 
-def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+def run(
+    *, quick: bool, seed: int, where: Where = HERE, progress: Callable[[int, int | None], None]
+) -> dict[str, Any]:  # fmt: skip
     """All cases as one JSON object."""
-    rows = []
-    for done, case in enumerate(cases(), start=1):
-        rows.append(read_case(case, seed, QUICK_FRAMES if quick else FRAMES))
-        progress(done, len(cases()))
+    jobs = [(case.name, (case, seed, QUICK_FRAMES if quick else FRAMES)) for case in cases()]
+    done = itertools.count(1)
+    rows = made_rows(_read, jobs, kept=None, where=where, step=lambda: progress(next(done), len(jobs)))
     return {"suite": "stability", "seed": seed, "rows": rows, "scenes": run_scenes()}
+
+
+def _read(job: tuple[Case, int, int]) -> dict[str, Any]:
+    return read_case(*job)
 
 
 def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:

@@ -26,6 +26,7 @@ import numpy as np
 
 from moireid.bench.judged import judge_frames
 from moireid.bench.motion_extremes import chosen, run_extremes
+from moireid.bench.rows import Where
 from moireid.bench.verify_films import KINDS, Filmed, Kind, phase_error_rad, shoot
 from moireid.kept import keep_row, kept_rows, program_digest
 from moireid.verifier import measure
@@ -58,6 +59,7 @@ class Setting:
 
 
 DEFAULT = Setting()
+HERE = Where()
 
 
 def settings(*, quick: bool) -> list[Setting]:
@@ -69,9 +71,12 @@ def settings(*, quick: bool) -> list[Setting]:
 
 
 def run(
-    *, quick: bool, seed: int, kept: Path | None, progress: Callable[[int, int | None], None]
+    *, quick: bool, seed: int, kept: Path | None, where: Where = HERE, progress: Callable[[int, int | None], None]
 ) -> dict[str, Any]:  # fmt: skip
-    """All figures as one JSON object; kept: a file that rows are added to, and not measured again."""
+    """All figures as one JSON object; kept: a file that rows are added to, and not measured again.
+
+    where: extremes are filmed and judged there.  What is timed runs by itself, here.
+    """
     rows = kept_rows(kept)
     kinds = QUICK_KINDS if quick else KINDS
     total, done = len(kinds) + len(chosen(quick=quick)), 0
@@ -90,7 +95,7 @@ def run(
         "suite": "verify", "seed": seed, "versions": {name: version(name) for name in ("numpy", "scipy", "av")}
         | {"opencv": cv2.__version__}, "films": films, "work": work, "knee": knee_of(work),
         "extremes": run_extremes(
-            quick=quick, seed=seed, program=program_digest(*ROOMS), kept=kept, rows=rows, step=step
+            quick=quick, seed=seed, program=program_digest(*ROOMS), kept=kept, where=where, step=step
         ),
     }  # fmt: skip
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import FolderPath, friendly, json_option, overwrite_option, progress_bar, say, show_json
+from moireid.cli.common import FolderPath, fail, friendly, json_option, overwrite_option, progress_bar, say, show_json
+from moireid.cli.rate import scheduler_option, workers_option
 
 
 @click.command("bench")
@@ -15,12 +16,15 @@ from moireid.cli.common import FolderPath, friendly, json_option, overwrite_opti
 @click.option("--quick", is_flag=True, help="A few clips only: minutes, not hours.")
 @click.option("--clips", type=click.IntRange(1, 10000), help="Clips a condition, instead of 100 (or 4 with --quick).")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True)
+@workers_option
+@scheduler_option
 @overwrite_option
 @json_option
 @friendly
 def bench_command(
-    suite: str, folder: Path, quick: bool, clips: int | None, seed: int, overwrite: bool, as_json: bool
-) -> None:
+    suite: str, folder: Path, quick: bool, clips: int | None, seed: int, workers: int | None, scheduler: str | None,
+    overwrite: bool, as_json: bool,
+) -> None:  # fmt: skip
     """Measure SUITE on simulated films: a table, JSON and a plot.
 
     identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
@@ -28,18 +32,25 @@ def bench_command(
     renderers against an outside tracer, and their error against their run time.  verify: the verifier's error against
     its run time by frames used, resolution and estimator; stiff and extreme motions.
 
+    Films of identity and stability, and the extreme motions of verify, are made and read on the engine of `moireid
+    evaluate` (--workers, --scheduler); all that is timed runs by itself.
+
     Figures of films that were read are kept beside them, in clips.jsonl and verify.jsonl, so that a run that was broken
     off goes on.
     """
     from moireid.bench import identity, stability
     from moireid.bench.output import TABLES, outputs, write
+    from moireid.bench.rows import Where
     from moireid.files import planned
 
+    if suite in ("fabricate", "simulate") and (workers or scheduler):
+        fail(f"{suite} makes no films that others could read; leave out --workers and --scheduler")
+    where = Where(scheduler, workers)
     planned(outputs(folder, suite), overwrite=overwrite)
     with progress_bar("clips") as progress:
         folder.mkdir(parents=True, exist_ok=True)
         if suite == "stability":
-            result = stability.run(quick=quick, seed=seed, progress=progress)
+            result = stability.run(quick=quick, seed=seed, where=where, progress=progress)
         elif suite == "fabricate":
             from moireid.bench import fabricate
 
@@ -51,10 +62,12 @@ def bench_command(
         elif suite == "verify":
             from moireid.bench import verify
 
-            result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", progress=progress)
+            result = verify.run(
+                quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress
+            )  # fmt: skip
         else:
             result = identity.run(
-                quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", progress=progress
+                quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", where=where, progress=progress
             )  # fmt: skip
     for path in write(folder, result, overwrite=overwrite):
         say(f"written: {path}")

@@ -177,6 +177,7 @@ def _row(one: Scored) -> Document:
     entry = one.entry
     return {
         "line": entry.line, "video": entry.name, "label": entry.label, "claim": entry.claim, "group": entry.group,
+        "pipeline": one.pipeline,
         **{name: value for name, value in one.row.items() if name not in ("key", "film", "claim", "program")},
     }  # fmt: skip
 

@@ -1,0 +1,189 @@
+"""Two workers against one, and workers that are killed: run `.venv/bin/python benchmarks/archive_scaling.py`.
+
+films: short clips, 60 frames cut from the films in tests/data/films without coding them anew, each listed under so many
+    names; scored by `evaluation.collect` with our pipeline, as `moireid evaluate --pipeline moireid` does.
+ratio: films a second of two workers over those of one, from the first row to the last, cluster start apart; beside it
+    CPU seconds a film, which other work on the machine hardly changes: two workers that spend as much a film as one are
+    twice as fast on two processors that are free.
+kills: while two workers score, one is killed (SIGKILL) at random moments; rows lost, and films begun more than once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import random
+import signal
+import sys
+import tempfile
+import threading
+import time
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import av
+import psutil
+
+from moireid.archive.child import ONE_THREAD
+from moireid.evaluation.collect import Scored, collect
+from moireid.evaluation.manifest import read_manifest
+from moireid.evaluation.rows import Job, Row, score_film
+
+FRAMES = 60
+FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
+CLIPS = {
+    "genuine_1.0m.mp4": "genuine", "genuine_2.0m.mp4": "genuine", "forged_drift_1.0m.mp4": "forged:drift",
+    "forged_gain_low_1.0m.mp4": "forged:gain_low", "forged_reversed_1.0m.mp4": "forged:reversed",
+}  # fmt: skip
+#: Where processes that score note each film that they begin; the environment reaches them all.
+NOTES = "ARCHIVE_SCALING_NOTES"
+
+
+def noted(job: Job, film: str) -> Row:
+    """Score a film, and note that it was begun."""
+    _note(f"{job.entry.name} {os.getppid()}")
+    return score_film(job, film)
+
+
+def _note(words: str) -> None:
+    handle = os.open(os.environ[NOTES], os.O_WRONLY | os.O_APPEND | os.O_CREAT)
+    os.write(handle, f"{words}\n".encode())
+    os.close(handle)
+
+
+def collection(folder: Path, films: int) -> Path:
+    """A manifest of so many films, the clips by turns; each differs from the others by a few bytes at its end."""
+    lines = ["video,label,claim,group"]
+    clips = {name: cut(FILMS / name, folder / "clip.mp4").read_bytes() for name in CLIPS}
+    (folder / "clip.mp4").unlink()
+    for k in range(films):
+        name = list(CLIPS)[k % len(CLIPS)]
+        # A box of the kind `free`, which players pass over.
+        (folder / f"{k:03d}.mp4").write_bytes(clips[name] + (12).to_bytes(4, "big") + b"free" + k.to_bytes(4, "big"))
+        lines.append(f"{k:03d}.mp4,{CLIPS[name]},{FILMS / 'badge.json'},")
+    (folder / "films.csv").write_text("\n".join(lines), encoding="utf-8")
+    return folder / "films.csv"
+
+
+def cut(source: Path, target: Path) -> Path:
+    """The beginning of a film, its pictures as they are coded."""
+    with av.open(str(source)) as given, av.open(str(target), "w") as made:
+        stream = made.add_stream_from_template(given.streams.video[0])
+        for packet, _ in zip(given.demux(video=0), range(FRAMES), strict=False):
+            packet.stream = stream
+            made.mux(packet)
+    return target
+
+
+def scored(manifest: Path, folder: Path, workers: int | None, scheduler: str | None) -> dict[str, Any]:
+    """Score a collection; seconds and CPU seconds of all processes, from the first row to the last and in all."""
+    # Other processes know this file by its name alone.
+    from archive_scaling import noted
+
+    os.environ[NOTES] = str(folder / f"begun-{workers}")
+    ends: list[float] = []
+    begun, used = time.perf_counter(), Used()
+    rows = collect(
+        read_manifest(manifest).entries, ("moireid",), kept=folder / f"results-{workers}", workers=workers,
+        scheduler=scheduler, progress=lambda *_: ends.append(time.perf_counter()), work=noted,
+    )  # fmt: skip
+    total = time.perf_counter() - begun
+    return {
+        "workers": workers, "rows": rows, "total_s": total, "cpu_s": used.seconds(),
+        "rate": (len(ends) - 1) / (ends[-1] - ends[0]), "start_s": ends[0] - begun,
+    }  # fmt: skip
+
+
+class Used:
+    """CPU seconds of this process and all that it started, looked at four times a second as they come and go."""
+
+    def __init__(self) -> None:
+        self._found: dict[tuple[int, float], float] = {}
+        self._stop = threading.Event()
+        self._before = self._look()
+        self._thread = threading.Thread(target=self._watch, daemon=True)
+        self._thread.start()
+
+    def seconds(self) -> float:
+        """Since this was made; ends the watch."""
+        self._stop.set()
+        self._thread.join()
+        return sum(self._found.values()) - self._before
+
+    def _watch(self) -> None:
+        while not self._stop.wait(0.25):
+            self._look()
+
+    def _look(self) -> float:
+        own = psutil.Process()
+        for process in (own, *own.children(recursive=True)):
+            with suppress(psutil.Error):
+                times = process.cpu_times()
+                self._found[process.pid, process.create_time()] = times.user + times.system
+        return sum(self._found.values())
+
+
+def killing(log: Path, kills: list[str], stop: threading.Event, most: int) -> None:
+    """Kill the worker that began a film last, at random moments."""
+    rng = random.Random(7)
+    while not stop.wait(rng.uniform(1, 12)) and len(kills) < most:
+        if log.exists() and (lines := log.read_text().split()):
+            with suppress(ProcessLookupError):
+                os.kill(int(lines[-1]), signal.SIGKILL)
+                kills.append(lines[-2])
+
+
+def same(one: list[Scored], other: list[Scored]) -> bool:
+    """Whether two runs give the same figures of every film."""
+    left = ("seconds", "worker")
+    return all(
+        {name: value for name, value in a.row.items() if name not in left}
+        == {name: value for name, value in b.row.items() if name not in left}
+        for a, b in zip(one, other, strict=True)
+    )
+
+
+def main() -> None:
+    """Print the figures."""
+    asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    asked.add_argument("--films", type=int, default=200)
+    asked.add_argument("--kills", type=int, default=8)
+    given = asked.parse_args()
+    os.environ |= ONE_THREAD
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made)
+        manifest = collection(folder, given.films)
+        print(f"{given.films} clips of {FRAMES} frames; processors: {os.cpu_count()}, load {os.getloadavg()[0]:.1f}")
+        runs = {workers: scored(manifest, folder, workers, "local") for workers in (1, 2)}
+        for workers, run in runs.items():
+            print(
+                f"workers: {workers}, {run['rate']:.2f} films/s, first row after {run['start_s']:.1f} s, "
+                f"{run['total_s']:.1f} s in all, {run['cpu_s'] / given.films:.3f} CPU s a film, "
+                f"{run['cpu_s'] / run['total_s']:.2f} processors busy"
+            )
+        print(
+            f"two against one: {runs[2]['rate'] / runs[1]['rate']:.2f} times as fast, "
+            f"CPU a film {runs[2]['cpu_s'] / runs[1]['cpu_s']:.3f} times, same rows: "
+            f"{same(runs[1]['rows'], runs[2]['rows'])}; load {os.getloadavg()[0]:.1f}"
+        )
+        kills, stop = list[str](), threading.Event()
+        (folder / "killed").mkdir()
+        log = folder / "killed" / "begun-2"
+        killer = threading.Thread(target=killing, args=(log, kills, stop, given.kills))
+        killer.start()
+        found = scored(manifest, folder / "killed", 2, "local")["rows"]
+        stop.set()
+        killer.join()
+        begun = log.read_text().split()[::2]
+        again = {name: begun.count(name) - 1 for name in set(begun) if begun.count(name) > 1}
+        print(
+            f"{len(kills)} workers killed: {given.films - len(found)} rows lost, "
+            f"{sum(one.row['verdict'] == 'failed' for one in found)} failed, {sum(again.values())} films begun again, "
+            f"{len(set(again) - set(kills))} of them not those of a killed worker; same rows: "
+            f"{same(runs[1]['rows'], found)}"
+        )
+
+
+if __name__ == "__main__":
+    sys.exit(main())
