@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pyarrow as pa
@@ -24,6 +25,7 @@ from moireid.archive.isolated import Fault, Limits, Lost
 from moireid.archive.parts import Parts
 from moireid.archive.worker import Done
 from moireid.badge import Badge
+from moireid.cli import rate
 from moireid.errors import SpecError
 from moireid.evaluation import collect as collecting
 from moireid.evaluation.collect import Scored, collect
@@ -168,6 +170,22 @@ def test_results_can_be_read_at_any_time_of_a_run(
     assert {name: schema.field(name).metadata[b"description"].decode() for name in COLUMNS} == {
         name: told for name, (_, told) in COLUMNS.items()
     }
+
+
+def test_how_far_and_how_fast_is_told(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+    """Catches: rows of an earlier run counted as this one's speed, talk on stdout, a bar's signs in a log."""
+    monkeypatch.setattr(rate, "LINE_S", 0.0)
+    now = iter([10.0, *[12.0] * 3, *[20.0] * 9])
+    monkeypatch.setattr(rate, "time", SimpleNamespace(monotonic=lambda: next(now)))
+    with rate.film_rate() as step:
+        step(103, 200, 1, 100)
+        step(110, 200, 2, 100)
+    said = capsys.readouterr()
+    assert not said.out and said.err.splitlines() == [
+        "103 of 200 films: 1.50 films/s, 97 left, 1 failed",
+        "110 of 200 films: 1.00 films/s, 90 left, 2 failed",
+        "10 films in 10 s: 1.00 films/s, 90 left, 2 failed",
+    ]
 
 
 def test_parts_that_are_none_are_refused(tmp_path: Path):

@@ -322,6 +322,17 @@ def test_a_manifest_in_error_leaves_nothing_behind(tmp_path: Path, films: Path):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize("more", [["--scheduler", "nonsense"], ["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"]])
+def test_a_scheduler_that_cannot_be_used_is_told(tmp_path: Path, films: Path, more: list[str]):
+    """Catches: a traceback of another package, films scored here when they were to be scored there."""
+    manifest = written(tmp_path, "a.mp4,genuine,,", "b.mp4,forged,,")
+    command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(tmp_path / "out"), *more]
+    ran = CliRunner().invoke(moireid, command)
+    assert ran.exit_code == 2 and not ran.stdout and ran.stderr.count("\n") == 1, ran.stderr
+    assert ran.stderr.startswith(("error: no Dask scheduler answers at 'nonsense'", "error: 2 workers are asked for"))
+    assert not (tmp_path / "out" / "results").exists()
+
+
 def test_a_manifest_names_corners(tmp_path: Path, prototype: Badge):
     """Catches: corners passed over, read from elsewhere, or found wrong only when the film is scored."""
     (tmp_path / "corners.csv").write_text("frame,x1,y1,x2,y2,x3,y3,x4,y4\n0,10,10,90,12,92,80,11,85\n")

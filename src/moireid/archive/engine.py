@@ -17,6 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
+from moireid.archive import worker
 from moireid.archive.isolated import Limits, Lost
 from moireid.archive.worker import Done, Order, do, stop_children
 from moireid.errors import MissingExtraError, MoireIdError, SpecError
@@ -133,7 +134,7 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
             n_workers=workers, threads_per_worker=1, host="127.0.0.1", security=True,
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
             # Films lie in the memory of the workers' children, which have a limit of their own.
-            memory_limit=None, silence_logs=logging.CRITICAL,
+            memory_limit=None, silence_logs=logging.CRITICAL, preload=[worker.__name__],
         ) as cluster,
         cluster.get_client() as client,
     ):  # fmt: skip

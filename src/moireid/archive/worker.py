@@ -6,6 +6,7 @@ has written it down; so a worker that is killed takes no finished row with it, a
 
 from __future__ import annotations
 
+import signal
 import threading
 import time
 from dataclasses import dataclass
@@ -68,6 +69,11 @@ def do(order: Order) -> Done:
     except MoireIdError as error:
         lost = Lost(str(error), time.monotonic() - begun, "fetch" if isinstance(error, FetchError) else "film")
         return Done((lost,) * len(order.payloads), name)
+
+
+def dask_setup(worker: Any) -> None:
+    """Called by Dask as a local cluster's worker starts: an interrupt is for the program that started it to decide."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def stop_children(run: str) -> None:
