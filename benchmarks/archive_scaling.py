@@ -131,7 +131,9 @@ def killing(log: Path, kills: list[str], stop: threading.Event, most: int) -> No
     """Kill the worker that began a film last, at random moments."""
     rng = random.Random(7)
     while not stop.wait(rng.uniform(1, 12)) and len(kills) < most:
-        if log.exists() and (lines := log.read_text().split()):
+        # A process that outlived its worker for a moment names another parent, which is none of ours.
+        ours = {process.pid for process in psutil.Process().children(recursive=True)}
+        if log.exists() and (lines := log.read_text().split()) and int(lines[-2]) in ours:
             with suppress(ProcessLookupError):
                 os.kill(int(lines[-2]), signal.SIGKILL)
                 kills.append(lines[-3])
