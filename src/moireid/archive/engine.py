@@ -4,21 +4,24 @@ In place is the same code without a cluster around it: `worker.do`, called by tu
 takes seconds to start, as a film does, and because films in memory:// lie in this process alone.
 
 Dask gives the task of a lost worker to another one, three times (its setting `allowed-failures`); then it is `Lost`.
+A run in which no worker is alive, or nothing ends, is ended (`_next_ended`).
 """
 
 from __future__ import annotations
 
 import logging
 import pickle
+import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from concurrent.futures import CancelledError
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any
 
 from moireid.archive import worker
-from moireid.archive.isolated import Limits, Lost
+from moireid.archive.isolated import START_S, Limits, Lost
 from moireid.archive.worker import Done, Order, do, stop_children
 from moireid.errors import MissingExtraError, MoireIdError, SpecError
 from moireid.kept import program_digest
@@ -28,6 +31,23 @@ from moireid.kept import program_digest
 WAITING, WAITING_A_THREAD = 64, 4
 CONNECT_S = 10.0
 LOCAL = "local"
+#: A run ends that has had no worker for so long; a deployment that starts workers when there is work has this time.
+NO_WORKER_S = 300.0
+#: A run ends when no task has ended for as long as its jobs may take and this, which is for fetching their film, for
+#: workers that start again and for what else a deployment has to do.
+SLACK_S = 900.0
+#: So long is waited for one result, as its worker may be lost on the way; for the workers' children to be ended; and
+#: between two looks at what has ended, and at the workers.
+RESULT_S, STOP_S, POLL_S, LOOK_S = 5.0, 5.0, 0.01, 1.0
+#: Of a local cluster.  saturation: no film waits at a worker behind another, so a lost worker counts against the film
+#: that it was at; with the fourth that is lost to it, a film is given up.  lost-worker: a cluster looks so long after a
+#: worker was lost, and drops it for good if it is away; one killed again by then, or slow to start on a busy machine,
+#: would never come back, in the middle of a film at that, and in the end none would be left.
+DASK = {
+    "distributed.scheduler.worker-saturation": 1.0,
+    "distributed.scheduler.allowed-failures": 3,
+    "distributed.deploy.lost-worker-timeout": "1000 days",
+}
 
 
 @dataclass(frozen=True)
@@ -52,7 +72,8 @@ def run_tasks(
         this machine.  workers: of this machine; None: one for each processor.  One is done in place.
     A worker does the next task when the generator is asked again, so what it gave is to be kept before that.
     Closing the generator ends the run and its processes.
-    Raises: SpecError where no scheduler answers, or a worker has another moireid; MoireIdError where it went away.
+    Raises: SpecError where no scheduler answers, or a worker has another moireid; MoireIdError where it went away, no
+        worker was alive for `NO_WORKER_S`, or nothing ended for `SLACK_S` longer than a task may take.
     """
     if scheduler not in (None, LOCAL) and workers is not None:
         raise SpecError(f"{workers} workers are asked for, but those of {scheduler} are its own; leave out --workers")
@@ -79,33 +100,79 @@ def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tup
     from distributed import as_completed
 
     todo, ended = deque(range(len(orders))), as_completed(raise_errors=False, loop=client.loop)
+    longest = max(len(order.payloads) * (START_S + order.limits.seconds) for order in orders)
     places: dict[Any, int] = {}
     try:
         while todo or places:
-            waiting = max(WAITING, WAITING_A_THREAD * sum(client.nthreads().values())) if todo else 0
+            waiting = max(WAITING, WAITING_A_THREAD * _threads(client)) if todo else 0
             while todo and len(places) < waiting:
                 future = client.submit(do, orders[todo[0]], key=f"moireid-{run}-{todo[0]}")
                 places[future] = todo.popleft()
                 ended.add(future)
-            future = next(ended)
+            future, done = _next_ended(client, ended, longest + SLACK_S)
             place = places.pop(future)
-            yield place, _done(future, orders[place])
+            yield place, done or _lost(future, orders[place])
             # Now it is kept: the scheduler forgets the task, and its worker goes on.
             future.release()
     finally:
         if client.status == "running":
             client.cancel(list(places), force=True)
-            client.run(stop_children, run, on_error="ignore")
+            # A worker that stands still would not answer.
+            with suppress(TimeoutError, OSError):
+                client.sync(client.run, stop_children, run, on_error="ignore", callback_timeout=STOP_S)
 
 
-def _done(future: Any, order: Order) -> Done:
-    """What a task that has ended gave."""
+def _next_ended(client: Any, ended: Any, quiet_s: float) -> tuple[Any, Done | None]:
+    """The next task that has ended, with what it gave, or None where it gave nothing.
+
+    Raises: MoireIdError where no worker is alive for `NO_WORKER_S`, or nothing ends for `quiet_s`.
+    """
     from distributed import KilledWorker
 
-    if future.status == "finished":
-        return future.result()
-    if future.status != "error":
-        raise MoireIdError("the scheduler went away; run the same command again, as finished rows are kept")
+    begun = alive = looked = time.monotonic()
+    while True:
+        while not ended.has_ready():
+            time.sleep(POLL_S)
+            now = time.monotonic()
+            if now - looked < LOOK_S:
+                continue
+            looked = now
+            alive = now if _threads(client) else alive
+            if now - alive > NO_WORKER_S:
+                raise MoireIdError(f"no worker has been alive for {NO_WORKER_S:g} s; {AGAIN}")
+            if now - begun > quiet_s:
+                raise MoireIdError(
+                    f"nothing has ended for {quiet_s:g} s, though workers are alive; look whether they stand still "
+                    f"or do something else, then {AGAIN}"
+                )
+        future = next(ended)
+        if future.status == "cancelled":
+            raise MoireIdError(GONE)
+        if future.status == "error":
+            return future, None
+        # A worker may be lost before its result is here; Dask has the task done again then, and others end meanwhile.
+        with suppress(TimeoutError, OSError, CancelledError, KilledWorker):
+            return future, future.result(RESULT_S)
+        time.sleep(POLL_S)
+        ended.add(future)
+
+
+AGAIN = "run the same command again, as finished rows are kept"
+GONE = f"the scheduler went away; {AGAIN}"
+
+
+def _threads(client: Any) -> int:
+    """Of the workers that are alive.  Raises: MoireIdError where the scheduler does not answer."""
+    try:
+        return sum(client.nthreads().values())
+    except (OSError, TimeoutError) as error:
+        raise MoireIdError(GONE) from error
+
+
+def _lost(future: Any, order: Order) -> Done:
+    """What stands for the results of a task that gave none."""
+    from distributed import KilledWorker
+
     error = future.exception()
     if isinstance(error, MoireIdError):
         raise error
@@ -121,6 +188,7 @@ def _done(future: Any, order: Order) -> Done:
 def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
     """A client of the cluster that is asked for."""
     try:
+        import dask
         import distributed
     except ImportError as error:
         raise MissingExtraError("several workers need more packages; pip install 'moireid[archive]'") from error
@@ -130,6 +198,7 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
         return
     # A cluster does what it is told by whoever reaches it, so this one listens here alone and asks for a certificate.
     with (
+        dask.config.set(DASK),
         distributed.LocalCluster(
             n_workers=workers, threads_per_worker=1, host="127.0.0.1", security=True,
             scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
