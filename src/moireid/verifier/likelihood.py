@@ -1,6 +1,6 @@
 """How many times likelier is what was measured of a true badge than of a forged one?
 
-A forgery is exact in everything but one thing, and nobody says which.  So five kinds are held against the true badge,
+A forgery is exact in everything but one thing, and nobody says which.  So six kinds are held against the true badge,
 each told by one figure; the others are as on a true one.  With g the density of a figure on true badges, f on forged
 ones of the kind that shows in it, and w the kinds' shares,
 
@@ -9,10 +9,10 @@ ones of the kind that shows in it, and w the kinds' shares,
 because in each kind's likelihood all densities but its own cancel against the true badge's.
 
 - *gain*: the fringes go too far, not far enough or the wrong way: any ratio from -2 to 3 alike;
-- *wander*: a slow motion of the fringes' own; *jitter*: a fast one;
+- *wander*: a slow motion of the fringes' own; *jitter*: a fast one; *spell*: either, for a second;
 - *strips*: rows of the badge move apart; *places*: parts of a row do.
 
-The last four are from `LEAST_SHARE` to `MOST_SHARE` of the motion, each octave alike.  A figure is told as its
+All but the gain are from `LEAST_SHARE` to `MOST_SHARE` of the motion, each octave alike.  A figure is told as its
 logarithm over what is expected of it by the known errors, normally distributed on true badges; a forger's share adds
 to that in squares.  So a film with little motion, or of poor poses, comes out near 1 by itself: neither can be told.
 
@@ -39,14 +39,15 @@ LAW_SHARE = 0.02
 LEAST_SHARE, MOST_SHARE = 0.1, 3.0
 #: More certainty than this no model deserves.
 MOST_LOG10 = 20.0
-#: Verdicts by the ratio: 5.6 times likelier true than forged is accepted, ten times likelier forged is rejected.
-#: A film that cannot tell one kind of the five at all has a ratio of 5 at most, and is left open.
-ACCEPTED, REJECTED = 0.75, -1.0
+#: Verdicts by the ratio: seven times likelier true than forged is accepted, ten times likelier forged is rejected.
+#: A film that cannot tell one kind of the six at all has a ratio of 6 at most, and is left open.
+ACCEPTED, REJECTED = 0.85, -1.0
 #: Each kind in words.
 KINDS = {
     "gain": "fringes that go too far or not far enough",
     "wander": "a slow wander of the fringes' own",
     "jitter": "a wander or jitter of the fringes' own",
+    "spell": "a spell in which the fringes do not follow",
     "strips": "rows of the badge that move apart",
     "places": "places within a row that move apart",
 }
@@ -79,6 +80,7 @@ class Expected:
 EXPECTED: dict[str, Expected] = {
     "wander": Expected(0.45, 0.010, -0.85, 0.55),
     "jitter": Expected(1.0, 0.015, -0.45, 0.35),
+    "spell": Expected(1.0, 0.015, -0.08, 0.35),
     "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_share=0.7),
     "places": Expected(0.0, 0.020, -0.05, 0.35, strip_share=0.7),
 }
