@@ -36,10 +36,11 @@ class Figures:
     """One grating's figures, all 0 where too few frames could be read.
 
     phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place;
-    slow_wander_rad: the part of that below 0.5 Hz; spell_rad: as wandering_rad, in the second that strays most; expected_error_rad: of one frame; strip_wander_rad: of the strip
-    that strays most; strip_sd_rad: error bar of a middling strip; place_wander_rad: of places within strips; score:
-    logarithm of the likelihood ratio, told with `suspected`, the kind of forgery that speaks most against the film;
-    information: of the phase, summed over the motion.
+    slow_wander_rad: the part of that below 0.5 Hz; spell_rad: as wandering_rad, in the second that strays most;
+    expected_error_rad: of one frame; strip_wander_rad: of the strip that strays most; strip_sd_rad: error bar of a
+    middling strip; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
+    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
+    motion.
     """
 
     correlation: float = 0.0
