@@ -39,9 +39,9 @@ LAW_SHARE = 0.02
 LEAST_SHARE, MOST_SHARE = 0.1, 3.0
 #: More certainty than this no model deserves.
 MOST_LOG10 = 20.0
-#: Verdicts by the ratio: seven times likelier true than forged is accepted, ten times likelier forged is rejected.
+#: Verdicts by the ratio: 6.3 times likelier true than forged is accepted, ten times likelier forged is rejected.
 #: A film that cannot tell one kind of the six at all has a ratio of 6 at most, and is left open.
-ACCEPTED, REJECTED = 0.85, -1.0
+ACCEPTED, REJECTED = 0.8, -1.0
 #: Each kind in words.
 KINDS = {
     "gain": "fringes that go too far or not far enough",
