@@ -24,7 +24,7 @@ from moireid.verifier.figures import WINDOW_FRAMES
 from moireid.verifier.identity import Identity, judge_identity
 from moireid.verifier.invariant import Invariant, judge_invariant, judge_signals
 from moireid.verifier.measure import GratingSignal, Measurement, measure
-from moireid.verifier.reasons import Level, Reason
+from moireid.verifier.reasons import Level, Reason, worst
 from moireid.verifier.segments import Segment, judge_segments, part_of
 from moireid.verifier.track import Track
 
@@ -57,7 +57,7 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: frames that no chapter before it holds; signals: of these; track, measurement: of all its frames, None
-    where they were let go of.
+    where they were let go of; by_corners: as `Track.by_corners`.
     """
 
     frames_read: int
@@ -71,6 +71,7 @@ class Chapter:
     stages_s: dict[str, float]
     track: Track | None
     measurement: Measurement | None
+    by_corners: bool = False
 
     def light(self) -> Chapter:
         """The same without what only a picture of it needs."""
@@ -89,13 +90,15 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
         return Chapter(
             track.frames_read, track.tracked - repeated, Invariant("inconclusive", (reason,)), identity, (), (), (),
-            span, dict(track.stages_s), track, None,
+            span, dict(track.stages_s), track, None, track.by_corners,
         )  # fmt: skip
     measurement = measure(track, claim.badge, focal_px=claim.focal_px)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
     invariant = judge_invariant(measurement)
     segments = judge_segments(measurement, repeated)
+    if track.by_corners:
+        segments = tuple(_never_accepted(segment) for segment in segments)
     stages["invariant"] = time.perf_counter() - clock
     clock = time.perf_counter()
     identity = judge_identity(track, measurement, claim.badge, claimed_id=claim.badge_id)
@@ -104,7 +107,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     signals = tuple(part_of(signal, slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
         track.frames_read, track.tracked - repeated, invariant, identity, built_reasons, segments, signals,
-        span, stages, track, measurement,
+        span, stages, track, measurement, track.by_corners,
     )  # fmt: skip
 
 
@@ -112,7 +115,16 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     """The motion invariant of all chapters together: of one its own, of several that of their signals joined.
 
     Convention: each chapter's signals have mean 0, so what drifts from chapter to chapter is no evidence.
+    Policy: what was followed from corners given by hand is never accepted, as a page is then only where somebody says.
     """
+    whole = _invariant_of(chapters)
+    if not any(chapter.by_corners for chapter in chapters):
+        return whole
+    reasons = (*whole.reasons, _by_hand(sum(chapter.tracked for chapter in chapters)))
+    return replace(whole, verdict=worst(list(reasons)), reasons=reasons)
+
+
+def _invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     seen = [chapter for chapter in chapters if chapter.signals]
     if len(seen) <= 1:
         return (seen or list(chapters))[0].invariant
@@ -179,7 +191,9 @@ def _judge_built(
     if as_built is not None:
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
-    if as_built is not None and identity.verdict == "match" and invariant.verdict == "accept":
+    # Corners given by hand do not tell the page's size, which a beat's period is told by.
+    comparable = invariant.verdict == "accept" and not track.by_corners
+    if as_built is not None and identity.verdict == "match" and comparable:
         comparison = compare_built(measure_built(track, measurement, badge, invariant), as_built, badge)
         identity, reasons = replace(identity, built=comparison.built), comparison.reasons
     if not claim.require_original or identity.verdict != "match":
@@ -192,7 +206,26 @@ def _judge_built(
     return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
 
 
+def _never_accepted(segment: Segment) -> Segment:
+    return replace(segment, verdict="inconclusive") if segment.verdict == "accept" else segment
+
+
+def _by_hand(tracked: int) -> Reason:
+    text = (
+        f"In {tracked} frames the badge was followed from corners that a person gave, not by its markers; what is "
+        "followed so can be rejected and is never accepted."
+    )
+    return Reason("corners", "undecided", float(tracked), None, "frames", text)
+
+
 def _badge_absent(track: Track) -> Reason:
+    if track.by_corners:
+        lost = f"; it was lost after frame {track.frame_numbers[-1]}" if track.tracked else ""
+        text = (
+            f"From the corners given the badge was followed in {track.tracked} of {track.frames_read} frames, at least "
+            f"{MIN_FRAMES} are needed{lost}. Give the corners in later frames too, where the whole board is in view."
+        )
+        return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)
     text = (
         f"The badge was found in {track.tracked} of {track.frames_read} frames, at least {MIN_FRAMES} are needed; film "
         "the whole badge with its four corner markers, nearer or in better light."
