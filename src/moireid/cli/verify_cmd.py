@@ -75,8 +75,9 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     "corners_given",
     metavar="X,Y,... | FILE.csv",
     help="For films that lost their markers: the striped region's corners (top left, top right, bottom right, bottom "
-    "left; px) in the first frame, to be followed; corrections at later frames as FRAME:X,Y,... after a blank. What is "
-    "followed so can be rejected and is never accepted; the published pipeline knows no such difference.",
+    "left; px) in the first frame, to be followed; corrections at later frames as FRAME:X,Y,... after a blank. "
+    "Markers seen in half of the frames come before. What is followed from corners can be rejected and is never "
+    "accepted; --pipeline published knows no such difference.",
 )
 @click.option(
     "--schema",

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.film_wide import FilmWide
-from moireid.verifier.page_warp import PageWarps
+from moireid.verifier.page_warp import STRETCH_UNTOLD, PageWarps
 from moireid.verifier.plane_pose import PlanePoses, tangent_error
 
 Array = NDArray[np.float64]
@@ -70,6 +70,8 @@ def fit_camera(
         np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes
     ])  # fmt: skip
     tangent_sd = np.sqrt(np.maximum(np.diag(stretch @ film.covariance @ stretch.T), 0))
+    if warps is not None:
+        tangent_sd *= STRETCH_UNTOLD
     camera[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
         camera, errors, film.focal, film.focal_sd, focal_px is not None, film.shutter_s,

@@ -20,11 +20,12 @@ import numpy as np
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.verifier.built import compare_built, measure_built
+from moireid.verifier.by_corners import focal_is_told, never_accepted, told_by_hand
 from moireid.verifier.figures import WINDOW_FRAMES
 from moireid.verifier.identity import Identity, judge_identity
 from moireid.verifier.invariant import Invariant, judge_invariant, judge_signals
 from moireid.verifier.measure import GratingSignal, Measurement, measure
-from moireid.verifier.reasons import Level, Reason, worst
+from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.segments import Segment, judge_segments, part_of
 from moireid.verifier.track import Track
 
@@ -57,7 +58,8 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: frames that no chapter before it holds; signals: of these; track, measurement: of all its frames, None
-    where they were let go of; by_corners: as `Track.by_corners`.
+    where they were let go of; by_corners: as `Track.by_corners`; focal_told: as
+    `by_corners.focal_is_told`, True where there were markers.
     """
 
     frames_read: int
@@ -72,6 +74,7 @@ class Chapter:
     track: Track | None
     measurement: Measurement | None
     by_corners: bool = False
+    focal_told: bool = True
 
     def light(self) -> Chapter:
         """The same without what only a picture of it needs."""
@@ -97,8 +100,11 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     clock = time.perf_counter()
     invariant = judge_invariant(measurement)
     segments = judge_segments(measurement, repeated)
+    focal_told = True
     if track.by_corners:
-        segments = tuple(_never_accepted(segment) for segment in segments)
+        focal_told = focal_is_told(measurement.camera, track.image_px)
+        invariant = told_by_hand(invariant, focal_told=focal_told)
+        segments = tuple(_by_hand(segment, invariant) for segment in segments)
     stages["invariant"] = time.perf_counter() - clock
     clock = time.perf_counter()
     identity = judge_identity(track, measurement, claim.badge, claimed_id=claim.badge_id)
@@ -107,7 +113,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     signals = tuple(part_of(signal, slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
         track.frames_read, track.tracked - repeated, invariant, identity, built_reasons, segments, signals,
-        span, stages, track, measurement, track.by_corners,
+        span, stages, track, measurement, track.by_corners, focal_told,
     )  # fmt: skip
 
 
@@ -115,13 +121,13 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     """The motion invariant of all chapters together: of one its own, of several that of their signals joined.
 
     Convention: each chapter's signals have mean 0, so what drifts from chapter to chapter is no evidence.
-    Policy: what was followed from corners given by hand is never accepted, as a page is then only where somebody says.
+    Policy: what was followed from corners given by hand is never accepted (`by_corners`).
     """
     whole = _invariant_of(chapters)
     if not any(chapter.by_corners for chapter in chapters):
         return whole
-    reasons = (*whole.reasons, _by_hand(sum(chapter.tracked for chapter in chapters)))
-    return replace(whole, verdict=worst(list(reasons)), reasons=reasons)
+    tracked, focal_told = sum(chapter.tracked for chapter in chapters), all(c.focal_told for c in chapters)
+    return never_accepted(whole, tracked, focal_told=focal_told)
 
 
 def _invariant_of(chapters: Sequence[Chapter]) -> Invariant:
@@ -206,16 +212,10 @@ def _judge_built(
     return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
 
 
-def _never_accepted(segment: Segment) -> Segment:
-    return replace(segment, verdict="inconclusive") if segment.verdict == "accept" else segment
-
-
-def _by_hand(tracked: int) -> Reason:
-    text = (
-        f"In {tracked} frames the badge was followed from corners that a person gave, not by its markers; what is "
-        "followed so can be rejected and is never accepted."
-    )
-    return Reason("corners", "undecided", float(tracked), None, "frames", text)
+def _by_hand(segment: Segment, invariant: Invariant) -> Segment:
+    """A segment of a film that was followed from corners, which is nowhere rejected but where the whole is."""
+    rejected = segment.verdict == invariant.verdict == "reject"
+    return replace(segment, verdict="reject" if rejected else "inconclusive")
 
 
 def _badge_absent(track: Track) -> Reason:

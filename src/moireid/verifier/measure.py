@@ -18,7 +18,7 @@ from moireid.verifier.camera import CameraFit, fit_camera
 from moireid.verifier.film_wide import guessed_focal_px
 from moireid.verifier.fringe import StripPhase, measure_strip
 from moireid.verifier.markers import marker_corners_mm
-from moireid.verifier.page_warp import page_warps
+from moireid.verifier.page_warp import POSE_UNTOLD, page_warps
 from moireid.verifier.predict import strip_law, within_law
 from moireid.verifier.smooth import smooth_camera, stretches, without_strays
 from moireid.verifier.track import Track
@@ -124,7 +124,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         strips.append(found)
         apart.append(places_apart_rad(profiles, law, found, track.times_s))
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
-    gratings, untold = [], _untold(mapped[..., :2] / mapped[..., 2:])
+    gratings, untold = [], _untold(mapped[..., :2] / mapped[..., 2:]) * (POSE_UNTOLD if track.by_corners else 1.0)
     known = within_law(track.strips, camera_mm) & good
     for g, grating in enumerate(badge.gratings):
         own = [

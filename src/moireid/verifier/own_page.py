@@ -9,6 +9,10 @@ by themselves and drag it along, by 4 to 7 px on true films at 1 m.
    back when followed back: where the page is within a pixel or so.
 2. There the page is registered to the print of the given frame, which is never renewed, so nothing drifts.
 
+A page that is lost is looked for where it was seen last, in every frame that comes.  Where corners are given again, the
+page is registered near them to the print that is known already, so that it stays wrong by the same warp; only where
+that fails the print is taken anew.
+
 Convention: as `corners`; homographies page mm -> px.  Where the corners were given wrongly, the page is wrong by one
 and the same warp in all frames (`page_warp`).
 Source: step 1: Shi and Tomasi's features, pyramidal Lucas-Kanade, MAGSAC as OpenCV has it; step 2: as `register`.
@@ -33,6 +37,8 @@ GRATING_MARGIN_MM = 2.0
 BEYOND_PX = 4.0
 #: Samples to a pixel's side, and the most of them.
 SAMPLES_PER_PX, MOST_SAMPLES = 1.0, 60000
+#: Least contrast of what is looked at, counts: less is noise.
+LEAST_CONTRAST = 12.0
 #: Features followed from frame to frame, their least distance and the side of their window, px.
 MOST_FEATURES, APART_PX, SIDE_PX, LEVELS = 80, 4, 15, 4
 #: Fewer that come back tell no homography; agreement with it, px.
@@ -110,14 +116,15 @@ class OwnPage:
         if values is None:
             return None
         flat = cv2.GaussianBlur(values.reshape(kept.shape).astype(np.float32), (0, 0), 0.7)
-        # In units of its own contrast, as a drawn template is.
-        flat = (flat - flat[kept].min()) / max(float(np.ptp(flat[kept])), 1.0)
-        gy, gx = np.gradient(flat.astype(float), pitch)
         quarter = (grid[..., 0] > self._middle[0]) + 2 * (grid[..., 1] > self._middle[1])
+        parts = [flat[kept & (quarter == k)] for k in range(4)]
+        if min(map(len, parts)) < 2 or np.ptp(flat[kept]) < LEAST_CONTRAST or min(map(np.ptp, parts)) <= 0:
+            return None
+        # In units of its own contrast, as a drawn template is.
+        flat = (flat - flat[kept].min()) / max(float(np.ptp(flat[kept])), 1e-6)
+        gy, gx = np.gradient(flat.astype(float), pitch)
         order = np.argsort(quarter[kept], kind="stable")
         group = quarter[kept][order]
-        if len(np.unique(group)) < 4:
-            return None
         places = (grid[kept][order] - self._middle) / self._extent
         shown = flat[kept][order].astype(float)
         slopes = np.column_stack([gx[kept], gy[kept]])[order] * self._extent

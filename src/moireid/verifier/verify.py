@@ -124,7 +124,7 @@ def verify(
     verifier, chapters, read, stages = _judged(film, claim, None, progress)
     if corners and 2 * _tracked(chapters) < read:
         second = _judged(Film(video), claim, corners, progress)
-        if _tracked(second[1]) > _tracked(chapters):
+        if _tracked(second[1]) >= _tracked(chapters):
             verifier, chapters, read, stages = second
     invariant = invariant_of(chapters)
     identity, built_reasons = identity_of(chapters)
