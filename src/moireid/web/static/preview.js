@@ -114,8 +114,9 @@ export class Preview {
       const mm = movedMm(this.law, g, camera), ways = grating.axis === "x" ? ["right", "left"] : ["down", "up"];
       return Math.abs(mm) < 0.5 ? "" : `${Math.abs(mm).toFixed(0)} mm ${mm > 0 ? ways[0] : ways[1]}`;
     });
-    const shown = [...new Set(moved.filter(Boolean))].join(" and ") || "not at all";
-    this.words.textContent = `Seen ${from}, ${metres.toFixed(1)} m away: the fringes of the first row have moved ${shown}.`;
+    const shown = [...new Set(moved.filter(Boolean))].join(" and ");
+    const told = shown ? `the fringes of the first row have moved ${shown}` : "no fringe has moved";
+    this.words.textContent = `Seen ${from}, ${metres.toFixed(1)} m away: ${told}.`;
     this.sliders[0].setAttribute("aria-valuetext", sides[0] || "straight ahead");
     this.sliders[1].setAttribute("aria-valuetext", sides[1] || "straight ahead");
     this.sliders[2].setAttribute("aria-valuetext", `${metres.toFixed(1)} metres`);

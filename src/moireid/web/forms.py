@@ -1,0 +1,46 @@
+"""The fields of a form, small files among them, within the studio's limit; films go another way."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from fastapi import Request
+from starlette.datastructures import UploadFile
+from starlette.types import Message
+
+from moireid.web.problems import Refusal
+from moireid.web.studio import studio_of
+
+#: More than any of our forms has.
+MOST_FIELDS = 40
+
+
+@dataclass(frozen=True)
+class Fields:
+    """What was sent: texts by name, and the bytes of files by name; a file field that was left empty is absent."""
+
+    texts: dict[str, str]
+    files: dict[str, bytes]
+
+
+async def form_fields(request: Request) -> Fields:
+    """The fields of the request's form; of a name sent twice the last counts.
+
+    Raises: Refusal where it is larger than `Limits.form_bytes`; HTTPException where it is no form.
+    """
+    most, seen = studio_of(request).settings.limits.form_bytes, 0
+
+    async def receive() -> Message:
+        # Counted as it comes: whoever sends in pieces need not say beforehand how much there will be.
+        nonlocal seen
+        message = await request.receive()
+        seen += len(message.get("body", b""))
+        if seen > most:
+            raise Refusal(413, "too_large", f"This form is larger than {most // 1024} kB; send less at a time.")
+        return message
+
+    form = Request(request.scope, receive).form(max_files=2, max_fields=MOST_FIELDS, max_part_size=most)
+    async with form as sent:
+        texts = {key: value for key, value in sent.multi_items() if isinstance(value, str)}
+        files = {key: await value.read() for key, value in sent.multi_items() if isinstance(value, UploadFile)}
+    return Fields(texts, {key: data for key, data in files.items() if data})

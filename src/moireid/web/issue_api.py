@@ -1,0 +1,198 @@
+"""The API of issuing and enrolling: what the pages do, for programs."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import AsyncIterator
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Path, Request
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import FileResponse, StreamingResponse
+from pydantic import BaseModel, Field
+
+from moireid.web.issue_jobs import find_job, keep, package_of, start_badge, start_capture
+from moireid.web.jobs import Job
+from moireid.web.orders import Order, checked
+from moireid.web.problems import Refusal, problem_responses
+from moireid.web.roles import Visitor, require
+from moireid.web.studio import studio_of
+from moireid.web.uploads import receive
+
+router = APIRouter(
+    prefix="/api/badges", tags=["badges"], dependencies=[require("issuer")], responses=problem_responses(401, 403, 422)
+)
+Issuer = Annotated[Visitor, require("issuer")]
+JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
+BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
+KINDS = ("badge", "event", "capture")
+#: How often a job that is watched is looked at.
+LOOK_S = 0.25
+
+
+class Link(BaseModel):
+    """The link budget at one distance."""
+
+    distance_m: float
+    cell_px: float
+    phase_error_rad: float
+    decode_probability: float
+
+
+class CheckAnswer(BaseModel):
+    """A badge that can be made; nothing is issued."""
+
+    id: str
+    name: str
+    already_issued: bool = Field(description="This very badge is in the registry already.")
+    namesakes: list[str] = Field(description="Ids of other badges of that name.")
+    explain: dict[str, str]
+    link_budget: list[Link]
+    files: list[str] = Field(description="Files of the mount.")
+    left_out: dict[str, str] = Field(description="Which of the two mounts cannot be made, and why.")
+    note: str | None
+    badge: dict[str, Any] = Field(description="badge.json.")
+
+
+class JobProblem(BaseModel):
+    """Why a job failed."""
+
+    code: str
+    text: str
+
+
+class JobAnswer(BaseModel):
+    """How far a job has come, and what came of it."""
+
+    job: str
+    kind: Literal["badge", "event", "capture"]
+    state: Literal["receiving", "waiting", "working", "done", "failed"]
+    done: int
+    of: int | None
+    result: dict[str, Any] | None
+    problem: JobProblem | None
+
+
+class AsBuiltAnswer(BaseModel):
+    """A badge's figures as they are kept from now on."""
+
+    id: str
+    name: str
+    as_built_at: str
+    as_built: dict[str, Any]
+
+
+@router.post("/check")
+def check(request: Request, order: Order) -> CheckAnswer:
+    """What would be made of an order: the badge, its link budget, and what could not be made."""
+    found = checked(order, studio_of(request).registry)
+    links = [
+        Link(distance_m=metres, cell_px=link.cell_px, phase_error_rad=link.phase_error_rad,
+             decode_probability=link.decode_probability)
+        for metres, link in found.links
+    ]  # fmt: skip
+    return CheckAnswer(
+        id=found.badge.id or "", name=found.badge.name, already_issued=found.holder is not None,
+        namesakes=[record.id for record in found.namesakes], explain=dict(found.rows), link_budget=links,
+        files=list(found.files), left_out=found.left_out, note=found.note, badge=json.loads(found.badge.to_json()),
+    )  # fmt: skip
+
+
+@router.post("", status_code=202, responses=problem_responses(503))
+def issue(request: Request, order: Order, visitor: Issuer) -> JobAnswer:
+    """Issue a badge and make its package: a job, whose end offers package.zip."""
+    studio = studio_of(request)
+    # What can be refused is refused now.
+    checked(order, studio.registry)
+    return told(start_badge(studio, order, visitor.id))
+
+
+@router.get("/jobs/{job_id}", responses=problem_responses(404))
+def job(request: Request, job_id: JobId, visitor: Issuer) -> JobAnswer:
+    """How far a job of yours has come."""
+    return told(find_job(studio_of(request), job_id, visitor.id, *KINDS))
+
+
+@router.get("/jobs/{job_id}/events", responses=problem_responses(404) | {
+    200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}, "description": "A JobAnswer an event."}
+}, response_class=StreamingResponse)  # fmt: skip
+async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
+    """The same as server-sent events, one for each change, until the job is over."""
+    return StreamingResponse(
+        _events(find_job(studio_of(request), job_id, visitor.id, *KINDS)), media_type="text/event-stream"
+    )
+
+
+@router.get("/jobs/{job_id}/package.zip", responses=problem_responses(404) | {
+    200: {"content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}}, "description": "It."}
+}, response_class=FileResponse)  # fmt: skip
+def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
+    """Everything that a job has made, as one archive."""
+    path, name = package_of(find_job(studio_of(request), job_id, visitor.id, "badge", "event"))
+    return FileResponse(path, media_type="application/zip", filename=name)
+
+
+_FILM = {
+    "required": True,
+    "content": {"multipart/form-data": {"schema": {
+        "type": "object", "required": ["video"], "additionalProperties": False,
+        "properties": {"video": {"type": "string", "format": "binary", "description": "A film of the built badge."}},
+    }}},
+}  # fmt: skip
+
+
+@router.post(
+    "/{badge_id}/captures", status_code=202, responses=problem_responses(400, 404, 408, 413, 415, 503),
+    openapi_extra={"requestBody": _FILM},
+)  # fmt: skip
+async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobAnswer:
+    """Measure a badge as built from a film of it: a job, whose end offers the figures; they are not kept yet."""
+    studio = studio_of(request)
+    record = await run_in_threadpool(studio.registry.by_id, badge_id)
+    if record is None:
+        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    begun = studio.jobs.admit("capture", visitor.id)
+    try:
+        form = await receive(request, begun.folder, studio.settings.limits, fields=())
+        if form.video is None:
+            raise Refusal(422, "no_film", "The form holds no film; send one as the file `video`.")
+        return told(start_capture(studio, begun, form.video, record))
+    except BaseException:
+        studio.jobs.remove(begun)
+        raise
+
+
+@router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(404, 409))
+def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Issuer) -> AsBuiltAnswer:
+    """Keep what a capture measured as the badge's figures; again changes nothing."""
+    studio = studio_of(request)
+    found = find_job(studio, job_id, visitor.id, "capture")
+    if found.result is not None and found.result["id"] != badge_id.lower():
+        raise Refusal(404, "no_job", "There is no such job of this badge.")
+    record = keep(studio, found)
+    assert record.as_built is not None and record.as_built_at is not None
+    return AsBuiltAnswer(
+        id=record.id, name=record.name, as_built_at=record.as_built_at, as_built=json.loads(record.as_built)
+    )
+
+
+def told(found: Job) -> JobAnswer:
+    """What is told of a job."""
+    problem = JobProblem(code=found.problem[0], text=found.problem[1]) if found.problem else None
+    done, of = found.frames
+    return JobAnswer(
+        job=found.id, kind=found.kind, state=found.state, done=done, of=of, result=found.result, problem=problem  # type: ignore[arg-type]
+    )  # fmt: skip
+
+
+async def _events(found: Job) -> AsyncIterator[str]:
+    before = None
+    while True:
+        now = told(found).model_dump_json()
+        if now != before:
+            yield f"data: {now}\n\n"
+        if found.over:
+            return
+        before = now
+        await asyncio.sleep(LOOK_S)
