@@ -11,7 +11,17 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from moireid import __version__
-from moireid.web import api, home_pages, problems, registry_api, registry_pages, verify_pages
+from moireid.web import (
+    api,
+    enroll_pages,
+    home_pages,
+    issue_api,
+    issue_pages,
+    problems,
+    registry_api,
+    registry_pages,
+    verify_pages,
+)
 from moireid.web.guard import Guard
 from moireid.web.roles import anyone
 from moireid.web.schema import describe
@@ -21,11 +31,13 @@ from moireid.web.studio import Studio
 #: Every file of routes, in the order of the navigation.  A new one is added here.
 ROUTERS: tuple[APIRouter, ...] = (
     home_pages.router,
+    issue_pages.router,
+    enroll_pages.router,
     verify_pages.router,
     registry_pages.router,
     api.router,
+    issue_api.router,
     registry_api.router,
-    # issue_pages.router, enroll_pages.router: issuing badges, previews, events; enrolling a capture.
     # live.router: the live check, a page and its WebSocket.
 )
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}

@@ -10,6 +10,7 @@ from fastapi.responses import RedirectResponse, Response
 from moireid.errors import MoireIdError
 from moireid.registry import Record
 from moireid.web.built_words import measured_words
+from moireid.web.forms import sentence
 from moireid.web.issue_jobs import as_built_of, find_job, keep, start_capture
 from moireid.web.jobs import Job
 from moireid.web.pages import render
@@ -42,7 +43,7 @@ async def enroll(request: Request, visitor: Issuer) -> Response:
         start_capture(studio, job, form.video, studio.registry.find(claim))
     except MoireIdError as error:
         studio.jobs.remove(job)
-        return _form(request, claim, problem=" ".join(str(error).split()), status=422)
+        return _form(request, claim, problem=sentence(studio, error), status=422)
     except Refusal as refusal:
         studio.jobs.remove(job)
         return _form(request, claim, problem=refusal.text, status=refusal.status)
@@ -58,7 +59,8 @@ def enroll_job(request: Request, job_id: str, visitor: Issuer) -> Response:
     studio = studio_of(request)
     job = find_job(studio, job_id, visitor.id, "capture")
     if job.state != "done":
-        return render(request, "making.html.j2", job=job, again="/enroll")
+        problem = sentence(studio, job.problem[1]) if job.problem else None
+        return render(request, "making.html.j2", job=job, again="/enroll", problem=problem)
     record = studio.registry.by_id(as_built_of(job).badge_id)
     if record is None:
         raise Refusal(404, "no_badge", "This badge is in the registry no longer.")

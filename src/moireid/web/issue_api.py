@@ -5,24 +5,24 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import AsyncIterator
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, StreamingResponse
 from pydantic import BaseModel, Field
 
+from moireid.web.api import JobStatus, status_of
 from moireid.web.issue_jobs import find_job, keep, package_of, start_badge, start_capture
 from moireid.web.jobs import Job
 from moireid.web.orders import Order, checked
 from moireid.web.problems import Refusal, problem_responses
 from moireid.web.roles import Visitor, require
+from moireid.web.schema import form
 from moireid.web.studio import studio_of
 from moireid.web.uploads import receive
 
-router = APIRouter(
-    prefix="/api/badges", tags=["badges"], dependencies=[require("issuer")], responses=problem_responses(401, 403, 422)
-)
+router = APIRouter(prefix="/api/badges", dependencies=[require("issuer")], responses=problem_responses(401, 403, 422))
 Issuer = Annotated[Visitor, require("issuer")]
 JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
@@ -55,25 +55,6 @@ class CheckAnswer(BaseModel):
     badge: dict[str, Any] = Field(description="badge.json.")
 
 
-class JobProblem(BaseModel):
-    """Why a job failed."""
-
-    code: str
-    text: str
-
-
-class JobAnswer(BaseModel):
-    """How far a job has come, and what came of it."""
-
-    job: str
-    kind: Literal["badge", "event", "capture"]
-    state: Literal["receiving", "waiting", "working", "done", "failed"]
-    done: int
-    of: int | None
-    result: dict[str, Any] | None
-    problem: JobProblem | None
-
-
 class AsBuiltAnswer(BaseModel):
     """A badge's figures as they are kept from now on."""
 
@@ -100,22 +81,22 @@ def check(request: Request, order: Order) -> CheckAnswer:
 
 
 @router.post("", status_code=202, responses=problem_responses(503))
-def issue(request: Request, order: Order, visitor: Issuer) -> JobAnswer:
+def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
     """Issue a badge and make its package: a job, whose end offers package.zip."""
     studio = studio_of(request)
     # What can be refused is refused now.
     checked(order, studio.registry)
-    return told(start_badge(studio, order, visitor.id))
+    return status_of(start_badge(studio, order, visitor.id))
 
 
 @router.get("/jobs/{job_id}", responses=problem_responses(404))
-def job(request: Request, job_id: JobId, visitor: Issuer) -> JobAnswer:
+def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
     """How far a job of yours has come."""
-    return told(find_job(studio_of(request), job_id, visitor.id, *KINDS))
+    return status_of(find_job(studio_of(request), job_id, visitor.id, *KINDS))
 
 
 @router.get("/jobs/{job_id}/events", responses=problem_responses(404) | {
-    200: {"content": {"text/event-stream": {"schema": {"type": "string"}}}, "description": "A JobAnswer an event."}
+    200: {"content": {"text/event-stream": {}}, "description": "events `progress`, and one `end`"}
 }, response_class=StreamingResponse)  # fmt: skip
 async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
     """The same as server-sent events, one for each change, until the job is over."""
@@ -125,7 +106,7 @@ async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingR
 
 
 @router.get("/jobs/{job_id}/package.zip", responses=problem_responses(404) | {
-    200: {"content": {"application/zip": {"schema": {"type": "string", "format": "binary"}}}, "description": "It."}
+    200: {"content": {"application/zip": {}}, "description": "everything that was made"}
 }, response_class=FileResponse)  # fmt: skip
 def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
     """Everything that a job has made, as one archive."""
@@ -133,20 +114,11 @@ def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
     return FileResponse(path, media_type="application/zip", filename=name)
 
 
-_FILM = {
-    "required": True,
-    "content": {"multipart/form-data": {"schema": {
-        "type": "object", "required": ["video"], "additionalProperties": False,
-        "properties": {"video": {"type": "string", "format": "binary", "description": "A film of the built badge."}},
-    }}},
-}  # fmt: skip
-
-
 @router.post(
     "/{badge_id}/captures", status_code=202, responses=problem_responses(400, 404, 408, 413, 415, 503),
-    openapi_extra={"requestBody": _FILM},
+    openapi_extra=form(),
 )  # fmt: skip
-async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobAnswer:
+async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobStatus:
     """Measure a badge as built from a film of it: a job, whose end offers the figures; they are not kept yet."""
     studio = studio_of(request)
     record = await run_in_threadpool(studio.registry.by_id, badge_id)
@@ -154,10 +126,10 @@ async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobAn
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
     begun = studio.jobs.admit("capture", visitor.id)
     try:
-        form = await receive(request, begun.folder, studio.settings.limits, fields=())
-        if form.video is None:
-            raise Refusal(422, "no_film", "The form holds no film; send one as the file `video`.")
-        return told(start_capture(studio, begun, form.video, record))
+        sent = await receive(request, begun.folder, studio.settings.limits, fields=())
+        if sent.video is None:
+            raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
+        return status_of(start_capture(studio, begun, sent.video, record))
     except BaseException:
         studio.jobs.remove(begun)
         raise
@@ -177,22 +149,15 @@ def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Is
     )
 
 
-def told(found: Job) -> JobAnswer:
-    """What is told of a job."""
-    problem = JobProblem(code=found.problem[0], text=found.problem[1]) if found.problem else None
-    done, of = found.frames
-    return JobAnswer(
-        job=found.id, kind=found.kind, state=found.state, done=done, of=of, result=found.result, problem=problem  # type: ignore[arg-type]
-    )  # fmt: skip
-
-
 async def _events(found: Job) -> AsyncIterator[str]:
-    before = None
+    """As `api.job_events`: `progress` for each change, and one `end`."""
+    before = ""
     while True:
-        now = told(found).model_dump_json()
-        if now != before:
-            yield f"data: {now}\n\n"
-        if found.over:
+        over = found.over
+        now = json.dumps({"state": found.state, "read": found.frames[0], "expected": found.frames[1]})
+        if over or now != before:
+            yield f"event: {'end' if over else 'progress'}\ndata: {now}\n\n"
+            before = now
+        if over:
             return
-        before = now
         await asyncio.sleep(LOOK_S)

@@ -44,7 +44,8 @@ def _start(studio: Studio, kind: str, owner: str, label: str, order: bytes, **ar
         raise Refusal(503, "disk", f"The order cannot be stored ({error.strerror}); try again later.") from error
     # The child works in the job's folder, from where a relative path would lead elsewhere.
     url = read_url(studio.settings.registry_url or default_url()).render_as_string(hide_password=False)
-    studio.jobs.submit(job, job.folder / "order", registry_url=url, **arguments)
+    keys = str(studio.registry.key_path.parent.absolute())
+    studio.jobs.submit(job, job.folder / "order", registry_url=url, keys=keys, **arguments)
     return job
 
 

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.responses import FileResponse, RedirectResponse, Response
 
 from moireid.errors import MoireIdError
-from moireid.web.forms import Fields, form_fields
+from moireid.web.forms import Fields, form_fields, sentence
 from moireid.web.issue_jobs import find_job, package_of, start_badge, start_event
 from moireid.web.issue_words import sentences
 from moireid.web.issue_work import MOST_AT_AN_EVENT, understood
@@ -40,7 +40,7 @@ def issue(request: Request, sent: Sent, visitor: Issuer) -> Response:
         if sent.texts.get("do") == "issue" and not untold:
             return RedirectResponse(f"/issue/jobs/{start_badge(studio, order, visitor.id).id}", 303)
     except MoireIdError as error:
-        return _page(request, sent.texts, status=422, problem=" ".join(str(error).split()))
+        return _page(request, sent.texts, status=422, problem=sentence(studio, error))
     return _page(
         request, sent.texts, checked=found, law=preview_law(found.badge), sentences=sentences(found),
     )  # fmt: skip
@@ -65,17 +65,21 @@ def event(request: Request, sent: Sent, visitor: Issuer) -> Response:
         if sent.texts.get("do") == "issue" and not faults:
             return RedirectResponse(f"/issue/jobs/{start_event(studio, data, wish, visitor.id).id}", 303)
     except MoireIdError as error:
-        return _event(request, sent.texts, text, status=422, problem=" ".join(str(error).split()))
+        return _event(request, sent.texts, text, status=422, problem=sentence(studio, error))
     return _event(request, sent.texts, text, status=422 if faults else 200, rows=rows, faults=faults, sound=not faults)
 
 
 @router.get("/issue/jobs/{job_id}")
 def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
     """Progress, then the package."""
-    job = find_job(studio_of(request), job_id, visitor.id, "badge", "event")
+    studio = studio_of(request)
+    job = find_job(studio, job_id, visitor.id, "badge", "event")
     if job.state != "done":
-        return render(request, "making.html.j2", job=job, again="/issue" if job.kind == "badge" else "/issue/event")
-    return render(request, "issued.html.j2", job=job, made=job.result)
+        again = "/issue" if job.kind == "badge" else "/issue/event"
+        problem = sentence(studio, job.problem[1]) if job.problem else None
+        return render(request, "making.html.j2", job=job, again=again, problem=problem)
+    minutes = round(studio.settings.limits.keep_s / 60)
+    return render(request, "issued.html.j2", job=job, made=job.result, minutes=minutes)
 
 
 @router.get("/issue/jobs/{job_id}/package.zip")

@@ -1,13 +1,13 @@
 """Making packages: what the studio's child processes do, so that build123d and its memory never enter the server.
 
-The functions are called as `work.WORK` has it: with the file that holds the list of people (or nothing of use, for one
-badge), for progress, and to tell what came of it; they write to the folder they are in.  A badge is issued together with
-its files, as `print-your-badge --registry` does; where a child dies between that and its archive, the same order again
-issues nothing new and makes the archive.
+The functions are called as `work.WORK` has it: with the file of what was ordered, for progress, and to tell what came
+of it; they write to the folder that they are in.  A badge is issued together with its files, as by `print-your-badge
+--registry`; where a child dies between that and its archive, the same order again issues nothing new and makes it.
 """
 
 from __future__ import annotations
 
+import os
 import shutil
 import zipfile
 from collections.abc import Callable
@@ -19,6 +19,7 @@ from moireid.designer.free import free_badge
 from moireid.designer.people import badges_of, design_people, parse_people
 from moireid.errors import SpecError
 from moireid.registry import Registry, open_registry
+from moireid.registry.keys import KEYS_VARIABLE
 from moireid.web.orders import Order, Wish
 
 PACKAGE = "package.zip"
@@ -28,7 +29,7 @@ Progress = Callable[[int, int | None], None]
 Tell = Callable[[dict[str, Any]], None]
 
 
-def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_url: str | None) -> None:
+def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str) -> None:
     """Make one badge's package, and issue the badge; `order_file` holds the JSON of an `Order`.
 
     Raises: as `orders.checked`, and FabricationError where a file fails its check.
@@ -38,7 +39,7 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
 
     order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
     folder, steps = Path("badge"), count(1)
-    with open_registry(registry_url, create=False) as registry:
+    with _registry(registry_url, keys) as registry:
         badge, holder = free_badge(order.request(order.name), order.chosen(), registry.by_id)
         most = len(file_names(plan_parts(badge, order.mount)))
         printed = print_badge(
@@ -53,7 +54,7 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
 
 
 def issue_event(
-    people_csv: Path, progress: Progress, tell: Tell, *, wish: dict[str, Any], registry_url: str | None
+    people_csv: Path, progress: Progress, tell: Tell, *, wish: dict[str, Any], registry_url: str, keys: str
 ) -> None:
     """Make the package of an event: sheets, a folder for each person, a summary; and issue all badges.
 
@@ -62,7 +63,7 @@ def issue_event(
     from moireid.fabrication.event import print_event
 
     wanted, folder = Wish.model_validate(wish), Path("event")
-    with open_registry(registry_url, create=False) as registry:
+    with _registry(registry_url, keys) as registry:
         badges = badges_of(design_people(parse_people(people_csv.read_bytes()), wanted.request("Everybody")))
         event = print_event(
             badges, folder, mount=wanted.mount, before_moving=lambda: registry.enroll_many(badges), progress=progress,
@@ -73,6 +74,15 @@ def issue_event(
         "sheets": event.sheet_count, "boards_to_a_sheet": event.boards_to_a_sheet, "left_out": event.left_out,
         "mount_mass_g": event.mount_mass_g,
     }})  # fmt: skip
+
+
+def _registry(url: str, keys: str) -> Registry:
+    """The registry, with the authority's private key from the folder `keys`.
+
+    The child is forked from a process that may be older than the server's registry, and works in another folder.
+    """
+    os.environ[KEYS_VARIABLE] = keys
+    return open_registry(url, create=False)
 
 
 def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[str, Any]]:

@@ -29,6 +29,8 @@ from moireid.registry import Claimed, People, open_registry
 from moireid.verifier.identify import identify
 from moireid.verifier.report import pictures_of, write_report
 from moireid.verifier.verify import verify
+from moireid.web.enroll_work import measure_capture
+from moireid.web.issue_work import issue_badge, issue_event
 from moireid.web.task import Task
 
 #: Progress is told at most so often.
@@ -71,7 +73,10 @@ def identify_film(video: Path, progress: Progress, tell: Tell, *, registry_url: 
 
 
 #: Kinds of work by name.  Each is called with the film, for progress and results, and with the task's arguments.
-WORK: dict[str, Callable[..., None]] = {"verify": verify_film, "identify": identify_film}
+WORK: dict[str, Callable[..., None]] = {
+    "verify": verify_film, "identify": identify_film, "badge": issue_badge, "event": issue_event,
+    "capture": measure_capture,
+}  # fmt: skip
 
 
 def run(pipe: Connection, task: Task) -> None:

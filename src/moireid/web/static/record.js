@@ -20,9 +20,15 @@ class Recorder {
     this.panel.hidden = phone || !(navigator.mediaDevices?.getUserMedia && window.MediaRecorder);
     this.begin.addEventListener("click", () => this.record());
     this.end.addEventListener("click", () => this.recorder.stop());
-    this.chosen.addEventListener("change", () => this.chosen.setCustomValidity(""));
-    this.filmed.addEventListener("change", () => { this.chosen.files = this.filmed.files; });
+    this.chosen.addEventListener("change", () => this.take(this.chosen.files));
+    this.filmed.addEventListener("change", () => this.take(this.filmed.files));
     form.addEventListener("submit", (event) => this.check(event));
+  }
+
+  /** Let the form have these files. */
+  take(files) {
+    this.chosen.files = files;
+    this.chosen.setCustomValidity("");
   }
 
   check(event) {
@@ -71,7 +77,7 @@ class Recorder {
     const file = new File(parts, `capture.${kind.endsWith("mp4") ? "mp4" : "webm"}`, { type: kind });
     const transfer = new DataTransfer();
     transfer.items.add(file);
-    this.chosen.files = transfer.files;
+    this.take(transfer.files);
     this.video.srcObject = null;
     this.video.hidden = true;
     this.end.hidden = true;

@@ -157,7 +157,8 @@ def test_a_picture_is_dark_where_the_ink_is_seen(page: Page, badge: Badge) -> No
         const at = cameraAt(law, ...camera), [x0, y0, x1, y1] = law.gratings[0].cells[0].rect_mm, count = 400;
         const along = law.gratings[0].axis === "x";
         const places = Array.from({ length: count }, (_, k) => along
-            ? [x0 + (k + 0.5) / count * (x1 - x0), (y0 + y1) / 2] : [(x0 + x1) / 2, y0 + (k + 0.5) / count * (y1 - y0)]);
+            ? [x0 + (k + 0.5) / count * (x1 - x0), (y0 + y1) / 2]
+            : [(x0 + x1) / 2, y0 + (k + 0.5) / count * (y1 - y0)]);
         return [[...brightness(law, 0, 0, at, count)], places.map(([x, y]) => turnsAt(law, 0, 0, x, y, at))];
     }"""
     law = preview_law(badge)
