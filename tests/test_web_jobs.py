@@ -192,16 +192,17 @@ def test_what_is_no_film_or_no_form_is_refused(
 
 def test_what_is_no_form_is_refused(visit: Visit, tiny: Path) -> None:
     """Catches: forms cut short that count as whole, bodies of another kind, doubled fields."""
+    form, claim = "multipart/form-data; boundary=x", b"--x\r\nContent-Disposition: form-data; name=claim\r\n\r\n"
     for content, kind, status in (
         (b"{}", "application/json", 415),
         (b"a=b", "application/x-www-form-urlencoded", 415),
         (b"--x\r\n", "multipart/form-data", 415),
-        (b"rubbish", "multipart/form-data; boundary=x", 400),
-        (b"--x\r\nContent-Disposition: form-data; name=video; filename=a\r\n\r\nabc", "multipart/form-data; boundary=x", 400),
-        (b"--x\r\nContent-Disposition: form-data; name=claim\r\n\r\n\xff\r\n--x--\r\n", "multipart/form-data; boundary=x", 422),
-        (b"--x\r\nContent-Disposition: form-data; name=claim\r\n\r\na\r\n" * 2 + b"--x--\r\n", "multipart/form-data; boundary=x", 422),
-        (b"--x\r\n\r\na\r\n--x--\r\n", "multipart/form-data; boundary=x", 422),
-    ):  # fmt: skip
+        (b"rubbish", form, 400),
+        (b"--x\r\nContent-Disposition: form-data; name=video; filename=a\r\n\r\nabc", form, 400),
+        (claim + b"\xff\r\n--x--\r\n", form, 422),
+        ((claim + b"a\r\n") * 2 + b"--x--\r\n", form, 422),
+        (b"--x\r\n\r\na\r\n--x--\r\n", form, 422),
+    ):
         told = visit.ask("POST", "/api/verify", "verifier", content=content, headers={"Content-Type": kind})
         assert told.status_code == status, (content, told.text)
     assert visit.left() == []

@@ -72,10 +72,10 @@ def test_answers_are_as_declared(visit: Visit, tmp_path: Path, films: Path) -> N
 
     document = visit.ask("GET", "/openapi.json", None).json()
     tiny = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "tiny.mp4")
-    for path, fields, name in (
-        ("/api/verify", {"claim": "Ada Lovelace"}, "Report"), ("/api/identify", {}, None), ("/api/jobs", {}, "JobStatus"),
-    ):  # fmt: skip
-        form = film_form(tiny, films / "badge.json" if path == "/api/jobs" else None, **fields)
+    cases = (("verify", {"claim": "Ada Lovelace"}, "Report"), ("identify", {}, None), ("jobs", {}, "JobStatus"))
+    for route, fields, name in cases:
+        path = f"/api/{route}"
+        form = film_form(tiny, films / "badge.json" if route == "jobs" else None, **fields)
         answer = visit.ask("POST", path, "verifier", **form)
         declared = document["paths"][path]["post"]["responses"][str(answer.status_code)]["content"]["application/json"]
         assert name is None or declared["schema"] == {"$ref": f"#/components/schemas/{name}"}

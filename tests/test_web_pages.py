@@ -27,6 +27,10 @@ from webbing import needs
 PHONE, DESK = {"width": 375, "height": 740}, {"width": 1200, "height": 800}
 #: A film of 8 s takes some seconds, and a busy machine many times that.
 PATIENCE_MS = 100_000
+expect.set_options(timeout=PATIENCE_MS)
+#: The widths of all pictures, those too that the browser would load later.
+LOADED = """Promise.all([...document.images].map(async (image) => {
+    image.loading = "eager"; await image.decode(); return image.naturalWidth; }))"""
 
 
 @pytest.fixture(scope="module")
@@ -113,7 +117,7 @@ def visitor(served: tuple[str, str], browser: Browser, pictures: Path) -> Iterat
 
 
 def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Path) -> None:
-    """Catches: a page that shows another verdict than the film's, plots that the policy blocks, a form for mice only."""
+    """Catches: a page with another verdict than the film's, plots that the policy blocks, a form that needs a mouse."""
     page = visitor.page
     visitor.go("/verify")
     visitor.look("verify")
@@ -128,8 +132,7 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
             expect(page.get_by_role("status")).to_contain_text("frames")
             visitor.look("waiting")
         expect(page.get_by_role("heading", level=1)).to_contain_text(verdict)
-        shown = "[...document.images].map(image => { image.loading = 'eager'; return image.decode().then(() => image.naturalWidth) })"
-        widths = page.evaluate(f"Promise.all({shown})")
+        widths = page.evaluate(LOADED)
         assert len(widths) >= 7 and min(widths) > 0
         visitor.look(verdict.lower())
     with page.expect_download() as coming:

@@ -87,7 +87,7 @@ def studio(folder: Path, *badges: Badge, auth: bool = True, work: bool = True, *
 
 
 def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:
-    """The first frames of a film, smaller: quickly judged; as few as that are too short for more than "inconclusive"."""
+    """The first frames of a film, smaller: quickly judged; so few are never more than "inconclusive"."""
     with av.open(str(source)) as given, av.open(str(path), "w") as made:
         stream = made.add_stream("libx264", rate=60)
         stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
