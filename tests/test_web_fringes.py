@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -24,9 +25,9 @@ from moireid.simulate.truth import shown_phase_rad
 from moireid.verifier.predict import strip_law
 from moireid.verifier.strips import ProfileReader
 from moireid.web.preview_law import preview_law
+from webbing import needs
 
 STATIC = Path(moireid.__file__).parent / "web" / "static"
-CHROMIUM = "/usr/bin/chromium"
 #: What straight lines between the table's entries, and the verifier's own coarse look-ups, leave.
 TOLERANCE_RAD = 0.005
 #: The table is traced for a grating's nominal pitch, as the verifier's is: for other pitches it is 0.5 % off.
@@ -47,8 +48,9 @@ def _serve(route: Route) -> None:
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
     """An empty page of a site that serves the scripts."""
+    program = needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         page = browser.new_page()
         page.route("**/*", _serve)
         page.goto("http://studio.test/")

@@ -1,17 +1,20 @@
 """The Issue and Enroll pages in a real browser: a badge is issued, downloaded, read back, and enrolled from a film.
 
-Screenshots lie in build/screenshots.  Beside each test: the wrong implementation it catches.
+Pictures of every page go to the folder that MOIREID_SCREENSHOTS names, or to the test's own.
+Beside each test: the wrong implementation it catches.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import os
 import re
+import shutil
 import threading
 import time
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +23,7 @@ import pypdfium2 as pdfium
 import pytest
 import uvicorn
 from axe_playwright_python.sync_playwright import Axe
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, Page, expect, sync_playwright
 
 from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge, load_badge
@@ -31,10 +34,8 @@ from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.capture import capture_as_built
 from moireid.web.built_words import measured_words
-from webbing import Visit, film_form, studio
+from webbing import Visit, film_form, needs, studio
 
-CHROMIUM = "/usr/bin/chromium"
-SHOTS = Path(__file__).parent.parent / "build" / "screenshots"
 BUILD = Build.typical(5)
 WIDE, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
 
@@ -72,9 +73,10 @@ def site(visit: Visit) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    program = needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
     with sync_playwright() as playwright:
         camera = ["--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream"]
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", *camera])
+        browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", *camera])
         yield browser
         browser.close()
 
@@ -92,34 +94,43 @@ def page(browser: Browser, site: str) -> Iterator[Page]:
     assert said == []
 
 
-def looked_at(page: Page, name: str) -> None:
-    """Keep screenshots of a page, wide and on a phone, and hold it against axe and against its own width."""
-    SHOTS.mkdir(parents=True, exist_ok=True)
+Look = Callable[[str], None]
+
+
+@pytest.fixture
+def look(page: Page, tmp_path: Path) -> Look:
+    """Keeps pictures of a page, wide and on a phone, and holds it against axe and against its own width."""
+    pictures = Path(os.environ.get("MOIREID_SCREENSHOTS", tmp_path))
+    pictures.mkdir(parents=True, exist_ok=True)
+    return lambda name: _look(page, pictures, name)
+
+
+def _look(page: Page, pictures: Path, name: str) -> None:
     for size, tag in ((PHONE, "phone"), (WIDE, "wide")):
         page.set_viewport_size(size)
-        page.screenshot(path=SHOTS / f"{name}-{tag}.png", full_page=True)
+        page.screenshot(path=pictures / f"{name}-{tag}.png", full_page=True)
         assert page.evaluate("document.documentElement.scrollWidth") <= size["width"], f"{name} is wider than {tag}"
         found = Axe().run(page).response["violations"]
         assert [(one["id"], one["help"]) for one in found if one["impact"] in ("serious", "critical")] == []
 
 
 def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
-    page: Page, visit: Visit, ada: Badge, capture: Path, tmp_path: Path
+    page: Page, look: Look, visit: Visit, ada: Badge, capture: Path, tmp_path: Path
 ) -> None:
     """Catches: a form that loses fields, a package that does not read back, a capture of one badge kept for another,
     figures kept before anybody has agreed."""
     page.goto("/issue")
-    looked_at(page, "issue")
+    look("issue")
     page.get_by_label("Name", exact=True).fill(ada.name)
     page.get_by_label("Mount").select_option("none")
     page.get_by_role("button", name="Check").click()
     page.get_by_text("What would be made").wait_for()
     assert visit.studio.registry.count() == 0
-    looked_at(page, "issue-checked")
+    look("issue-checked")
     page.get_by_role("button", name="Issue and make the package").click()
     link = page.get_by_role("link", name="Download the package")
     link.wait_for(timeout=60_000)
-    looked_at(page, "issued")
+    look("issued")
     with page.expect_download() as download:
         link.click()
     download.value.save_as(tmp_path / "package.zip")
@@ -131,12 +142,12 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
         assert ada.name in document[0].get_textpage().get_text_bounded()
 
     page.get_by_role("link", name="Enroll it").click()
-    looked_at(page, "enroll")
+    look("enroll")
     assert page.get_by_label("Whose badge").input_value() == ada.id
     page.get_by_label("A film of it").set_input_files(capture)
     page.get_by_role("button", name="Measure").click()
     page.get_by_role("heading", name="What was measured").wait_for(timeout=60_000)
-    looked_at(page, "measured")
+    look("measured")
     expected = capture_as_built([capture], ada)
     for one in measured_words(expected, ada):
         assert page.get_by_text(one.text).count() == 1
@@ -144,7 +155,7 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     assert record is not None and record.as_built is None
     page.get_by_role("button", name="Keep these figures").click()
     page.get_by_role("status").get_by_text("can be told from a copy").wait_for()
-    looked_at(page, "enrolled")
+    look("enrolled")
     record = visit.studio.registry.by_id(ada.id or "")
     assert record is not None and record.as_built is not None
     assert as_built_from_json(record.as_built) == expected
@@ -176,21 +187,21 @@ def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(p
     canvas.scroll_into_view_if_needed()
     pixels = "canvas => [...canvas.getContext('2d').getImageData(0, 300, canvas.width, 1).data].join()"
     ahead = canvas.evaluate(pixels)
-    page.wait_for_function("document.querySelector('[data-words]').textContent.includes('straight ahead')")
+    expect(page.locator("[data-words]")).to_contain_text("straight ahead")
     assert canvas.evaluate(pixels) == ahead
     box = canvas.bounding_box()
     assert box is not None
     page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
-    page.wait_for_function("document.querySelector('[data-words]').textContent.includes('from the right')")
+    expect(page.locator("[data-words]")).to_contain_text("from the right")
     assert canvas.evaluate(pixels) != ahead
     assert re.search(r"moved \d+ mm left", words.text_content() or "")
     canvas.focus()
     for _ in range(40):
         page.keyboard.press("ArrowLeft")
-    page.wait_for_function("document.querySelector('[data-words]').textContent.includes('from the left')")
+    expect(page.locator("[data-words]")).to_contain_text("from the left")
     page.get_by_label("Distance").focus()
     page.keyboard.press("End")
-    page.wait_for_function("document.querySelector('[data-words]').textContent.includes('3.0 m away')")
+    expect(page.locator("[data-words]")).to_contain_text("3.0 m away")
 
     page.emulate_media(reduced_motion="reduce")
     page.reload()
@@ -200,7 +211,7 @@ def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(p
     assert "straight ahead" in (words.text_content() or "")
     page.mouse.down()
     page.mouse.move(box["x"] + 0.9 * box["width"], box["y"] + 0.5 * box["height"])
-    page.wait_for_function("document.querySelector('[data-words]').textContent.includes('from the right')")
+    expect(page.locator("[data-words]")).to_contain_text("from the right")
     page.mouse.up()
 
 
@@ -217,15 +228,15 @@ def test_a_phone_asks_leave_to_follow_its_tilt(browser: Browser, site: str) -> N
         page.get_by_role("button", name="did not allow it").wait_for()
         page.evaluate("window.leave = 'granted'")
         page.locator("[data-tilt]").click()
-        page.wait_for_function("document.querySelector('[data-tilt]').hidden")
+        expect(page.locator("[data-tilt]")).to_be_hidden()
         turn = "angles => dispatchEvent(new DeviceOrientationEvent('deviceorientation', angles))"
         page.evaluate(turn, {"alpha": 0, "beta": 50, "gamma": 0})
         page.evaluate(turn, {"alpha": 0, "beta": 40, "gamma": 0})
         # Its top edge went away from the eye, which so sees it from nearer its lower edge.
-        page.wait_for_function("document.querySelector('[data-words]').textContent.includes('10° from below')")
+        expect(page.locator("[data-words]")).to_contain_text("10° from below")
 
 
-def test_faults_and_lists_are_shown_where_they_are(page: Page) -> None:
+def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> None:
     """Catches: a fault that loses the form or runs what was typed; a page that a long name bursts."""
     page.goto("/issue")
     page.get_by_label("Name", exact=True).fill("<script>window.hit = 1</script>")
@@ -233,7 +244,7 @@ def test_faults_and_lists_are_shown_where_they_are(page: Page) -> None:
     page.get_by_role("button", name="Check").click()
     assert "choose a range within" in (page.get_by_role("alert").text_content() or "")
     assert page.get_by_label("Farthest camera").input_value() == "9"
-    looked_at(page, "issue-fault")
+    look("issue-fault")
     page.get_by_role("link", name="An event").click()
     page.get_by_label("or the list itself").fill(
         "name\nAda Lovelace\nAda Lovelace\n../../x\n<img src=x onerror='window.hit=1'>\nعمر الخيام\n🦊 Fox\n"
@@ -241,15 +252,15 @@ def test_faults_and_lists_are_shown_where_they_are(page: Page) -> None:
     )
     page.get_by_role("button", name="Check the list").click()
     page.get_by_text("2 of 7 rows cannot be used").wait_for()
-    looked_at(page, "event-fault")
+    look("event-fault")
     page.get_by_label("or the list itself").fill("name\nBea\nCal\n")
     page.get_by_role("button", name="Issue all").click()
     page.get_by_role("link", name="Download the package").wait_for(timeout=60_000)
-    looked_at(page, "event-issued")
+    look("event-issued")
     assert page.evaluate("window.hit") is None
 
 
-def test_a_capture_can_be_recorded_here(page: Page) -> None:
+def test_a_capture_can_be_recorded_here(page: Page, look: Look) -> None:
     """Catches: a recording that is not handed to the form, a camera left on, a form that sends no film."""
     page.goto("/enroll")
     page.get_by_label("Whose badge").fill("nobody")
@@ -258,7 +269,7 @@ def test_a_capture_can_be_recorded_here(page: Page) -> None:
     page.get_by_role("button", name="Record with this device's camera").click()
     page.get_by_role("button", name="Stop, and use it").wait_for()
     page.wait_for_timeout(1500)
-    looked_at(page, "enroll-recording")
+    look("enroll-recording")
     page.get_by_role("button", name="Stop, and use it").click()
     page.get_by_text("Recorded").wait_for()
     assert page.evaluate("document.querySelector('#video').files[0].size") > 1000

@@ -24,7 +24,7 @@ from webbing import ORIGIN, Visit, studio
 OPEN = {"/", "/help", "/login", "/logout", "/api/health"}
 #: The roles of each part of the studio, by the beginning of its path; the longest beginning counts.
 ROLES = {
-    "/issue": {"issuer"}, "/enroll": {"issuer"}, "/api/issue": {"issuer"}, "/api/enroll": {"issuer"},
+    "/issue": {"issuer"}, "/enroll": {"issuer"}, "/api/badges": {"issuer"},
     "/registry": {"issuer", "verifier"}, "/registry/audit": {"issuer"}, "/registry/{badge_id}/revoke": {"issuer"},
     "/api/registry": {"issuer", "verifier"}, "/api/verify": {"verifier"}, "/api/identify": {"verifier"},
     "/api/jobs": {"verifier"}, "/verify": {"verifier"}, "/live": {"verifier"},

@@ -19,12 +19,12 @@ from moireid.web.roles import Visitor, require
 from moireid.web.studio import studio_of
 from moireid.web.uploads import receive
 
-router = APIRouter(dependencies=[require("issuer")], include_in_schema=False)
+router = APIRouter(include_in_schema=False)
 Issuer = Annotated[Visitor, require("issuer")]
 
 
 @router.get("/enroll")
-def enroll_page(request: Request, badge: str = "") -> Response:
+def enroll_page(request: Request, visitor: Issuer, badge: str = "") -> Response:
     """The empty form, or one for the badge that a link names."""
     return _form(request, badge[:200])
 

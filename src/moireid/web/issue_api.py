@@ -13,6 +13,7 @@ from fastapi.responses import FileResponse, StreamingResponse
 from pydantic import BaseModel, Field
 
 from moireid.web.api import JobStatus, status_of
+from moireid.web.forms import ShortRoute
 from moireid.web.issue_jobs import find_job, keep, package_of, start_badge, start_capture
 from moireid.web.jobs import Job
 from moireid.web.orders import Order, checked
@@ -22,7 +23,7 @@ from moireid.web.schema import form
 from moireid.web.studio import studio_of
 from moireid.web.uploads import receive
 
-router = APIRouter(prefix="/api/badges", dependencies=[require("issuer")], responses=problem_responses(401, 403, 422))
+router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
 Issuer = Annotated[Visitor, require("issuer")]
 JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
@@ -64,8 +65,8 @@ class AsBuiltAnswer(BaseModel):
     as_built: dict[str, Any]
 
 
-@router.post("/check")
-def check(request: Request, order: Order) -> CheckAnswer:
+@router.post("/check", responses=problem_responses(400, 413))
+def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
     """What would be made of an order: the badge, its link budget, and what could not be made."""
     found = checked(order, studio_of(request).registry)
     links = [
@@ -80,7 +81,7 @@ def check(request: Request, order: Order) -> CheckAnswer:
     )  # fmt: skip
 
 
-@router.post("", status_code=202, responses=problem_responses(503))
+@router.post("", status_code=202, responses=problem_responses(400, 413, 503))
 def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
     """Issue a badge and make its package: a job, whose end offers package.zip."""
     studio = studio_of(request)

@@ -18,13 +18,13 @@ from moireid.web.preview_law import preview_law
 from moireid.web.roles import Visitor, require
 from moireid.web.studio import studio_of
 
-router = APIRouter(dependencies=[require("issuer")], include_in_schema=False)
+router = APIRouter(include_in_schema=False)
 Sent = Annotated[Fields, Depends(form_fields)]
 Issuer = Annotated[Visitor, require("issuer")]
 
 
 @router.get("/issue")
-def issue_page(request: Request) -> Response:
+def issue_page(request: Request, visitor: Issuer) -> Response:
     """The empty form."""
     return _page(request, {})
 
@@ -47,7 +47,7 @@ def issue(request: Request, sent: Sent, visitor: Issuer) -> Response:
 
 
 @router.get("/issue/event")
-def event_page(request: Request) -> Response:
+def event_page(request: Request, visitor: Issuer) -> Response:
     """The empty form."""
     return _event(request, {}, "")
 

@@ -106,7 +106,7 @@ def named(registry: Registry, name: str) -> list[Record]:
     except RegistryError as error:
         # Nobody, or several: the error says which.
         ids = error.details.get("ids")
-        if ids is None:
+        if not isinstance(ids, list):
             raise
         found = [registry.by_id(badge_id) for badge_id in ids]
         return [record for record in found if record is not None and record.name == name]

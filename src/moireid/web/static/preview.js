@@ -36,10 +36,10 @@ function side(tangent, positive, negative) {
   return degrees ? `${degrees}° ${tangent > 0 ? positive : negative}` : "";
 }
 
-/** Brings one preview to life: `root` holds a canvas, the law's JSON, three sliders, a line of words and a button. */
+/** Brings one preview to life: `root` bears the law as JSON, and holds a canvas, three sliders, a line of words and a button. */
 export class Preview {
   constructor(root) {
-    this.law = JSON.parse(root.querySelector("script[type='application/json']").textContent);
+    this.law = JSON.parse(root.dataset.preview);
     this.canvas = root.querySelector("canvas");
     this.sliders = ["right", "down", "metres"].map((name) => root.querySelector(`input[name='view-${name}']`));
     this.words = root.querySelector("[data-words]");
