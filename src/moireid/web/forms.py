@@ -52,7 +52,11 @@ class ShortRoute(APIRoute):
         handler = super().get_route_handler()
         if self.body_field is None:
             return handler
-        return lambda request: handler(within(request))
+
+        async def short(request: Request) -> Response:
+            return await handler(within(request))
+
+        return short
 
 
 async def form_fields(request: Request) -> Fields:
