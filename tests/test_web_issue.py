@@ -160,6 +160,9 @@ def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None
     assert [one for one in visit.left() if job in one] == [f"jobs/{job}", f"jobs/{job}/package.zip"]
     # What one visitor has made is nobody else's, not even an admin's.
     assert visit.ask("GET", f"/api/badges/jobs/{job}", "admin").status_code == 404
+    own = visit.ask("POST", "/api/badges", "admin", json=order("Grace Hopper")).json()["id"]
+    # An admin may also verify, and a package is no verdict.
+    assert done(visit, own, "admin")["state"] == "done" and visit.ask("GET", f"/verify/{own}").status_code == 404
     again = done(visit, visit.ask("POST", "/api/badges", "issuer", json=order("Grace Hopper")).json()["id"])
     assert again["result"]["already_issued"] and not told["result"]["already_issued"]
 

@@ -25,7 +25,7 @@ import uvicorn
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from moireid.asbuilt import as_built_from_json
+from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.camera import camera_named
@@ -47,6 +47,12 @@ def capture(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Path:
     motion = motion_named("sway", distance_mm=1000.0, seed=3)
     film(Scene(ada, BUILD, camera_named("phone")), motion, path, frames=60, fps=15, seed=3)
     return path
+
+
+@pytest.fixture(scope="module")
+def measured(ada: Badge, capture: Path) -> AsBuilt:
+    """What the command would measure."""
+    return capture_as_built([capture], ada)
 
 
 @pytest.fixture(scope="module")
@@ -110,12 +116,12 @@ def _look(page: Page, pictures: Path, name: str) -> None:
         page.set_viewport_size(size)
         page.screenshot(path=pictures / f"{name}-{tag}.png", full_page=True)
         assert page.evaluate("document.documentElement.scrollWidth") <= size["width"], f"{name} is wider than {tag}"
-        found = Axe().run(page).response["violations"]
-        assert [(one["id"], one["help"]) for one in found if one["impact"] in ("serious", "critical")] == []
+    found = Axe().run(page).response["violations"]
+    assert [(one["id"], one["help"]) for one in found if one["impact"] in ("serious", "critical")] == []
 
 
 def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
-    page: Page, look: Look, visit: Visit, ada: Badge, capture: Path, tmp_path: Path
+    page: Page, look: Look, visit: Visit, ada: Badge, capture: Path, measured: AsBuilt, tmp_path: Path
 ) -> None:
     """Catches: a form that loses fields, a package that does not read back, a capture of one badge kept for another,
     figures kept before anybody has agreed."""
@@ -148,8 +154,7 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     page.get_by_role("button", name="Measure").click()
     page.get_by_role("heading", name="What was measured").wait_for(timeout=60_000)
     look("measured")
-    expected = capture_as_built([capture], ada)
-    for one in measured_words(expected, ada):
+    for one in measured_words(measured, ada):
         assert page.get_by_text(one.text).count() == 1
     record = visit.studio.registry.by_id(ada.id or "")
     assert record is not None and record.as_built is None
@@ -158,14 +163,14 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     look("enrolled")
     record = visit.studio.registry.by_id(ada.id or "")
     assert record is not None and record.as_built is not None
-    assert as_built_from_json(record.as_built) == expected
+    assert as_built_from_json(record.as_built) == measured
     # Nothing but the package is left: the film is gone.
     assert [Path(name).name for name in visit.left() if "." in Path(name).name] == ["package.zip"]
 
 
-def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, capture: Path) -> None:
+def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, measured: AsBuilt) -> None:
     """Catches: a twist or an offset of the wrong sign or unit, half a pitch forgotten, errors that are none."""
-    beat, gain, twist, offset = measured_words(capture_as_built([capture], ada), ada)
+    beat, gain, twist, offset = measured_words(measured, ada)
     assert twist.value == pytest.approx(math.degrees(BUILD.twist_rad), abs=2 * twist.error) and twist.error < 0.01
     assert offset.value == pytest.approx(BUILD.lens_offset_mm, abs=2 * offset.error) and offset.error < 0.01
     assert gain.low < gain.value - gain.error < 1 < gain.value + gain.error < gain.high
@@ -279,28 +284,30 @@ def test_a_capture_can_be_recorded_here(page: Page, look: Look) -> None:
     assert "sqlite" not in page.content()
 
 
-def test_the_api_measures_and_keeps_only_when_it_is_told(visit: Visit, site: str, ada: Badge, capture: Path) -> None:
+def test_the_api_measures_and_keeps_only_when_it_is_told(
+    visit: Visit, site: str, ada: Badge, capture: Path, measured: AsBuilt
+) -> None:
     """Catches: figures that are kept unasked or of another film, jobs of one badge kept for another, films kept."""
     other = design_badge(Request("Somebody Else"), payload_for_name("Somebody Else"))
     for badge in (ada, other):
         visit.studio.registry.enroll(badge)
     with httpx.Client(base_url=f"{site}/api/badges", timeout=60) as client:
 
-        def measured(badge: Badge, film: Path) -> dict[str, Any]:
+        def begin(badge: Badge, film: Path) -> dict[str, Any]:
             begun = client.post(f"/{badge.id}/captures", **film_form(film))
             assert begun.status_code == 202
             while (told := client.get(f"/jobs/{begun.json()['id']}").json())["state"] not in ("done", "failed"):
                 time.sleep(0.2)
             return told
 
-        told = measured(ada, capture)
-        assert told["result"]["as_built"] == json.loads(capture_as_built([capture], ada).to_json())
+        told = begin(ada, capture)
+        assert told["result"]["as_built"] == json.loads(measured.to_json())
         assert client.post(f"/{other.id}/captures/{told['id']}/keep").status_code == 404
         kept = client.post(f"/{ada.id}/captures/{told['id']}/keep").json()
         assert kept["as_built"] == told["result"]["as_built"] and kept["id"] == ada.id
         events = client.get(f"/jobs/{told['id']}/events").text
         assert events.startswith("event: end\ndata: ") and json.loads(events.split("data: ")[1])["state"] == "done"
-        wrong = measured(other, capture)
+        wrong = begin(other, capture)
         assert wrong["state"] == "failed" and "Film the badge again" in wrong["problem"]["text"]
         assert client.post(f"/{other.id}/captures/{wrong['id']}/keep").status_code == 409
         assert client.post(f"/{'0' * 16}/captures", **film_form(capture)).status_code == 404
