@@ -11,11 +11,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from moireid.verifier.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, Claim, judge_chapter
 from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.line import Line, others_note, rank_of, reasons_of
 from moireid.verifier.reasons import Reason, Verdict, worst
-from moireid.verifier.track import Track
+from moireid.verifier.track import BadgeTracker, Track
 from moireid.verifier.video import Frame
 
 #: The running verdict is of so many of the last tracked frames, made anew after so much of the film.
@@ -65,6 +68,12 @@ class Verifier:
     def chapters(self) -> list[Chapter]:
         """Chapters of that badge that are judged by now."""
         return self.judged.chapters
+
+    @property
+    def in_view(self) -> list[tuple[BadgeTracker, NDArray[np.float64]]]:
+        """The badges seen in the last frame, and their boards' corners (4, 2) px, as `BadgeTracker.corners_px`."""
+        trackers = [line.tracker for line in self._lines]
+        return [(one, one.corners_px(one.place)) for one in trackers if one.place is not None]
 
     @property
     def others(self) -> tuple[Reason, ...]:
