@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from concurrent.futures import Executor
 from typing import Any
 
 import numpy as np
@@ -49,15 +50,20 @@ WAIT_S = 60.0
 class LiveCheck:
     """One session of one person before a camera.  Memory: the challenge's track, 40 bytes a frame for a minute."""
 
-    def __init__(self, claim: Claim, *, draw: Draw = draw_prompts, now: Callable[[], float] = time.monotonic) -> None:
-        """Parameters: draw: prompts of a challenge from its earliest start; now: our clock; others in tests alone.
+    def __init__(
+        self, claim: Claim, *, draw: Draw = draw_prompts, now: Callable[[], float] = time.monotonic,
+        aside: Executor | None = None,
+    ) -> None:  # fmt: skip
+        """Parameters: draw: prompts of a challenge from its earliest start; now: our clock; others in tests alone;
+            aside: as `Verifier` has it.
 
         Raises: SpecError where the badge cannot be read; MissingExtraError without the face detector.
         """
         self._claim, self._draw, self._now = claim, draw, now
         self._middle_mm = marker_corners_mm(claim.badge.markers).mean(axis=(0, 1))
         self._clock, self._watch = BoundedClock(), OverlapWatch()
-        self._verifier = Verifier(claim)
+        self._aside = aside
+        self._verifier = Verifier(claim, aside=aside)
         self._index = 0
         self._asked_s: float | None = None
         self._prompts: list[Prompt] | None = None
@@ -149,7 +155,7 @@ class LiveCheck:
             return []
         self._prompts = self._draw(now_s + READY_S)
         # What is judged with the challenge is of its own frames alone.
-        self._verifier = Verifier(self._claim)
+        self._verifier = Verifier(self._claim, aside=self._aside)
         return [{"event": "challenge", "moves": len(self._prompts)}]
 
     def _note(self, frame: Frame) -> None:

@@ -5,6 +5,7 @@ studio.py      what all routes share: registry, tokens         problems.py  erro
 roles.py       who may do what: `require("issuer")`            tokens.py    tokens, of which only a hash is kept
 guard.py       headers, and nothing sent by other sites        pages.py     templates into pages
 home_pages.py  the first page, help, signing in and out
+live.py        the live check and its WebSocket            live_worker.py  the process behind one session
 
 FastAPI is imported by this room alone, so nothing but `moireid serve` pays for it.
 """

@@ -10,7 +10,7 @@ from fastapi import APIRouter, FastAPI
 from fastapi.responses import Response
 
 from moireid import __version__
-from moireid.web import home_pages, problems
+from moireid.web import home_pages, live, problems
 from moireid.web.guard import Guard
 from moireid.web.roles import anyone
 from moireid.web.settings import Settings
@@ -20,7 +20,7 @@ from moireid.web.studio import Studio
 ROUTERS: tuple[APIRouter, ...] = (
     home_pages.router,
     # issue_pages.router, enroll_pages.router: issuing badges, previews, events; enrolling a capture.
-    # live.router: the live check, a page and its WebSocket.
+    live.router,
 )
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 
