@@ -28,6 +28,8 @@ WEBCAM = Camera(width=1280, height=720, focal_px=900.0, noise_counts=2.0)
 REST_MM = np.array([0.0, 70.0, 640.0])
 #: How far a hand goes when it is asked to, sideways, upright and in depth, mm, and how long it takes.
 GOES_MM, TAKES_S = (180.0, 80.0, 120.0), 0.9
+#: How far a hand turns the badge as it carries it sideways and upright, rad/mm: 7 degrees for 20 cm.
+TURNS = math.radians(7.0) / 200.0
 #: Tremor: place, mm, and angle, rad, and rates, Hz.
 TREMOR_MM, TREMOR_RAD, TREMOR_HZ = 1.5, math.radians(0.7), (0.4, 0.9, 1.7)
 
@@ -77,8 +79,10 @@ def frames(
     for number in range(round(length_s * fps)):
         time_s = number / fps
         tremor = np.sin(2 * math.pi * np.array(TREMOR_HZ) * time_s + phases).mean(axis=1)
-        turn = Rotation.from_rotvec(TREMOR_RAD * tremor[:3])
-        camera = turn.inv().apply(-(course.place_mm(time_s) + TREMOR_MM * tremor[3:]))
+        place = course.place_mm(time_s) + TREMOR_MM * tremor[3:]
+        carried = place - REST_MM
+        turn = Rotation.from_rotvec(TREMOR_RAD * tremor[:3] + TURNS * np.array([-carried[1], carried[0], 0.0]))
+        camera = turn.inv().apply(-place)
         shown = camera if shown is None or not frozen else shown
         poses = Poses(camera[None], turn.as_matrix()[None])
         board = renderer.render(Instant(poses, poses, shown))

@@ -107,9 +107,9 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
             await asyncio.wait({going})
         coming.cancel()
         going.cancel()
-        for error in await asyncio.gather(coming, going, return_exceptions=True):
-            if isinstance(error, Exception) and not isinstance(error, WebSocketDisconnect):
-                raise error
+        for outcome in await asyncio.gather(coming, going, return_exceptions=True):
+            if isinstance(outcome, Exception) and not isinstance(outcome, WebSocketDisconnect):
+                raise outcome
     finally:
         with contextlib.suppress(ProcessLookupError):
             worker.kill()
