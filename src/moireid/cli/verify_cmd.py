@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +25,6 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.registry import Registry
     from moireid.verifier.reasons import Reason
 
 focal_option = click.option(
@@ -101,7 +98,6 @@ def verify_command(
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
-    from moireid.asbuilt import as_built_from_json
     from moireid.badge import load_badge
     from moireid.files import planned
 
@@ -117,12 +113,11 @@ def verify_command(
     if badge_json is not None:
         badge = load_badge(badge_json)
     else:
-        from moireid.registry import open_registry
+        from moireid.registry import claimed, open_registry
 
         with open_registry(registry_url, create=False) as registry:
-            record = registry.find(claim or "")
-        badge, revoked = record.badge, record.revoked_reason
-        as_built = as_built_from_json(record.as_built) if record.as_built else None
+            found = claimed(registry, claim or "")
+        badge, as_built, revoked = found.badge, found.as_built, found.revoked
     if report_folder is not None:
         from moireid.verifier.report import report_paths
 
@@ -167,36 +162,22 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
 
     Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
     """
-    from moireid.registry import open_registry
+    from moireid.registry import People, open_registry
     from moireid.verifier.identify import identify
     from moireid.verifier.video import Film
 
     Film(video)
     with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
-        outcome = identify(video, registry.layouts(), _People(registry), focal_px=focal_px, progress=progress)
-        record = registry.by_id(outcome.found_id) if outcome.found_id else None
-    name = record.name if record else None
+        people = People(registry)
+        outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
+        name = people.name(outcome.found_id)
     if as_json:
         show_json(outcome.to_json() | {"found_name": name})
     else:
-        who = f"{name} ({outcome.found_id})" if record else "nobody known"
+        who = f"{name} ({outcome.found_id})" if name is not None else "nobody known"
         click.echo(f"{outcome.finding.upper()}: {who}")
         _show_reasons(outcome.reasons)
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
-
-
-@dataclass(frozen=True)
-class _People:
-    """A registry as identification sees it."""
-
-    registry: Registry
-
-    def holds(self, badge_id: str) -> bool:
-        found = self.registry.by_id(badge_id)
-        return found is not None and found.revoked_at is None
-
-    def alike(self, parts: Mapping[int, str]) -> list[str]:
-        return self.registry.ids_alike(parts)
 
 
 def _show_reasons(reasons: tuple[Reason, ...]) -> None:

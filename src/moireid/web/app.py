@@ -7,18 +7,24 @@ from contextlib import asynccontextmanager
 from importlib import resources
 
 from fastapi import APIRouter, FastAPI
+from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from moireid import __version__
-from moireid.web import home_pages, live, problems
+from moireid.web import api, home_pages, live, problems, registry_api, registry_pages, verify_pages
 from moireid.web.guard import Guard
 from moireid.web.roles import anyone
+from moireid.web.schema import describe
 from moireid.web.settings import Settings
 from moireid.web.studio import Studio
 
 #: Every file of routes, in the order of the navigation.  A new one is added here.
 ROUTERS: tuple[APIRouter, ...] = (
     home_pages.router,
+    verify_pages.router,
+    registry_pages.router,
+    api.router,
+    registry_api.router,
     # issue_pages.router, enroll_pages.router: issuing badges, previews, events; enrolling a capture.
     live.router,
 )
@@ -34,9 +40,11 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        studio.jobs.start()
         try:
             yield
         finally:
+            await run_in_threadpool(studio.jobs.stop)
             studio.close()
 
     # The framework's own documentation pages ask for scripts from outside.
@@ -47,6 +55,7 @@ def create_app(settings: Settings) -> FastAPI:
     for router in ROUTERS:
         app.include_router(router)
     app.include_router(_static())
+    describe(app)
     return app
 
 

@@ -26,7 +26,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Depends, Request, Response, WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
-from moireid.errors import MoireIdError
+from moireid.errors import MoireIdError, RegistryError
+from moireid.registry.claimed import claimed
 from moireid.verifier.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
 from moireid.web.live_worker import ASK, END, FRAME, HEADER, START
 from moireid.web.pages import render
@@ -118,12 +119,11 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
 
 def _start(studio: Studio, claim: str) -> dict[str, Any]:
     """What the worker must know of the claim.  Raises: RegistryError where nobody is called so, or it was revoked."""
-    from moireid.errors import RegistryError
-
-    record = studio.registry.find(claim)
-    if record.revoked_reason is not None:
-        raise RegistryError(f"the badge of {record.name} was revoked ({record.revoked_reason}); issue another")
-    return {"badge": record.badge.to_json(), "claimed_id": record.badge.id, "as_built": record.as_built}
+    found = claimed(studio.registry, claim)
+    if found.revoked is not None:
+        raise RegistryError(f"the badge of {found.badge.name} was revoked ({found.revoked}); issue another")
+    as_built = found.as_built.to_json() if found.as_built else None
+    return {"badge": found.badge.to_json(), "claimed_id": found.badge.id, "as_built": as_built}
 
 
 async def _pictures(connection: WebSocket, worker: asyncio.StreamWriter, prompts: Prompts) -> None:

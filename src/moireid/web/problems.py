@@ -55,8 +55,10 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 
 async def _ours(request: Request, error: Exception) -> Response:
-    # Its sentence is for people already; what went wrong is in what was asked for.
-    return answer(request, Refusal(422, type(error).__name__, " ".join(str(error).split())))
+    # Its sentence is for people already; but where the registry lies is not for those who come from outside.
+    shown = request.app.state.studio.registry.shown_url
+    text = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+    return answer(request, Refusal(422, type(error).__name__, text))
 
 
 async def _invalid(request: Request, error: Exception) -> Response:

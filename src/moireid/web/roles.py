@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from fastapi import Depends, WebSocketException
+from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.requests import HTTPConnection
 
 from moireid.web.problems import Refusal
@@ -69,6 +70,11 @@ def require(*roles: Role) -> Any:
 
 #: The dependency of what needs no token; the visitor is None where nobody is signed in.
 anyone: Any = Depends(Rule(()))
+
+
+def rules_of(route: APIRoute | APIWebSocketRoute) -> list[Rule]:
+    """The rules that a route names; one that names none is a fault, which a test looks for."""
+    return [depends.call for depends in route.dependant.dependencies if isinstance(depends.call, Rule)]
 
 
 def visitor_of(connection: HTTPConnection) -> Visitor | None:

@@ -14,14 +14,15 @@ class Limits:
     """What one visitor, and all of them together, may ask of the machine.
 
     upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s: an upload that sends nothing for so
-    long is given up; workers: films judged at a time; waiting: jobs beyond those, before new ones are refused;
-    job_s: wall time of one job; memory_bytes: private memory of the process that does it; keep_s: results are kept so
-    long; kept: and so many of them.
+    long is given up; upload_s: and one that takes so long; workers: films judged at a time; waiting: jobs beyond those,
+    before new ones are refused; job_s: wall time of one job; memory_bytes: private memory of the process that does it;
+    keep_s: results are kept so long; kept: and so many of them.
     """
 
     upload_bytes: int = 512 << 20
     form_bytes: int = 1 << 20
     idle_s: float = 30.0
+    upload_s: float = 900.0
     workers: int = 2
     waiting: int = 32
     job_s: float = 600.0
