@@ -74,6 +74,9 @@ async def socket(connection: WebSocket, prompts: Annotated[Prompts, Depends(prom
         pass
     finally:
         sessions.discard(place)
+        # Who has gone, or was told already, needs no closing.
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            await connection.close()
 
 
 def _sessions(studio: Studio) -> set[str]:
