@@ -121,9 +121,14 @@ def challenged(page: Page, studio: Studio, moves: list[str]) -> str:
 
 def test_a_person_who_follows_the_prompts_passes(page: Page, studio: Studio, tmp_path: Path) -> None:
     """Catches: a camera page that sends nothing, or too little; prompts that are not shown; left taken for right."""
-    words = challenged(page, studio, ["left", "face", "right"])
+    for _ in range(3):
+        words = challenged(page, studio, ["left", "face", "right"])
+        told = page.locator("#reasons").inner_text()
+        # On a machine that others use too, a camera's frames may come too late; nothing is accepted by being slow.
+        if words == "Accepted":
+            break
     page.screenshot(path=tmp_path / "passed.png", full_page=True)
-    assert words == "Accepted", page.locator("#reasons").inner_text()
+    assert words == "Accepted", told
 
 
 def test_the_same_film_fails_other_prompts(page: Page, studio: Studio) -> None:

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field
 
 from moireid.verifier.reasons import json_number
 
-#: A frame or two that motion smeared, in which the badge is lost, end no interval.
-BREAK_S = 0.2
+#: Some frames that motion smeared, in which the badge is lost, or that a network brought late, end no interval.
+BREAK_S = 0.4
 #: Intervals that a report names, the longest first.
 MOST_NAMED = 20
 

@@ -35,8 +35,8 @@ from moireid.web.roles import require
 from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
-#: Sessions at a time, seconds of one, and seconds without a message until it is given up.
-MOST_SESSIONS, SESSION_S, IDLE_S = 4, 300.0, 30.0
+#: Sessions at a time; seconds of one, without a message until it is given up, and for its process to go by itself.
+MOST_SESSIONS, SESSION_S, IDLE_S, LEAVE_S = 4, 300.0, 30.0, 3.0
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
 CLOCK = struct.Struct(">d")
@@ -115,9 +115,13 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
             if isinstance(outcome, Exception) and not isinstance(outcome, WebSocketDisconnect):
                 raise outcome
     finally:
-        with contextlib.suppress(ProcessLookupError):
+        # Its input's end ends it; one that is busy judging for nobody is ended.
+        worker.stdin.close()
+        try:
+            await asyncio.wait_for(worker.wait(), LEAVE_S)
+        except TimeoutError:
             worker.kill()
-        await worker.wait()
+            await worker.wait()
 
 
 def _start(studio: Studio, claim: str) -> dict[str, Any]:
