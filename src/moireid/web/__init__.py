@@ -1,11 +1,14 @@
 """The studio: pages and an API over the library, for `moireid serve`.  It adds no optics of its own.
 
-app.py         create_app: what is switched on, in one list    settings.py  where things lie, and the limits
-studio.py      what all routes share: registry, tokens         problems.py  errors as one sentence, on a page or in JSON
-roles.py       who may do what: `require("issuer")`            tokens.py    tokens, of which only a hash is kept
-guard.py       headers, and nothing sent by other sites        pages.py     templates into pages
-home_pages.py  the first page, help, signing in and out
-live.py        the live check and its WebSocket            live_worker.py  the process behind one session
+app.py             create_app: which routes there are     settings.py   where things lie, and the limits
+studio.py          what all routes share                  problems.py   errors as one sentence, on a page or in JSON
+roles.py           who may do what: `require("issuer")`   tokens.py     tokens, of which only a hash is kept
+guard.py           headers, and nothing from other sites  pages.py      templates into pages
+uploads.py         a form with a film, to the disk        checks.py     from a form to a job at work
+jobs.py            films that wait, work, are over        child.py      a process for each film; task.py the way in
+work.py            what that process does                 schema.py     what /openapi.json says of forms and reports
+home_pages.py      first page, help, signing in           verify_pages.py, registry_pages.py, api.py, registry_api.py
+live.py            the live check and its socket  live_worker.py  the process behind one session
 
 FastAPI is imported by this room alone, so nothing but `moireid serve` pays for it.
 """

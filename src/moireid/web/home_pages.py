@@ -24,7 +24,8 @@ def home(request: Request) -> Response:
 @router.get("/help")
 def help_page(request: Request) -> Response:
     """How to film, what a verdict says, and the API."""
-    return render(request, "help.html.j2", limits=studio_of(request).settings.limits)
+    limits = studio_of(request).settings.limits
+    return render(request, "help.html.j2", limits=limits, here_url=str(request.base_url))
 
 
 @router.get("/login")

@@ -56,19 +56,22 @@ class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
-        """Removes what a server that was killed has left in `folder`."""
         self._folder, self._limits = folder, limits
-        shutil.rmtree(folder, ignore_errors=True)
-        folder.mkdir(mode=0o700, parents=True)
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
         self._queue: queue.Queue[tuple[Job, Task]] = queue.Queue()
         self._stopping = threading.Event()
-        self._threads = [threading.Thread(target=self._work, daemon=True) for _ in range(limits.workers)]
-        self._threads.append(threading.Thread(target=self._sweep, daemon=True))
+        self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
-        """Begin to work."""
+        """Begin to work; what a server that was killed has left in the folder is removed."""
+        shutil.rmtree(self._folder, ignore_errors=True)
+        self._folder.mkdir(mode=0o700, parents=True)
+        self._stopping.clear()
+        # Nobody waits for this one: a film that comes sooner does by itself.
+        threading.Thread(target=warm_up, daemon=True).start()
+        works = [self._work] * self._limits.workers
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (*works, self._sweep)]
         for thread in self._threads:
             thread.start()
 
@@ -119,7 +122,6 @@ class Jobs:
         shutil.rmtree(job.folder, ignore_errors=True)
 
     def _work(self) -> None:
-        warm_up()
         while not self._stopping.is_set():
             try:
                 job, task = self._queue.get(timeout=0.2)
