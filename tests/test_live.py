@@ -26,7 +26,7 @@ from moireid.verifier.chapters import Claim
 from moireid.verifier.live import READY_S, LiveCheck
 from moireid.web import live
 from moireid.web.app import create_app
-from moireid.web.live import CLOCK, prompts_source
+from moireid.web.live import CLOCK
 from moireid.web.settings import Settings
 from moireid.web.tokens import Tokens
 from portrait import FACE_MM, portrait
@@ -112,8 +112,9 @@ def test_a_challenge_that_is_left_is_no_acceptance(ada, pictures):
 
 
 @pytest.fixture
-def studio(tmp_path: Path, ada: Badge) -> Iterator[tuple[TestClient, dict[str, str]]]:
+def studio(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[TestClient, dict[str, str]]]:
     """A studio with tokens of both roles, spoken to without a browser."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     url = f"sqlite:///{tmp_path / 'people.sqlite3'}"
     with open_registry(url, create=True) as registry:
         registry.enroll(ada)
@@ -121,7 +122,7 @@ def studio(tmp_path: Path, ada: Badge) -> Iterator[tuple[TestClient, dict[str, s
     headers = {role: f"Bearer {tokens.create(role)[0]}" for role in ("issuer", "verifier")}
     tokens.close()
     app = create_app(Settings(url, tmp_path / "data"))
-    app.dependency_overrides[prompts_source] = lambda: lambda start_s: list(SHORT)
+    app.state.live_prompts = lambda start_s: list(SHORT)
     with TestClient(app, base_url="http://localhost") as client:
         yield client, headers
 

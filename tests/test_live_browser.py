@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import socket
 import threading
@@ -13,6 +14,7 @@ from pathlib import Path
 import cv2
 import pytest
 import uvicorn
+from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect, sync_playwright
 
 from moireid.badge import Badge
@@ -21,9 +23,9 @@ from moireid.registry import open_registry
 from moireid.verifier.challenge import Prompt
 from moireid.verifier.live import READY_S
 from moireid.web.app import create_app
-from moireid.web.live import prompts_source
 from moireid.web.settings import Settings
 from portrait import FACE_MM, portrait
+from webbing import needs
 
 #: What the film's person does, and when it was asked for in the film; the film runs over and over.
 FILMED = (Prompt("left", 4.6), Prompt("face", 7.9), Prompt("right", 12.3))
@@ -62,6 +64,8 @@ def camera_film(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Path:
 def studio(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Studio]:
     folder = tmp_path_factory.mktemp("studio")
     url = f"sqlite:///{folder / 'people.sqlite3'}"
+    keys = pytest.MonkeyPatch()
+    keys.setenv("MOIREID_KEYS", str(folder / "keys"))
     with open_registry(url, create=True) as registry:
         registry.enroll(ada)
     app = create_app(Settings(url, folder / "data", auth=False))
@@ -69,7 +73,7 @@ def studio(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Stu
         free.bind(("127.0.0.1", 0))
         port = free.getsockname()[1]
     running = Studio(f"http://127.0.0.1:{port}")
-    app.dependency_overrides[prompts_source] = lambda: running.prompts
+    app.state.live_prompts = running.prompts
     server = uvicorn.Server(uvicorn.Config(app, port=port, log_level="warning"))
     thread = threading.Thread(target=server.run, daemon=True)
     thread.start()
@@ -78,13 +82,30 @@ def studio(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Stu
     yield running
     server.should_exit = True
     thread.join(10)
+    keys.undo()
+
+
+@pytest.fixture
+def pictures(tmp_path: Path) -> Path:
+    """Where pictures of the page go: where MOIREID_SCREENSHOTS says, or to the test's own folder."""
+    folder = Path(os.environ.get("MOIREID_SCREENSHOTS", tmp_path))
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def look(page: Page, pictures: Path, name: str) -> None:
+    """Take pictures of the page at both widths, and let axe look at it; nothing may stick out to the side."""
+    for shape, size in {"phone": (375, 740), "desk": (1200, 800)}.items():
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.screenshot(path=pictures / f"live-{name}-{shape}.png", full_page=True)
+        assert page.evaluate("document.documentElement.scrollWidth") <= size[0], (name, shape)
+    found = Axe().run(page).response["violations"]
+    assert [one["id"] for one in found if one["impact"] in ("serious", "critical")] == []
 
 
 @pytest.fixture(scope="module")
 def page(camera_film: Path) -> Iterator[Page]:
-    chromium = next(
-        (path for name in ("chromium", "chromium-browser", "google-chrome") if (path := shutil.which(name))), None
-    )
+    chromium = needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=chromium,
@@ -95,8 +116,8 @@ def page(camera_film: Path) -> Iterator[Page]:
         browser.close()
 
 
-def challenged(page: Page, studio: Studio, moves: list[str]) -> str:
-    """Go through the live check with these prompts; the verdict's words."""
+def challenged(page: Page, studio: Studio, moves: list[str], pictures: Path | None = None) -> str:
+    """Go through the live check with these prompts; the verdict's words.  pictures: of the first prompt, too."""
     studio.moves = moves
     page.goto(f"{studio.url}/live")
     page.get_by_label("Whose badge").fill("Ada Lovelace")
@@ -115,11 +136,14 @@ def challenged(page: Page, studio: Studio, moves: list[str]) -> str:
         })"""
     )
     start.click()
+    if pictures is not None:
+        expect(page.locator("#count")).to_be_visible(timeout=60_000)
+        look(page, pictures, "prompt")
     expect(page.locator("#result")).to_be_visible(timeout=60_000)
     return page.locator("#verdict-words").inner_text()
 
 
-def test_a_person_who_follows_the_prompts_passes(page: Page, studio: Studio, tmp_path: Path) -> None:
+def test_a_person_who_follows_the_prompts_passes(page: Page, studio: Studio, pictures: Path) -> None:
     """Catches: a camera page that sends nothing, or too little; prompts that are not shown; left taken for right."""
     for _ in range(3):
         words = challenged(page, studio, ["left", "face", "right"])
@@ -127,12 +151,14 @@ def test_a_person_who_follows_the_prompts_passes(page: Page, studio: Studio, tmp
         # On a machine that others use too, a camera's frames may come too late; nothing is accepted by being slow.
         if words == "Accepted":
             break
-    page.screenshot(path=tmp_path / "passed.png", full_page=True)
     assert words == "Accepted", told
+    look(page, pictures, "accepted")
 
 
-def test_the_same_film_fails_other_prompts(page: Page, studio: Studio) -> None:
-    """Catches: a challenge that any true badge passes."""
-    words = challenged(page, studio, ["right", "face", "left"])
+def test_the_same_film_fails_other_prompts(page: Page, studio: Studio, pictures: Path) -> None:
+    """Catches: a challenge that any true badge passes; a page that people cannot use or read."""
+    page.goto(f"{studio.url}/live")
+    look(page, pictures, "form")
+    words = challenged(page, studio, ["right", "face", "left"], pictures)
     assert words == "Rejected", page.locator("#reasons").inner_text()
     assert "the other way" in page.locator("#reasons").inner_text()

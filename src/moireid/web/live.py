@@ -21,9 +21,9 @@ import struct
 import sys
 import time
 from collections.abc import Callable, MutableMapping
-from typing import Annotated, Any
+from typing import Any
 
-from fastapi import APIRouter, Depends, Request, Response, WebSocket, WebSocketDisconnect
+from fastapi import APIRouter, Request, Response, WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError, RegistryError
@@ -44,11 +44,6 @@ BUSY = "Other live checks are running, as many as this machine can do; try again
 Prompts = Callable[[float], list[Prompt]]
 
 
-def prompts_source() -> Prompts:
-    """Where prompts come from; a test puts its own in its place."""
-    return draw_prompts
-
-
 @router.get("/live")
 def page(request: Request, claim: str = "") -> Response:
     """The camera, the running verdict, and the challenge."""
@@ -56,8 +51,8 @@ def page(request: Request, claim: str = "") -> Response:
 
 
 @router.websocket("/live/socket")
-async def socket(connection: WebSocket, prompts: Annotated[Prompts, Depends(prompts_source)]) -> None:
-    """One session."""
+async def socket(connection: WebSocket) -> None:
+    """One session.  Prompts are drawn at random; a test puts its own in their place."""
     await connection.accept()
     sessions = _sessions(studio_of(connection))
     if len(sessions) >= MOST_SESSIONS:
@@ -67,7 +62,7 @@ async def socket(connection: WebSocket, prompts: Annotated[Prompts, Depends(prom
     sessions.add(place)
     try:
         async with asyncio.timeout(SESSION_S):
-            await _session(connection, prompts)
+            await _session(connection, getattr(connection.app.state, "live_prompts", draw_prompts))
     except TimeoutError:
         await _refuse(connection, "This session has come to its end; begin another.")
     except WebSocketDisconnect:
