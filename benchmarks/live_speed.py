@@ -162,7 +162,8 @@ async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
                 dropped += 1
                 continue
             sent_at.append(time.perf_counter())
-            await connection.send(np.float64(1000 * k / FPS).astype(">f8").tobytes() + picture)
+            # As a camera's page does, each picture tells the time when it was taken, which is now.
+            await connection.send(np.float64(1000 * sent_at[-1]).astype(">f8").tobytes() + picture)
         length = time.perf_counter() - start
         await connection.send(json.dumps({"do": "end"}))
         asked = time.perf_counter()

@@ -104,9 +104,10 @@ def test_a_recorded_answer_fails_fresh_prompts_and_a_slowed_clock(ada, pictures)
     assert slowed[-1]["verdict"] != "accept" and levels(slowed, "clock") == ["fail"]
 
 
-def test_a_challenge_that_is_left_is_no_acceptance(ada, pictures):
-    """Catches: an end before the last prompt, by which a replay would stop in time."""
-    events = session(ada, pictures[: round(6.5 * FPS)])
+def test_a_challenge_that_is_left_is_no_acceptance_and_a_mirror_changes_nothing(ada, pictures):
+    """Catches: an end before the last prompt, by which a replay would stop in time; a mirror's left."""
+    mirrored = [np.ascontiguousarray(picture[:, ::-1]) for picture in pictures[: round(6.5 * FPS)]]
+    events = session(ada, mirrored)
     assert levels(events, "prompt") == ["pass"] and levels(events, "challenge") == ["undecided"]
     assert events[-1]["verdict"] == "inconclusive"
 

@@ -117,6 +117,8 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
         except TimeoutError:
             worker.kill()
             await worker.wait()
+        # Read to its end a pipe is closed; one that is not outlives the loop.
+        await worker.stdout.read()
 
 
 def _start(studio: Studio, claim: str) -> dict[str, Any]:
