@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -15,6 +16,7 @@ from fastapi.routing import APIRoute, APIWebSocketRoute
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.errors import SpecError
+from moireid.registry import open_registry
 from moireid.web.roles import COOKIE, rules_of
 from moireid.web.settings import is_loopback
 from moireid.web.tokens import Tokens
@@ -191,6 +193,18 @@ def test_the_command_refuses_what_is_not_safe_or_not_there(tmp_path: Path) -> No
         assert done.exit_code == 2 and words in done.output, done.output
 
 
+def test_a_port_that_is_taken_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a traceback, or a studio that nobody reaches, where another program has the port."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    url = f"sqlite:///{tmp_path}/registry.sqlite3"
+    open_registry(url, create=True).close()
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        arguments = ["serve", "--no-auth", "--registry", url, "--data", str(tmp_path / "studio"), "--port", port]
+        done = CliRunner().invoke(moireid, arguments)
+    assert done.exit_code == 2 and f"nothing can listen on port {port}" in done.output, done.output
+
+
 def test_tokens_by_command(tmp_path: Path) -> None:
     """Catches: a token that is not printed alone, a list that shows it, a revocation that does nothing."""
     data = ["--data", str(tmp_path)]
@@ -202,8 +216,7 @@ def test_tokens_by_command(tmp_path: Path) -> None:
     token_id = listed.split()[0]
     assert CliRunner().invoke(moireid, ["token", "revoke", token_id, *data]).exit_code == 0
     assert "revoked" in CliRunner().invoke(moireid, ["token", "list", *data]).stdout
-    with pytest.MonkeyPatch.context():
-        assert Tokens(tmp_path).find(secret) is None
+    assert Tokens(tmp_path).find(secret) is None
     assert CliRunner().invoke(moireid, ["token", "create", "--role", "king", *data]).exit_code == 2
 
 

@@ -19,7 +19,7 @@ from fastapi.responses import JSONResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
 from moireid import __version__
-from moireid.web.checks import IDENTIFY_FIELDS, VERIFY_FIELDS, start_job
+from moireid.web.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
 from moireid.web.jobs import Job, State
 from moireid.web.problems import Problem, Refusal, problem_responses
 from moireid.web.roles import Visitor, anyone, require
@@ -121,7 +121,7 @@ async def create_job(request: Request, response: Response, visitor: Verifier) ->
 @router.get("/jobs/{job_id}", responses=problem_responses(401, 403, 404, 422))
 async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobStatus:
     """How far a job has come, and its result."""
-    return status_of(studio_of(request).jobs.find(job_id, visitor.id))
+    return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
 
 
 @router.get(
@@ -131,7 +131,7 @@ async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobS
 )  # fmt: skip
 async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> StreamingResponse:
     """Server-sent events: `progress` with state and frames as they change, and `end` once the job is over."""
-    job = studio_of(request).jobs.find(job_id, visitor.id)
+    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
 
     async def events() -> AsyncIterator[str]:
         last = ""
@@ -157,7 +157,7 @@ async def job_report(
     request: Request, job_id: JobId, visitor: Verifier, format: Annotated[Literal["html", "zip"], Query()] = "html"
 ) -> Response:
     """The report of a film that was verified, to keep: one page, or a zip of page, JSON and signals."""
-    job = studio_of(request).jobs.find(job_id, visitor.id)
+    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
     if not job.over:
         raise Refusal(409, "not_ready", "This film is not judged yet.")
     if not job.kept:

@@ -18,6 +18,8 @@ from moireid.web.uploads import receive
 
 #: Focal lengths that the command takes too, px.
 FOCAL_PX = (50.0, 100_000.0)
+#: The kinds of jobs that judge a film.
+KINDS = ("verify", "identify")
 VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original")
 IDENTIFY_FIELDS = ("focal_px",)
 
@@ -38,7 +40,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if form.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
         job.kind = given.get("kind", job.kind)
-        if job.kind not in ("verify", "identify"):
+        if job.kind not in KINDS:
             raise Refusal(422, "fields", "The field kind is verify or identify.")
         focal_px = _focal(given.get("focal_px"))
         if job.kind == "identify":

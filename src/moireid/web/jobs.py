@@ -108,10 +108,13 @@ class Jobs:
         job.state = "waiting"
         self._queue.put((job, task))
 
-    def find(self, job_id: str, owner: str) -> Job:
-        """The job of that id, if it is theirs.  Raises: Refusal 404 else."""
+    def find(self, job_id: str, owner: str, *kinds: str) -> Job:
+        """The job of that id, if it is theirs and of one of these kinds, where some are named.
+
+        Raises: Refusal 404 else.
+        """
         job = self._jobs.get(job_id)
-        if job is None or job.owner != owner:
+        if job is None or job.owner != owner or (kinds and job.kind not in kinds):
             raise Refusal(404, "no_job", "There is no such job, or its results were removed already.")
         return job
 

@@ -15,7 +15,7 @@ class Limits:
 
     upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s: an upload that sends nothing for so
     long is given up; upload_s: and one that takes so long; workers: films judged at a time; waiting: jobs beyond those,
-    before new ones are refused; job_s: wall time of one job; memory_bytes: private memory of the process that does it;
+    before new ones are refused; job_s: wall time of one job; memory_bytes: private memory that it may ask for;
     keep_s: results are kept so long; kept: and so many of them.
     """
 
@@ -26,7 +26,7 @@ class Limits:
     workers: int = 2
     waiting: int = 32
     job_s: float = 600.0
-    memory_bytes: int = 2 << 30
+    memory_bytes: int = 1 << 30
     keep_s: float = 3600.0
     kept: int = 500
 

@@ -12,7 +12,7 @@ from fastapi import Path as InPath
 from fastapi.responses import FileResponse, RedirectResponse, Response
 
 from moireid.verifier.report import SAYS, SAYS_NOT, words_of
-from moireid.web.checks import start_job
+from moireid.web.checks import KINDS, start_job
 from moireid.web.jobs import Job
 from moireid.web.pages import render
 from moireid.web.problems import Refusal
@@ -48,7 +48,7 @@ async def begin(request: Request, visitor: Verifier) -> Response:
 @router.get("/{job_id}")
 def outcome(request: Request, job_id: str, visitor: Verifier) -> Response:
     """How far it has come, or the verdict."""
-    job = studio_of(request).jobs.find(job_id, visitor.id)
+    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
     if not job.over:
         return render(request, "verify_wait.html.j2", job=job)
     if job.result is None:
@@ -81,13 +81,13 @@ def plot(
     request: Request, job_id: str, number: Annotated[int, InPath(ge=0, lt=MOST_PLOTS)], visitor: Verifier
 ) -> Response:
     """One plot of the report."""
-    return _file(studio_of(request).jobs.find(job_id, visitor.id), f"plot{number}.svg", "image/svg+xml")
+    return _file(studio_of(request).jobs.find(job_id, visitor.id, *KINDS), f"plot{number}.svg", "image/svg+xml")
 
 
 @router.get("/{job_id}/badge")
 def badge(request: Request, job_id: str, visitor: Verifier) -> Response:
     """The badge as the film shows it."""
-    return _file(studio_of(request).jobs.find(job_id, visitor.id), "badge.png", "image/png")
+    return _file(studio_of(request).jobs.find(job_id, visitor.id, *KINDS), "badge.png", "image/png")
 
 
 def _file(job: Job, name: str, kind: str) -> Response:

@@ -33,6 +33,8 @@ from moireid.web.task import Task
 
 #: Progress is told at most so often.
 TELL_S = 0.1
+#: Libraries set this aside for each processor: stacks of threads, buffers of linear algebra.
+PROCESSOR_BYTES = 64 << 20
 #: No file that is written here is larger.
 FILE_BYTES = 256 << 20
 
@@ -101,7 +103,8 @@ def run(pipe: Connection, task: Task) -> None:
 def _confine(task: Task) -> None:
     """Limits of the system on this process.
 
-    Private memory is what counts: address space is also reserved by libraries for each thread and never used.
+    Private memory is what counts (Linux; RLIMIT_DATA): address space is also reserved by libraries and never used.
+    Beside what a film may have there is room for what the process has already, and what is set aside for threads.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # Decoders talk; what a stranger's film makes them say is not for the server's own stderr.
@@ -112,4 +115,14 @@ def _confine(task: Task) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     resource.setrlimit(resource.RLIMIT_FSIZE, (FILE_BYTES, FILE_BYTES))
     resource.setrlimit(resource.RLIMIT_CPU, (task.cpu_s, task.cpu_s + 5))
-    resource.setrlimit(resource.RLIMIT_DATA, (task.memory_bytes, task.memory_bytes))
+    memory = task.memory_bytes + _held_bytes() + PROCESSOR_BYTES * (os.cpu_count() or 1)
+    resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+
+
+def _held_bytes() -> int:
+    """Private memory that this process has, where the system tells."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[5])
+    except (OSError, ValueError, IndexError):
+        return 0
+    return pages * resource.getpagesize()
