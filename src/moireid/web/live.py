@@ -23,6 +23,7 @@ import time
 from collections.abc import Callable, MutableMapping
 from typing import Any
 
+import anyio
 from fastapi import APIRouter, Request, Response, WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
@@ -96,29 +97,41 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
         stderr=asyncio.subprocess.DEVNULL, limit=1 << 20, env=os.environ | {"PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     assert worker.stdin is not None and worker.stdout is not None
+    tasks: list[asyncio.Task[None]] = []
     try:
         await _send(worker.stdin, START, json.dumps(start).encode())
         coming = asyncio.create_task(_pictures(connection, worker.stdin, prompts))
         going = asyncio.create_task(_events(connection, worker.stdout))
-        done, _ = await asyncio.wait({coming, going}, return_when=asyncio.FIRST_COMPLETED)
-        if coming in done and coming.exception() is None:
+        tasks = [coming, going]
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        if coming.done() and coming.exception() is None:
             # The browser has asked for the end; what is still to be told is the verdict.
             await asyncio.wait({going})
-        coming.cancel()
-        going.cancel()
-        for outcome in await asyncio.gather(coming, going, return_exceptions=True):
-            if isinstance(outcome, Exception) and not isinstance(outcome, WebSocketDisconnect):
-                raise outcome
     finally:
-        # Its input's end ends it; one that is busy judging for nobody is ended.
-        worker.stdin.close()
-        try:
-            await asyncio.wait_for(worker.wait(), LEAVE_S)
-        except TimeoutError:
-            worker.kill()
-            await worker.wait()
-        # Read to its end a pipe is closed; one that is not outlives the loop.
-        await worker.stdout.read()
+        # Whatever ends the session, its process ends with it.
+        with anyio.CancelScope(shield=True):
+            await _leave(worker, tasks)
+    for task in tasks:
+        why = None if task.cancelled() else task.exception()
+        if why is not None and not isinstance(why, WebSocketDisconnect):
+            raise why
+
+
+async def _leave(worker: asyncio.subprocess.Process, tasks: list[asyncio.Task[None]]) -> None:
+    """End the tasks and the process of a session."""
+    assert worker.stdin is not None and worker.stdout is not None
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    # Its input's end ends it; one that is busy judging for nobody is ended.
+    worker.stdin.close()
+    try:
+        await asyncio.wait_for(worker.wait(), LEAVE_S)
+    except TimeoutError:
+        worker.kill()
+        await worker.wait()
+    # Read to its end a pipe is closed; one that is not outlives the loop.
+    await worker.stdout.read()
 
 
 def _start(studio: Studio, claim: str) -> dict[str, Any]:
