@@ -133,6 +133,8 @@ def _cpu_s() -> tuple[float, float]:
 async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
     import websockets
 
+    from moireid.web.live import CLOCK
+
     async with websockets.connect(f"ws://127.0.0.1:{port}/live/socket") as connection:
         begun = time.perf_counter()
         await connection.send(json.dumps({"claim": "Ada Lovelace"}))
@@ -163,7 +165,7 @@ async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
                 continue
             sent_at.append(time.perf_counter())
             # As a camera's page does, each picture tells the time when it was taken, which is now.
-            await connection.send(np.float64(1000 * sent_at[-1]).astype(">f8").tobytes() + picture)
+            await connection.send(CLOCK.pack(1000 * sent_at[-1]) + picture)
         length = time.perf_counter() - start
         await connection.send(json.dumps({"do": "end"}))
         asked = time.perf_counter()
