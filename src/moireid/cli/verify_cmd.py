@@ -61,6 +61,11 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     help="Reject a copy of the badge that was enrolled; asks for an enrolled capture.",
 )
 @click.option(
+    "--overlap",
+    is_flag=True,
+    help="Ask too that the badge passes before the face for a second, and obeys the law there; needs moireid[face].",
+)
+@click.option(
     "--pipeline",
     type=click.Choice(["moireid", "published"]),
     default="moireid",
@@ -89,8 +94,8 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 @friendly
 def verify_command(
     video: Path, claim: str | None, registry_url: str | None, badge_json: Path | None, focal_px: float | None,
-    report_folder: Path | None, require_original: bool, pipeline: str, corners_given: str | None, overwrite: bool,
-    as_json: bool,
+    report_folder: Path | None, require_original: bool, overlap: bool, pipeline: str, corners_given: str | None,
+    overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
 
@@ -101,6 +106,8 @@ def verify_command(
 
     if pipeline == "published" and require_original:
         raise SpecError("--require-original asks for what --pipeline published cannot tell; leave one of them out")
+    if pipeline == "published" and overlap:
+        raise SpecError("--overlap asks for what --pipeline published cannot tell; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     as_built, revoked = None, None
@@ -129,7 +136,8 @@ def verify_command(
         else:
             report = verify(
                 video, badge, claimed_id=badge.id, focal_px=focal_px, as_built=as_built,
-                require_original=require_original, revoked=revoked, corners=corners, progress=progress,
+                require_original=require_original, revoked=revoked, corners=corners, overlap=overlap,
+                progress=progress,
             )  # fmt: skip
     if report_folder is not None:
         from moireid.verifier.report import write_report

@@ -204,15 +204,17 @@ class BadgeTracker:
         return True
 
     def outline_px(self) -> Array | None:
-        """Corners of the board in the first frame in which it was seen, (4, 2) px of the film as it is; None: never.
+        """Corners of the board in the first frame in which it was seen, as `corners_px`; None: never."""
+        return self.corners_px(self.first.page) if self.first is not None else None
+
+    def corners_px(self, page: Array) -> Array:
+        """Corners of the board where the page lies so, (4, 2) px of the film as it is.
 
         Convention: top left, top right, bottom right, bottom left of the upright board.
         """
-        if self.first is None:
-            return None
         x0, y0, x1, y1 = self._badge.outline_mm
         board = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
-        corners = np.asarray(cv2.perspectiveTransform(board, self.first.page).reshape(4, 2), float)
+        corners = np.asarray(cv2.perspectiveTransform(board, page).reshape(4, 2), float)
         if self._mirrored:
             corners[:, 0] = self._image_px[0] - 1 - corners[:, 0]
         return corners

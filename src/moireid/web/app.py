@@ -17,6 +17,7 @@ from moireid.web import (
     home_pages,
     issue_api,
     issue_pages,
+    live,
     problems,
     registry_api,
     registry_pages,
@@ -38,7 +39,7 @@ ROUTERS: tuple[APIRouter, ...] = (
     api.router,
     issue_api.router,
     registry_api.router,
-    # live.router: the live check, a page and its WebSocket.
+    live.router,
 )
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 
