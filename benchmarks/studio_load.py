@@ -3,8 +3,8 @@
 Starts the studio by its command, asks it over HTTP on this machine, and prints
 
 - what the API adds to the library's own time, on a film of 70 small frames of an enrolled badge: the answer's wall time
-  less the time that the report itself states (`timing.total_s`: from opening the film to the verdict), and less that of a
-  verify in this process, in turn with it, in wall and in processor time; both have traced the badge's law before;
+  less the time that the report itself states (`timing.total_s`: from opening the film to the verdict), and less that
+  of a verify in this process, in turn with it, in wall and in processor time; both know the badge's law by then;
 - whether 16 uploads at once are all answered;
 - what hostile uploads (`benchmarks/hostile_files.py`) do: answers by status, memory of the server and of the process
   that others are forked from, and files left, before, meanwhile and after.
