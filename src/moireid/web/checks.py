@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
-from moireid.badge import badge_from_json
+from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
+from moireid.lenticule import view_law
 from moireid.registry import Claimed, Registry, claimed
 from moireid.web.jobs import Job
 from moireid.web.problems import Refusal
 from moireid.web.roles import Visitor
 from moireid.web.studio import Studio, studio_of
+from moireid.web.task import Law
 from moireid.web.uploads import receive
 
 #: Focal lengths that the command takes too, px.
@@ -21,6 +24,8 @@ FOCAL_PX = (50.0, 100_000.0)
 #: The kinds of jobs that judge a film.
 KINDS = ("verify", "identify")
 VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original")
+#: Laws that are handed to a film's process: those of a claimed badge, or of as many layouts.
+MOST_LAWS = 8
 IDENTIFY_FIELDS = ("focal_px",)
 
 
@@ -45,13 +50,15 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         focal_px = _focal(given.get("focal_px"))
         if job.kind == "identify":
             job.label = "who it is"
-            studio.jobs.submit(job, form.video, registry_url=studio.settings.registry_url, focal_px=focal_px)
+            laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
+            url = studio.settings.registry_url
+            studio.jobs.submit(job, form.video, registry_url=url, focal_px=focal_px, laws=laws)
             return job
-        found = await run_in_threadpool(_claimed, studio, given)
+        found, laws = await run_in_threadpool(_claimed, studio, given)
         job.label = found.badge.name or "a board without a name"
         studio.jobs.submit(
             job, form.video, found=found, focal_px=focal_px, require_original=_truth(given.get("require_original")),
-            report=report,
+            report=report, laws=laws,
         )  # fmt: skip
     except BaseException:
         # Also where the visitor goes away: what has come of the film is removed.
@@ -75,14 +82,22 @@ def find_claimed(registry: Registry, claim: str) -> Claimed:
         raise
 
 
-def _claimed(studio: Studio, given: dict[str, str]) -> Claimed:
+def _laws(badges: Sequence[Badge]) -> list[Law]:
+    """The laws of badges of the registry: traced here once, as each film's process would do it anew."""
+    pairs = {(badge.lens, grating.pitch_mm) for badge in badges for grating in badge.gratings}
+    return [(lens, pitch_mm, view_law(lens, pitch_mm)) for lens, pitch_mm in list(pairs)[:MOST_LAWS]]
+
+
+def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]:
     if ("claim" in given) == ("badge" in given):
         raise Refusal(
             422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
         )
     if "claim" in given:
-        return find_claimed(studio.registry, given["claim"])
-    return Claimed(badge_from_json(given["badge"]))
+        found = find_claimed(studio.registry, given["claim"])
+        return found, _laws([found.badge])
+    # The law of what a visitor sends is traced where the film is read, within limits.
+    return Claimed(badge_from_json(given["badge"])), []
 
 
 def _focal(text: str | None) -> float | None:

@@ -10,6 +10,12 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
+from moireid.badge import Lens
+from moireid.lenticule import ViewLaw
+
+#: A lens, a pitch (mm) and their law.
+Law = tuple[Lens, float, ViewLaw]
+
 
 @dataclass(frozen=True)
 class Task:

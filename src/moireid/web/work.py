@@ -14,24 +14,26 @@ import os
 import resource
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 import av  # noqa: F401 - loaded ahead
 import jinja2  # noqa: F401 - loaded ahead
+import jsonschema  # noqa: F401 - loaded ahead
 import matplotlib.backends.backend_svg
 import matplotlib.figure  # noqa: F401 - loaded ahead
 
 from moireid.errors import MoireIdError
+from moireid.lenticule import know_law
 from moireid.registry import Claimed, People, open_registry
 from moireid.verifier.identify import identify
 from moireid.verifier.report import pictures_of, write_report
 from moireid.verifier.verify import verify
 from moireid.web.enroll_work import measure_capture
 from moireid.web.issue_work import issue_badge, issue_event
-from moireid.web.task import Task
+from moireid.web.task import Law, Task
 
 #: Progress is told at most so often.
 TELL_S = 0.1
@@ -46,8 +48,9 @@ Progress = Callable[[int, int | None], None]
 
 
 def verify_film(video: Path, progress: Progress, tell: Tell, *, found: Claimed, focal_px: float | None = None,
-                require_original: bool = False, report: bool = False) -> None:  # fmt: skip
+                require_original: bool = False, report: bool = False, laws: Sequence[Law] = ()) -> None:  # fmt: skip
     """What `moireid verify --json` prints; with `report` also the files of `moireid verify --report`, and the plots."""
+    _know(laws)
     made = verify(
         video, found.badge, claimed_id=found.badge.id, focal_px=focal_px, as_built=found.as_built,
         require_original=require_original, revoked=found.revoked, progress=progress,
@@ -66,12 +69,19 @@ def verify_film(video: Path, progress: Progress, tell: Tell, *, found: Claimed, 
 
 
 def identify_film(video: Path, progress: Progress, tell: Tell, *, registry_url: str | None,
-                  focal_px: float | None = None) -> None:  # fmt: skip
+                  focal_px: float | None = None, laws: Sequence[Law] = ()) -> None:  # fmt: skip
     """What `moireid identify --json` prints."""
+    _know(laws)
     with open_registry(registry_url, create=False) as registry:
         people = People(registry)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
         tell({"result": outcome.to_json() | {"found_name": people.name(outcome.found_id)}})
+
+
+def _know(laws: Sequence[Law]) -> None:
+    """Take laws that the server has traced already; each would be a third of a second here."""
+    for lens, pitch_mm, law in laws:
+        know_law(lens, pitch_mm, law)
 
 
 #: Kinds of work by name.  Each is called with the film, for progress and results, and with the task's arguments.
