@@ -174,6 +174,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         tangent_sd=max(signal.tangent_sd for signal in signals),
         elsewhere=_joined_places(signals),
         strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
+        held_rad=float(np.mean([signal.held_rad for signal in signals])),
     )
 
 

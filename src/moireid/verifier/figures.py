@@ -89,7 +89,9 @@ def figures_of(signal: GratingSignal) -> Figures:
     strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
     places = _places_apart(signal)
     shown = {"wander": slow, "jitter": fast, "spell": spell, "strips": strips, "places": places}
-    score, suspected = log10_ratio(gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd)
+    score, suspected = log10_ratio(
+        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, held_rad=signal.held_rad
+    )
     return Figures(
         abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain, gain_sd,
         float(residual.std()), fast, slow, spell, excitation, expected, strips, strip_sd, places, score, suspected,

@@ -58,7 +58,8 @@ class Expected:
     """What true badges show of one figure: `share` of the error that is expected of a frame, `floor`, rad, and
     `LAW_SHARE` of the motion, in squares; mean and standard deviation of the logarithm of the figure over that.
 
-    strip_share: share of a strip's own error bar in the figure's noise, which counts where it exceeds the floor.
+    strip_share: share of a strip's own error bar in the figure's noise, held_share: of what rounding makes of a place;
+    they count where they exceed the floor.
     """
 
     share: float
@@ -66,10 +67,13 @@ class Expected:
     mean: float
     sd: float
     strip_share: float = 0.0
+    held_share: float = 0.0
 
-    def scale_rad(self, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0) -> float:
+    def scale_rad(
+        self, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0, held_rad: float = 0.0
+    ) -> float:
         """The figure's unit."""
-        floor = max(self.floor, self.strip_share * strip_sd_rad)
+        floor = max(self.floor, self.strip_share * strip_sd_rad, self.held_share * held_rad)
         return math.hypot(self.share * error_rad, floor, LAW_SHARE * excitation_rad)
 
 
@@ -77,28 +81,31 @@ class Expected:
 #: neither they nor places within them know of its error.  Means and spreads as fitted, but no spread below 0.35:
 #: cameras and sheets differ by more than those of one collection.  Pale fringes make strips vague: those of films made
 #: outside wander by half of their error bars and more, and a twelfth of a strip over half a second is as vague.
+#: What a codec holds of faint fringes is not so averaged: places err by all of it, and strips, of a few coding blocks
+#: each, by half of it.
 EXPECTED: dict[str, Expected] = {
     "wander": Expected(0.45, 0.010, -0.85, 0.55),
     "jitter": Expected(1.0, 0.015, -0.45, 0.35),
     "spell": Expected(1.0, 0.015, -0.08, 0.35),
-    "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_share=0.7),
-    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_share=0.7),
+    "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_share=0.7, held_share=0.5),
+    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_share=0.7, held_share=1.0),
 }
 
 
 def log10_ratio(
     gain: float, gain_sd: float, figures: Mapping[str, float], excitation_rad: float, error_rad: float,
-    expected: Mapping[str, Expected] = EXPECTED, *, strip_sd_rad: float = 0.0,
+    expected: Mapping[str, Expected] = EXPECTED, *, strip_sd_rad: float = 0.0, held_rad: float = 0.0,
 ) -> tuple[float, str]:  # fmt: skip
     """The decadic logarithm of the likelihood ratio, and the kind of forgery that speaks most against the film.
 
     Parameters: figures: root mean squares, rad, by the names of `EXPECTED`; excitation_rad: spread of the predicted
-        phase; error_rad: what is expected of one frame's error; strip_sd_rad: error bar of one strip in one frame.
+        phase; error_rad: what is expected of one frame's error; strip_sd_rad: error bar of one strip in one frame;
+        held_rad: as `fringe.held_rad`.
     Source: module docstring.
     """
     ratios = {"gain": _gain_ratio(gain, gain_sd)}
     for name, one in expected.items():
-        unit = one.scale_rad(error_rad, excitation_rad, strip_sd_rad)
+        unit = one.scale_rad(error_rad, excitation_rad, strip_sd_rad, held_rad)
         ratios[name] = _share_ratio(figures[name] / unit, excitation_rad / unit, one)
     likeliest = max(ratios, key=lambda name: ratios[name])
     most = ratios[likeliest]

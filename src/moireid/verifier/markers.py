@@ -26,12 +26,16 @@ NEIGHBOURHOOD = 0.5
 ENLARGE_BELOW_PX = 24.0
 #: Every so many searches look for faded print; once it is found, it is followed without a search.
 FAINT_EVERY = 3
+#: Least difference of faded print from its surroundings, and standard deviation within a marker, counts: at a contrast
+#: of 5 % in good light black and white are 7 counts apart.
+FAINT_COUNTS, FAINT_SD_COUNTS = 1.5, 2.0
 #: A glance looks for markers of this side with one threshold, of this window and so many counts, above most noise,
 #: whose outlines are what a search spends its time on.
 GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS = 14.0, 9, 18.0
-#: Windows of the threshold in an enlarged picture, in its px, and how finely its bits are read, without their borders,
-#: where enlarging leaves a ramp; more windows find little more and take longer.
-SMALL_WINDOWS_PX, SMALL_CELL_PX, SMALL_MARGIN = (7, 27, 10), 8, 0.25
+#: Windows of the threshold in an enlarged picture, px: least, most, step; more find little more.
+SMALL_WINDOWS_PX = (7, 27, 10)
+#: How finely bits are read of small and of faint markers, without their rims, where blur and enlarging leave a ramp.
+FINE_CELL_PX, FINE_MARGIN = 8, 0.25
 #: Largest tile that is enlarged, (across, down) px and as a share of the frame, and by how much neighbours overlap at
 #: least: a page whose markers only an enlarged picture shows is some 90 px high.
 TILE_PX, TILE_SHARE, OVERLAP_PX = (1200, 720), 0.625, 120
@@ -49,13 +53,14 @@ class MarkerFinder:
         known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
         self._dictionaries = [known, _mirrored(known)]
         self._detector = self._searcher()
-        # Faded print differs from its surroundings by less than OpenCV's default of 7 counts; asked for always, a
-        # lower figure would make every search find more to look at.
-        self._faint = self._searcher(adaptiveThreshConstant=2.0)
+        # Faded print differs from its surroundings by less than OpenCV's default of 7 counts, and its black from its
+        # white by less than 10, of which OpenCV reads no bits; asked for always, lower figures would make every search
+        # find more to look at.
+        finely = {"perspectiveRemovePixelPerCell": FINE_CELL_PX, "perspectiveRemoveIgnoredMarginPerCell": FINE_MARGIN}
+        self._faint = self._searcher(adaptiveThreshConstant=FAINT_COUNTS, minOtsuStdDev=FAINT_SD_COUNTS, **finely)
         least, most, step = SMALL_WINDOWS_PX
         self._small = self._searcher(
-            adaptiveThreshWinSizeMin=least, adaptiveThreshWinSizeMax=most, adaptiveThreshWinSizeStep=step,
-            perspectiveRemovePixelPerCell=SMALL_CELL_PX, perspectiveRemoveIgnoredMarginPerCell=SMALL_MARGIN,
+            adaptiveThreshWinSizeMin=least, adaptiveThreshWinSizeMax=most, adaptiveThreshWinSizeStep=step, **finely
         )  # fmt: skip
         self._searches = 0
         self._markers = markers

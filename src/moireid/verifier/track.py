@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.verifier.borders import borders_of
 from moireid.verifier.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.pages import same_page
-from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.register import PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.sample import EvenSample
 from moireid.verifier.shaken import ShakenFollower
 from moireid.verifier.strips import ProfileReader, Strip
@@ -272,7 +272,7 @@ def _followed(registrar: PageRegistrar, luma: NDArray[np.uint8], expected: Array
 
 def _clear(found: Registration | None) -> Registration | None:
     """A page that was followed, if it is seen clearly."""
-    return found if found is not None and found.correlation >= FOLLOWED_CORRELATION else None
+    return found if found is not None and found.clear else None
 
 
 def _by_strip(
