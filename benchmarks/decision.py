@@ -23,7 +23,8 @@ from moireid.verifier.likelihood import ACCEPTED, EXPECTED, REJECTED, Expected, 
 
 FIGURES = Path(__file__).parents[1] / "tests/data/decision/figures.csv"
 COLUMNS = {
-    "wander": "slow_wander_rad", "jitter": "wandering_rad", "strips": "strip_wander_rad", "places": "place_wander_rad",
+    "wander": "slow_wander_rad", "jitter": "wandering_rad", "spell": "spell_rad", "strips": "strip_wander_rad",
+    "places": "place_wander_rad",
 }  # fmt: skip
 Film = dict[str, str]
 

@@ -16,8 +16,8 @@ from click.testing import CliRunner, Result
 from drawn import geometry
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
-from moireid.cli.people import read_people
 from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer.people import read_people
 from moireid.errors import FabricationError
 from moireid.fabrication.event import GUTTER_MM, folder_name, places_mm, write_sheets_pdf
 from moireid.registry import open_registry
@@ -170,7 +170,7 @@ def test_lists_that_cannot_be_used_are_refused_whole(text, words, tmp_path):
 def test_cells_that_are_empty_are_no_part_of_a_name(tmp_path):
     """Catches: a list refused for the empty columns that a spreadsheet writes behind the last one."""
     people = listed(tmp_path / "people.csv", 'name\n"Lovelace, Ada",,\n,,\nGrace,\n')
-    assert [row[1] for row in read_people(people)] == ["Lovelace, Ada", "Grace"]
+    assert [person.name for person in read_people(people)] == ["Lovelace, Ada", "Grace"]
 
 
 def test_the_mask_of_an_event_is_no_single_badges(tmp_path):

@@ -40,10 +40,13 @@ EXPORTED = {
     "moireid.registry": [
         "Audit",
         "Batch",
+        "Claimed",
         "Finding",
         "Import",
+        "People",
         "Record",
         "Registry",
+        "claimed",
         "default_url",
         "import_registry",
         "open_registry",

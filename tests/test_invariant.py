@@ -124,6 +124,37 @@ def test_what_worse_poses_than_told_could_explain_is_left_open():
     assert clear.verdict == "reject" and levels(clear)["correlation"] == "fail"
 
 
+@pytest.mark.parametrize("seconds", [0.7, 1.0])
+def test_a_short_lie_is_not_averaged_away(seconds):
+    """Catches: fringes that stand still for a second of a minute, which a mean over the film thins out to nothing."""
+    frames = 1800
+    predicted = 0.35 * course(frames=frames)
+    noise = 0.02 * np.random.default_rng(4).standard_normal(frames)
+    held = int(30 * seconds)
+    travelled = [np.ptp(predicted[k : k + held]) for k in range(frames - held)]
+    # A quiet second, but no still one: fringes that stand still while the badge does so too are no lie.
+    start = int(np.argsort(travelled)[3 * len(travelled) // 10])
+    lie = predicted.copy()
+    lie[start : start + held] = predicted[start]
+    true, forged = judged(signal(predicted, predicted + noise)), judged(signal(predicted, lie + noise))
+    assert true.verdict == "accept"
+    assert forged.verdict == "reject" and forged.gratings[0]["suspected"] == "spell" and forged.score < -4
+    # The whole film's figures tell nothing: many a true film has such.
+    assert failed(forged) == ["likelihood"]
+    assert forged.phase_residual_rad < 0.05 and forged.correlation > 0.985
+
+
+def test_a_vague_spell_of_a_true_badge_is_no_lie():
+    """Catches: frames whose phase is known to be vague, smeared ones say, that are taken for a lie."""
+    predicted = 0.8 * course(frames=900)
+    sd = np.full(900, 0.02)
+    sd[300:330] = 0.15
+    measured = predicted + sd * np.random.default_rng(8).standard_normal(900)
+    assert judged(signal(predicted, measured, phase_sd=sd)).verdict == "accept"
+    sure = judged(signal(predicted, measured, phase_sd=0.02))
+    assert sure.verdict == "reject" and sure.gratings[0]["suspected"] == "spell"
+
+
 def test_residual_fails_alone():
     """Catches: a wander of 0.5 rad that great motion hides from the correlation (0.977 here)."""
     predicted = 2.4 * course()

@@ -66,6 +66,7 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
         "reject": verify(reversed_, board, claimed_id=None).to_json(),
         "unreadable": verify(genuine, board, claimed_id="00" * 8, focal_px=1450.0).to_json(),
         "revoked": verify(genuine, board, claimed_id=None, revoked="lost").to_json(),
+        "no face": verify(reversed_, board, claimed_id=None, overlap=True).to_json(),
         "no badge": verify(nothing, board, claimed_id="00" * 8).to_json(),
         "published": verify_published(genuine, board, claimed_id=None).to_json(),
         "published, no badge": verify_published(nothing, board, claimed_id="00" * 8).to_json(),

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -138,9 +137,33 @@ class ViewLaw:
         )
 
 
-@lru_cache(maxsize=256)
+#: Laws that this process has traced, or was handed; the oldest go first.
+_KNOWN: dict[tuple[Lens, float], ViewLaw] = {}
+MOST_KNOWN = 256
+
+
 def view_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
-    """Trace the law of `lens` over lines of that pitch into a table.
+    """The law of `lens` over lines of that pitch as a table, traced once a process.
+
+    Convention: as `view_response`.
+    Source: `trace_law`.
+    """
+    law = _KNOWN.get((lens, rear_pitch_mm))
+    if law is None:
+        law = trace_law(lens, rear_pitch_mm)
+        know_law(lens, rear_pitch_mm, law)
+    return law
+
+
+def know_law(lens: Lens, rear_pitch_mm: float, law: ViewLaw) -> None:
+    """Take a law that another process has traced for the one of this lens and pitch."""
+    while len(_KNOWN) >= MOST_KNOWN:
+        _KNOWN.pop(next(iter(_KNOWN)), None)
+    _KNOWN[lens, rear_pitch_mm] = law
+
+
+def trace_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
+    """Trace the law of `lens` over lines of that pitch into a table; 0.3 s.
 
     Convention: as `view_response`.
     Source: `view_response` on a grid of 161 by 17 tangents up to `MAX_TANGENT`; the phase is unwrapped from the axis.

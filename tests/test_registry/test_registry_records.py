@@ -22,7 +22,9 @@ ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 
 
 def test_exported_names():
-    names = "Audit Batch Finding Import Record Registry default_url import_registry open_registry"
+    names = (
+        "Audit Batch Claimed Finding Import People Record Registry claimed default_url import_registry open_registry"
+    )
     assert moireid.registry.__all__ == names.split()
 
 
@@ -285,3 +287,20 @@ def test_parts_that_very_many_share_tell_nobody(registry, monkeypatch):
     for number in range(3):
         registry.enroll(badge_of(f"Person {number}", number.to_bytes(8, "big")))
     assert registry.ids_alike({0: "0000"}) == [] and registry.ids_alike({3: "0002"}) == ["0000000000000002"]
+
+
+def test_search_finds_parts_of_names_and_beginnings_of_ids(registry):
+    """Catches: signs of a pattern that act as such, a search that skips or repeats, one without a bound."""
+    names = ("Ada Lovelace", "Grace Hopper", "100 % Ada_", "Ágnes Keleti")
+    held = {name: registry.enroll(badge_of(name)) for name in names}
+
+    def found(text: str, limit: int = 10) -> set[str]:
+        return {record.name for record in registry.search(text, limit)}
+
+    assert found("") == found("  ") == set(names)
+    assert found("ada") == {"Ada Lovelace", "100 % Ada_"}
+    assert found("%") == {"100 % Ada_"} and found("a_") == {"100 % Ada_"}
+    assert found("A\u0301gnes") == {"Ágnes Keleti"}
+    assert found(held["Grace Hopper"].id[:9].upper()) == {"Grace Hopper"}
+    assert found("nobody") == found("' OR 1=1 --") == found("a\x00") == set()
+    assert [record.name for record in registry.search("", 2)] == sorted(names)[:2]

@@ -6,6 +6,7 @@ print_cmd.py   print-your-badge, moireid print
 enroll_cmd.py  enroll, registry init / list / show
 verify_cmd.py  verify, identify
 simulate_cmd.py  simulate
+serve_cmd.py   serve, token create / list / revoke
 
 Heavy packages are imported inside the functions that need them, so that `--help` stays quick.
 """

@@ -60,7 +60,8 @@ def evaluate_command(
     MANIFEST is a CSV file with the columns video, label, claim, group, and corners if need be; its paths are relative
     to it. Films, and the manifest itself, are paths or addresses such as s3://bucket/film.mp4, where the package of the
     protocol is installed. label: genuine, forged or forged:KIND.  claim: a badge.json, or a name or id in the registry;
-    empty: --badge.  corners: a file of corners for the published pipeline, as in `moireid verify --corners`.
+    empty: --badge.  corners: of films that lost their markers, as in `moireid verify --corners`: written out, or a
+    file. Ours accepts nothing that is followed from them, but tells its score.
 
     Rows are kept in results/part-*.parquet as they are made, to be read at any time, so that a run that was broken off
     goes on; only films, claims and programs that changed are scored anew. A film that cannot be scored, crashes or goes

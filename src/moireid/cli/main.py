@@ -17,6 +17,7 @@ from moireid.cli.enroll_cmd import enroll_command, registry_group
 from moireid.cli.evaluate_cmd import evaluate_command
 from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
 from moireid.cli.print_cmd import print_command
+from moireid.cli.serve_cmd import serve_command, token_group
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.cli.verify_cmd import identify_command, verify_command
 
@@ -47,6 +48,8 @@ for command in (
     registry_group,
     evaluate_command,
     bench_command,
+    serve_command,
+    token_group,
 ):
     moireid.add_command(command)
 

@@ -19,7 +19,7 @@ from moireid.cli.common import (
     show_json,
     tell_mount,
 )
-from moireid.errors import RegistryError, SpecError
+from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
@@ -235,28 +235,12 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
 
 def _design(request: Request, payload: bytes | None, registry: Registry | None) -> Badge:
     """The badge for the request; with a registry, one whose id nobody else holds."""
-    from moireid.designer import design_badge, payload_for_name
+    from moireid.designer.free import free_badge
 
-    if payload is not None:
-        badge = design_badge(request, payload)
-        holder = registry.by_id(badge.id or "") if registry else None
-        if holder is not None and holder.revoked_at is not None:
-            raise RegistryError(
-                f"badge {badge.id} of {holder.name!r} was revoked ({holder.revoked_reason}); give another --payload"
-            )
-        return badge
-    attempts = 64
-    for attempt in range(attempts):
-        badge = design_badge(
-            request, payload_for_name(request.name, attempt=attempt, family=request.family or "spacing")
+    badge, holder = free_badge(request, payload, registry.by_id if registry else lambda _: None)
+    if holder is not None and payload is None:
+        say(
+            f"note: this very badge was issued to {holder.name} on {holder.issued_at[:10]}; for another person of "
+            "that name give --payload"
         )
-        holder = registry.by_id(badge.id or "") if registry else None
-        if holder is None:
-            return badge
-        if holder.badge == badge and holder.revoked_at is None:
-            say(
-                f"note: this very badge was issued to {holder.name} on {holder.issued_at[:10]}; for another person of "
-                "that name give --payload"
-            )
-            return badge
-    raise RegistryError(f"the first {attempts} identities derived from {request.name!r} are all issued; give --payload")
+    return badge

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +25,6 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.registry import Registry
     from moireid.verifier.reasons import Reason
 
 focal_option = click.option(
@@ -64,6 +61,11 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     help="Reject a copy of the badge that was enrolled; asks for an enrolled capture.",
 )
 @click.option(
+    "--overlap",
+    is_flag=True,
+    help="Ask too that the badge passes before the face for a second, and obeys the law there; needs moireid[face].",
+)
+@click.option(
     "--pipeline",
     type=click.Choice(["moireid", "published"]),
     default="moireid",
@@ -72,9 +74,12 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 )
 @click.option(
     "--corners",
-    "corners_csv",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="For the published pipeline where markers are lost: the striped region's corners at frame 0 and any others.",
+    "corners_given",
+    metavar="X,Y,... | FILE.csv",
+    help="For films that lost their markers: the striped region's corners (top left, top right, bottom right, bottom "
+    "left; px) in the first frame, to be followed; corrections at later frames as FRAME:X,Y,... after a blank. "
+    "Markers seen in half of the frames come before. What is followed from corners can be rejected and is never "
+    "accepted; --pipeline published knows no such difference.",
 )
 @click.option(
     "--schema",
@@ -89,42 +94,40 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 @friendly
 def verify_command(
     video: Path, claim: str | None, registry_url: str | None, badge_json: Path | None, focal_px: float | None,
-    report_folder: Path | None, require_original: bool, pipeline: str, corners_csv: Path | None, overwrite: bool,
-    as_json: bool,
+    report_folder: Path | None, require_original: bool, overlap: bool, pipeline: str, corners_given: str | None,
+    overwrite: bool, as_json: bool,
 ) -> None:  # fmt: skip
     """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
-    from moireid.asbuilt import as_built_from_json
     from moireid.badge import load_badge
     from moireid.files import planned
 
-    if pipeline != "published" and corners_csv is not None:
-        raise SpecError("--corners belongs to --pipeline published; give both, or neither")
     if pipeline == "published" and require_original:
         raise SpecError("--require-original asks for what --pipeline published cannot tell; leave one of them out")
+    if pipeline == "published" and overlap:
+        raise SpecError("--overlap asks for what --pipeline published cannot tell; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     as_built, revoked = None, None
     if badge_json is not None:
         badge = load_badge(badge_json)
     else:
-        from moireid.registry import open_registry
+        from moireid.registry import claimed, open_registry
 
         with open_registry(registry_url, create=False) as registry:
-            record = registry.find(claim or "")
-        badge, revoked = record.badge, record.revoked_reason
-        as_built = as_built_from_json(record.as_built) if record.as_built else None
+            found = claimed(registry, claim or "")
+        badge, as_built, revoked = found.badge, found.as_built, found.revoked
     if report_folder is not None:
         from moireid.verifier.report import report_paths
 
         planned(report_paths(report_folder), overwrite=overwrite)
     from moireid.verifier import verify
-    from moireid.verifier.corners import read_corners
+    from moireid.verifier.corners import corners_from
     from moireid.verifier.published import verify_published
 
-    corners = read_corners(corners_csv) if corners_csv else None
+    corners = corners_from(corners_given) if corners_given is not None else None
     with progress_bar("reading the film") as progress:
         if pipeline == "published":
             report = verify_published(
@@ -133,7 +136,8 @@ def verify_command(
         else:
             report = verify(
                 video, badge, claimed_id=badge.id, focal_px=focal_px, as_built=as_built,
-                require_original=require_original, revoked=revoked, progress=progress,
+                require_original=require_original, revoked=revoked, corners=corners, overlap=overlap,
+                progress=progress,
             )  # fmt: skip
     if report_folder is not None:
         from moireid.verifier.report import write_report
@@ -159,36 +163,22 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
 
     Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
     """
-    from moireid.registry import open_registry
+    from moireid.registry import People, open_registry
     from moireid.verifier.identify import identify
     from moireid.verifier.video import Film
 
     Film(video)
     with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
-        outcome = identify(video, registry.layouts(), _People(registry), focal_px=focal_px, progress=progress)
-        record = registry.by_id(outcome.found_id) if outcome.found_id else None
-    name = record.name if record else None
+        people = People(registry)
+        outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
+        name = people.name(outcome.found_id)
     if as_json:
         show_json(outcome.to_json() | {"found_name": name})
     else:
-        who = f"{name} ({outcome.found_id})" if record else "nobody known"
+        who = f"{name} ({outcome.found_id})" if name is not None else "nobody known"
         click.echo(f"{outcome.finding.upper()}: {who}")
         _show_reasons(outcome.reasons)
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
-
-
-@dataclass(frozen=True)
-class _People:
-    """A registry as identification sees it."""
-
-    registry: Registry
-
-    def holds(self, badge_id: str) -> bool:
-        found = self.registry.by_id(badge_id)
-        return found is not None and found.revoked_at is None
-
-    def alike(self, parts: Mapping[int, str]) -> list[str]:
-        return self.registry.ids_alike(parts)
 
 
 def _show_reasons(reasons: tuple[Reason, ...]) -> None:

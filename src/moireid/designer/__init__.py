@@ -6,6 +6,8 @@ layout.py    where markers and gratings lie on the page
 grid.py      how a grating is cut into rows and cells
 link.py      the link budget: will the whole payload be read?
 design.py    the choice of beat frequencies, and the Badge
+people.py    a list of people, and the badge of each
+free.py      the badge whose identity nobody else holds
 chart.py     the pitch test sheet
 """
 

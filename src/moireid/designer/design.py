@@ -14,7 +14,7 @@ from pathlib import Path
 from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
-from moireid.designer.link import link_budget
+from moireid.designer.link import LinkBudget, link_budget
 from moireid.designer.payload import FAMILY_BYTES
 from moireid.designer.request import Request, clean_name
 from moireid.dots import on_dots, realised
@@ -270,9 +270,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
             ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each"),
             ("a cell, far end", f"{far * size[0]:.1f} x {far * size[1]:.1f} pixels"),
         ]
-        word = WordCode((badge.payload_bits or 0) // 8, min(count // CELLS_PER_BYTE, MAX_WORD_BYTES))
-        for metres in dict.fromkeys(badge.range_m):
-            link = link_budget(min(size), DESIGN_FOCAL_PX / (1000.0 * metres), word)
+        for metres, link in link_budgets(badge):
             chance = f"{link.decode_probability:.4f}" if link.decode_probability < 0.9999 else "above 0.9999"
             figures = f"phase error of a cell {link.phase_error_rad:.2f} rad of {math.pi / PHASE_LEVELS:.2f}"
             rows.append((f"reading all at {metres:g} m", f"probability {chance}, {figures}"))
@@ -281,6 +279,25 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
         ("marker, far end", f"{far * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
         ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (each edge placed by itself)"),
         *_explain_dots(badge),
+    ]
+
+
+def link_budgets(badge: Badge) -> list[tuple[float, LinkBudget]]:
+    """Distance in metres and link budget at each end of the badge's range; none for a badge without phase cells.
+
+    Convention and source: `link.link_budget`.
+    """
+    phases = [
+        cell for grating in badge.gratings if grating.code
+        for cell, role in zip(grating.cells, grating.code.roles, strict=True) if role == "phase"
+    ]  # fmt: skip
+    if not phases or badge.range_m is None:
+        return []
+    side_mm = min(phases[0].rect_mm[k + 2] - phases[0].rect_mm[k] for k in (0, 1))
+    word = WordCode((badge.payload_bits or 0) // 8, min(len(phases) // CELLS_PER_BYTE, MAX_WORD_BYTES))
+    return [
+        (metres, link_budget(side_mm, DESIGN_FOCAL_PX / (1000.0 * metres), word))
+        for metres in dict.fromkeys(badge.range_m)
     ]
 
 

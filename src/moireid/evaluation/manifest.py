@@ -22,7 +22,7 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.registry import Record, Registry, open_registry
-from moireid.verifier.corners import Corners, read_corners
+from moireid.verifier.corners import ENTRIES, Corners, corners_from, read_corners
 
 COLUMNS = ("video", "label", "claim", "group")
 OPTIONAL = ("corners",)
@@ -158,15 +158,20 @@ def _entry(line: int, row: dict[str, str], base: str, looked: str | MoireIdError
         raise looked
     if not LABEL.fullmatch(label):
         raise SpecError(f"label {label[:40]!r} is not known; give genuine, forged, or forged:KIND")
-    corners = None
-    if row.get("corners"):
-        with fetched(joined(base, row["corners"]), most_mb=MOST_MB) as path:
-            corners = read_corners(path)
+    corners = _corners(base, row["corners"]) if row.get("corners") else None
     claimed = claims.find(row["claim"])
     return Entry(
         line, row["video"], joined(base, row["video"]), looked, label, row["claim"], row["group"] or label, claimed,
         corners,
     )  # fmt: skip
+
+
+def _corners(base: str, given: str) -> Corners:
+    """Corners written out, or those of a file by address."""
+    if ENTRIES.fullmatch(given.strip()):
+        return corners_from(given)
+    with fetched(joined(base, given), most_mb=MOST_MB) as path:
+        return read_corners(path)
 
 
 class _Claims:

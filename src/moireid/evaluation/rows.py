@@ -79,7 +79,7 @@ def failed_row(lost: Lost) -> Row:
 def row_key(job: Job) -> str:
     """What names a row: the film's address and stamp, the claim, the corners, the pipeline, the program that scores."""
     entry = job.entry
-    claimed, corners = entry.claimed, entry.corners if job.pipeline == "published" else None
+    claimed, corners = entry.claimed, entry.corners
     parts = [
         FORMAT, entry.video, entry.stamp, job.pipeline, scorer(), claim_digest(entry),
         {frame: places.tolist() for frame, places in corners.items()} if corners else None,
@@ -104,4 +104,7 @@ def _report(job: Job, film: Path) -> Report:
     badge = entry.claimed.badge
     if job.pipeline == "published":
         return verify_published(film, badge, claimed_id=None, corners=entry.corners)
-    return verify(film, badge, claimed_id=badge.id, as_built=entry.claimed.as_built, revoked=entry.claimed.revoked)
+    return verify(
+        film, badge, claimed_id=badge.id, as_built=entry.claimed.as_built, revoked=entry.claimed.revoked,
+        corners=entry.corners,
+    )  # fmt: skip

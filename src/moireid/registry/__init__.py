@@ -11,6 +11,7 @@ log.py         the log's entries, their chain, and the head
 schema.py      the tables, their version, and the look at them on opening
 ledger.py      transactions that write table and log together, one writer after the other
 claims.py      from a name or an id to the one record it means
+claimed.py     what a check needs of a claim; whom identification may find
 store.py       the Registry: enroll, find, list, revoke, and the doors to the rest
 batch.py       many badges at once
 audit.py       everything held against everything; what cannot show is listed there
@@ -19,6 +20,7 @@ export.py      records, log and key to a JSON file, and back: load.py (with json
 
 from moireid.registry.audit import Audit, Finding
 from moireid.registry.batch import Batch
+from moireid.registry.claimed import Claimed, People, claimed
 from moireid.registry.merge import Import
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
@@ -27,10 +29,13 @@ from moireid.registry.url import default_url
 __all__ = [
     "Audit",
     "Batch",
+    "Claimed",
     "Finding",
     "Import",
+    "People",
     "Record",
     "Registry",
+    "claimed",
     "default_url",
     "import_registry",
     "open_registry",

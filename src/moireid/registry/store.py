@@ -7,6 +7,7 @@ What is added later, a revocation or measured figures, is signed and logged like
 from __future__ import annotations
 
 import json
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -198,6 +199,18 @@ class Registry:
                 yield self._ledger.record(row)
             name, badge_id = rows[-1].name_nfc, rows[-1].id
             rows = self._ledger.rows(page.where(_after(name, badge_id))) if len(rows) == PAGE else []
+
+    def search(self, text: str, limit: int) -> list[Record]:
+        """The first `limit` records by name whose name holds `text` (SQLite folds the case of ASCII letters alone), or
+        whose id begins with it; of all where it is empty."""
+        name = unicodedata.normalize("NFC", text.strip())
+        if not storable(name):
+            return []
+        page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(limit)
+        if name:
+            by_id = badges.c.id.startswith(as_id(name), autoescape=True)
+            page = page.where(or_(badges.c.name_nfc.icontains(name, autoescape=True), by_id))
+        return [self._ledger.record(row) for row in self._ledger.rows(page)]
 
     def layouts(self) -> list[Badge]:
         """One badge of each distinct layout, that of the lowest id: all that a reader needs to read any of them."""

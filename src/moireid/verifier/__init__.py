@@ -17,6 +17,11 @@ within.py     do places within a strip move alike?        steady.py     a steady
 template.py   the markers as a picture shows them         borders.py    the gratings' borders, where two are seen
 shaken.py     frames that motion smeared                  stream.py     frame by frame, a running verdict
 published.py  the published pipeline, a baseline          corners.py    corners given by hand, followed
+by_corners.py a badge that lost its markers               own_page.py   ... followed by the rest of its print
+page_warp.py  what corners by hand are wrong by
+faces.py      the face, by dlib's detector                overlap.py    the badge before the face, and the law
+challenge.py  prompts, and whether they were followed     live.py       a live session, of frames and events
+clock.py      when a live frame was taken                 spans.py      intervals of time
 still.py      a photograph, or a film's first frames      chart.py      bands of a pitch test sheet; lens_fit.py fits
 """
 

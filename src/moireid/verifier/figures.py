@@ -23,6 +23,10 @@ WINDOW_FRAMES = 30
 PLACE_SHARE = 0.05
 #: A wander is told from the jitter of poses by this mean over time, s: it leaves what is slower than 0.5 Hz.
 SLOW_S = 0.25
+#: The shortest lie that is looked for by itself, s: half a word.  A mean over the film would thin it out.
+SPELL_S = 1.0
+#: A spell must hold so much of the frames that a middling one holds; fewer are a gap's edge, and tell little.
+SPELL_FILLED = 0.6
 #: A strip whose phase is so many times vaguer than the clearest's is covered in part.
 MAX_VAGUER = 3.0
 
@@ -32,10 +36,11 @@ class Figures:
     """One grating's figures, all 0 where too few frames could be read.
 
     phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place;
-    slow_wander_rad: the part of that below 0.5 Hz; expected_error_rad: of one frame; strip_wander_rad: of the strip
-    that strays most; strip_sd_rad: error bar of a middling strip; place_wander_rad: of places within strips; score:
-    logarithm of the likelihood ratio, told with `suspected`, the kind of forgery that speaks most against the film;
-    information: of the phase, summed over the motion.
+    slow_wander_rad: the part of that below 0.5 Hz; spell_rad: as wandering_rad, in the second that strays most;
+    expected_error_rad: of one frame; strip_wander_rad: of the strip that strays most; strip_sd_rad: error bar of a
+    middling strip; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
+    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
+    motion.
     """
 
     correlation: float = 0.0
@@ -45,6 +50,7 @@ class Figures:
     phase_residual_rad: float = 0.0
     wandering_rad: float = 0.0
     slow_wander_rad: float = 0.0
+    spell_rad: float = 0.0
     excitation_rad: float = 0.0
     expected_error_rad: float = 0.0
     strip_wander_rad: float = 0.0
@@ -76,18 +82,35 @@ def figures_of(signal: GratingSignal) -> Figures:
     residual = measured - gain * predicted
     wandering = _without_place(residual, predicted, signal, used)
     slow, fast = float(slow_part(wandering, signal.times_s[used], SLOW_S).std()), float(wandering.std())
+    spell = _worst_spell(wandering, signal.times_s[used], signal.phase_sd_rad[used])
     expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
     gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
     strips = float(signal.strip_residual_rad.max(initial=0.0))
     strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
     places = _places_apart(signal)
-    shown = {"wander": slow, "jitter": fast, "strips": strips, "places": places}
-    score, suspected = log10_ratio(gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd)
+    shown = {"wander": slow, "jitter": fast, "spell": spell, "strips": strips, "places": places}
+    score, suspected = log10_ratio(
+        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, held_rad=signal.held_rad
+    )
     return Figures(
         abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain, gain_sd,
-        float(residual.std()), fast, slow, excitation, expected, strips, strip_sd, places, score, suspected,
+        float(residual.std()), fast, slow, spell, excitation, expected, strips, strip_sd, places, score, suspected,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
     )  # fmt: skip
+
+
+def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float:
+    """Root mean square of what strays within the `SPELL_S` that stray most, rad.
+
+    A frame vaguer than the middling one counts by as much less.
+    """
+    told = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
+    power = np.concatenate([[0.0], np.cumsum(told**2)])
+    first = np.searchsorted(times_s, times_s - SPELL_S / 2)
+    end = np.searchsorted(times_s, times_s + SPELL_S / 2, side="right")
+    frames = end - first
+    filled = frames >= SPELL_FILLED * np.median(frames)
+    return math.sqrt(max(float(((power[end] - power[first]) / frames)[filled].max()), 0.0))
 
 
 def _places_apart(signal: GratingSignal) -> float:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from moireid.verifier.predict import StripLaw
+from moireid.verifier.strips import CODING_POWER
 
 Array = NDArray[np.float64]
 #: Frames that the frequency is searched on; it is one figure for the whole film.
@@ -72,6 +73,21 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     return StripPhase(
         np.arctan2(-sine, cosine), np.nan_to_num(sd, nan=np.inf), contrast, coefficients[:, 0], frequency, spread
     )
+
+
+def held_rad(strip: StripPhase) -> float:
+    """Error of a place of the strip that no mean over time takes away, rad: its picture is told in whole counts.
+
+    A codec holds such errors as long as little changes, which is what a mean over many frames would need to get rid of
+    them.  They do not fade with the print, so the phase errs by one over the contrast.
+    Returns: the middling one of the clearer half of its frames; 0 where there are no fringes.
+    Source: rounding errs by 1 / sqrt(12) counts; light per count is the derivative of the coding (`strips`).
+    """
+    clear = (strip.phase_sd_rad <= np.median(strip.phase_sd_rad)) & (strip.contrast > 0)
+    if not clear.any():
+        return 0.0
+    light_per_count = CODING_POWER * np.clip(strip.level[clear] / 255.0, 0.0, 1.0) ** (1 - 1 / CODING_POWER)
+    return float(np.median(light_per_count / np.sqrt(12) / strip.contrast[clear]))
 
 
 def _part(law: StripLaw, frames: NDArray[np.int64]) -> StripLaw:

@@ -1,6 +1,6 @@
 """How many times likelier is what was measured of a true badge than of a forged one?
 
-A forgery is exact in everything but one thing, and nobody says which.  So five kinds are held against the true badge,
+A forgery is exact in everything but one thing, and nobody says which.  So six kinds are held against the true badge,
 each told by one figure; the others are as on a true one.  With g the density of a figure on true badges, f on forged
 ones of the kind that shows in it, and w the kinds' shares,
 
@@ -9,10 +9,10 @@ ones of the kind that shows in it, and w the kinds' shares,
 because in each kind's likelihood all densities but its own cancel against the true badge's.
 
 - *gain*: the fringes go too far, not far enough or the wrong way: any ratio from -2 to 3 alike;
-- *wander*: a slow motion of the fringes' own; *jitter*: a fast one;
+- *wander*: a slow motion of the fringes' own; *jitter*: a fast one; *spell*: either, for a second;
 - *strips*: rows of the badge move apart; *places*: parts of a row do.
 
-The last four are from `LEAST_SHARE` to `MOST_SHARE` of the motion, each octave alike.  A figure is told as its
+All but the gain are from `LEAST_SHARE` to `MOST_SHARE` of the motion, each octave alike.  A figure is told as its
 logarithm over what is expected of it by the known errors, normally distributed on true badges; a forger's share adds
 to that in squares.  So a film with little motion, or of poor poses, comes out near 1 by itself: neither can be told.
 
@@ -39,14 +39,15 @@ LAW_SHARE = 0.02
 LEAST_SHARE, MOST_SHARE = 0.1, 3.0
 #: More certainty than this no model deserves.
 MOST_LOG10 = 20.0
-#: Verdicts by the ratio: 5.6 times likelier true than forged is accepted, ten times likelier forged is rejected.
-#: A film that cannot tell one kind of the five at all has a ratio of 5 at most, and is left open.
-ACCEPTED, REJECTED = 0.75, -1.0
+#: Verdicts by the ratio: 6.3 times likelier true than forged is accepted, ten times likelier forged is rejected.
+#: A film that cannot tell one kind of the six at all has a ratio of 6 at most, and is left open.
+ACCEPTED, REJECTED = 0.8, -1.0
 #: Each kind in words.
 KINDS = {
     "gain": "fringes that go too far or not far enough",
     "wander": "a slow wander of the fringes' own",
     "jitter": "a wander or jitter of the fringes' own",
+    "spell": "a spell in which the fringes do not follow",
     "strips": "rows of the badge that move apart",
     "places": "places within a row that move apart",
 }
@@ -57,7 +58,8 @@ class Expected:
     """What true badges show of one figure: `share` of the error that is expected of a frame, `floor`, rad, and
     `LAW_SHARE` of the motion, in squares; mean and standard deviation of the logarithm of the figure over that.
 
-    strip_share: share of a strip's own error bar in the figure's noise, which counts where it exceeds the floor.
+    strip_share: share of a strip's own error bar in the figure's noise, held_share: of what rounding makes of a place;
+    they count where they exceed the floor.
     """
 
     share: float
@@ -65,10 +67,13 @@ class Expected:
     mean: float
     sd: float
     strip_share: float = 0.0
+    held_share: float = 0.0
 
-    def scale_rad(self, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0) -> float:
+    def scale_rad(
+        self, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0, held_rad: float = 0.0
+    ) -> float:
         """The figure's unit."""
-        floor = max(self.floor, self.strip_share * strip_sd_rad)
+        floor = max(self.floor, self.strip_share * strip_sd_rad, self.held_share * held_rad)
         return math.hypot(self.share * error_rad, floor, LAW_SHARE * excitation_rad)
 
 
@@ -76,27 +81,31 @@ class Expected:
 #: neither they nor places within them know of its error.  Means and spreads as fitted, but no spread below 0.35:
 #: cameras and sheets differ by more than those of one collection.  Pale fringes make strips vague: those of films made
 #: outside wander by half of their error bars and more, and a twelfth of a strip over half a second is as vague.
+#: What a codec holds of faint fringes is not so averaged: places err by all of it, and strips, of a few coding blocks
+#: each, by half of it.
 EXPECTED: dict[str, Expected] = {
     "wander": Expected(0.45, 0.010, -0.85, 0.55),
     "jitter": Expected(1.0, 0.015, -0.45, 0.35),
-    "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_share=0.7),
-    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_share=0.7),
+    "spell": Expected(1.0, 0.015, -0.08, 0.35),
+    "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_share=0.7, held_share=0.5),
+    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_share=0.7, held_share=1.0),
 }
 
 
 def log10_ratio(
     gain: float, gain_sd: float, figures: Mapping[str, float], excitation_rad: float, error_rad: float,
-    expected: Mapping[str, Expected] = EXPECTED, *, strip_sd_rad: float = 0.0,
+    expected: Mapping[str, Expected] = EXPECTED, *, strip_sd_rad: float = 0.0, held_rad: float = 0.0,
 ) -> tuple[float, str]:  # fmt: skip
     """The decadic logarithm of the likelihood ratio, and the kind of forgery that speaks most against the film.
 
     Parameters: figures: root mean squares, rad, by the names of `EXPECTED`; excitation_rad: spread of the predicted
-        phase; error_rad: what is expected of one frame's error; strip_sd_rad: error bar of one strip in one frame.
+        phase; error_rad: what is expected of one frame's error; strip_sd_rad: error bar of one strip in one frame;
+        held_rad: as `fringe.held_rad`.
     Source: module docstring.
     """
     ratios = {"gain": _gain_ratio(gain, gain_sd)}
     for name, one in expected.items():
-        unit = one.scale_rad(error_rad, excitation_rad, strip_sd_rad)
+        unit = one.scale_rad(error_rad, excitation_rad, strip_sd_rad, held_rad)
         ratios[name] = _share_ratio(figures[name] / unit, excitation_rad / unit, one)
     likeliest = max(ratios, key=lambda name: ratios[name])
     most = ratios[likeliest]

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.verifier.camera import CameraFit, fit_camera
-from moireid.verifier.fringe import StripPhase, measure_strip
+from moireid.verifier.film_wide import guessed_focal_px
+from moireid.verifier.fringe import StripPhase, held_rad, measure_strip
 from moireid.verifier.markers import marker_corners_mm
+from moireid.verifier.page_warp import POSE_UNTOLD, page_warps
 from moireid.verifier.predict import strip_law, within_law
 from moireid.verifier.smooth import smooth_camera, stretches, without_strays
 from moireid.verifier.track import Track
@@ -39,6 +41,10 @@ TOLD_FROM_PX, UNTOLD_POWER = 19.0, 1.5
 #: Share of a frame's pose error that smoothing leaves.  A hand's motion lets a dozen frames be averaged, but part of
 #: the error is common to neighbouring frames: 0.4 to 0.6 on films at 1 to 2 m whose true poses are known.
 SMOOTHED_SHARE = 0.5
+#: Faint print errs by what a codec holds for many frames, and smoothing takes nothing of that away.  Where rounding
+#: alone strays by so much (`fringe.held_rad`), all of the error is such: a print contrast of 5 %, at which films err by
+#: twice what the share above makes of their poses, and at 20 % by no more than that.
+ALL_HELD_RAD = 0.06
 
 
 @dataclass(frozen=True)
@@ -51,7 +57,8 @@ class GratingSignal:
     signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
     tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
     axis, as a share; elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
-    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames.
+    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; held_rad: what
+    rounding to whole counts makes of a place, the median over its strips.
     """
 
     measured_rad: Array
@@ -64,6 +71,7 @@ class GratingSignal:
     tangent_sd: float = 0.0
     elsewhere: Array | None = None
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
+    held_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -93,8 +101,15 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     clock = time.perf_counter()
     page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
     homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
-    mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
-    camera = fit_camera(mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px)
+    homographies, warps = track.homographies, None
+    if track.by_corners:
+        guess = focal_px or guessed_focal_px(track.image_px)
+        warps = page_warps(track.homographies, badge.gratings[0].rect_mm, track.image_px, guess)
+        homographies = warps.homographies
+    mapped = np.einsum("tij,nj->tni", homographies, homogeneous)
+    camera = fit_camera(
+        mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px, warps=warps
+    )  # fmt: skip
     raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
     posed = time.perf_counter()
@@ -115,7 +130,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         strips.append(found)
         apart.append(places_apart_rad(profiles, law, found, track.times_s))
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
-    gratings, untold = [], _untold(mapped[..., :2] / mapped[..., 2:])
+    gratings, untold = [], _untold(mapped[..., :2] / mapped[..., 2:]) * (POSE_UNTOLD if track.by_corners else 1.0)
     known = within_law(track.strips, camera_mm) & good
     for g, grating in enumerate(badge.gratings):
         own = [
@@ -124,7 +139,8 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
             if strip.grating == g and phase is not None and prediction is not None
         ]
         axis = 0 if grating.axis == "x" else 1
-        noise = untold * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis])
+        held = float(np.median([held_rad(phase) for phase, _ in own])) if own else 0.0
+        noise = untold * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis], held)
         signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
         sd = np.where(known, signal.phase_sd_rad, np.inf)
         if track.vague is not None:
@@ -136,7 +152,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         gratings.append(
             replace(
                 signal, phase_sd_rad=sd, place_residual_rad=np.array(places), tangent_sd=camera.tangent_sd[axis],
-                elsewhere=elsewhere,
+                elsewhere=elsewhere, held_rad=held,
             )
         )  # fmt: skip
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
@@ -176,13 +192,15 @@ def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
     return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
 
 
-def _after_smoothing(wander: float, whole: float) -> float:
+def _after_smoothing(wander: float, whole: float, held: float) -> float:
     """Error of a parallax coordinate after smoothing: some of what wanders from frame to frame, and all that is slow.
 
     What a pose leaves unexplained says how large its error is as a whole; what smoothing took away was the fast part.
+    held: as `fringe.held_rad`, since markers and lines are of one ink.
     """
     slow = math.sqrt(max(whole**2 - wander**2, 0.0))
-    return math.hypot(SMOOTHED_SHARE * wander, slow)
+    share = min(1.0, math.hypot(SMOOTHED_SHARE, held / ALL_HELD_RAD))
+    return math.hypot(share * wander, slow)
 
 
 def _combine(

@@ -76,18 +76,32 @@ def _phase_plot(report: Report) -> str:
 
 
 def timeline_plot(report: Report) -> str | None:
-    """The verdict by time: a bar a segment, as long as the segment; what is not barred was not seen."""
+    """The verdict by time: a bar a segment, as long as the segment; what is not barred was not seen.
+
+    Where the overlap protocol was asked for, two bands below tell when a face was known and when the badge was before
+    it.
+    """
     if not report.segments:
         return None
-    figure, axes = _figure(7.6, 1.1)
+    figure, axes = _figure(7.6, 1.6 if report.overlap else 1.1)
     for verdict, colour in SEGMENT_COLOURS.items():
         own = [part for part in report.segments if part.verdict == verdict]
         axes.broken_barh(
             [(part.start_s, max(part.end_s - part.start_s, 0.02)) for part in own], (0, 1), facecolors=colour,
             edgecolor="white", linewidth=1.0, label=SEGMENT_WORDS[verdict] if own else None,
         )  # fmt: skip
-    axes.set_xlim(min(0.0, report.segments[0].start_s), report.segments[-1].end_s)
+    end = report.segments[-1].end_s
     axes.set_yticks([])
+    if report.overlap:
+        bands = (report.overlap.faces, PALE, "face"), (report.overlap.overlaps, PREDICTED, "badge before it")
+        for row, (spans, colour, _) in enumerate(bands):
+            bars = [(start, max(last - start, 0.02)) for start, last in spans.spans]
+            axes.broken_barh(bars, (-0.7 * (row + 1), 0.45), facecolors=colour)
+            end = max(end, *(last for _, last in spans.spans)) if spans.spans else end
+        axes.set_yticks([0.5, -0.47, -1.17], ["law", *(name for *_, name in bands)])
+        axes.tick_params(axis="y", length=0)
+        axes.grid(visible=False, axis="y")
+    axes.set_xlim(min(0.0, report.segments[0].start_s), end)
     axes.set_xlabel("time, s")
     axes.legend(frameon=False, fontsize=9, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
     return _svg(figure)

@@ -10,6 +10,7 @@ frame, so nothing drifts.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -32,6 +33,9 @@ MIN_CORRELATION = 0.80
 #: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
 #: left behind.  True pages show 0.93 and more at 3 m.
 FOLLOWED_CORRELATION = 0.90
+#: What a camera's noise and coding leave of a picture, counts: it does not fade with the print, so faint print
+#: correlates by less however well it is placed.  A marker's standard deviation, of the contrast of its black and white.
+NOISE_COUNTS, PRINT_SD = 1.5, 0.48
 #: A marker is seen where it correlates so far with its print; of the four, so many must be.  0.5 would
 #: take a grey patch over a marker, which looks like its outline, for the marker.
 MARKER_CORRELATION, MIN_MARKERS = 0.7, 3
@@ -49,12 +53,23 @@ MOST_IN_A_ROW = 32767
 class Registration:
     """Homography page mm -> image px, (3, 3) with h33 = 1; correlation of picture and print over the markers.
 
-    vague: by how many times its tilt along x and y errs more than if all four markers were seen.
+    vague: by how many times its tilt along x and y errs more than if all four markers were seen; contrast: of black and
+    white in the clearest marker, in the picture's own unit.
     """
 
     homography: Array
     correlation: float
     vague: tuple[float, float] = (1.0, 1.0)
+    contrast: float = math.inf
+
+    @property
+    def clear(self) -> bool:
+        """Whether a page that was followed, in a picture in counts, looks as much like the print as noise allows.
+
+        Source: noise of s standard deviations of the print turns a correlation c into c', 1 / c'^2 = 1 / c^2 + s^2.
+        """
+        noise = NOISE_COUNTS / (PRINT_SD * self.contrast)
+        return self.correlation >= 1 / math.hypot(1 / FOLLOWED_CORRELATION, noise)
 
 
 class PageRegistrar:
@@ -108,7 +123,7 @@ class PageRegistrar:
         homography = warp @ np.linalg.inv(self._to_page)
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
-        return Registration(homography / homography[2, 2], float(correlation), vague)
+        return Registration(homography / homography[2, 2], float(correlation), vague, self._contrast)
 
     def _held_by_borders(
         self, picture: NDArray[Any], warp: Array, template: Template, seen: tuple[bool, ...]

@@ -6,6 +6,7 @@ import base64
 import csv
 import io
 import json
+from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
@@ -31,19 +32,47 @@ SAYS_NOT = (
 )
 
 
+def words_of(verdict: str, identity: str) -> str:
+    """What a verdict says in one sentence, given that on the identity."""
+    if verdict == "accept" and identity == "not_claimed":
+        return "The fringes moved as only a real badge's do. No identity was claimed."
+    return WORDS[verdict]
+
+
 def report_paths(folder: Path) -> list[Path]:
     """The files that `write_report` writes."""
     return [folder / "report.html", folder / "report.json", folder / "signals.csv"]
 
 
-def write_report(report: Report, folder: Path, *, overwrite: bool = False) -> list[Path]:
+@dataclass(frozen=True)
+class Pictures:
+    """What a report shows: titles and SVG texts of its plots, the timeline's (None: no segment), and the badge as the
+    film shows it, rectified, as PNG (None: never seen)."""
+
+    plots: tuple[tuple[str, str], ...]
+    timeline: str | None
+    badge_png: bytes | None
+
+
+def pictures_of(report: Report) -> Pictures:
+    """Draw what a report shows; a second or so."""
+    png = None
+    if report.track.snapshot is not None:
+        png = cv2.imencode(".png", report.track.snapshot)[1].tobytes()
+    return Pictures(tuple(plots_of(report)), timeline_plot(report), png)
+
+
+def write_report(
+    report: Report, folder: Path, *, overwrite: bool = False, pictures: Pictures | None = None
+) -> list[Path]:
     """Write the page, the same as JSON, and the signals as CSV, each whole or not at all.
 
+    Parameters: pictures: as `pictures_of`, where they are drawn already.
     Raises: SpecError where one is in the way.
     """
     page, data, signals = report_paths(folder)
     planned([page, data, signals], overwrite=overwrite)
-    write_text(page, render_page(report))
+    write_text(page, render_page(report, pictures))
     write_text(data, json.dumps(report.to_json(), indent=1, ensure_ascii=False) + "\n")
     write_text(signals, signals_csv(report))
     return [page, data, signals]
@@ -75,24 +104,16 @@ def signals_csv(report: Report) -> str:
     return out.getvalue()
 
 
-def render_page(report: Report) -> str:
+def render_page(report: Report, pictures: Pictures | None = None) -> str:
     """The report as one HTML page that asks for no other file."""
     import jinja2
 
+    shown = pictures or pictures_of(report)
     template = resources.files("moireid.verifier").joinpath("report.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    words = WORDS[report.verdict]
-    if report.verdict == "accept" and report.identity.verdict == "not_claimed":
-        words = "The fringes moved as only a real badge's do. No identity was claimed."
+    words = words_of(report.verdict, report.identity.verdict)
+    picture = "data:image/png;base64," + base64.b64encode(shown.badge_png).decode() if shown.badge_png else None
     return environment.from_string(template).render(
-        report=report, data=report.to_json(), words=words, plots=plots_of(report), picture=_picture(report),
-        timeline=timeline_plot(report), says=SAYS, says_not=SAYS_NOT,
+        report=report, data=report.to_json(), words=words, plots=shown.plots, picture=picture,
+        timeline=shown.timeline, says=SAYS, says_not=SAYS_NOT,
     )  # fmt: skip
-
-
-def _picture(report: Report) -> str | None:
-    """The badge as the film shows it, rectified, as a data URI."""
-    if report.track.snapshot is None:
-        return None
-    _, png = cv2.imencode(".png", report.track.snapshot)
-    return "data:image/png;base64," + base64.b64encode(png.tobytes()).decode()

@@ -9,13 +9,19 @@ Of several badges in view each is judged by itself, and the verdict is of one of
 
 from __future__ import annotations
 
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.by_corners import ByCorners
 from moireid.verifier.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, Claim, judge_chapter
+from moireid.verifier.corners import Corners
 from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.line import Line, others_note, rank_of, reasons_of
 from moireid.verifier.reasons import Reason, Verdict, worst
-from moireid.verifier.track import Track
+from moireid.verifier.track import BadgeTracker, Track
 from moireid.verifier.video import Frame
 
 #: The running verdict is of so many of the last tracked frames, made anew after so much of the film.
@@ -42,13 +48,20 @@ class Running:
 class Verifier:
     """Takes a film frame by frame; memory does not grow with its length."""
 
-    def __init__(self, claim: Claim, *, running: bool = True) -> None:
-        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out.
+    def __init__(
+        self, claim: Claim, *, running: bool = True, corners: Corners | None = None, aside: Executor | None = None
+    ) -> None:
+        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out; corners: by
+            which the badge is followed in place of its markers (`by_corners`); aside: where running verdicts are made
+            while `push` goes on, so that a camera's frames need not wait half a second: each is then told by a later
+            push, and one at a time is made.
 
         Raises: SpecError where the badge cannot be read at all.
         """
+        self._aside = aside
+        self._pending: Future[Running] | None = None
         self._claim, self._running = claim, running
-        self._view = BadgesInView(claim.badge)
+        self._view = ByCorners(claim.badge, corners) if corners else BadgesInView(claim.badge)
         self._lines = [Line(claim, self._view.trackers[0])]
         #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
         self._gone, self._gone_read = 0, set[str]()
@@ -65,6 +78,12 @@ class Verifier:
     def chapters(self) -> list[Chapter]:
         """Chapters of that badge that are judged by now."""
         return self.judged.chapters
+
+    @property
+    def in_view(self) -> list[tuple[BadgeTracker, NDArray[np.float64]]]:
+        """The badges seen in the last frame, and their boards' corners (4, 2) px, as `BadgeTracker.corners_px`."""
+        trackers = [line.tracker for line in self._lines]
+        return [(one, one.corners_px(one.place)) for one in trackers if one.place is not None]
 
     @property
     def others(self) -> tuple[Reason, ...]:
@@ -88,16 +107,24 @@ class Verifier:
             return None
         if self._due_s is None:
             self._due_s = frame.time_s + RUNNING_S
-        if frame.time_s < self._due_s:
-            return None
-        self._due_s = frame.time_s + RUNNING_S
-        return self._judge_last(frame.time_s)
+        done = self._pending if self._pending is not None and self._pending.done() else None
+        if done is not None:
+            self._pending = None
+        if frame.time_s >= self._due_s and self._pending is None:
+            self._due_s = frame.time_s + RUNNING_S
+            looks = self._looks()
+            if self._aside is None:
+                return self._judge_last(looks, frame.time_s)
+            self._pending = self._aside.submit(self._judge_last, looks, frame.time_s)
+        return done.result() if done is not None else None
 
     def finish(self) -> list[Chapter]:
         """Judge what is still open; all chapters of the badge that the verdict is of, at least one.
 
         Convention: the chapter that shows most keeps its track.
         """
+        if self._pending is not None:
+            self._pending.cancel()
         for line in self._lines:
             line.finish()
         return self.chapters
@@ -113,12 +140,15 @@ class Verifier:
         for tracker in self._view.trackers[len(self._lines) :]:
             self._lines.append(Line(self._claim, tracker))
 
-    def _judge_last(self, now_s: float) -> Running:
-        """The verdict of the last seconds, of those badges that are seen now."""
+    def _looks(self) -> list[tuple[Line, Track]]:
+        """The last frames of those badges that are seen now."""
         lines = [line for line in self._lines if line.tracker.place is not None] or [self.judged]
         # The largest first: the focal length is solved on it.
         lines.sort(key=lambda line: -line.tracker.shown)
-        tracks = [(line, line.tracker.look(RUNNING_FRAMES)) for line in lines]
+        return [(line, line.tracker.look(RUNNING_FRAMES)) for line in lines]
+
+    def _judge_last(self, tracks: list[tuple[Line, Track]], now_s: float) -> Running:
+        """The verdict of the last seconds."""
         chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
         if not chapters:
             most = max(track.tracked for _, track in tracks)
@@ -127,7 +157,7 @@ class Verifier:
             return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
         line, chapter = min(chapters, key=lambda pair: rank_of([pair[1]], self._claim, pair[0].tracker.shown))
         read = {other.identity.decoded_id for _, other in chapters if other is not chapter}
-        note = others_note(len(lines) - 1, {name for name in read if name}, line.region())
+        note = others_note(len(tracks) - 1, {name for name in read if name}, line.region())
         reasons = reasons_of([chapter]) + note
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 

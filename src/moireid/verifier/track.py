@@ -18,7 +18,7 @@ from moireid.badge import Badge
 from moireid.verifier.borders import borders_of
 from moireid.verifier.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.pages import same_page
-from moireid.verifier.register import FOLLOWED_CORRELATION, PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.register import PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.sample import EvenSample
 from moireid.verifier.shaken import ShakenFollower
 from moireid.verifier.strips import ProfileReader, Strip
@@ -38,7 +38,7 @@ class Track:
     (T, N) of a uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the
     board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge
     mirror-wise (a self-view) and was turned back before it was measured; vague (T, 2): as `Registration.vague`, None
-    where every frame is 1.
+    where every frame is 1; by_corners: whether the page was followed from corners given by hand (`own_page`).
     """
 
     frames_read: int
@@ -53,6 +53,7 @@ class Track:
     mirrored: bool = False
     snapshot: NDArray[np.uint8] | None = None
     vague: Array | None = None
+    by_corners: bool = False
     stages_s: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -94,7 +95,7 @@ class BadgeTracker:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
-        self._mirrored = False
+        self._mirrored, self._by_corners = False, False
         self._image_px = (0, 0)
         #: Where it is in the present frame, and the first and last frame and place in which it was seen; None: nowhere.
         self.place: Array | None = None
@@ -155,6 +156,14 @@ class BadgeTracker:
         self._mirrored = self._mirrored or (mirrored and registration is not None)
         return self._taken_in(frame, luma, registration, taken)
 
+    def take_in(
+        self, frame: Frame, luma: NDArray[np.uint8], registration: Registration | None, *, mirrored: bool = False
+    ) -> bool:
+        """The next frame, in which the page was followed from corners given by hand; whether it was seen."""
+        self.frames_read, self._by_corners, self._clock = self.frames_read + 1, True, time.perf_counter()
+        self._image_px, self._mirrored, self.place = (luma.shape[1], luma.shape[0]), mirrored, None
+        return self._taken_in(frame, luma, registration, ())
+
     def lose(self, frame: Frame) -> None:
         """The badge is not in this frame: do not look for it where it was."""
         self._finder.follow(None, frame.index)
@@ -195,15 +204,17 @@ class BadgeTracker:
         return True
 
     def outline_px(self) -> Array | None:
-        """Corners of the board in the first frame in which it was seen, (4, 2) px of the film as it is; None: never.
+        """Corners of the board in the first frame in which it was seen, as `corners_px`; None: never."""
+        return self.corners_px(self.first.page) if self.first is not None else None
+
+    def corners_px(self, page: Array) -> Array:
+        """Corners of the board where the page lies so, (4, 2) px of the film as it is.
 
         Convention: top left, top right, bottom right, bottom left of the upright board.
         """
-        if self.first is None:
-            return None
         x0, y0, x1, y1 = self._badge.outline_mm
         board = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
-        corners = np.asarray(cv2.perspectiveTransform(board, self.first.page).reshape(4, 2), float)
+        corners = np.asarray(cv2.perspectiveTransform(board, page).reshape(4, 2), float)
         if self._mirrored:
             corners[:, 0] = self._image_px[0] - 1 - corners[:, 0]
         return corners
@@ -232,6 +243,7 @@ class BadgeTracker:
             mirrored=self._mirrored,
             snapshot=self._snapshot,
             vague=np.array(self._vague[first:]) if any(max(pair) > 1 for pair in self._vague[first:]) else None,
+            by_corners=self._by_corners,
             stages_s=dict(self._stages),
         )
 
@@ -260,7 +272,7 @@ def _followed(registrar: PageRegistrar, luma: NDArray[np.uint8], expected: Array
 
 def _clear(found: Registration | None) -> Registration | None:
     """A page that was followed, if it is seen clearly."""
-    return found if found is not None and found.correlation >= FOLLOWED_CORRELATION else None
+    return found if found is not None and found.clear else None
 
 
 def _by_strip(

@@ -13,7 +13,10 @@ Steps 3 to 7 are taken chapter by chapter (`chapters`), of which a film of up to
 
 Policy: the invariant and the identity must both hold.  A failure of either rejects; a doubt of either leaves it open.
 A copy is reported, and rejected where the policy asks for the original.
+Where the overlap protocol is asked for, the badge must also pass before the face, and obey the law there (`overlap`).
 Of several badges in view the verdict is of one alone (`line`); its place is in the report.
+Where corners are given by hand, they stand in for markers that most frames lack (`by_corners`); nothing that is
+followed so is accepted.
 """
 
 from __future__ import annotations
@@ -27,10 +30,12 @@ from typing import Any
 from moireid import __version__
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.verifier.chapters import Claim, identity_of, invariant_of
+from moireid.verifier.chapters import Chapter, Claim, identity_of, invariant_of
+from moireid.verifier.corners import Corners
 from moireid.verifier.identity import Identity
 from moireid.verifier.invariant import Invariant
 from moireid.verifier.measure import Measurement
+from moireid.verifier.overlap import Overlap, OverlapWatch
 from moireid.verifier.reasons import Reason, Verdict, json_number, worst
 from moireid.verifier.segments import Segment
 from moireid.verifier.stream import Verifier
@@ -59,6 +64,7 @@ class Report:
     pipeline: str = "moireid"
     segments: tuple[Segment, ...] = ()
     region: dict[str, Any] | None = None
+    overlap: Overlap | None = None
 
     def to_json(self) -> dict[str, Any]:
         """The object that `verify --json` prints, as `report_schema` describes it."""
@@ -82,6 +88,7 @@ class Report:
             "segments": [segment.to_json() for segment in self.segments],
             "mirrored": self.track.mirrored,
             "region": self.region,
+            "overlap": self.overlap.to_json() if self.overlap else None,
             "pipeline": self.pipeline,
             "timing": self.timing,
             "left_out": list(self.left_out),
@@ -99,6 +106,8 @@ def verify(
     as_built: AsBuilt | None = None,
     require_original: bool = False,
     revoked: str | None = None,
+    corners: Corners | None = None,
+    overlap: bool = False,
     progress: Progress | None = None,
 ) -> Report:
     """Verify a film.
@@ -106,50 +115,86 @@ def verify(
     Parameters: badge: of the claim, or any badge of the same layout; claimed_id: the id that must be read, None
         where no identity is claimed; focal_px: where it is known; as_built: the badge's figures from enrolment;
         require_original: reject a copy, and leave open what cannot be told from one; revoked: the reason for which
-        the claimed badge was revoked; progress: called with frames read and expected.
+        the claimed badge was revoked; corners: the first grating's corners at some frames, by which the badge is
+        followed where it is followed in less than half of the film by its markers; overlap: ask that the badge passes
+        before the face, and obeys the law there (`overlap`); progress: called with frames read and expected.
     Convention: verdict "accept" needs both invariant and identity; without a claim the invariant alone.
     Returns: Report.
-    Raises: MediaError where the film cannot be read.
+    Raises: MediaError where the film cannot be read; MissingExtraError where the face detector is missing.
     Source: steps of the module docstring.
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
     claim = Claim(badge, claimed_id, focal_px, as_built, require_original)
-    verifier = Verifier(claim, running=False)
-    read, decode_s = 0, 0.0
+    seen = _judged(film, claim, None, overlap, progress)
+    if corners and 2 * seen.tracked < seen.read:
+        second = _judged(Film(video), claim, corners, overlap, progress)
+        if second.tracked >= seen.tracked:
+            seen = second
+    invariant = invariant_of(seen.chapters)
+    identity, built_reasons = identity_of(seen.chapters)
+    reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others
+    judged = seen.verifier.judged
+    overlapped = seen.watch.judge(judged.tracker, seen.chapters) if seen.watch else None
+    if overlapped:
+        reasons += overlapped.reasons
+    if revoked is not None:
+        reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
+    verdict = worst(list(reasons))  # 8
+    timing = {
+        "total_s": round(time.perf_counter() - begun, 4),
+        "stages": {name: round(seconds, 4) for name, seconds in seen.stages.items()},
+    }
+    shown = next(chapter for chapter in seen.chapters if chapter.track is not None)
+    return Report(
+        verdict, reasons, invariant, identity, badge,
+        {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
+        {"read": seen.read, "tracked": seen.tracked}, timing,
+        _left_out(badge, shown.measurement), shown.track or no_track(seen.read, (film.width, film.height)),
+        shown.measurement, segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
+        region=judged.region(), overlap=overlapped,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A film read to its end: what followed it, its chapters, frames read, seconds of each stage."""
+
+    verifier: Verifier
+    watch: OverlapWatch | None
+    chapters: list[Chapter]
+    read: int
+    stages: dict[str, float]
+
+    @property
+    def tracked(self) -> int:
+        return sum(chapter.tracked for chapter in self.chapters)
+
+
+def _judged(film: Film, claim: Claim, corners: Corners | None, overlap: bool, progress: Progress | None) -> _Seen:
+    """Steps 2 to 7."""
+    verifier = Verifier(claim, running=False, corners=corners)
+    watch = OverlapWatch() if overlap else None
+    read, decode_s, face_s = 0, 0.0, 0.0
     clock = time.perf_counter()
     # What decoding takes beyond the rest's own time: the two run side by side.
     for frame in film.frames_ahead():
         decode_s += time.perf_counter() - clock
         read += 1
         verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
+        if watch:
+            begin = time.perf_counter()
+            watch.push(frame, verifier.in_view)
+            face_s += time.perf_counter() - begin
         if progress:
             progress(read, film.frames_expected)
         clock = time.perf_counter()
     chapters = verifier.finish()  # 3 to 7
-    invariant = invariant_of(chapters)
-    identity, built_reasons = identity_of(chapters)
-    reasons = invariant.reasons + identity.reasons + built_reasons + verifier.others
-    if revoked is not None:
-        reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
-    verdict = worst(list(reasons))  # 8
-    stages = {"decode": decode_s}
+    stages = {"decode": decode_s} | ({"face": face_s} if watch else {})
     for chapter in chapters:
         for name, seconds in chapter.stages_s.items():
             stages[name] = stages.get(name, 0.0) + seconds
-    timing = {
-        "total_s": round(time.perf_counter() - begun, 4),
-        "stages": {name: round(seconds, 4) for name, seconds in stages.items()},
-    }
-    shown = next(chapter for chapter in chapters if chapter.track is not None)
-    return Report(
-        verdict, reasons, invariant, identity, badge,
-        {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
-        {"read": read, "tracked": sum(chapter.tracked for chapter in chapters)}, timing,
-        _left_out(badge, shown.measurement), shown.track or no_track(read, (film.width, film.height)),
-        shown.measurement, segments=tuple(segment for chapter in chapters for segment in chapter.segments),
-        region=verifier.judged.region(),
-    )  # fmt: skip
+    return _Seen(verifier, watch, chapters, read, stages)
 
 
 def report_schema() -> str:

@@ -1,0 +1,129 @@
+"""serve: the studio on a port; token: who may use it."""
+
+from __future__ import annotations
+
+import contextlib
+import socket
+from pathlib import Path
+
+import click
+
+from moireid.cli.common import friendly, json_option, registry_option, say, show_json
+from moireid.errors import MissingExtraError, SpecError
+
+data_option = click.option(
+    "--data", "data", type=click.Path(path_type=Path, file_okay=False),
+    help="The studio's folder: tokens, and films while they are checked; the default lies in your user data folder.",
+)  # fmt: skip
+
+
+@click.command("serve")
+@click.option("--host", default="127.0.0.1", show_default=True, help="The address to listen on.")
+@click.option("--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="0: any that is free.")
+@registry_option
+@click.option("--no-auth", is_flag=True, help="Ask for no token; on this machine's own address alone.")
+@data_option
+@friendly
+def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool, data: Path | None) -> None:
+    """Run the studio: pages and an API to issue, enroll and verify.
+
+    Make a token for each who uses it with `moireid token create`; on your own machine --no-auth asks for none.
+    """
+    try:
+        import uvicorn
+
+        from moireid.web.app import create_app
+        from moireid.web.settings import Settings, default_data, is_loopback
+    except ModuleNotFoundError as error:
+        raise MissingExtraError(f"the studio needs the package {error.name}; install moireid[web]") from error
+    if no_auth and not is_loopback(host):
+        raise SpecError(
+            f"--no-auth lets whoever reaches {host} do everything; listen on 127.0.0.1, or leave it out and make tokens"
+        )
+    app = create_app(Settings(registry_url, data or default_data(), auth=not no_auth))
+    bound = _listen(host, port)
+    shown = f"[{host}]" if ":" in host else host
+    say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
+    config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=5)
+    # To be stopped by hand is how it ends, and no fault.
+    with contextlib.suppress(KeyboardInterrupt):
+        uvicorn.Server(config).run(sockets=[bound])
+
+
+def _listen(host: str, port: int) -> socket.socket:
+    """A socket that listens there.  Raises: SpecError where it cannot."""
+    try:
+        family, kind, protocol, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        bound = socket.socket(family, kind, protocol)
+        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        bound.bind(address)
+        bound.listen(128)
+    except OSError as error:
+        raise SpecError(
+            f"nothing can listen on port {port} of {host} ({error.strerror}); choose another --port, or --host"
+        ) from error
+    return bound
+
+
+@click.group("token")
+def token_group() -> None:
+    """Make, list and revoke the tokens by which people and programs use the studio."""
+
+
+@token_group.command("create")
+@click.option(
+    "--role", type=click.Choice(["issuer", "verifier", "admin"]), required=True,
+    help="issuer: issues, enrolls, revokes; verifier: verifies and checks live; admin: both.",
+)  # fmt: skip
+@click.option("--note", default="", help="Whose it is, for your own list.")
+@data_option
+@json_option
+@friendly
+def token_create(role: str, note: str, data: Path | None, as_json: bool) -> None:
+    """Make a token and print it: the only time that it is seen, as only its hash is kept."""
+    from moireid.web.tokens import open_tokens
+
+    with open_tokens(data) as tokens:
+        secret, token = tokens.create(role, note)
+    if as_json:
+        show_json({"token": secret, "id": token.id, "role": token.role, "note": token.note, "made_at": token.made_at})
+        return
+    click.echo(secret)
+    say(f"this is the token of {token.id}, {token.role}; it is not kept and cannot be shown again")
+
+
+@token_group.command("list")
+@data_option
+@json_option
+@friendly
+def token_list(data: Path | None, as_json: bool) -> None:
+    """List all tokens by id, role and note: not the tokens, which nobody has but their holders."""
+    from dataclasses import asdict
+
+    from moireid.web.tokens import open_tokens
+
+    with open_tokens(data) as tokens:
+        found = tokens.all()
+    if as_json:
+        show_json({"tokens": [asdict(token) for token in found]})
+        return
+    for token in found:
+        revoked = f"  revoked {token.revoked_at}" if token.revoked_at else ""
+        click.echo(f"{token.id}  {token.made_at}  {token.role:<8}  {token.note}{revoked}".rstrip())
+
+
+@token_group.command("revoke")
+@click.argument("token_id", metavar="ID")
+@data_option
+@json_option
+@friendly
+def token_revoke(token_id: str, data: Path | None, as_json: bool) -> None:
+    """Revoke the token of that id, at once and for good."""
+    from moireid.web.tokens import open_tokens
+
+    with open_tokens(data) as tokens:
+        token = tokens.revoke(token_id)
+    if as_json:
+        show_json({"id": token.id, "role": token.role, "revoked_at": token.revoked_at})
+    else:
+        click.echo(f"token {token.id} ({token.role}) is revoked since {token.revoked_at}")

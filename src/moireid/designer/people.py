@@ -1,0 +1,134 @@
+"""A list of people, and the badge of each: what `--people` and the studio's page for an event read.
+
+Convention: rows are counted as a spreadsheet does, so the first person stands in row 2.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from moireid.badge import Badge
+from moireid.designer.design import design_badge
+from moireid.designer.payload import payload_for_name, payload_from_hex
+from moireid.designer.request import Request, clean_name
+from moireid.errors import MoireIdError, SpecError
+
+MOST_PEOPLE = 10_000
+
+
+@dataclass(frozen=True)
+class Person:
+    """One row of a list: its number, and name and payload as given (payload empty where none is)."""
+
+    row: int
+    name: str
+    payload: str
+
+
+@dataclass(frozen=True)
+class Designed:
+    """A person and either the badge, or why there is none."""
+
+    person: Person
+    badge: Badge | None = None
+    fault: SpecError | None = None
+
+
+def read_people(people_csv: Path) -> list[Person]:
+    """The people of a CSV file.
+
+    Raises: SpecError as `parse_people`, and where the file cannot be read.
+    """
+    try:
+        data = people_csv.read_bytes()
+    except OSError as error:
+        raise _unreadable(str(people_csv), error.strerror) from error
+    return parse_people(data, source=str(people_csv))
+
+
+def parse_people(data: bytes, *, source: str = "the list") -> list[Person]:
+    """The people of the bytes of a CSV file in UTF-8; `source` names it in messages.
+
+    Raises: SpecError where it is no such file, lacks the column name, has a column twice, holds a row with more cells
+        than its first line, or names nobody or too many.
+    """
+    try:
+        # Not splitlines, which would make two people of a name that holds a line separator.
+        text = io.StringIO(data.decode("utf-8-sig"), newline="")
+        rows = list(csv.reader(text, strict=True))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise _unreadable(source, f"no CSV in UTF-8: {error}") from error
+    header = [cell.strip().lower() for cell in rows[0]] if rows else []
+    if "name" not in header:
+        raise SpecError(
+            f"list {source} has no column name; its first line must be 'name' or 'name,payload', got "
+            f"{','.join(header)[:60]!r}"
+        )
+    for column in ("name", "payload"):
+        if header.count(column) > 1:
+            raise SpecError(f"list {source} has {header.count(column)} columns {column}; leave one of them")
+    place = {column: header.index(column) for column in ("name", "payload") if column in header}
+    people = []
+    for number, row in enumerate(rows[1:], start=2):
+        if not any(cell.strip() for cell in row):
+            continue
+        # A name with a comma in it, and no quotes about it, would be printed cut short.
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise SpecError(
+                f"row {number} of {Path(source).name} has {len(row)} cells, and the first line {len(header)}; put "
+                'quotes about a name with a comma in it, as in "Doe, Jane"'
+            )
+        cells = {column: row[k].strip() if k < len(row) else "" for column, k in place.items()}
+        people.append(Person(number, cells["name"], cells.get("payload", "")))
+    if not 1 <= len(people) <= MOST_PEOPLE:
+        raise SpecError(f"list {source} names {len(people)} people; 1 to {MOST_PEOPLE} can be printed at once")
+    return people
+
+
+def design_people(people: Iterable[Person], request: Request, *, source: str = "the list") -> Iterator[Designed]:
+    """A badge for each person, in order, or the fault of that row.
+
+    Two rows of one identity are a fault of the later one: names that are alike ask for payloads of their own.
+    """
+    rows: dict[str, int] = {}
+    family = request.family or "spacing"
+    for person in people:
+        where = f"row {person.row} of {Path(source).name} ({person.name[:40]!r})"
+        try:
+            named = replace(request, name=clean_name(person.name))
+            given = payload_from_hex(person.payload, family=family) if person.payload else None
+            badge = design_badge(named, given or payload_for_name(named.name, family=family))
+        except MoireIdError as error:
+            fault = SpecError(f"{where}: {error}")
+            fault.__cause__ = error
+            yield Designed(person, fault=fault)
+            continue
+        badge_id = badge.id or ""
+        if badge_id in rows:
+            fault = SpecError(
+                f"rows {rows[badge_id]} and {person.row} of {Path(source).name} give one identity, {badge_id}; for two "
+                "people of one name give a column payload with 16 hex digits"
+            )
+            yield Designed(person, fault=fault)
+            continue
+        rows[badge_id] = person.row
+        yield Designed(person, badge)
+
+
+def badges_of(designed: Iterable[Designed]) -> list[Badge]:
+    """The badges of a list.  Raises: the first row's fault."""
+    badges = []
+    for one in designed:
+        if one.fault is not None:
+            raise one.fault
+        assert one.badge is not None
+        badges.append(one.badge)
+    return badges
+
+
+def _unreadable(source: str, why: str | None) -> SpecError:
+    return SpecError(f"list {source} cannot be read ({why}); give a CSV file with a column name")

@@ -1,0 +1,112 @@
+"""Where the face is: looked for a few times a second, carried between, and for a stated time while it is hidden.
+
+The detector is dlib's frontal HOG detector, a kept library whose weights lie within its package.  It finds faces of 80
+pixels and more, and its cost goes with the picture's area: so the whole frame is shrunken, and a face that is known is
+looked for around its place alone, at the size that the detector likes best.
+
+Convention: boxes are x0, y0, x1, y1 in px of the film's own picture, centre of the top left pixel at (0, 0).
+"""
+
+from __future__ import annotations
+
+import importlib
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import MissingExtraError
+
+Box = tuple[float, float, float, float]
+#: A face is looked for so often: around its place, and in the whole frame where it is not known.
+LOOK_S, SEARCH_S = 0.3, 0.5
+#: The whole frame is shrunken to this width at most: a face of an eighth of it is found, which is a talking head's.
+SEARCH_PX = 720
+#: Around its place it is looked for in a square of so many of its sizes, shrunken so that the face is so large.
+AROUND_SIZES, FACE_PX = 2.5, 110
+#: Least score of the detector.  A photograph of a face scores 1.3 to 1.5, the worst of its false boxes 0.23.
+MIN_SCORE = 0.5
+#: A box holds for so long after the face was seen last: while nothing hides it, and while the badge does.  Heads of
+#: people who talk move by less than half a face in that time.
+CARRY_S, HIDDEN_S = 1.0, 4.0
+
+
+@dataclass(frozen=True)
+class Face:
+    """A face: its box, and when it was seen last, s."""
+
+    box: Box
+    seen_s: float
+
+
+class FaceFollower:
+    """Follows one face over a film: the one that it knows while that is seen, else the largest.
+
+    Raises: MissingExtraError where dlib is not installed.
+    Source: dlib's `get_frontal_face_detector` (histograms of oriented gradients, a linear classifier).
+    """
+
+    def __init__(self) -> None:
+        try:
+            dlib = importlib.import_module("dlib")
+        except ImportError as missing:
+            raise MissingExtraError(
+                "finding faces needs dlib; install it with: pip install 'moireid[face]'"
+            ) from missing
+        self._detector = dlib.get_frontal_face_detector()
+        self._face: Face | None = None
+        self._due_s = -np.inf
+        #: How often it was looked for, and how often it was seen.
+        self.looks, self.seen = 0, 0
+
+    def follow(self, luma: NDArray[np.uint8], time_s: float, *, hidden: bool = False) -> Face | None:
+        """The face in this frame, as far as it is known; None where it is not.
+
+        Parameters: luma: the film's own picture; hidden: whether the badge covered it in the frame before.
+        Convention: frames in order; a face that is hidden is carried at its last place, and only looked for there.
+        """
+        if time_s >= self._due_s:
+            self._look(luma, time_s, hidden)
+        known = self._face
+        if known is not None and time_s - known.seen_s > (HIDDEN_S if hidden else CARRY_S):
+            self._face = None
+        return self._face
+
+    def _look(self, luma: NDArray[np.uint8], time_s: float, hidden: bool) -> None:
+        self.looks += 1
+        known = self._face
+        found = self._near(luma, known.box) if known else self._anywhere(luma)
+        self._due_s = time_s + (LOOK_S if known or found else SEARCH_S)
+        if found is None and known and not hidden:
+            # It may have gone elsewhere; it is looked for there, but its last place is kept while that may hold.
+            found = self._anywhere(luma)
+        if found is not None:
+            self.seen += 1
+            self._face = Face(found, time_s)
+
+    def _anywhere(self, luma: NDArray[np.uint8]) -> Box | None:
+        return self._largest(luma, (0, 0), min(1.0, SEARCH_PX / luma.shape[1]))
+
+    def _near(self, luma: NDArray[np.uint8], box: Box) -> Box | None:
+        x0, y0, x1, y1 = box
+        size = max(x1 - x0, y1 - y0)
+        half = AROUND_SIZES * size / 2
+        left, top = max(int((x0 + x1) / 2 - half), 0), max(int((y0 + y1) / 2 - half), 0)
+        part = luma[top : int((y0 + y1) / 2 + half), left : int((x0 + x1) / 2 + half)]
+        return self._largest(part, (left, top), FACE_PX / size)
+
+    def _largest(self, luma: NDArray[np.uint8], corner: tuple[int, int], scale: float) -> Box | None:
+        """The largest face of a part of the picture, which is looked at on another scale."""
+        if min(luma.shape) * scale < 1:
+            return None
+        way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+        small = np.asarray(cv2.resize(luma, None, fx=scale, fy=scale, interpolation=way), np.uint8)
+        # No picture is made larger, and the scores' limit is the detector's own.
+        boxes, _, _ = self._detector.run(np.ascontiguousarray(small), 0, MIN_SCORE)
+        if not boxes:
+            return None
+        one = max(boxes, key=lambda box: box.area())
+        sides = (one.left(), one.top(), one.right() + 1, one.bottom() + 1)
+        x0, y0, x1, y1 = (float(side / scale + corner[k % 2]) for k, side in enumerate(sides))
+        return x0, y0, x1, y1

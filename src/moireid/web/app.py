@@ -1,0 +1,88 @@
+"""The application: which routes there are, and what stands before them."""
+
+from __future__ import annotations
+
+from collections.abc import AsyncIterator
+from contextlib import asynccontextmanager
+from importlib import resources
+
+from fastapi import APIRouter, FastAPI
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import Response
+
+from moireid import __version__
+from moireid.web import (
+    api,
+    enroll_pages,
+    home_pages,
+    issue_api,
+    issue_pages,
+    live,
+    problems,
+    registry_api,
+    registry_pages,
+    verify_pages,
+)
+from moireid.web.guard import Guard
+from moireid.web.roles import anyone
+from moireid.web.schema import describe
+from moireid.web.settings import Settings
+from moireid.web.studio import Studio
+
+#: Every file of routes, in the order of the navigation.  A new one is added here.
+ROUTERS: tuple[APIRouter, ...] = (
+    home_pages.router,
+    issue_pages.router,
+    enroll_pages.router,
+    verify_pages.router,
+    registry_pages.router,
+    api.router,
+    issue_api.router,
+    registry_api.router,
+    live.router,
+)
+KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+
+
+def create_app(settings: Settings) -> FastAPI:
+    """The studio as an ASGI application; it holds its registry open until it is shut down.
+
+    Raises: RegistryError where the registry is absent, or the studio's folder cannot be used.
+    """
+    studio = Studio(settings)
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        studio.jobs.start()
+        try:
+            yield
+        finally:
+            await run_in_threadpool(studio.jobs.stop)
+            studio.close()
+
+    # The framework's own documentation pages ask for scripts from outside.
+    app = FastAPI(title="moireid studio", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app.state.studio = studio
+    app.add_middleware(Guard, loopback_only=not settings.auth)
+    problems.install(app)
+    for router in (*ROUTERS, _static()):
+        # Each with its own prefix and rules already; in one flat list, so that whoever looks over all of them can.
+        app.router.routes.extend(router.routes)
+    describe(app)
+    return app
+
+
+def _static() -> APIRouter:
+    """The files of `static/`, each by its name: read once, and no path is ever made of what a visitor sends."""
+    router = APIRouter(dependencies=[anyone], include_in_schema=False)
+    for entry in resources.files("moireid.web").joinpath("static").iterdir():
+        kind = KINDS.get("." + entry.name.rpartition(".")[2])
+        if kind is not None:
+            _one_file(router, entry.name, entry.read_bytes(), kind)
+    return router
+
+
+def _one_file(router: APIRouter, name: str, content: bytes, kind: str) -> None:
+    @router.get(f"/static/{name}")
+    def file() -> Response:
+        return Response(content, media_type=kind, headers={"Cache-Control": "max-age=300"})

@@ -1,0 +1,120 @@
+"""From what a visitor sends to a job at work: the same for the API and for the pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from fastapi import Request
+from fastapi.concurrency import run_in_threadpool
+
+from moireid.badge import Badge, badge_from_json
+from moireid.errors import RegistryError
+from moireid.lenticule import view_law
+from moireid.registry import Claimed, Registry, claimed
+from moireid.web.jobs import Job
+from moireid.web.problems import Refusal
+from moireid.web.roles import Visitor
+from moireid.web.studio import Studio, studio_of
+from moireid.web.task import Law
+from moireid.web.uploads import receive
+
+#: Focal lengths that the command takes too, px.
+FOCAL_PX = (50.0, 100_000.0)
+#: The kinds of jobs that judge a film.
+KINDS = ("verify", "identify")
+VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original")
+#: Laws that are handed to a film's process: those of a claimed badge, or of as many layouts.
+MOST_LAWS = 8
+IDENTIFY_FIELDS = ("focal_px",)
+
+
+async def start_job(request: Request, visitor: Visitor, *, kind: str | None = None, report: bool) -> Job:
+    """Receive a film with its form, and let the job begin.
+
+    Parameters: kind: verify or identify, None where the form's field `kind` says which; report: make the report too.
+    Raises: Refusal where the form, the film or the claim cannot be used, or too many films wait.
+    """
+    studio = studio_of(request)
+    job = studio.jobs.admit(kind or "verify", visitor.id)
+    try:
+        fields = IDENTIFY_FIELDS if kind == "identify" else VERIFY_FIELDS if kind else ("kind", *VERIFY_FIELDS)
+        form = await receive(request, job.folder, studio.settings.limits, fields=fields)
+        # An empty field of a page's form is one that nobody filled in.
+        given = {name: text.strip() for name, text in form.fields.items() if text.strip()}
+        if form.video is None:
+            raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
+        job.kind = given.get("kind", job.kind)
+        if job.kind not in KINDS:
+            raise Refusal(422, "fields", "The field kind is verify or identify.")
+        focal_px = _focal(given.get("focal_px"))
+        if job.kind == "identify":
+            job.label = "who it is"
+            laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
+            url = studio.settings.registry_url
+            studio.jobs.submit(job, form.video, registry_url=url, focal_px=focal_px, laws=laws)
+            return job
+        found, laws = await run_in_threadpool(_claimed, studio, given)
+        job.label = found.badge.name or "a board without a name"
+        studio.jobs.submit(
+            job, form.video, found=found, focal_px=focal_px, require_original=_truth(given.get("require_original")),
+            report=report, laws=laws,
+        )  # fmt: skip
+    except BaseException:
+        # Also where the visitor goes away: what has come of the film is removed.
+        studio.jobs.remove(job)
+        raise
+    return job
+
+
+def find_claimed(registry: Registry, claim: str) -> Claimed:
+    """As `claimed`.  Raises: Refusal 404 where nobody is meant, 409 where more than one is."""
+    try:
+        return claimed(registry, claim)
+    except RegistryError as error:
+        ids = error.details.get("ids")
+        if ids == []:
+            raise Refusal(
+                404, "no_claim", f"Nobody named {claim[:80]!r} is in the registry, and no badge has such an id."
+            ) from error
+        if ids:
+            raise Refusal(409, "ambiguous", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
+        raise
+
+
+def _laws(badges: Sequence[Badge]) -> list[Law]:
+    """The laws of badges of the registry: traced here once, as each film's process would do it anew."""
+    pairs = {(badge.lens, grating.pitch_mm) for badge in badges for grating in badge.gratings}
+    return [(lens, pitch_mm, view_law(lens, pitch_mm)) for lens, pitch_mm in list(pairs)[:MOST_LAWS]]
+
+
+def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]:
+    if ("claim" in given) == ("badge" in given):
+        raise Refusal(
+            422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
+        )
+    if "claim" in given:
+        found = find_claimed(studio.registry, given["claim"])
+        return found, _laws([found.badge])
+    # The law of what a visitor sends is traced where the film is read, within limits.
+    return Claimed(badge_from_json(given["badge"])), []
+
+
+def _focal(text: str | None) -> float | None:
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not FOCAL_PX[0] <= value <= FOCAL_PX[1]:
+        raise Refusal(422, "fields", f"focal_px is a number of pixels from {FOCAL_PX[0]:g} to {FOCAL_PX[1]:g}.")
+    return value
+
+
+def _truth(text: str | None) -> bool:
+    if text is None or text.lower() in ("false", "0", "off"):
+        return False
+    if text.lower() in ("true", "1", "on"):
+        return True
+    raise Refusal(422, "fields", "require_original is true or false.")

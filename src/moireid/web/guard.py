@@ -1,0 +1,79 @@
+"""What stands before every route: headers of each answer, and no request that another site made a browser send.
+
+A browser says which site made it send a request (Sec-Fetch-Site, and Origin for all that changes things), and no page
+can forge either.  So forms need no token of their own: a request that changes things, or opens a WebSocket, passes only
+where it comes from this very origin, or from no browser at all.
+Source: "Cross-Site Request Forgery Prevention" of the OWASP cheat sheets, on Fetch Metadata; RFC 6455, section 10.2.
+
+Without tokens the Host must be loopback too: else a page of another site could have its own name lead to this server
+(DNS rebinding), and would be of the same origin then.
+"""
+
+from __future__ import annotations
+
+from urllib.parse import urlsplit
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from moireid.web.settings import is_loopback
+
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; media-src 'self' blob:; "
+    "connect-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'"
+)
+HEADERS = {
+    "Content-Security-Policy": POLICY,
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Permissions-Policy": "camera=(self), microphone=(), geolocation=(), payment=()",
+    "Cache-Control": "no-store",
+}
+SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
+
+
+class Guard:
+    """ASGI middleware; a header that a route has set already stays as it is."""
+
+    def __init__(self, app: ASGIApp, *, loopback_only: bool) -> None:
+        self.app, self.loopback_only = app, loopback_only
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] not in ("http", "websocket"):
+            await self.app(scope, receive, send)
+            return
+
+        async def with_headers(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        headers = Headers(scope=scope)
+        if why := self._refused(scope, headers):
+            if scope["type"] == "websocket":
+                await receive()
+                await send({"type": "websocket.close", "code": 1008})
+                return
+            await JSONResponse({"code": "other_site", "text": why}, 403)(scope, receive, with_headers)
+            return
+        await self.app(scope, receive, with_headers)
+
+    def _refused(self, scope: Scope, headers: Headers) -> str | None:
+        """Why a request does not pass, or None."""
+        host = headers.get("host", "")
+        if self.loopback_only and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+            return "This studio runs without tokens, so it is reached as localhost or 127.0.0.1 alone."
+        if scope["type"] == "http" and scope["method"] in SAFE:
+            return None
+        site, origin = headers.get("sec-fetch-site"), headers.get("origin")
+        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+            return "This request was sent by another site; open the studio's own page."
+        if site is not None and site not in ("same-origin", "none"):
+            return "This request was sent by another site; open the studio's own page."
+        return None

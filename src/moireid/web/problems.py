@@ -1,0 +1,86 @@
+"""Errors as people and programs get them: one sentence, on a page, or as JSON under /api."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse, Response
+from pydantic import BaseModel
+from starlette.exceptions import HTTPException
+
+from moireid.errors import MoireIdError
+
+
+class Problem(BaseModel):
+    """What an answer that is no success says: `code` for programs, `text` for people."""
+
+    code: str
+    text: str
+
+
+class Refusal(Exception):
+    """A request that is refused: HTTP status, code and sentence; raise it from any route."""
+
+    def __init__(self, status: int, code: str, text: str, *, headers: dict[str, str] | None = None) -> None:
+        super().__init__(text)
+        self.status, self.code, self.text, self.headers = status, code, text, headers
+
+
+#: What a status means where the framework says no more.
+WORDS = {
+    404: ("not_found", "There is nothing at this address."),
+    405: ("method", "This address does not take such a request."),
+    400: ("bad_request", "This request cannot be read."),
+}
+
+
+def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
+    """The `responses` of a route that may answer with these problems, for /openapi.json."""
+    return {status: {"model": Problem} for status in statuses}
+
+
+def install(app: FastAPI) -> None:
+    """Let the application answer every error in our words."""
+    app.add_exception_handler(Refusal, _refused)
+    app.add_exception_handler(MoireIdError, _ours)
+    app.add_exception_handler(RequestValidationError, _invalid)
+    app.add_exception_handler(HTTPException, _http)
+
+
+async def _refused(request: Request, error: Exception) -> Response:
+    assert isinstance(error, Refusal)
+    return answer(request, error)
+
+
+async def _ours(request: Request, error: Exception) -> Response:
+    # Its sentence is for people already; but where the registry lies is not for those who come from outside.
+    shown = request.app.state.studio.registry.shown_url
+    text = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+    return answer(request, Refusal(422, type(error).__name__, text))
+
+
+async def _invalid(request: Request, error: Exception) -> Response:
+    assert isinstance(error, RequestValidationError)
+    told = [f"{'.'.join(map(str, one['loc'][1:])) or one['loc'][0]}: {one['msg']}" for one in error.errors()[:5]]
+    return answer(request, Refusal(422, "fields", "The request cannot be used: " + "; ".join(told) + "."))
+
+
+async def _http(request: Request, error: Exception) -> Response:
+    assert isinstance(error, HTTPException)
+    code, text = WORDS.get(error.status_code, ("refused", str(error.detail)))
+    headers = dict(error.headers) if error.headers else None
+    return answer(request, Refusal(error.status_code, code, text, headers=headers))
+
+
+def answer(request: Request, error: Refusal) -> Response:
+    """The answer to a request that was refused."""
+    if request.url.path.startswith("/api/") or request.url.path == "/openapi.json":
+        return JSONResponse({"code": error.code, "text": error.text}, error.status, headers=error.headers)
+    from moireid.web.pages import render
+
+    template = "login.html.j2" if error.status == 401 else "problem.html.j2"
+    response = render(request, template, status=error.status, problem=error)
+    response.headers.update(error.headers or {})
+    return response

@@ -1,0 +1,135 @@
+// A badge whose fringes follow the phase law: what `moireid.web.preview_law` traced is interpolated, nothing is made up.
+//
+// Convention: that of the server's module.  Page mm, x right, y down; a camera {x, y, z} has z < 0 and sees the page's
+// point X along the tangents (X - C) / |z|.  `law` is the server's JSON.
+
+/** Pixels to the millimetre of the drawing. */
+const PX_PER_MM = 4;
+const INK = 28, PAPER = 250;
+
+/** The camera that looks at the board's middle from the tangents `right` and `down`, `distance` mm away. */
+export function cameraAt(law, right, down, distance) {
+  const [x0, y0, x1, y1] = law.board_mm;
+  return { x: (x0 + x1) / 2 + right * distance, y: (y0 + y1) / 2 + down * distance, z: -distance };
+}
+
+/** One entry of a grating's table, straight lines between its rows and columns; even in the tangent across. */
+function lookUp(grating, table, along, across) {
+  const rows = table.length, columns = table[0].length;
+  const r = Math.min(Math.max((along - grating.first) / grating.step_along, 0), rows - 1);
+  const c = Math.min(Math.abs(across) / grating.step_across, columns - 1);
+  const r0 = Math.min(Math.floor(r), rows - 2), c0 = Math.min(Math.floor(c), columns - 2);
+  const top = table[r0][c0] + (c - c0) * (table[r0][c0 + 1] - table[r0][c0]);
+  const bottom = table[r0 + 1][c0] + (c - c0) * (table[r0 + 1][c0 + 1] - table[r0 + 1][c0]);
+  return top + (r - r0) * (bottom - top);
+}
+
+/** The place within a printed period that is seen at a point of the page, in turns, not wrapped. */
+export function turnsAt(law, g, cell, x, y, camera) {
+  const grating = law.gratings[g], { pitch_mm: printed, edge_mm: edge } = grating.cells[cell];
+  const upright = grating.axis === "x", depth = Math.abs(camera.z);
+  const place = upright ? x : y;
+  const along = (upright ? x - camera.x : y - camera.y) / depth;
+  const across = (upright ? y - camera.y : x - camera.x) / depth;
+  const shift = lookUp(grating, grating.shift_mm, along, across);
+  // The markers lie on the page and the fringes on the lenses, one thickness nearer.
+  const lens = place - law.lens.thickness_mm * along - grating.middle_mm;
+  return (grating.middle_mm - edge) / printed + lens * (1 / printed - 1 / law.lens.pitch_mm) + shift / printed;
+}
+
+/** How far the fringes in the middle of a grating's first cell have moved since the camera stood straight ahead, mm. */
+export function movedMm(law, g, camera) {
+  const [x0, y0, x1, y1] = law.gratings[g].cells[0].rect_mm, x = (x0 + x1) / 2, y = (y0 + y1) / 2;
+  const ahead = cameraAt(law, 0, 0, Math.abs(camera.z)), step = 0.5;
+  const upright = law.gratings[g].axis === "x";
+  const here = turnsAt(law, g, 0, x, y, ahead);
+  const slope = (turnsAt(law, g, 0, x + (upright ? step : 0), y + (upright ? 0 : step), ahead) - here) / step;
+  return (here - turnsAt(law, g, 0, x, y, camera)) / slope;
+}
+
+/** Brightness, 0 to 1, along the middle of a cell, `count` samples from its lesser end. */
+export function brightness(law, g, cell, camera, count) {
+  const grating = law.gratings[g], [x0, y0, x1, y1] = grating.cells[cell].rect_mm;
+  const upright = grating.axis === "x", profile = grating.profile, places = profile.length;
+  const mean = profile.reduce((sum, value) => sum + value, 0) / places;
+  const out = new Float32Array(count);
+  for (let k = 0; k < count; k++) {
+    const share = (k + 0.5) / count;
+    const x = upright ? x0 + share * (x1 - x0) : (x0 + x1) / 2, y = upright ? (y0 + y1) / 2 : y0 + share * (y1 - y0);
+    const depth = Math.abs(camera.z), right = (x - camera.x) / depth, down = (y - camera.y) / depth;
+    const kept = lookUp(grating, grating.contrast, upright ? right : down, upright ? down : right);
+    const turns = turnsAt(law, g, cell, x, y, camera), at = (turns - Math.floor(turns)) * places, low = Math.floor(at);
+    const value = profile[low % places] + (at - low) * (profile[(low + 1) % places] - profile[low % places]);
+    out[k] = mean + kept * (value - mean);
+  }
+  return out;
+}
+
+/** Draws a badge on a canvas; what never moves is drawn once. */
+export class BadgePicture {
+  constructor(canvas, law) {
+    this.law = law;
+    const [x0, y0, x1, y1] = law.board_mm;
+    canvas.width = Math.round((x1 - x0) * PX_PER_MM);
+    canvas.height = Math.round((y1 - y0) * PX_PER_MM);
+    this.context = canvas.getContext("2d");
+    this.fixed();
+  }
+
+  /** A rectangle of the page in whole pixels: left, top, width, height. */
+  pixels(rect) {
+    const [left, top, right, bottom] = rect.map((value, k) => Math.round((value - this.law.board_mm[k % 2]) * PX_PER_MM));
+    return [left, top, right - left, bottom - top];
+  }
+
+  /** Paper, markers and words. */
+  fixed() {
+    const pen = this.context, grey = (level) => `rgb(${level},${level},${level})`;
+    pen.fillStyle = grey(PAPER);
+    pen.fillRect(0, 0, pen.canvas.width, pen.canvas.height);
+    for (const { black, white } of this.law.markers) {
+      pen.fillStyle = grey(INK);
+      pen.fillRect(...this.pixels(black));
+      pen.fillStyle = grey(PAPER);
+      for (const rect of white) pen.fillRect(...this.pixels(rect));
+    }
+    pen.fillStyle = grey(INK);
+    pen.textAlign = "center";
+    pen.textBaseline = "middle";
+    for (const { text, box_mm: box, height_mm: height } of this.law.words) {
+      const [left, top, width, room] = this.pixels(box);
+      pen.font = `600 ${height * PX_PER_MM}px system-ui, sans-serif`;
+      const lines = broken(pen, text, width);
+      const step = Math.min(height * PX_PER_MM * 1.25, room / lines.length);
+      pen.font = `600 ${step / 1.25}px system-ui, sans-serif`;
+      lines.forEach((line, k) => pen.fillText(line, left + width / 2, top + room / 2 + (k - (lines.length - 1) / 2) * step, width));
+    }
+  }
+
+  /** The fringes as `camera` sees them. */
+  draw(camera) {
+    this.law.gratings.forEach((grating, g) => grating.cells.forEach((cell, c) => {
+      const [left, top, width, height] = this.pixels(cell.rect_mm);
+      const upright = grating.axis === "x", light = brightness(this.law, g, c, camera, upright ? width : height);
+      const image = this.context.createImageData(width, height), data = image.data;
+      for (let y = 0, k = 0; y < height; y++) {
+        for (let x = 0; x < width; x++, k += 4) {
+          data[k] = data[k + 1] = data[k + 2] = INK + (PAPER - INK) * light[upright ? x : y];
+          data[k + 3] = 255;
+        }
+      }
+      this.context.putImageData(image, left, top);
+    }));
+  }
+}
+
+/** Words in lines no wider than `width`, four at most; a longer word is left to be squeezed. */
+function broken(pen, text, width) {
+  const lines = [""];
+  for (const word of text.split(/\s+/)) {
+    const longer = lines.at(-1) ? `${lines.at(-1)} ${word}` : word;
+    if (pen.measureText(longer).width <= width || !lines.at(-1) || lines.length === 4) lines[lines.length - 1] = longer;
+    else lines.push(word);
+  }
+  return lines;
+}

@@ -1,0 +1,18 @@
+// The page of a film that is being judged: shows how far it has come, then loads itself again for the verdict.
+"use strict";
+const job = document.getElementById("job").dataset.job;
+const bar = document.getElementById("bar");
+const state = document.getElementById("state");
+const words = { receiving: "Receiving", waiting: "Waiting for its turn", working: "Reading the film" };
+const events = new EventSource(`/api/jobs/${job}/events`);
+
+events.addEventListener("progress", (event) => {
+  const now = JSON.parse(event.data);
+  const all = now.expected && now.read >= now.expected;
+  if (now.expected) { bar.max = now.expected; bar.value = now.read; }
+  const frames = now.read ? `: ${now.read}${now.expected ? ` of ${now.expected}` : ""} frames` : "";
+  state.textContent = (all ? "Judging" : words[now.state]) + frames;
+});
+events.addEventListener("end", () => { events.close(); location.reload(); });
+// The browser asks again by itself; where it cannot, the page does.
+events.addEventListener("error", () => { if (events.readyState === EventSource.CLOSED) setTimeout(() => location.reload(), 2000); });

@@ -1,0 +1,121 @@
+"""A studio for tests: an application over a new registry, asked without a network."""
+
+from __future__ import annotations
+
+import asyncio
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import httpx
+import pytest
+from fastapi import FastAPI
+
+from moireid.badge import Badge
+from moireid.registry import open_registry
+from moireid.web.app import create_app
+from moireid.web.settings import Limits, Settings
+from moireid.web.studio import Studio
+
+ROLES = ("issuer", "verifier", "admin")
+ORIGIN = "http://studio.test"
+
+
+class Visit:
+    """An application, and tokens of every role by which to ask it."""
+
+    def __init__(self, app: FastAPI, folder: Path) -> None:
+        self.app, self.folder = app, folder
+        self.studio: Studio = app.state.studio
+        self.tokens = {role: self.studio.tokens.create(role)[0] for role in ROLES} if self.studio.settings.auth else {}
+
+    def ask(self, method: str, path: str, role: str | None = "admin", **more: Any) -> httpx.Response:
+        """The answer to one request."""
+        return self.ask_all([(method, path, role, more)])[0]
+
+    def ask_all(self, requests: list[tuple[str, str, str | None, dict[str, Any]]]) -> list[httpx.Response]:
+        """The answers to requests that are made at once."""
+
+        async def go() -> list[httpx.Response]:
+            transport = httpx.ASGITransport(self.app, raise_app_exceptions=False)
+            async with httpx.AsyncClient(transport=transport, base_url=ORIGIN, timeout=300) as client:
+                return await asyncio.gather(*(self._one(client, *request) for request in requests))
+
+        return asyncio.run(go())
+
+    async def _one(
+        self, client: httpx.AsyncClient, method: str, path: str, role: str | None, more: dict[str, Any]
+    ) -> httpx.Response:
+        bearer = {"Authorization": f"Bearer {self.tokens[role]}"} if role in self.tokens else {}
+        headers = bearer | more.pop("headers", {})
+        return await client.request(method, path, headers=headers, **more)
+
+    def left(self) -> list[str]:
+        """What lies in the folders of jobs."""
+        return sorted(str(path.relative_to(self.folder)) for path in (self.folder / "jobs").rglob("*"))
+
+    def wait(self, job_id: str) -> dict[str, Any]:
+        """The job once it is over."""
+        begun = time.monotonic()
+        while (told := self.ask("GET", f"/api/jobs/{job_id}").json())["state"] not in ("done", "failed"):
+            assert time.monotonic() - begun < 200
+            time.sleep(0.1)
+        return told
+
+
+@contextmanager
+def studio(folder: Path, *badges: Badge, auth: bool = True, work: bool = True, **limits: Any) -> Iterator[Visit]:
+    """A studio at work (or only open), with these badges enrolled; its keys lie where MOIREID_KEYS says."""
+    url = f"sqlite:///{folder}/registry.sqlite3"
+    with open_registry(url, create=True) as registry:
+        for badge in badges:
+            registry.enroll(badge)
+    app = create_app(Settings(url, folder / "studio", auth=auth, limits=replace(Limits(), **limits)))
+    visit = Visit(app, folder / "studio")
+    if work:
+        visit.studio.jobs.start()
+    try:
+        yield visit
+    finally:
+        visit.studio.jobs.stop()
+        visit.studio.close()
+
+
+def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:
+    """The first frames of a film, smaller: quickly judged; so few are never more than "inconclusive"."""
+    with av.open(str(source)) as given, av.open(str(path), "w") as made:
+        stream = made.add_stream("libx264", rate=60)
+        stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"
+        for number, frame in enumerate(given.decode(video=0)):
+            if number == frames:
+                break
+            small = frame.reformat(*size)
+            small.pts, small.time_base = number, Fraction(1, 60)
+            made.mux(stream.encode(small))
+        made.mux(stream.encode())
+    return path
+
+
+def film_form(
+    film: Path | bytes, badge: Path | str | None = None, name: str = "film.mp4", **fields: str
+) -> dict[str, Any]:
+    """What to hand to `ask` for an upload."""
+    content = film if isinstance(film, bytes) else film.read_bytes()
+    text = badge.read_text() if isinstance(badge, Path) else badge
+    return {"files": {"video": (name, content)}, "data": fields | ({"badge": text} if text else {})}
+
+
+def needs(program: str | None, what: str) -> str:
+    """The path of a program that a test needs: absent it is skipped, or fails where CI is set."""
+    import os
+
+    if program is None:
+        if "CI" in os.environ:
+            pytest.fail(f"CI is set, and {what} is not installed", pytrace=False)
+        pytest.skip(f"{what} is not installed")
+    return program
