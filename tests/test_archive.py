@@ -110,6 +110,43 @@ def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone
     assert again <= own and own.total() == len(set(kills)), (again, own, kills)
 
 
+INTERRUPTED = """
+import sys
+from pathlib import Path
+from film_stubs import Stub, act
+from moireid.archive.engine import Task, run_tasks
+
+if __name__ == "__main__":
+    try:
+        list(run_tasks(act, [Task((Stub(f"f{k}", Path(sys.argv[1]), 60.0),)) for k in range(4)], workers=2))
+    except KeyboardInterrupt:
+        print("interrupted")
+"""
+
+
+@pytest.mark.parametrize("moment", ["start", "work"])
+def test_an_interrupt_of_a_terminal_ends_a_run_soon_and_silently(tmp_path: Path, moment: str):
+    """Catches: tracebacks of workers, or of a cluster that was broken off as it started; workers that are waited for,
+    processes left.
+    """
+    script, log = tmp_path / "script.py", tmp_path / "log"
+    script.write_text(INTERRUPTED)
+    path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(Path(__file__).parent)])
+    with subprocess.Popen(
+        [sys.executable, str(script), str(log)], env=os.environ | {"PYTHONPATH": path}, start_new_session=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        own, last = psutil.Process(process.pid), time.monotonic() + 60
+        while len(own.children()) < 3 if moment == "start" else len(notes(log)) < 2:
+            assert time.monotonic() < last and process.poll() is None
+            time.sleep(0.02)
+        processes = own.children(recursive=True)
+        os.killpg(process.pid, signal.SIGINT)
+        told, wrong = process.communicate(timeout=20)
+    assert (told, wrong, process.returncode) == ("interrupted\n", "", 0)
+    assert psutil.wait_procs(processes, timeout=5)[1] == []
+
+
 @contextmanager
 def started(*command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     """A Dask program as somebody starts it, where ours and the stubs can be imported."""

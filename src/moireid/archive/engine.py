@@ -11,16 +11,18 @@ from __future__ import annotations
 
 import logging
 import pickle
+import signal
+import threading
 import time
 import uuid
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
-from contextlib import contextmanager, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from typing import Any
 
-from moireid.archive import worker
 from moireid.archive.isolated import START_S, Limits, Lost
 from moireid.archive.worker import Done, Order, do, stop_children
 from moireid.errors import MissingExtraError, MoireIdError, SpecError
@@ -197,17 +199,41 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
             yield client
         return
     # A cluster does what it is told by whoever reaches it, so this one listens here alone and asks for a certificate.
-    with (
-        dask.config.set(DASK),
-        distributed.LocalCluster(
-            n_workers=workers, threads_per_worker=1, host="127.0.0.1", security=True,
-            scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-            # Films lie in the memory of the workers' children, which have a limit of their own.
-            memory_limit=None, silence_logs=logging.CRITICAL, preload=[worker.__name__],
-        ) as cluster,
-        cluster.get_client() as client,
-    ):  # fmt: skip
+    with dask.config.set(DASK), ExitStack() as stack:
+        with _interrupts_after():
+            cluster = distributed.LocalCluster(
+                n_workers=workers, threads_per_worker=1, host="127.0.0.1", security=True,
+                scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
+                # Films lie in the memory of the workers' children, which have a limit of their own.
+                memory_limit=None, silence_logs=logging.CRITICAL,
+            )  # fmt: skip
+            stack.enter_context(cluster)
+            client = stack.enter_context(cluster.get_client())
         yield client
+
+
+@contextmanager
+def _interrupts_after() -> Iterator[None]:
+    """An interrupt in here comes at the end: a cluster that is interrupted as it starts cannot be ended in order.
+
+    Threads that are started in here never see one, nor do processes that those start at any time: a terminal sends it
+    to all of them, and this program decides.
+    """
+    # Started later, it would let interrupts through again in the thread that starts it.
+    resource_tracker.ensure_running()
+    before, came = signal.getsignal(signal.SIGINT), list[Any]()
+    here = threading.current_thread() is threading.main_thread() and callable(before)
+    mask = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    if here:
+        signal.signal(signal.SIGINT, lambda *given: came.append(given))
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, mask)
+        if here:
+            signal.signal(signal.SIGINT, before)
+    if came and callable(before):
+        before(*came[0])
 
 
 @contextmanager

@@ -49,10 +49,13 @@ class Isolated:
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
         self._used_s = 0.0
+        self._ended = False
 
     def do(self, payload: bytes, film: str | None) -> Any | Lost:
         """The result of one job, or why there is none; payload: the pickled (work, job)."""
         begun = time.monotonic()
+        if self._ended:
+            return Lost("the run was ended", 0.0, "worker")
         if self._process is None or self._process.poll() is not None or begun - self._used_s > IDLE_S / 2:
             self._start()
         assert self._pipe is not None
@@ -73,6 +76,13 @@ class Isolated:
             words = f"it took longer than the {self._limits.seconds:g} s allowed"
             return Lost(words, time.monotonic() - begun, "time")
         return told[1] if told[0] == "done" else self._raised(told[1], told[2], self._used_s - begun)
+
+    def end(self) -> None:
+        """End the process, and do nothing more; a thread that waits for an outcome, if any, sees it by itself."""
+        self._ended = True
+        if (process := self._process) is not None:
+            process.kill()
+            process.wait()
 
     def stop(self) -> None:
         """End the process."""

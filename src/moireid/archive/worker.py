@@ -6,7 +6,6 @@ has written it down; so a worker that is killed takes no finished row with it, a
 
 from __future__ import annotations
 
-import signal
 import threading
 import time
 from dataclasses import dataclass
@@ -71,15 +70,10 @@ def do(order: Order) -> Done:
         return Done((lost,) * len(order.payloads), name)
 
 
-def dask_setup(worker: Any) -> None:
-    """Called by Dask as a local cluster's worker starts: an interrupt is for the program that started it to decide."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-
-
 def stop_children(run: str) -> None:
     """End the processes of a run on this worker."""
     for key in [key for key in _children if key[0] == run]:
-        _children.pop(key).stop()
+        _children.pop(key).end()
 
 
 def _wait_for_handover(worker: Any) -> None:
