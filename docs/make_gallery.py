@@ -75,7 +75,9 @@ def _run(command: str, *, codes: tuple[int, ...] = (0,)) -> str:
 def _badge(work: Path, name: str, wish: str, told: str) -> str:
     _run(f"print-your-badge {wish} --out {work / name} --mount none")
     with Image.open(work / name / "preview.png") as picture:
-        small = picture.convert("L").resize((420, round(420 * picture.height / picture.width)), Image.Resampling.LANCZOS)
+        small = picture.convert("L").resize(
+            (420, round(420 * picture.height / picture.width)), Image.Resampling.LANCZOS
+        )
     small.quantize(12).save(OUT / f"{name}.png", optimize=True)
     whose = shlex.split(wish)[0]
     return (
@@ -95,16 +97,20 @@ def _moving(work: Path) -> str:
         )
         with av.open(str(film)) as opened:
             frames = [frame.to_image().convert("L") for frame in opened.decode(video=0)][::3]
-        shown.append([frame.crop((440, 210, 840, 510)).resize((320, 240), Image.Resampling.LANCZOS) for frame in frames])
-    pictures = [Image.fromarray(np.hstack([np.asarray(true), np.asarray(fake)])) for true, fake in zip(*shown, strict=True)]
+        shown.append(
+            [frame.crop((541, 235, 781, 475)).resize((320, 320), Image.Resampling.LANCZOS) for frame in frames]
+        )
+    pictures = [
+        Image.fromarray(np.hstack([np.asarray(true), np.asarray(fake)])) for true, fake in zip(*shown, strict=True)
+    ]
     # There and back, so that it goes on without a jump.
     pictures += pictures[-2:0:-1]
     pictures[0].save(
         OUT / "moving.webp", save_all=True, append_images=pictures[1:], duration=100, loop=0, quality=35, method=6
     )
     return (
-        "The same motion before a simulated webcam, twice. Left a true badge; right a forged one, whose fringes go half as "
-        "far. Can you tell?\n\n![Two films of a badge that sways: the fringes of the left one travel further]"
+        "The same motion before a simulated webcam, twice. Left a true badge; right a forged one, whose fringes go "
+        "half as far. Can you tell?\n\n![Two films of a badge that sways: the fringes of the left one travel further]"
         "(gallery/moving.webp){ loading=lazy }\n"
     )
 
@@ -113,14 +119,14 @@ def _verdict(work: Path, name: str, told: str) -> str:
     command = f"moireid verify {FILMS}/{name}.mp4 --badge {FILMS}/badge.json"
     said = _run(f"{command} --report {work / name}", codes=(0, 1, 3))
     page = (work / name / "report.html").read_text(encoding="utf-8")
-    found = re.search(r"<svg.*?</svg>", page, re.DOTALL)
+    found = re.search(r"Fringe phase over time</h2>(<svg.*?</svg>)", page, re.DOTALL)
     if found is None:
         raise SystemExit(f"the report on {name} has no plot")
-    _write_svg(f"{name}.svg", found[0])
-    verdict = said.split(":")[0].capitalize()
+    _write_svg(f"{name}.svg", found[1])
+    verdict = {"ACCEPT": "Accepted", "REJECT": "Rejected"}[said.split(":")[0]]
     return (
-        f"### {verdict}: {name.replace('_', ' ')}\n\n{told}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
-        f"{{ loading=lazy }}\n\n```text\n{command}\n{said}```\n"
+        f"### {verdict}: {name}.mp4\n\n{told}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
+        f"\n\n```text\n{command}\n{said}```\n"
     )
 
 
@@ -129,7 +135,7 @@ def _rays() -> None:
     lens = lens_named("50lpi")
     figure, axes = _figure(6.4, 3.0)
     assert lens.radius_mm is not None
-    x = np.linspace(-1.5, 1.5, 601) * lens.pitch_mm
+    x = np.linspace(-2.5, 2.5, 1001) * lens.pitch_mm
     offset = x - np.round(x / lens.pitch_mm) * lens.pitch_mm
     surface = lens.radius_mm - np.sqrt(lens.radius_mm**2 - offset**2)
     axes.fill_between(x, -surface, -lens.thickness_mm, color="#dbeafe", linewidth=0)
@@ -140,13 +146,14 @@ def _rays() -> None:
         for begin, end in zip(start, landed, strict=True):
             axes.plot([begin - 0.6 * tangent, begin], [0.6, 0], color=colour, linewidth=0.8)
             axes.plot([begin, end], [0, -lens.thickness_mm], color=colour, linewidth=0.8)
-    for k in range(-2, 3):
+    for k in range(-3, 4):
         axes.plot([k * 0.52 - 0.13, k * 0.52 + 0.13], [-1.02, -1.02], color=INK, linewidth=5, solid_capstyle="butt")
     axes.set_aspect("equal")
-    axes.set_xlim(-0.85, 0.85)
+    axes.set_xlim(-1.27, 1.27)
     axes.set_ylim(-1.1, 0.55)
     axes.set_xlabel("mm; lenses above, printed lines below")
     axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
     _save(figure, "rays.svg")
 
 
@@ -181,8 +188,11 @@ def _travel() -> None:
         # The phase that a lens shows: where it lies over the lines, and what the view adds.
         phase = 2 * math.pi * x * (1 / cell.pitch_mm - 1 / lens.pitch_mm)
         phase = phase + law.phase_rad((x - middle - camera_mm) / 1000.0)
-        rows += [np.repeat((140 + 95 * np.cos(phase))[None].astype(np.uint8), 34, axis=0), np.full((4, 640), 255, np.uint8)]
-    Image.fromarray(np.vstack(rows[:-1])).quantize(16).save(OUT / "travel.png", optimize=True)
+        rows += [
+            np.repeat((140 + 95 * np.cos(phase))[None].astype(np.uint8), 34, axis=0),
+            np.full((4, 640), 255, np.uint8),
+        ]
+    Image.fromarray(np.vstack(rows[:-1])).quantize(64).save(OUT / "travel.png", optimize=True)
 
 
 def _figure(width: float, height: float) -> tuple[Any, Any]:

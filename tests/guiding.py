@@ -1,9 +1,10 @@
 """The guides as a reader follows them: a page's blocks, in order, in one shell and one Python for each page.
 
-In a `console` block a line that begins with `$ ` is typed; the lines below it must come out, whole and in that order,
-with anything between them; `…` stands for any letters.  A typed line ends with exit code 0, or says another:
-`# exit code 3`.  A server runs until the page ends.  What a `python` block prints stands in a `text` block after it.
-A block that is not run has `<!-- not run: reason -->` above it.
+In a `console` block a line that begins with `$ ` is typed, with the lines by which it goes on (after a backslash, or up
+to the END of `<< END`); the lines below must come out, whole and in that order, with anything between them; `…` stands
+for any letters.  What is typed ends with exit code 0, or says another: `# exit code 3`.  A server runs until the page
+ends.  What a `python` block prints stands in a `text` block after it.  A block that is not run has
+`<!-- not run: reason -->` above it.
 """
 
 from __future__ import annotations
@@ -22,10 +23,14 @@ from types import TracebackType
 #: The port that pages write; each session has a free one in its place.
 PORT = "8000"
 SERVER = re.compile(r"moireid serve\b")
-FENCE = re.compile(r"(?:^<!-- not run: (?P<why>.+?) -->\n)?^```(?P<kind>\w+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(
+    r"(?:^<!-- not run: (?P<why>.+?) -->\n)?^```(?P<kind>\w+)\n(?P<body>.*?)^```$", re.MULTILINE | re.DOTALL
+)
 STATED = re.compile(r"\s+# exit code (\d+)$")
+#: What is typed goes on to the line of that word.
+HERE = re.compile(r"<< (\w+)$")
 MARK = "\x1e"
-#: A Python that takes a block as its length and its text, runs it among the names of those before, and says how it went.
+#: A Python that takes a block as its length and its text, runs it among the names of those before, and tells its end.
 PYTHON = f"""
 import sys, traceback
 names = {{"__name__": "__main__"}}
@@ -64,13 +69,20 @@ def blocks_of(page: Path) -> list[Block]:
 def commands_of(block: Block) -> list[tuple[str, list[str]]]:
     """What is typed in a console block, and the lines shown below it."""
     found: list[tuple[str, list[str]]] = []
+    until = ""
     for line in block.body.splitlines():
-        if line.startswith("$ "):
+        typed = found[-1][0] if found else ""
+        if until or typed.endswith("\\"):
+            found[-1] = (f"{typed}\n{line}", [])
+            until = "" if line == until else until
+        elif line.startswith("$ "):
             found.append((line[2:], []))
         elif found:
             found[-1][1].append(line)
         else:
             raise AssertionError(f"line {block.line}: a console block begins with a line that is typed, `$ …`")
+        if begun := HERE.search(line) if line.startswith("$ ") else None:
+            until = begun[1]
     return found
 
 
@@ -100,7 +112,9 @@ class Session:
     def __enter__(self) -> Session:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         for process in (self._bash, self._python):
             # With all that it has started.
             os.killpg(process.pid, signal.SIGTERM)
@@ -126,7 +140,7 @@ class Session:
             elif block.kind == "text" and before:
                 line = unseen(block.body.splitlines(), before)
                 assert line is None, f"{where}: {line!r} is shown, but what comes is\n{before}"
-            if block.kind != "python":
+            if block.kind == "console":
                 before = ""
 
     def _type(self, typed: str, shown: list[str], where: str) -> None:
