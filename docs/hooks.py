@@ -33,7 +33,8 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 def _sections(command: click.Command, name: str, parent: click.Context | None) -> Iterator[str]:
     """One section a command, its own commands after it."""
-    context = click.Context(command, parent=parent, info_name=name, terminal_width=WIDTH, max_content_width=WIDTH)
+    widths = {"terminal_width": WIDTH, "max_content_width": WIDTH}
+    context = click.Context(command, parent=parent, info_name=name, **(command.context_settings | widths))
     yield f"\n## {context.command_path}\n\n```{{ .text .help }}\n{command.get_help(context)}\n```\n"
     if isinstance(command, click.Group):
         for each in command.list_commands(context):
