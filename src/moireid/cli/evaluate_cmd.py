@@ -47,7 +47,8 @@ def evaluate_command(
 
     MANIFEST.csv has the columns video, label, claim, group, and corners if need be; its paths are relative to it.
     label: genuine, forged or forged:KIND.  claim: a badge.json, or a name or id in the registry; empty: --badge.
-    corners: a file of corners for the published pipeline, as in `moireid verify --corners`.
+    corners: of films that lost their markers, as in `moireid verify --corners`: written out, or a file. Ours accepts
+    nothing that is followed from them, but tells its score.
 
     Rows are kept in films.jsonl as they are made, so that a run that was broken off goes on; only films, claims and
     programs that changed are scored anew. A film that cannot be scored is counted as failed, and the run goes on.

@@ -72,9 +72,12 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 )
 @click.option(
     "--corners",
-    "corners_csv",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="For the published pipeline where markers are lost: the striped region's corners at frame 0 and any others.",
+    "corners_given",
+    metavar="X,Y,... | FILE.csv",
+    help="For films that lost their markers: the striped region's corners (top left, top right, bottom right, bottom "
+    "left; px) in the first frame, to be followed; corrections at later frames as FRAME:X,Y,... after a blank. "
+    "Markers seen in half of the frames come before. What is followed from corners can be rejected and is never "
+    "accepted; --pipeline published knows no such difference.",
 )
 @click.option(
     "--schema",
@@ -89,7 +92,7 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 @friendly
 def verify_command(
     video: Path, claim: str | None, registry_url: str | None, badge_json: Path | None, focal_px: float | None,
-    report_folder: Path | None, require_original: bool, pipeline: str, corners_csv: Path | None, overwrite: bool,
+    report_folder: Path | None, require_original: bool, pipeline: str, corners_given: str | None, overwrite: bool,
     as_json: bool,
 ) -> None:  # fmt: skip
     """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
@@ -100,8 +103,6 @@ def verify_command(
     from moireid.badge import load_badge
     from moireid.files import planned
 
-    if pipeline != "published" and corners_csv is not None:
-        raise SpecError("--corners belongs to --pipeline published; give both, or neither")
     if pipeline == "published" and require_original:
         raise SpecError("--require-original asks for what --pipeline published cannot tell; leave one of them out")
     if (claim is None) == (badge_json is None):
@@ -121,10 +122,10 @@ def verify_command(
 
         planned(report_paths(report_folder), overwrite=overwrite)
     from moireid.verifier import verify
-    from moireid.verifier.corners import read_corners
+    from moireid.verifier.corners import corners_from
     from moireid.verifier.published import verify_published
 
-    corners = read_corners(corners_csv) if corners_csv else None
+    corners = corners_from(corners_given) if corners_given is not None else None
     with progress_bar("reading the film") as progress:
         if pipeline == "published":
             report = verify_published(
@@ -133,7 +134,7 @@ def verify_command(
         else:
             report = verify(
                 video, badge, claimed_id=badge.id, focal_px=focal_px, as_built=as_built,
-                require_original=require_original, revoked=revoked, progress=progress,
+                require_original=require_original, revoked=revoked, corners=corners, progress=progress,
             )  # fmt: skip
     if report_folder is not None:
         from moireid.verifier.report import write_report

@@ -17,7 +17,7 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.registry import Record, Registry, open_registry
-from moireid.verifier.corners import Corners, read_corners
+from moireid.verifier.corners import Corners, corners_from
 
 COLUMNS = ("video", "label", "claim", "group")
 OPTIONAL = ("corners",)
@@ -121,7 +121,7 @@ def _entry(line: int, row: dict[str, str], folder: Path, claims: _Claims) -> Ent
         raise SpecError(f"there is no film {str(video)!r}; write its path relative to the manifest")
     if not LABEL.fullmatch(label):
         raise SpecError(f"label {label[:40]!r} is not known; give genuine, forged, or forged:KIND")
-    corners = read_corners(folder / row["corners"]) if row.get("corners") else None
+    corners = corners_from(row["corners"], folder) if row.get("corners") else None
     return Entry(
         line, row["video"], video, label, row["claim"], row["group"] or label, claims.find(row["claim"]), corners
     )

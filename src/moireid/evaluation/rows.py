@@ -71,7 +71,7 @@ def failed_row(why: str, seconds: float, *, again: bool = False) -> Row:
 
 def row_key(job: Job, film_sha256: str) -> str:
     """What names a row: the film's content, the claim's, the corners, the pipeline, and the program that scores."""
-    claimed, corners = job.entry.claimed, job.entry.corners if job.pipeline == "published" else None
+    claimed, corners = job.entry.claimed, job.entry.corners
     parts = [
         FORMAT, film_sha256, job.pipeline, program_digest("verifier", "idcodes"), claim_text(job.entry),
         {frame: places.tolist() for frame, places in corners.items()} if corners else None,
@@ -91,5 +91,6 @@ def _report(job: Job) -> Report:
     if job.pipeline == "published":
         return verify_published(entry.video, badge, claimed_id=None, corners=entry.corners)
     return verify(
-        entry.video, badge, claimed_id=badge.id, as_built=entry.claimed.as_built, revoked=entry.claimed.revoked
-    )
+        entry.video, badge, claimed_id=badge.id, as_built=entry.claimed.as_built, revoked=entry.claimed.revoked,
+        corners=entry.corners,
+    )  # fmt: skip

@@ -17,6 +17,8 @@ within.py     do places within a strip move alike?        steady.py     a steady
 template.py   the markers as a picture shows them         borders.py    the gratings' borders, where two are seen
 shaken.py     frames that motion smeared                  stream.py     frame by frame, a running verdict
 published.py  the published pipeline, a baseline          corners.py    corners given by hand, followed
+by_corners.py a badge that lost its markers               own_page.py   ... followed by the rest of its print
+page_warp.py  what corners by hand are wrong by
 still.py      a photograph, or a film's first frames      chart.py      bands of a pitch test sheet; lens_fit.py fits
 """
 

@@ -16,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.film_wide import FilmWide
+from moireid.verifier.page_warp import STRETCH_UNTOLD, PageWarps
 from moireid.verifier.plane_pose import PlanePoses, tangent_error
 
 Array = NDArray[np.float64]
 #: Change of the focal length's logarithm, and of the distortion, by which their effect on the poses is told.
 PROBE = 0.003
+#: The same of the page's warp, in its own units.
+WARP_PROBE = 0.02
 
 
 @dataclass(frozen=True)
@@ -46,25 +49,29 @@ class CameraFit:
 
 
 def fit_camera(
-    points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], *, focal_px: float | None = None
-) -> CameraFit:
+    points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], *, focal_px: float | None = None,
+    warps: PageWarps | None = None,
+) -> CameraFit:  # fmt: skip
     """Poses of all frames, with focal length (unless given), rolling shutter and distortion solved over the film.
 
-    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising.
+    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising; warps:
+        solved for too, where the page's corners were given by hand.
     Convention: module docstring; the principal point is the picture's centre.
     Returns: CameraFit with T frames.
     Source: maximum a posteriori over reprojection error; the plane's two poses by `plane_pose`.
     """
-    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px)
+    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px, warps)
     film.solve()
     final = film.all_poses()
     camera, errors = _choose(final)
     # Focal length and distortion err together: what one makes too wide the other mostly makes too narrow.
+    probes = np.diag([PROBE, PROBE, *np.full(len(film.warp), WARP_PROBE)])
     stretch = np.column_stack([
-        _stretch(camera, _choose(film.moved(final, log_focal=PROBE))[0]),
-        _stretch(camera, _choose(film.moved(final, bend=PROBE))[0]),
-    ]) / PROBE  # fmt: skip
+        np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes
+    ])  # fmt: skip
     tangent_sd = np.sqrt(np.maximum(np.diag(stretch @ film.covariance @ stretch.T), 0))
+    if warps is not None:
+        tangent_sd *= STRETCH_UNTOLD
     camera[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
         camera, errors, film.focal, film.focal_sd, focal_px is not None, film.shutter_s,

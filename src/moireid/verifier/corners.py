@@ -1,7 +1,8 @@
 """The striped region's corners, given by hand at some frames and followed between them.
 
 Generated videos often lose their markers.  The published protocol then marks the region's four corners in the first
-frame, follows them by pyramidal Lucas-Kanade, and corrects them by hand where they slip.
+frame, follows them by pyramidal Lucas-Kanade, and corrects them by hand where they slip.  Our own pipeline follows the
+page around them instead (`own_page`).
 
 Convention: corners in the order top left, top right, bottom right, bottom left of the first grating, picture px with
 (0, 0) at the centre of the top left pixel.
@@ -12,6 +13,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -26,9 +28,40 @@ Array = NDArray[np.float64]
 #: Frame number -> corners (4, 2), px.
 Corners = Mapping[int, Array]
 COLUMNS = ("frame", "x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4")
+#: Entries by hand have no letters, which a file's name has.
+ENTRIES = re.compile(r"[\d.,:;+\-\s]*,[\d.,:;+\-\s]*")
+LEAST_AREA_PX2 = 16
 WINDOW_PX, LEVELS = (31, 31), 4
 #: A corner that does not come back to itself when followed back has slipped.
 MOST_RETURN_PX = 2.0
+
+
+def corners_from(text: str, folder: Path = Path()) -> dict[int, Array]:
+    """Corners by frame from what a person writes: entries `[FRAME:]x,y,x,y,x,y,x,y`, or the path of a CSV file.
+
+    Parameters: text: entries parted by blanks or semicolons, the first of which may leave out `0:`; folder: that the
+        path is relative to.
+    Raises: SpecError where an entry is no such thing, or the file none of corners.
+    """
+    if not ENTRIES.fullmatch(text.strip()):
+        return read_corners(folder / text)
+    found: dict[int, Array] = {}
+    for place, entry in enumerate(re.split(r"[;\s]+", text.strip(" ;\t\n"))):
+        frame, _, places = entry.rpartition(":")
+        try:
+            values = [float(value) for value in places.split(",")]
+            if len(values) != 8 or (place and not frame):
+                raise ValueError("not eight numbers after a frame's")
+            number = int(frame or 0)
+        except ValueError as error:
+            raise SpecError(
+                f"corners {entry[:60]!r} are no x,y of four corners in px; give x1,y1,x2,y2,x3,y3,x4,y4 of frame 0 and "
+                "FRAME:x1,y1,... of later ones, parted by blanks"
+            ) from error
+        found[number] = _four_sided(values, f"{entry[:60]!r} of the corners")
+    if 0 not in found:
+        raise SpecError("corners hold no frame 0; give x1,y1,x2,y2,x3,y3,x4,y4 of the film's first frame too")
+    return found
 
 
 def read_corners(path: Path) -> dict[int, Array]:
@@ -50,16 +83,22 @@ def read_corners(path: Path) -> dict[int, Array]:
             raise SpecError(f"line {number} of corners {path} has no number in each column; {example}") from error
         if not all(map(math.isfinite, values)) or values[0] != int(values[0]) or values[0] < 0:
             raise SpecError(f"line {number} of corners {path} names no frame, or a corner that is no place; {example}")
-        corners = np.array(values[1:]).reshape(4, 2)
-        if not cv2.isContourConvex(corners.astype(np.float32)) or cv2.contourArea(corners.astype(np.float32)) < 16:
-            raise SpecError(
-                f"line {number} of corners {path} spans no four-sided figure; give the region's corners in order: top "
-                "left, top right, bottom right, bottom left"
-            )
-        found[int(values[0])] = corners
+        found[int(values[0])] = _four_sided(values[1:], f"line {number} of corners {path}")
     if 0 not in found:
         raise SpecError(f"corners {path} hold no frame 0; {example}")
     return found
+
+
+def _four_sided(values: list[float], said: str) -> Array:
+    """Corners (4, 2) px.  Raises: SpecError, naming where they were `said`, where they are those of no such figure."""
+    corners = np.array(values).reshape(4, 2)
+    flat = corners.astype(np.float32)
+    if not np.all(np.isfinite(flat)) or not cv2.isContourConvex(flat) or cv2.contourArea(flat) < LEAST_AREA_PX2:
+        raise SpecError(
+            f"{said} spans no four-sided figure; give the region's corners in order: top left, top right, bottom "
+            "right, bottom left"
+        )
+    return corners
 
 
 class CornerFollower:

@@ -1,8 +1,9 @@
 """The badges in view, each on its own track.
 
 A frame is looked at in this order: each badge near where it must be; those that are not there, in the neighbourhood of
-their last place; and the whole frame, where no badge is seen at all.  While one is seen, others are looked for every
-two seconds: by a glance, which costs little beside following, or by a search where one is lost.
+their last place; and the whole frame, where no badge is seen at all, small ones in one enlarged tile of it a frame.
+While one is seen, others are looked for every two seconds: by a glance, which costs little beside following, or by a
+search where one is lost.
 
 A page that is found belongs to the badge that was lost last near there; where the film has shown one badge so far and
 the page is alone, to that one, as one that leaves and comes back is still followed; else it begins a track.  So after a
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.borders import borders_of
-from moireid.verifier.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.markers import Box, MarkerFinder, marker_corners_mm, tiles_of
 from moireid.verifier.pages import MOST_PAGES, same_page
 from moireid.verifier.register import PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.track import BadgeTracker
@@ -31,6 +32,10 @@ GLANCE_S = 2.0
 #: Of several badges, one is known again by its place for so long, and no farther off than this share of its size, at
 #: no more than so many times its scale.
 KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
+#: A small badge that was lost is sought where it was for so long: a hand that went before it leaves it near there.
+KEPT_S = 4.0
+#: So many tiles of the first frame that is searched are enlarged; one of 3840 x 2160 has 16.
+MOST_TILES = 16
 
 
 class BadgesInView:
@@ -43,7 +48,7 @@ class BadgesInView:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._size_mm = float(np.ptp(self._corners_mm.reshape(-1, 2), axis=0).max())
-        self._mirrored, self._glance_s = False, 0.0
+        self._mirrored, self._glance_s, self._tile = False, 0.0, 0
         self.trackers = [BadgeTracker(badge)]
         #: Badges that were given up for others since this was last emptied.
         self.given_up: list[BadgeTracker] = []
@@ -75,14 +80,10 @@ class BadgesInView:
         self._glance_s = frame.time_s + GLANCE_S
         clock = time.perf_counter()
         # One that was lost may be too small for a glance.
-        look = self._finder.pages if self._lost() else self._finder.glance
-        pages = look(luma)
-        found = self._registered(luma, pages)
-        if not pages and all(tracker.first is None for tracker in self.trackers):
-            # Until a badge is found for the first time, each frame is also looked at in the mirror.
-            luma = _mirror(luma)
-            found = self._registered(luma, self._finder.pages(luma))
-            self._mirrored = bool(found)
+        if self._lost():
+            found, luma = self._sought(frame, luma)
+        else:
+            found = self._registered(luma, self._finder.glance(luma))
         self.trackers[0].spent(time.perf_counter() - clock)
         for page in found:
             tracker = self._tracker_for(page, frame, alone=len(found) == 1)
@@ -90,6 +91,37 @@ class BadgesInView:
             if begun and tracker is not None and tracker not in self.trackers:
                 self._make_room()
                 self.trackers.append(tracker)
+
+    def _sought(self, frame: Frame, luma: Luma) -> tuple[list[Array], Luma]:
+        """Pages in the whole frame, and where there are none, in those enlarged parts of it whose turn it is.
+
+        Returns: the pages, and the frame as they lie in it, which may be its mirror image.
+        """
+        new, turned = all(tracker.first is None for tracker in self.trackers), _mirror(luma)
+        for box in (None, *self._parts(frame, luma)):
+            pages, mirrored = self._finder.either_way(luma) if box is None else self._finder.enlarged(luma, box)
+            found = self._registered(luma, pages)
+            if found:
+                return found, luma
+            # Only until a badge is found for the first time, as a film is mirrored or is not.
+            found = self._registered(turned, mirrored) if new else []
+            if found:
+                self._mirrored = not self._mirrored
+                return found, turned
+        return [], luma
+
+    def _parts(self, frame: Frame, luma: Luma) -> list[Box]:
+        """Where small badges were a moment ago; and all of the first frame that is searched, of the others a tile each.
+
+        A frame of more than `MOST_TILES` tiles is gone over in several frames.
+        """
+        tiles = tiles_of(luma.shape)
+        count = MOST_TILES if self._tile == 0 else 1
+        due = [tiles[(self._tile + k) % len(tiles)] for k in range(min(count, len(tiles)))]
+        self._tile += count
+        lost = [tracker.last for tracker in self._lost() if tracker.last is not None]
+        near = [self._finder.around(seen.page, luma.shape) for seen in lost if frame.time_s - seen.time_s <= KEPT_S]
+        return [*(box for box in near if box is not None), *due]
 
     def _registered(self, luma: Luma, pages: list[Array]) -> list[Array]:
         """Those pages that look like the print, without those that are followed already."""

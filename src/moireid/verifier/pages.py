@@ -23,6 +23,8 @@ TOLERANCE_SIDES, TOLERANCE_PX = 0.15, 2.0
 MOST_OF_ONE = 6
 #: Pages of one frame that are told, largest first.
 MOST_PAGES = 4
+#: Two markers smaller than this tell the perspective so poorly that the page is also placed without it.
+PLAIN_BELOW_PX = 16.0
 
 
 def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[Array]:
@@ -31,11 +33,13 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[A
     Parameters: quads_px (M, 4, 2): corners of the markers found; index (M,): which of the page's four each is;
         corners_mm (4, 4, 2): of the page, as `marker_corners_mm` has them.
     Returns: homographies (3, 3) with h33 = 1; each of two markers at least, no two of which have the same number.
+        After them, for each of two markers under `PLAIN_BELOW_PX`, another place of its page, without perspective.
     Source: module docstring; where no number is seen twice, all markers are fitted at once, with outliers left out.
     """
     order = sorted(range(len(index)), key=lambda k: -cv2.contourArea(quads_px[k].astype(np.float32)))
     left = [k for place, k in enumerate(order) if [index[j] for j in order[:place]].count(index[k]) < MOST_OF_ONE]
     found: list[Array] = []
+    plain: list[Array] = []
     while len({index[k] for k in left}) >= 2 and len(found) < MOST_PAGES:
         alone = len({index[k] for k in left}) == len(left)
         # In the order in which they were found, as which corners RANSAC draws depends on it.
@@ -47,10 +51,26 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[A
         )  # fmt: skip
         if page is not None:
             found.append(page)
+            plain += _plain(quads_px[group], corners_mm[[index[k] for k in group]])
         if alone:
             break
         left = [k for k in left if k not in group]
-    return sorted(found, key=lambda page: -_area_px2(page, corners_mm))
+    return [page for pages in (found, plain) for page in sorted(pages, key=lambda page: -_area_px2(page, corners_mm))]
+
+
+def _plain(quads_px: Array, squares_mm: Array) -> list[Array]:
+    """The page by turn, scale and shift alone, through two small markers (2, 4, 2); [] for others.
+
+    From near straight ahead that places the other two within registration's reach; from 30 degrees aside and more the
+    page looks too narrow for it, and the homography is the better guess.
+    """
+    side = float(np.linalg.norm(quads_px - np.roll(quads_px, 1, axis=1), axis=2).mean())
+    if len(quads_px) != 2 or side >= PLAIN_BELOW_PX:
+        return []
+    similar, _ = cv2.estimateAffinePartial2D(squares_mm.reshape(-1, 2), quads_px.reshape(-1, 2), method=cv2.LMEDS)
+    if similar is None or not np.all(np.isfinite(similar)):
+        return []
+    return [np.vstack([similar, [0.0, 0.0, 1.0]])]
 
 
 def _largest_group(quads_px: Array, index: Sequence[int], corners_mm: Array, left: list[int]) -> list[int]:

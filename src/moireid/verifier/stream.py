@@ -11,7 +11,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from moireid.verifier.by_corners import ByCorners
 from moireid.verifier.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, Claim, judge_chapter
+from moireid.verifier.corners import Corners
 from moireid.verifier.in_view import BadgesInView
 from moireid.verifier.line import Line, others_note, rank_of, reasons_of
 from moireid.verifier.reasons import Reason, Verdict, worst
@@ -42,13 +44,14 @@ class Running:
 class Verifier:
     """Takes a film frame by frame; memory does not grow with its length."""
 
-    def __init__(self, claim: Claim, *, running: bool = True) -> None:
-        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out.
+    def __init__(self, claim: Claim, *, running: bool = True, corners: Corners | None = None) -> None:
+        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out; corners: by
+            which the badge is followed in place of its markers (`by_corners`).
 
         Raises: SpecError where the badge cannot be read at all.
         """
         self._claim, self._running = claim, running
-        self._view = BadgesInView(claim.badge)
+        self._view = ByCorners(claim.badge, corners) if corners else BadgesInView(claim.badge)
         self._lines = [Line(claim, self._view.trackers[0])]
         #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
         self._gone, self._gone_read = 0, set[str]()

@@ -14,6 +14,8 @@ Steps 3 to 7 are taken chapter by chapter (`chapters`), of which a film of up to
 Policy: the invariant and the identity must both hold.  A failure of either rejects; a doubt of either leaves it open.
 A copy is reported, and rejected where the policy asks for the original.
 Of several badges in view the verdict is of one alone (`line`); its place is in the report.
+Where corners are given by hand, they stand in for markers that most frames lack (`by_corners`); nothing that is
+followed so is accepted.
 """
 
 from __future__ import annotations
@@ -27,7 +29,8 @@ from typing import Any
 from moireid import __version__
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.verifier.chapters import Claim, identity_of, invariant_of
+from moireid.verifier.chapters import Chapter, Claim, identity_of, invariant_of
+from moireid.verifier.corners import Corners
 from moireid.verifier.identity import Identity
 from moireid.verifier.invariant import Invariant
 from moireid.verifier.measure import Measurement
@@ -99,6 +102,7 @@ def verify(
     as_built: AsBuilt | None = None,
     require_original: bool = False,
     revoked: str | None = None,
+    corners: Corners | None = None,
     progress: Progress | None = None,
 ) -> Report:
     """Verify a film.
@@ -106,7 +110,9 @@ def verify(
     Parameters: badge: of the claim, or any badge of the same layout; claimed_id: the id that must be read, None
         where no identity is claimed; focal_px: where it is known; as_built: the badge's figures from enrolment;
         require_original: reject a copy, and leave open what cannot be told from one; revoked: the reason for which
-        the claimed badge was revoked; progress: called with frames read and expected.
+        the claimed badge was revoked; corners: the first grating's corners at some frames, by which the badge is
+        followed where it is followed in less than half of the film by its markers; progress: called with frames read
+        and expected.
     Convention: verdict "accept" needs both invariant and identity; without a claim the invariant alone.
     Returns: Report.
     Raises: MediaError where the film cannot be read.
@@ -115,7 +121,37 @@ def verify(
     begun = time.perf_counter()
     film = Film(video)  # 1
     claim = Claim(badge, claimed_id, focal_px, as_built, require_original)
-    verifier = Verifier(claim, running=False)
+    verifier, chapters, read, stages = _judged(film, claim, None, progress)
+    if corners and 2 * _tracked(chapters) < read:
+        second = _judged(Film(video), claim, corners, progress)
+        if _tracked(second[1]) >= _tracked(chapters):
+            verifier, chapters, read, stages = second
+    invariant = invariant_of(chapters)
+    identity, built_reasons = identity_of(chapters)
+    reasons = invariant.reasons + identity.reasons + built_reasons + verifier.others
+    if revoked is not None:
+        reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
+    verdict = worst(list(reasons))  # 8
+    timing = {
+        "total_s": round(time.perf_counter() - begun, 4),
+        "stages": {name: round(seconds, 4) for name, seconds in stages.items()},
+    }
+    shown = next(chapter for chapter in chapters if chapter.track is not None)
+    return Report(
+        verdict, reasons, invariant, identity, badge,
+        {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
+        {"read": read, "tracked": _tracked(chapters)}, timing,
+        _left_out(badge, shown.measurement), shown.track or no_track(read, (film.width, film.height)),
+        shown.measurement, segments=tuple(segment for chapter in chapters for segment in chapter.segments),
+        region=verifier.judged.region(),
+    )  # fmt: skip
+
+
+def _judged(
+    film: Film, claim: Claim, corners: Corners | None, progress: Progress | None
+) -> tuple[Verifier, list[Chapter], int, dict[str, float]]:
+    """Steps 2 to 7: the verifier, its chapters, the frames read, and the seconds that each stage took."""
+    verifier = Verifier(claim, running=False, corners=corners)
     read, decode_s = 0, 0.0
     clock = time.perf_counter()
     # What decoding takes beyond the rest's own time: the two run side by side.
@@ -127,29 +163,15 @@ def verify(
             progress(read, film.frames_expected)
         clock = time.perf_counter()
     chapters = verifier.finish()  # 3 to 7
-    invariant = invariant_of(chapters)
-    identity, built_reasons = identity_of(chapters)
-    reasons = invariant.reasons + identity.reasons + built_reasons + verifier.others
-    if revoked is not None:
-        reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
-    verdict = worst(list(reasons))  # 8
     stages = {"decode": decode_s}
     for chapter in chapters:
         for name, seconds in chapter.stages_s.items():
             stages[name] = stages.get(name, 0.0) + seconds
-    timing = {
-        "total_s": round(time.perf_counter() - begun, 4),
-        "stages": {name: round(seconds, 4) for name, seconds in stages.items()},
-    }
-    shown = next(chapter for chapter in chapters if chapter.track is not None)
-    return Report(
-        verdict, reasons, invariant, identity, badge,
-        {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
-        {"read": read, "tracked": sum(chapter.tracked for chapter in chapters)}, timing,
-        _left_out(badge, shown.measurement), shown.track or no_track(read, (film.width, film.height)),
-        shown.measurement, segments=tuple(segment for chapter in chapters for segment in chapter.segments),
-        region=verifier.judged.region(),
-    )  # fmt: skip
+    return verifier, chapters, read, stages
+
+
+def _tracked(chapters: list[Chapter]) -> int:
+    return sum(chapter.tracked for chapter in chapters)
 
 
 def report_schema() -> str:
