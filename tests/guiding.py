@@ -125,7 +125,7 @@ class Session:
 
     def follow(self, page: Path) -> None:
         """Do all that a page says.  Raises: AssertionError that tells the place."""
-        before = ""
+        before: str | None = None
         for block in blocks_of(page):
             where = f"{page.name}, line {block.line}"
             if block.why is not None:
@@ -137,11 +137,11 @@ class Session:
                 code = block.body.replace(PORT, self._port)
                 ended, before = self._ask(self._python, f"{len(code)}\n{code}")
                 assert ended == 0, f"{where}: the block fails\n{before}"
-            elif block.kind == "text" and before:
+            elif block.kind == "text" and before is not None:
                 line = unseen(block.body.splitlines(), before)
                 assert line is None, f"{where}: {line!r} is shown, but what comes is\n{before}"
             if block.kind == "console":
-                before = ""
+                before = None
 
     def _type(self, typed: str, shown: list[str], where: str) -> None:
         stated = STATED.search(typed)

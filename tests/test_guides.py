@@ -119,6 +119,7 @@ def test_a_page_that_shows_what_does_not_come_is_told() -> None:
         "```console\n$ echo one\ntwo\n```\n",
         "```python\nraise SystemExit(0)\n```\n",
         "```python\nprint(1)\n```\n\n```text\n2\n```\n",
+        "```python\none = 1\n```\n\n```text\n1\n```\n",
     ],
 )
 def test_a_page_that_is_wrong_fails(page: str, tmp_path: Path) -> None:
