@@ -1,10 +1,11 @@
 # make setup   .venv from the lock file        make demo   the whole path, from a name to three verdicts
 # make test    sets up and runs the tests      make lint   linter, formatter, type checker
+# make docs    the guides, into site/          make gallery   their pictures
 PYTHON ?= python3
 BIN := .venv/bin
 UV_VERSION := 0.13.8
 
-.PHONY: setup demo test lint lock clean
+.PHONY: setup demo test lint docs gallery lock clean
 
 setup: .venv/.ready
 
@@ -28,9 +29,16 @@ lint: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 
+# The theme would tell of its maintainers' plans in each build.
+docs: setup
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+
+gallery: setup
+	$(BIN)/python docs/make_gallery.py
+
 # The lock is for Python 3.11 and newer; it names hashes, and no place to download from.
 lock:
 	$(BIN)/uv pip compile pyproject.toml --all-extras --generate-hashes --no-emit-index-url --no-emit-find-links --python-version 3.11 --output-file requirements.lock
 
 clean:
-	rm -rf demo build dist .pytest_cache .mypy_cache .ruff_cache
+	rm -rf demo build dist site .pytest_cache .mypy_cache .ruff_cache

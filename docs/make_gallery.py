@@ -1,0 +1,226 @@
+"""Make the pictures of the guides again, `make gallery`: badges and verdicts by the commands, the law by the library.
+
+What comes out is kept with the project, small enough for that; `gallery/gallery.md` holds the words between pictures.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+import shlex
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+from PIL import Image
+
+from moireid.badge import load_badge
+from moireid.lenticule import trace_mm, view_law
+from moireid.optics import parallax_slope_rad, slab_shift_mm
+from moireid.profiles import lens_named
+
+DOCS = Path(__file__).parent
+OUT = DOCS / "gallery"
+FILMS = "tests/data/films"
+INK, RAYS = "#1f2a37", ("#0f766e", "#b45309", "#7c3aed")
+PRINTED = {
+    "ada": ('"Ada Lovelace"', "The default: 64 bits, for cameras 0.8 to 2.5 m away."),
+    "xy": ('"Grace Hopper" --axes xy', "Fringes for motion sideways, and up and down."),
+    "long": ('"Emmy Noether" --payload 00112233445566778899aabbccddeeff', "An identity of 128 bits."),
+    "far": ('"Mary Somerville" --lens 40lpi --range 1-2.5', "A coarser sheet, for cameras farther away."),
+    "pitch": ('"Sofja Kowalewskaja" --code pitch', "The identity in the spacing of bands: 24 bits."),
+    "mask": ('"Hedy Lamarr" --front mask', "No lens sheet: a line mask on clear film."),
+}  # fmt: skip
+VERDICTS = {
+    "genuine_1.0m": "True, filmed by an independent ray tracer on the motion of a real hand.",
+    "forged_drift_1.0m": "Forged: the fringes drift at a constant speed.",
+    "forged_gain_low_1.0m": "Forged: the fringes go half as far as they should, at the right times.",
+    "forged_reversed_1.0m": "Forged: the fringes go as far as they should, the wrong way.",
+}
+MOVING = {"film": ("", "true"), "fake": (" --forge gain_low", "forged: half as far")}
+
+
+def main() -> None:
+    """Write all pictures, and the words between them."""
+    OUT.mkdir(exist_ok=True)
+    words = ["## Badges\n", '<div class="pair" markdown>']
+    with tempfile.TemporaryDirectory() as folder:
+        work = Path(folder)
+        words += [_badge(work, name, *told) for name, told in PRINTED.items()]
+        words += ["</div>\n", "## Moving\n", _moving(work)]
+        words += ["## Verdicts\n", "Thick: what optics predict. Thin: what was measured on the fringes.\n"]
+        words += [_verdict(work, name, told) for name, told in VERDICTS.items()]
+    (OUT / "gallery.md").write_text("\n".join(words) + "\n", encoding="utf-8")
+    _rays()
+    _law()
+    _travel()
+
+
+def _run(command: str, *, codes: tuple[int, ...] = (0,)) -> str:
+    """What a command of ours prints."""
+    program, *arguments = shlex.split(command)
+    start = "print_your_badge" if program == "print-your-badge" else "main"
+    code = f"from moireid.cli.main import {start} as start; start()"
+    done = subprocess.run([sys.executable, "-c", code, *arguments], capture_output=True, text=True, check=False)
+    if done.returncode not in codes:
+        raise SystemExit(f"{command}: {done.stderr}")
+    return done.stdout
+
+
+def _badge(work: Path, name: str, wish: str, told: str) -> str:
+    _run(f"print-your-badge {wish} --out {work / name} --mount none")
+    with Image.open(work / name / "preview.png") as picture:
+        small = picture.convert("L").resize(
+            (420, round(420 * picture.height / picture.width)), Image.Resampling.LANCZOS
+        )
+    small.quantize(12).save(OUT / f"{name}.png", optimize=True)
+    whose = shlex.split(wish)[0]
+    return (
+        f"<figure markdown>![The badge of {whose}](gallery/{name}.png){{ loading=lazy }}"
+        f"<figcaption markdown>{told}<br>`print-your-badge {wish}`</figcaption></figure>"
+    )
+
+
+def _moving(work: Path) -> str:
+    """A true and a forged film of the same motion beside each other, as one moving picture."""
+    shown = []
+    for name, (forge, _) in MOVING.items():
+        film = work / f"{name}.mp4"
+        _run(
+            f"moireid simulate {work / 'ada' / 'badge.json'} --out {film} --camera webcam --motion sway --distance 1 "
+            f"--frames 75 --fps 30{forge}"
+        )
+        with av.open(str(film)) as opened:
+            frames = [frame.to_image().convert("L") for frame in opened.decode(video=0)][::3]
+        shown.append(
+            [frame.crop((541, 235, 781, 475)).resize((320, 320), Image.Resampling.LANCZOS) for frame in frames]
+        )
+    pictures = [
+        Image.fromarray(np.hstack([np.asarray(true), np.asarray(fake)])) for true, fake in zip(*shown, strict=True)
+    ]
+    # There and back, so that it goes on without a jump.
+    pictures += pictures[-2:0:-1]
+    pictures[0].save(
+        OUT / "moving.webp", save_all=True, append_images=pictures[1:], duration=100, loop=0, quality=35, method=6
+    )
+    return (
+        "The same motion before a simulated webcam, twice. Left a true badge; right a forged one, whose fringes go "
+        "half as far. Can you tell?\n\n![Two films of a badge that sways: the fringes of the left one travel further]"
+        "(gallery/moving.webp){ loading=lazy }\n"
+    )
+
+
+def _verdict(work: Path, name: str, told: str) -> str:
+    command = f"moireid verify {FILMS}/{name}.mp4 --badge {FILMS}/badge.json"
+    said = _run(f"{command} --report {work / name}", codes=(0, 1, 3))
+    page = (work / name / "report.html").read_text(encoding="utf-8")
+    found = re.search(r"Fringe phase over time</h2>(<svg.*?</svg>)", page, re.DOTALL)
+    if found is None:
+        raise SystemExit(f"the report on {name} has no plot")
+    _write_svg(f"{name}.svg", found[1])
+    verdict = {"ACCEPT": "Accepted", "REJECT": "Rejected"}[said.split(":")[0]]
+    return (
+        f"### {verdict}: {name}.mp4\n\n{told}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
+        f"\n\n```text\n{command}\n{said}```\n"
+    )
+
+
+def _rays() -> None:
+    """Where rays land that come through three lenses from three directions."""
+    lens = lens_named("50lpi")
+    figure, axes = _figure(6.4, 3.0)
+    assert lens.radius_mm is not None
+    x = np.linspace(-2.5, 2.5, 1001) * lens.pitch_mm
+    offset = x - np.round(x / lens.pitch_mm) * lens.pitch_mm
+    surface = lens.radius_mm - np.sqrt(lens.radius_mm**2 - offset**2)
+    axes.fill_between(x, -surface, -lens.thickness_mm, color="#dbeafe", linewidth=0)
+    for degrees, colour in zip((-20, 0, 20), RAYS, strict=True):
+        tangent = math.tan(math.radians(degrees))
+        start = np.linspace(-0.4, 0.4, 7) * lens.pitch_mm
+        landed = trace_mm(lens, start, np.full(7, tangent), np.zeros(7))[0]
+        for begin, end in zip(start, landed, strict=True):
+            axes.plot([begin - 0.6 * tangent, begin], [0.6, 0], color=colour, linewidth=0.8)
+            axes.plot([begin, end], [0, -lens.thickness_mm], color=colour, linewidth=0.8)
+    for k in range(-3, 4):
+        axes.plot([k * 0.52 - 0.13, k * 0.52 + 0.13], [-1.02, -1.02], color=INK, linewidth=5, solid_capstyle="butt")
+    axes.set_aspect("equal")
+    axes.set_xlim(-1.27, 1.27)
+    axes.set_ylim(-1.1, 0.55)
+    axes.set_xlabel("mm; lenses above, printed lines below")
+    axes.set_yticks([])
+    axes.spines["left"].set_visible(False)
+    _save(figure, "rays.svg")
+
+
+def _law() -> None:
+    """The phase that a turn of the view adds: traced, straight, and of a flat slab."""
+    lens, pitch_mm = lens_named("50lpi"), 0.52
+    law = view_law(lens, pitch_mm)
+    degrees = np.linspace(-60, 60, 121)
+    tangents = np.tan(np.radians(degrees))
+    figure, axes = _figure(6.4, 3.2)
+    straight = parallax_slope_rad(law.effective_gap_mm(pitch_mm), pitch_mm) * tangents
+    slab = 2 * math.pi / pitch_mm * slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangents)
+    turns = 2 * math.pi
+    axes.plot(degrees, straight / turns, color=RAYS[1], linewidth=1, linestyle="--", label="the straight law")
+    axes.plot(degrees, slab / turns, color=RAYS[2], linewidth=1, linestyle=":", label="a flat slab")
+    axes.plot(degrees, law.phase_rad(tangents) / turns, color=RAYS[0], linewidth=2, label="traced through the lens")
+    axes.set_xlabel("view angle, degrees")
+    axes.set_ylabel("fringes travel by, turns")
+    axes.legend(frameon=False, fontsize=9)
+    _save(figure, "law.svg")
+
+
+def _travel() -> None:
+    """Fringes of the published board's row from camera places 10 cm apart, 1 m away."""
+    badge = load_badge(Path(FILMS) / "badge.json")
+    grating, lens = badge.gratings[0], badge.lens
+    cell, law = grating.cells[0], view_law(lens, grating.cells[0].pitch_mm)
+    x = np.linspace(cell.rect_mm[0], cell.rect_mm[2], 640)
+    middle = (x[0] + x[-1]) / 2
+    rows = []
+    for camera_mm in np.arange(-250, 251, 100):
+        # The phase that a lens shows: where it lies over the lines, and what the view adds.
+        phase = 2 * math.pi * x * (1 / cell.pitch_mm - 1 / lens.pitch_mm)
+        phase = phase + law.phase_rad((x - middle - camera_mm) / 1000.0)
+        rows += [
+            np.repeat((140 + 95 * np.cos(phase))[None].astype(np.uint8), 34, axis=0),
+            np.full((4, 640), 255, np.uint8),
+        ]
+    Image.fromarray(np.vstack(rows[:-1])).quantize(64).save(OUT / "travel.png", optimize=True)
+
+
+def _figure(width: float, height: float) -> tuple[Any, Any]:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    axes = figure.add_subplot()
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(colors=INK, labelsize=9)
+    return figure, axes
+
+
+def _save(figure: Any, name: str) -> None:
+    from matplotlib import rc_context
+
+    out = io.StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "moireid", "font.family": "sans-serif"}):
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    _write_svg(name, out.getvalue()[out.getvalue().index("<svg") :])
+
+
+def _write_svg(name: str, text: str) -> None:
+    """With figures of two digits, as none of these pictures is looked at closer."""
+    text = re.sub(r"(\d+\.\d{2})\d+", r"\1", text)
+    if "xmlns=" not in text[:400]:
+        text = text.replace("<svg", '<svg xmlns="http://www.w3.org/2000/svg"', 1)
+    (OUT / name).write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
