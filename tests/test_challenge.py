@@ -13,7 +13,17 @@ import pytest
 from moireid.bench.live_film import REST_MM, WEBCAM, answer
 from moireid.bench.replays import course_of, passes, replays_passed
 from moireid.verifier import challenge
-from moireid.verifier.challenge import FACE, WAYS, Course, Prompt, draw_prompts, judge_prompt, moved, place_of
+from moireid.verifier.challenge import (
+    FACE,
+    WAYS,
+    Course,
+    Prompt,
+    draw_prompts,
+    judge_prompt,
+    judge_unbroken,
+    moved,
+    place_of,
+)
 from moireid.verifier.clock import SETTLE_S, SLACK_S, BoundedClock
 from portrait import FACE_MM
 
@@ -60,6 +70,19 @@ def test_a_badge_that_is_not_seen_or_never_rests_does_not_pass() -> None:
     assert judge_prompt(unseen, prompts[0]).level == "undecided"
     swing = course.place + np.column_stack([np.sin(6 * course.times_s), *np.zeros((2, len(course.times_s)))])
     assert judge_prompt(replace(course, place=swing), prompts[0]).level == "fail"
+
+
+def test_pieces_of_an_older_clip_are_told_by_their_seams() -> None:
+    """Catches: cuts between prompts, with a pause or without, so that recorded answers are played as they are asked."""
+    course, prompts = follow(["left", "right"])
+    assert judge_unbroken(course, prompts).level == "pass"
+    pause = (course.times_s > 6.3) & (course.times_s < 7.0)
+    paused = Course(course.times_s[~pause], course.place[~pause], course.before_face[~pause])
+    assert all(judge_prompt(paused, prompt).level == "pass" for prompt in prompts)
+    assert judge_unbroken(paused, prompts).level == "undecided"
+    jumped = replace(course, place=course.place + np.where(course.times_s > 6.5, 1.5, 0.0)[:, None])
+    assert all(judge_prompt(jumped, prompt).level == "pass" for prompt in prompts)
+    assert judge_unbroken(jumped, prompts).level == "fail"
 
 
 def test_the_face_must_be_covered_for_the_stated_time() -> None:

@@ -165,6 +165,11 @@ def folder_name(number: int, badge: Badge, digits: int = 3) -> str:
     return f"{number:0{digits}d}-{letters or badge.id}"
 
 
+def _plain(name: str) -> str:
+    """A name as a table's programs show it: one that begins like a formula would be worked out, so it is quoted."""
+    return f"'{name}" if name.startswith(("=", "+", "-", "@", "\t", "\r")) else name
+
+
 def _summary(names: list[str], badges: Sequence[Badge], parts: Parts) -> str:
     """The list of what was made, as CSV."""
     made = [parts.printed if parts.printed != "none" else "", "acrylic" if parts.acrylic else ""]
@@ -173,5 +178,5 @@ def _summary(names: list[str], badges: Sequence[Badge], parts: Parts) -> str:
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["number", "name", "id", "folder", "mount"])
     for number, (name, badge) in enumerate(zip(names, badges, strict=True), start=1):
-        writer.writerow([number, badge.name, badge.id, name, mount])
+        writer.writerow([number, _plain(badge.name), badge.id, name, mount])
     return out.getvalue()

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.measure import GAP_S
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.spans import Spans
 
@@ -56,6 +57,8 @@ HOLD_S = 1.2
 #: Moves of a challenge, one of which is across the face, and of how many at least go sideways: without, the fringes of
 #: most badges hardly move, and tell nothing.
 MOVES, SIDEWAYS = 6, 2
+#: Amounts a second that no hand makes, 1.5 m sideways, told over no less than the time of a camera's frame.
+MOST_SPEED, FRAME_S = 15.0, 1 / 24
 #: Fewer frames than this tell no rest.
 MIN_FRAMES = 4
 
@@ -155,6 +158,30 @@ def judge_challenge(course: Course, prompts: Sequence[Prompt]) -> tuple[Reason, 
     Convention: "fail" where the badge moved early, late, not, or elsewhere; "undecided" where it was not seen.
     """
     return tuple(judge_prompt(course, prompt) for prompt in prompts)
+
+
+def judge_unbroken(course: Course, prompts: Sequence[Prompt]) -> Reason:
+    """Whether the badge was in view without a break from before the first prompt until the last was followed.
+
+    Else pieces of an older clip could be played as they are asked for: over a longer gap the fringes' phase is not
+    followed, and a jump to another place is no hand's.
+    Convention: measured is the longest gap, s; "undecided" for a gap, "fail" for a jump.
+    """
+    ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + LATEST_S) if prompts else (0.0, 0.0)
+    within = (course.times_s >= ends[0]) & (course.times_s <= ends[1])
+    if within.sum() < MIN_FRAMES:
+        return Reason("unbroken", "undecided", None, GAP_S, "s", "The badge was not in view during the moves.")
+    times, place = course.times_s[within], course.place[within]
+    steps = np.diff(times)
+    longest = max(float(steps.max()), float(times[0] - ends[0]))
+    speed = float((np.abs(np.diff(place, axis=0)).max(axis=1) / np.maximum(steps, FRAME_S)).max())
+    if speed > MOST_SPEED:
+        text = "The badge jumped from one place to another faster than a hand moves."
+        return Reason("unbroken", "fail", longest, GAP_S, "s", text)
+    if longest > GAP_S:
+        text = f"The badge was out of sight for {longest:.1f} s; keep it in the picture all along, and begin again."
+        return Reason("unbroken", "undecided", longest, GAP_S, "s", text)
+    return Reason("unbroken", "pass", longest, GAP_S, "s", "The badge was in view without a break through all moves.")
 
 
 def judge_prompt(course: Course, prompt: Prompt) -> Reason:

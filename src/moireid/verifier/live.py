@@ -29,6 +29,7 @@ from moireid.verifier.challenge import (
     draw_prompts,
     judge_challenge,
     judge_prompt,
+    judge_unbroken,
     place_of,
 )
 from moireid.verifier.chapters import Claim, identity_of, invariant_of
@@ -103,7 +104,9 @@ class LiveCheck:
         overlap = None
         if self._prompts is not None:
             overlap = self._watch.judge(self._verifier.judged.tracker, chapters)
-            reasons += overlap.reasons + judge_challenge(self._course(), self._prompts[: self._judged])
+            asked = self._prompts[: self._judged]
+            reasons += overlap.reasons + judge_challenge(self._course(), asked)
+            reasons += (judge_unbroken(self._course(), asked),) if asked else ()
         reasons += (self._whole(), self._in_time())
         return {
             "event": "verdict", "verdict": worst(list(reasons)), "challenged": self._prompts is not None,

@@ -11,7 +11,7 @@ Without tokens the Host must be loopback too: else a page of another site could 
 
 from __future__ import annotations
 
-from urllib.parse import urlsplit
+from urllib.parse import SplitResult, urlsplit
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
@@ -34,6 +34,14 @@ HEADERS = {
     "Cache-Control": "no-store",
 }
 SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
+
+
+def _parts(address: str) -> SplitResult:
+    """An address taken apart; one that is none, such as "//[", has no parts, and so matches nothing."""
+    try:
+        return urlsplit(address)
+    except ValueError:
+        return SplitResult("", "", "", "", "")
 
 
 class Guard:
@@ -67,12 +75,12 @@ class Guard:
     def _refused(self, scope: Scope, headers: Headers) -> str | None:
         """Why a request does not pass, or None."""
         host = headers.get("host", "")
-        if self.loopback_only and not is_loopback(urlsplit(f"//{host}").hostname or ""):
+        if self.loopback_only and not is_loopback(_parts(f"//{host}").hostname or ""):
             return "This studio runs without tokens, so it is reached as localhost or 127.0.0.1 alone."
         if scope["type"] == "http" and scope["method"] in SAFE:
             return None
         site, origin = headers.get("sec-fetch-site"), headers.get("origin")
-        if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+        if origin is not None and _parts(origin).netloc.lower() != host.lower():
             return "This request was sent by another site; open the studio's own page."
         if site is not None and site not in ("same-origin", "none"):
             return "This request was sent by another site; open the studio's own page."

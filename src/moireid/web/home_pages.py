@@ -7,12 +7,13 @@ from typing import Annotated
 from fastapi import APIRouter, Form, Request
 from fastapi.responses import RedirectResponse, Response
 
+from moireid.web.forms import ShortRoute
 from moireid.web.pages import NAVIGATION, render
 from moireid.web.problems import Refusal
 from moireid.web.roles import COOKIE, anyone
 from moireid.web.studio import studio_of
 
-router = APIRouter(dependencies=[anyone], include_in_schema=False)
+router = APIRouter(dependencies=[anyone], include_in_schema=False, route_class=ShortRoute)
 
 
 @router.get("/")

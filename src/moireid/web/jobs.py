@@ -7,10 +7,12 @@ the whole folder, unless its report is to be kept, which then goes after `keep_s
 from __future__ import annotations
 
 import queue
+import re
 import secrets
 import shutil
 import threading
 import time
+from collections import Counter
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +26,8 @@ from moireid.web.task import Task
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 #: How often old results are looked for.
 SWEEP_S = 10.0
+#: One visitor may take all places but one of so many, which are left to others.
+LEFT_TO_OTHERS = 4
 
 
 @dataclass
@@ -65,8 +69,8 @@ class Jobs:
 
     def start(self) -> None:
         """Begin to work; what a server that was killed has left in the folder is removed."""
-        shutil.rmtree(self._folder, ignore_errors=True)
-        self._folder.mkdir(mode=0o700, parents=True)
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._clear()
         self._stopping.clear()
         # Nobody waits for this one: a film that comes sooner does by itself.
         threading.Thread(target=warm_up, daemon=True).start()
@@ -82,12 +86,20 @@ class Jobs:
             thread.join()
         for job in list(self._jobs.values()):
             self.remove(job)
-        shutil.rmtree(self._folder, ignore_errors=True)
+        self._clear()
+
+    def _clear(self) -> None:
+        """Remove the folders of jobs, and nothing else: the folder may be somebody's own."""
+        for entry in self._folder.iterdir() if self._folder.is_dir() else ():
+            if re.fullmatch("[0-9a-f]{32}", entry.name):
+                shutil.rmtree(entry, ignore_errors=True)
 
     def admit(self, kind: str, owner: str) -> Job:
         """A new job, with a folder for its film.  Raises: Refusal 503 where too many wait already."""
+        places = self._limits.workers + self._limits.waiting
         with self._lock:
-            if sum(not job.over for job in self._jobs.values()) >= self._limits.workers + self._limits.waiting:
+            owners = Counter(job.owner for job in self._jobs.values() if not job.over)
+            if owners.total() >= places or owners[owner] >= places - places // LEFT_TO_OTHERS:
                 raise Refusal(
                     503, "busy", "Too many films wait to be judged; try again in a minute.",
                     headers={"Retry-After": "60"},
@@ -167,8 +179,10 @@ class Jobs:
         """Remove what was kept long enough, and the oldest of what is too much."""
         while not self._stopping.wait(SWEEP_S):
             with self._lock:
-                over = sorted((job for job in self._jobs.values() if job.over), key=lambda job: job.ended_s)
-            old = time.monotonic() - self._limits.keep_s
-            for place, job in enumerate(over):
-                if job.ended_s < old or len(over) - place > self._limits.kept:
+                over = sorted((job for job in self._jobs.values() if job.over), key=lambda job: -job.ended_s)
+            old, seen = time.monotonic() - self._limits.keep_s, Counter[str]()
+            for job in over:
+                # Counted by owner: what one sends in removes nothing of another's.
+                seen[job.owner] += 1
+                if job.ended_s < old or seen[job.owner] > self._limits.kept:
                     self.remove(job)

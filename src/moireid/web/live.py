@@ -30,9 +30,10 @@ from starlette.concurrency import run_in_threadpool
 from moireid.errors import MoireIdError, RegistryError
 from moireid.registry.claimed import claimed
 from moireid.verifier.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
+from moireid.web.forms import sentence
 from moireid.web.live_worker import ASK, END, FRAME, HEADER, START
 from moireid.web.pages import render
-from moireid.web.roles import require
+from moireid.web.roles import require, visitor_of
 from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
@@ -40,6 +41,8 @@ router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
 MOST_SESSIONS, SESSION_S, IDLE_S, LEAVE_S = 4, 300.0, 30.0, 3.0
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
+#: A session's token is looked up anew so often, s.
+LOOK_S = 5.0
 CLOCK = struct.Struct(">d")
 BUSY = "Other live checks are running, as many as this machine can do; try again in a minute."
 Prompts = Callable[[float], list[Prompt]]
@@ -90,7 +93,7 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     try:
         start = await run_in_threadpool(_start, studio_of(connection), claim.strip())
     except MoireIdError as error:
-        await _refuse(connection, " ".join(str(error).split()))
+        await _refuse(connection, sentence(studio_of(connection), error))
         return
     worker = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "moireid.web.live_worker", stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
@@ -146,10 +149,21 @@ def _start(studio: Studio, claim: str) -> dict[str, Any]:
 async def _pictures(connection: WebSocket, worker: asyncio.StreamWriter, prompts: Prompts) -> None:
     """What the browser sends, on to the worker, with the time of its arrival; ends where the end is asked for."""
     asked, room, last_s = False, MOST_RATE, time.monotonic()
+    looked_s = last_s
     while True:
         message: MutableMapping[str, Any] = await asyncio.wait_for(connection.receive(), IDLE_S)
         now_s = time.monotonic()
+        if now_s - looked_s > LOOK_S:
+            # A token that was revoked meanwhile ends the session.
+            looked_s = now_s
+            if await run_in_threadpool(visitor_of, connection) is None:
+                raise WebSocketDisconnect(1008)
         data = message.get("bytes")
+        room = min(room + (now_s - last_s) * MOST_RATE, MOST_RATE) - 1
+        last_s = now_s
+        if room < 0:
+            # Faster than any camera's page sends.
+            raise WebSocketDisconnect(1009)
         if data is None:
             wish = _message(message).get("do")
             if wish == "end":
@@ -160,12 +174,8 @@ async def _pictures(connection: WebSocket, worker: asyncio.StreamWriter, prompts
                 drawn = [(prompt.move, prompt.at_s) for prompt in prompts(0.0)]
                 await _send(worker, ASK, json.dumps(drawn).encode(), now_s)
             continue
-        room = min(room + (now_s - last_s) * MOST_RATE, MOST_RATE)
-        last_s = now_s
-        if room < 1 or len(data) > MOST_BYTES or len(data) <= CLOCK.size:
-            # Faster or larger than any camera's page sends.
+        if len(data) > MOST_BYTES or len(data) <= CLOCK.size:
             raise WebSocketDisconnect(1009)
-        room -= 1
         claimed_ms = CLOCK.unpack_from(data)[0]
         claimed_s = claimed_ms / 1000 if math.isfinite(claimed_ms) else math.nan
         await _send(worker, FRAME, data[CLOCK.size :], now_s, claimed_s)
@@ -201,7 +211,7 @@ def _message(message: MutableMapping[str, Any]) -> dict[str, Any]:
         raise WebSocketDisconnect(1003)
     try:
         found = json.loads(text)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise WebSocketDisconnect(1003) from error
     return found if isinstance(found, dict) else {}
 

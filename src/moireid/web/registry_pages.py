@@ -9,12 +9,13 @@ from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import RedirectResponse, Response
 
 from moireid.registry import Record, Registry
+from moireid.web.forms import ShortRoute
 from moireid.web.pages import render
 from moireid.web.problems import Refusal
 from moireid.web.roles import Visitor, require
 from moireid.web.studio import studio_of
 
-router = APIRouter(prefix="/registry", include_in_schema=False)
+router = APIRouter(prefix="/registry", include_in_schema=False, route_class=ShortRoute)
 
 Reader = Annotated[Visitor, require("issuer", "verifier")]
 Issuer = Annotated[Visitor, require("issuer")]

