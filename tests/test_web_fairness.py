@@ -12,8 +12,8 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.fabrication.event import _summary
-from moireid.fabrication.mount import MountFigures
 from moireid.fabrication.parts import Parts
+from moireid.fabrication.process import MountFigures
 from moireid.web import jobs as jobs_module
 from moireid.web.jobs import Jobs
 from moireid.web.problems import Refusal

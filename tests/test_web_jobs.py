@@ -265,7 +265,7 @@ def test_leavings_go_at_the_start_and_results_after_their_time(
     """Catches: films of a killed server that stay for ever, results that are kept longer than stated."""
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     monkeypatch.setattr("moireid.web.jobs.SWEEP_S", 0.2)
-    left = tmp_path / "studio" / "jobs" / "dead" / "film.mp4"
+    left = tmp_path / "studio" / "jobs" / ("dead" * 8) / "film.mp4"
     left.parent.mkdir(parents=True)
     left.write_bytes(b"of a killed server")
     with studio(tmp_path, keep_s=1.0) as visit:

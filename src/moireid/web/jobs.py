@@ -6,6 +6,7 @@ the whole folder, unless its report is to be kept, which then goes after `keep_s
 
 from __future__ import annotations
 
+import contextlib
 import queue
 import re
 import secrets
@@ -87,6 +88,9 @@ class Jobs:
         for job in list(self._jobs.values()):
             self.remove(job)
         self._clear()
+        # A folder with something of somebody else's in it stays.
+        with contextlib.suppress(OSError):
+            self._folder.rmdir()
 
     def _clear(self) -> None:
         """Remove the folders of jobs, and nothing else: the folder may be somebody's own."""
