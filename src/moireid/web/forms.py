@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from collections.abc import Callable, Coroutine
 from dataclasses import dataclass
 from typing import Any
@@ -27,15 +28,21 @@ class Fields:
 
 
 def within(request: Request) -> Request:
-    """The same request, of which no more is read than `Limits.form_bytes`; reading on raises HTTPException 413.
+    """The same request, of which no more is read than `Limits.form_bytes`: reading on raises HTTPException 413, and 408
+    where it stands still.
 
     Counted as it comes: whoever sends in pieces need not say beforehand how much there will be.
     """
-    most, seen = studio_of(request).settings.limits.form_bytes, 0
+    limits, seen = studio_of(request).settings.limits, 0
+    most = limits.form_bytes
 
     async def receive() -> Message:
         nonlocal seen
-        message = await request.receive()
+        try:
+            async with asyncio.timeout(limits.idle_s):
+                message = await request.receive()
+        except TimeoutError as error:
+            raise HTTPException(408, "The form stood still; send it again.") from error
         seen += len(message.get("body", b""))
         if seen > most:
             raise HTTPException(413, f"This form is larger than {most // 1024} kB; send less at a time.")
