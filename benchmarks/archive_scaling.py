@@ -154,25 +154,32 @@ def main() -> None:
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--films", type=int, default=200)
     asked.add_argument("--kills", type=int, default=8)
+    asked.add_argument("--rounds", type=int, default=2, help="one worker and two by turns, so many times")
     given = asked.parse_args()
     os.environ |= ONE_THREAD
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         manifest = collection(folder, given.films)
         print(f"{given.films} clips of {FRAMES} frames; processors: {os.cpu_count()}, load {os.getloadavg()[0]:.1f}")
-        runs = {workers: scored(manifest, folder, workers, "local") for workers in (1, 2)}
-        for workers, run in runs.items():
+        rounds = []
+        for count in range(given.rounds):
+            (folder / f"round-{count}").mkdir()
+            runs = {workers: scored(manifest, folder / f"round-{count}", workers, "local") for workers in (1, 2)}
+            rounds.append(runs[2]["rate"] / runs[1]["rate"])
+            for workers, run in runs.items():
+                print(
+                    f"workers: {workers}, {run['rate']:.2f} films/s, first row after {run['start_s']:.1f} s, "
+                    f"{run['total_s']:.1f} s in all, {run['cpu_s'] / given.films:.3f} CPU s a film, "
+                    f"{run['cpu_s'] / run['total_s']:.2f} processors used, {run['busy']:.3f} workers scoring"
+                )
             print(
-                f"workers: {workers}, {run['rate']:.2f} films/s, first row after {run['start_s']:.1f} s, "
-                f"{run['total_s']:.1f} s in all, {run['cpu_s'] / given.films:.3f} CPU s a film, "
-                f"{run['cpu_s'] / run['total_s']:.2f} processors used, {run['busy']:.3f} workers scoring"
+                f"two against one: {rounds[-1]:.2f} times as fast, "
+                f"{runs[2]['busy'] / runs[1]['busy']:.2f} times as many scoring, "
+                f"CPU a film {runs[2]['cpu_s'] / runs[1]['cpu_s']:.3f} times, same rows: "
+                f"{same(runs[1]['rows'], runs[2]['rows'])}; load {os.getloadavg()[0]:.1f}",
+                flush=True,
             )
-        print(
-            f"two against one: {runs[2]['rate'] / runs[1]['rate']:.2f} times as fast, "
-            f"{runs[2]['busy'] / runs[1]['busy']:.2f} times as many scoring, "
-            f"CPU a film {runs[2]['cpu_s'] / runs[1]['cpu_s']:.3f} times, same rows: "
-            f"{same(runs[1]['rows'], runs[2]['rows'])}; load {os.getloadavg()[0]:.1f}"
-        )
+        print(f"two against one, mean of {given.rounds} rounds: {sum(rounds) / len(rounds):.2f} times as fast")
         kills, stop = list[str](), threading.Event()
         (folder / "killed").mkdir()
         log = folder / "killed" / "begun-2"

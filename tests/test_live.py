@@ -191,6 +191,21 @@ def test_what_is_no_picture_ends_the_session_and_nothing_else(studio, message):
     assert client.get("/help").status_code == 200
 
 
+def test_a_revoked_token_ends_its_session(studio, monkeypatch):
+    """Catches: a session that goes on with a token that was taken back."""
+    client, tokens = studio
+    monkeypatch.setattr(live, "LOOK_S", 0.0)
+    with opened(client, tokens["verifier"]) as connection:
+        connection.send_json({"claim": "Ada Lovelace"})
+        heard(connection, "ready")
+        held = client.app.state.studio.tokens
+        held.revoke(next(one.id for one in held.all() if one.role == "verifier"))
+        connection.send_json({"do": "end"})
+        with pytest.raises(WebSocketDisconnect) as ended:
+            heard(connection, "verdict")
+    assert ended.value.code == 1000 and not client.app.state.studio.live_sessions
+
+
 def test_an_unknown_person_and_a_full_house_are_told(studio, monkeypatch):
     """Catches: a traceback for a name that nobody bears; more processes than the machine has room for."""
     client, tokens = studio
@@ -198,6 +213,8 @@ def test_an_unknown_person_and_a_full_house_are_told(studio, monkeypatch):
         with opened(client, tokens["verifier"]) as connection:
             connection.send_json(hello)
             assert heard(connection, "error")["text"]
-    monkeypatch.setattr(live, "MOST_SESSIONS", 0)
-    with opened(client, tokens["verifier"]) as connection:
-        assert "Other live checks" in heard(connection, "error")["text"]
+    for limit in ("MOST_SESSIONS", "MOST_OF_ONE"):
+        with monkeypatch.context() as full:
+            full.setattr(live, limit, 0)
+            with opened(client, tokens["verifier"]) as connection:
+                assert "Other live checks" in heard(connection, "error")["text"]

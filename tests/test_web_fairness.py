@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import csv
 import io
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -27,6 +29,7 @@ def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visi
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MOIREID_KEYS", str(folder / "keys"))
         with studio(folder, ada, work=False, form_bytes=1 << 16) as made:
+            (made.folder / "jobs").mkdir(parents=True)
             yield made
 
 
@@ -35,6 +38,45 @@ def test_a_form_is_read_no_further_than_its_limit(visit: Visit, path: str) -> No
     """Catches: a form that is spooled to the disk before anybody asks who sends it, as much as is sent."""
     answer = visit.ask("POST", path, None, files={"x": ("y", bytes(1 << 20))})
     assert answer.status_code == 413
+
+
+def test_what_is_no_film_is_read_no_further_than_its_limit(visit: Visit) -> None:
+    """Catches: what follows a form's end, read as long as somebody sends it."""
+    film = b"\0\0\0\x18ftypmp42" + bytes(1 << 18)
+    body = b'--b\r\nContent-Disposition: form-data; name="video"\r\n\r\n' + film + b"\r\n--b--\r\n" + bytes(1 << 17)
+    sent = {"Content-Type": "multipart/form-data; boundary=b"}
+    answer = visit.ask("POST", "/api/verify", "verifier", content=body, headers=sent)
+    assert answer.status_code == 413 and "64 kB" in answer.json()["text"]
+    assert visit.left() == []
+
+
+@pytest.mark.parametrize("path", ["/login", "/api/verify", "/registry/audit"])
+@pytest.mark.parametrize("pieces", [0, 2])
+def test_who_goes_away_in_the_middle_leaves_nothing(visit: Visit, path: str, pieces: int) -> None:
+    """Catches: a fault of ours in the log for each visitor who closes a page, and the half of their film."""
+    coming = iter([
+        *({"type": "http.request", "body": b"--b\r\n", "more_body": True} for _ in range(pieces)),
+        {"type": "http.disconnect"},
+    ])  # fmt: skip
+    token = visit.tokens["verifier"].encode()
+    scope = {
+        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "POST", "path": path,
+        "raw_path": path.encode(), "query_string": b"", "scheme": "http", "server": ("studio.test", 80),
+        "client": ("127.0.0.1", 5000), "root_path": "",
+        "headers": [(b"host", b"studio.test"), (b"content-type", b"multipart/form-data; boundary=b"),
+                    (b"authorization", b"Bearer " + token)],
+    }  # fmt: skip
+    said: list[int] = []
+
+    async def receive() -> dict[str, Any]:
+        return next(coming)
+
+    async def send(message: Any) -> None:
+        said.append(message.get("status", 0))
+
+    asyncio.run(visit.app(scope, receive, send))
+    assert said[0] in (400, 403)
+    assert visit.left() == []
 
 
 @pytest.mark.parametrize("headers", [{"Origin": "http://["}, {"Origin": "//["}])

@@ -129,6 +129,17 @@ def test_identify_and_claims(visit: Visit, tiny: Path, ada: Badge) -> None:
     assert visit.left() == []
 
 
+def test_a_registry_by_a_relative_address_is_found_by_children(
+    tmp_path: Path, tiny: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a child that looks for the registry, or its keys, in the folder of its job."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MOIREID_KEYS", "keys")
+    with studio(Path("."), ada) as relative:
+        told = relative.ask("POST", "/api/identify", "verifier", **film_form(tiny)).json()
+    assert told["finding"] == "inconclusive"
+
+
 @pytest.mark.parametrize(("act", "code"), [(crash, "crash"), (grow, "memory")])
 def test_a_film_that_spoils_its_reader_marks_its_own_job_alone(
     visit: Visit, tiny: Path, films: Path, act: Callable[[], object], code: str

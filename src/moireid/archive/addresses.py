@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from moireid.errors import MediaError, MissingExtraError, SpecError
+from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecError
 
 #: A fetch that fails is tried so often in all, with this wait before the second time and twice as long each time after.
 FETCHES, WAIT_S = 3, 0.5
@@ -46,11 +46,8 @@ def stamp(address: str) -> str:
     Raises: SpecError where there is no such file or no such protocol; MissingExtraError.
     """
     system, path = _system(address)
-    try:
+    with _told(f"there is no film {address!r}", ADVICE):
         told = system.info(path)
-    # Each protocol's package has errors of its own, and none of them is a fault of ours.
-    except Exception as error:
-        raise SpecError(f"there is no film {address!r} ({_words(error)}); {ADVICE}") from error
     if told.get("type") == "directory":
         raise SpecError(f"there is no film {address!r} (it is a folder); {ADVICE}")
     return hashlib.sha256(str(sorted((name, str(value)) for name, value in told.items())).encode()).hexdigest()
@@ -59,13 +56,12 @@ def stamp(address: str) -> str:
 def read_text(address: str) -> str:
     """The text of a small file, UTF-8.  Raises: SpecError where it cannot be read."""
     system, path = _system(address)
+    with _told(f"{address} cannot be read", "write where it lies"):
+        content = system.cat_file(path)
     try:
-        return str(system.cat_file(path).decode("utf-8-sig"))
+        return str(content.decode("utf-8-sig"))
     except UnicodeDecodeError as error:
         raise SpecError(f"{address} is no text in UTF-8 ({error}); save it so") from error
-    # As above.
-    except Exception as error:
-        raise SpecError(f"{address} cannot be read ({_words(error)}); write where it lies") from error
 
 
 @contextmanager
@@ -89,7 +85,7 @@ def fetched(address: str, *, most_mb: float, folder: str | None = None) -> Itera
                 break
             except MediaError:
                 raise
-            # As above.
+            # Whatever a protocol's package raises may be gone the next time.
             except Exception as error:
                 if tries + 1 == FETCHES or isinstance(error, FileNotFoundError):
                     many = f"{tries + 1} times " if tries else ""
@@ -107,15 +103,28 @@ def _system(address: str) -> tuple[Any, str]:
         from fsspec.core import url_to_fs
     except ImportError as error:
         raise MissingExtraError("films by address need more packages; pip install 'moireid[archive]'") from error
+    # Beside addresses that are none: s3fs asks for a region or credentials here.
+    with _told(f"address {address!r} cannot be used", ADVICE):
+        try:
+            return url_to_fs(address)
+        except ImportError as error:
+            raise MissingExtraError(
+                f"{address} needs a package that is not installed here ({_words(error)})"
+            ) from error
+
+
+@contextmanager
+def _told(what: str, advice: str) -> Iterator[None]:
+    """Tell what a protocol's package raises as a SpecError; ours pass.
+
+    Each package has errors of its own, of no common kind, and none of them is a fault of ours.
+    """
     try:
-        return url_to_fs(address)
-    except ImportError as error:
-        raise MissingExtraError(f"{address} needs a package that is not installed here ({_words(error)})") from error
-    except ValueError as error:
-        raise SpecError(f"address {address!r} cannot be used ({_words(error)}); {ADVICE}") from error
-    # As above: s3fs asks for a region or credentials here.
+        yield
+    except MoireIdError:
+        raise
     except Exception as error:
-        raise SpecError(f"address {address!r} cannot be opened ({_words(error)}); {ADVICE}") from error
+        raise SpecError(f"{what} ({_words(error)}); {advice}") from error
 
 
 def _is_local(system: Any) -> bool:

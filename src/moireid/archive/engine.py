@@ -44,11 +44,13 @@ RESULT_S, STOP_S, POLL_S, LOOK_S = 5.0, 5.0, 0.01, 1.0
 #: Of a local cluster.  saturation: no film waits at a worker behind another, so a lost worker counts against the film
 #: that it was at; with the fourth that is lost to it, a film is given up.  lost-worker: a cluster looks so long after a
 #: worker was lost, and drops it for good if it is away; one killed again by then, or slow to start on a busy machine,
-#: would never come back, in the middle of a film at that, and in the end none would be left.
+#: would never come back, in the middle of a film at that, and in the end none would be left.  profile: a worker would
+#: look a hundred times a second at what its threads do, and take the processor from its child for that.
 DASK = {
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.scheduler.allowed-failures": 3,
     "distributed.deploy.lost-worker-timeout": "1000 days",
+    "distributed.worker.profile.enabled": False,
 }
 
 

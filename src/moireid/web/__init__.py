@@ -13,7 +13,8 @@ orders.py          what is wished, checked as by command  forms.py      fields a
 issue_jobs.py      orders to jobs, and back               issue_work.py, enroll_work.py  what their processes do
 issue_words.py     the link budget in words               preview_law.py  what static/fringes.js draws a badge from
 enroll_pages.py    a capture, measured, then kept         built_words.py  what was measured, in words and on scales
-live.py            the live check and its socket  live_worker.py  the process behind one session
+events.py          a job's progress, as it changes        live.py       the live check and its socket
+live_worker.py     the process behind one live session
 
 FastAPI is imported by this room alone, so nothing but `moireid serve` pays for it.
 """

@@ -7,9 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import io
-import json
 import zipfile
-from collections.abc import AsyncIterator
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Query, Request
@@ -20,6 +18,7 @@ from pydantic import BaseModel
 
 from moireid import __version__
 from moireid.web.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
+from moireid.web.events import events_of
 from moireid.web.jobs import Job, State
 from moireid.web.problems import Problem, Refusal, problem_responses
 from moireid.web.roles import Visitor, anyone, require
@@ -33,7 +32,6 @@ JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$")]
 UPLOAD = problem_responses(400, 401, 403, 404, 408, 409, 413, 415, 422, 503)
 #: What went wrong with a film that was taken: its fault, or the machine's.
 OUR_FAULT = frozenset({"stopped", "system"})
-EVENT_S = 0.2
 
 
 class Health(BaseModel):
@@ -132,20 +130,7 @@ async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobS
 async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> StreamingResponse:
     """Server-sent events: `progress` with state and frames as they change, and `end` once the job is over."""
     job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
-
-    async def events() -> AsyncIterator[str]:
-        last = ""
-        while True:
-            over = job.over
-            said = json.dumps({"state": job.state, "read": job.frames[0], "expected": job.frames[1]})
-            if over or said != last:
-                yield f"event: {'end' if over else 'progress'}\ndata: {said}\n\n"
-                last = said
-            if over:
-                return
-            await asyncio.sleep(EVENT_S)
-
-    return StreamingResponse(events(), media_type="text/event-stream")
+    return StreamingResponse(events_of(job), media_type="text/event-stream")
 
 
 @router.get(

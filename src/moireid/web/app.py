@@ -61,7 +61,15 @@ def create_app(settings: Settings) -> FastAPI:
             studio.close()
 
     # The framework's own documentation pages ask for scripts from outside.
-    app = FastAPI(title="moireid studio", version=__version__, docs_url=None, redoc_url=None, lifespan=lifespan)
+    app = FastAPI(
+        title="moireid studio",
+        version=__version__,
+        docs_url=None,
+        redoc_url=None,
+        lifespan=lifespan,
+        # It would make a redirect of whatever Host a request names.
+        redirect_slashes=False,
+    )
     app.state.studio = studio
     app.add_middleware(Guard, loopback_only=not settings.auth)
     problems.install(app)

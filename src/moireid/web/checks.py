@@ -36,8 +36,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
     Raises: Refusal where the form, the film or the claim cannot be used, or too many films wait.
     """
     studio = studio_of(request)
-    job = studio.jobs.admit(kind or "verify", visitor.id)
-    try:
+    with studio.jobs.receiving(kind or "verify", visitor.id) as job:
         fields = IDENTIFY_FIELDS if kind == "identify" else VERIFY_FIELDS if kind else ("kind", *VERIFY_FIELDS)
         form = await receive(request, job.folder, studio.settings.limits, fields=fields)
         # An empty field of a page's form is one that nobody filled in.
@@ -51,8 +50,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if job.kind == "identify":
             job.label = "who it is"
             laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
-            url = studio.settings.registry_url
-            studio.jobs.submit(job, form.video, registry_url=url, focal_px=focal_px, laws=laws)
+            studio.jobs.submit(job, form.video, **studio.for_children, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
         job.label = found.badge.name or "a board without a name"
@@ -60,10 +58,6 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
             job, form.video, found=found, focal_px=focal_px, require_original=_truth(given.get("require_original")),
             report=report, laws=laws,
         )  # fmt: skip
-    except BaseException:
-        # Also where the visitor goes away: what has come of the film is removed.
-        studio.jobs.remove(job)
-        raise
     return job
 
 

@@ -10,6 +10,7 @@ import json
 import multiprocessing
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -38,8 +39,10 @@ def _context() -> Any:
 def warm_up() -> None:
     """Let the process that others are forked from load what it needs; some seconds."""
     process = _context().Process(target=int, daemon=True)
-    process.start()
-    process.join()
+    # A studio that is stopped in these seconds takes that process with it; else the first film starts it again.
+    with suppress(EOFError, OSError):
+        process.start()
+        process.join()
 
 
 def run_task(

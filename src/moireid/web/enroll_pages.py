@@ -10,11 +10,10 @@ from fastapi.responses import RedirectResponse, Response
 from moireid.errors import MoireIdError
 from moireid.registry import Record
 from moireid.web.built_words import measured_words
-from moireid.web.forms import sentence
-from moireid.web.issue_jobs import as_built_of, find_job, keep, start_capture
+from moireid.web.issue_jobs import as_built_of, keep, start_capture
 from moireid.web.jobs import Job
 from moireid.web.pages import render
-from moireid.web.problems import Refusal
+from moireid.web.problems import Refusal, sentence
 from moireid.web.roles import Visitor, require
 from moireid.web.studio import studio_of
 from moireid.web.uploads import receive
@@ -33,23 +32,18 @@ def enroll_page(request: Request, visitor: Issuer, badge: str = "") -> Response:
 async def enroll(request: Request, visitor: Issuer) -> Response:
     """Take a film in, and let it be measured."""
     studio = studio_of(request)
-    job = studio.jobs.admit("capture", visitor.id)
     claim = ""
     try:
-        form = await receive(request, job.folder, studio.settings.limits, fields=("claim",))
-        claim = form.fields.get("claim", "").strip()
-        if form.video is None:
-            raise Refusal(422, "no_film", "No film was sent; choose one, or record one.")
-        start_capture(studio, job, form.video, studio.registry.find(claim))
+        with studio.jobs.receiving("capture", visitor.id) as job:
+            form = await receive(request, job.folder, studio.settings.limits, fields=("claim",))
+            claim = form.fields.get("claim", "").strip()
+            if form.video is None:
+                raise Refusal(422, "no_film", "No film was sent; choose one, or record one.")
+            start_capture(studio, job, form.video, studio.registry.find(claim))
     except MoireIdError as error:
-        studio.jobs.remove(job)
         return _form(request, claim, problem=sentence(studio, error), status=422)
     except Refusal as refusal:
-        studio.jobs.remove(job)
         return _form(request, claim, problem=refusal.text, status=refusal.status)
-    except BaseException:
-        studio.jobs.remove(job)
-        raise
     return RedirectResponse(f"/enroll/{job.id}", 303)
 
 
@@ -57,7 +51,7 @@ async def enroll(request: Request, visitor: Issuer) -> Response:
 def enroll_job(request: Request, job_id: str, visitor: Issuer) -> Response:
     """Progress, then what was measured."""
     studio = studio_of(request)
-    job = find_job(studio, job_id, visitor.id, "capture")
+    job = studio.jobs.find(job_id, visitor.id, "capture")
     if job.state != "done":
         problem = sentence(studio, job.problem[1]) if job.problem else None
         return render(request, "making.html.j2", job=job, again="/enroll", problem=problem)
@@ -71,7 +65,7 @@ def enroll_job(request: Request, job_id: str, visitor: Issuer) -> Response:
 def enroll_keep(request: Request, job_id: str, visitor: Issuer) -> Response:
     """Store what was measured."""
     studio = studio_of(request)
-    job = find_job(studio, job_id, visitor.id, "capture")
+    job = studio.jobs.find(job_id, visitor.id, "capture")
     return _measured(request, job, keep(studio, job), kept=True)
 
 

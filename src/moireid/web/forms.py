@@ -12,8 +12,7 @@ from fastapi.routing import APIRoute
 from starlette.datastructures import UploadFile
 from starlette.types import Message
 
-from moireid.errors import MoireIdError
-from moireid.web.studio import Studio, studio_of
+from moireid.web.studio import studio_of
 
 #: More than any of our forms has.
 MOST_FIELDS = 40
@@ -76,9 +75,3 @@ async def form_fields(request: Request) -> Fields:
         texts = {key: value for key, value in sent.multi_items() if isinstance(value, str)}
         files = {key: await value.read() for key, value in sent.multi_items() if isinstance(value, UploadFile)}
     return Fields(texts, {key: data for key, data in files.items() if data})
-
-
-def sentence(studio: Studio, error: MoireIdError | str) -> str:
-    """An error's sentence without the registry's place, which is not for those who come from outside."""
-    shown = studio.registry.shown_url
-    return " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")

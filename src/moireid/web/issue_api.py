@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
-from collections.abc import AsyncIterator
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
@@ -13,9 +11,9 @@ from fastapi.responses import FileResponse, StreamingResponse
 from pydantic import BaseModel, Field
 
 from moireid.web.api import JobStatus, status_of
+from moireid.web.events import events_of
 from moireid.web.forms import ShortRoute
-from moireid.web.issue_jobs import find_job, keep, package_of, start_badge, start_capture
-from moireid.web.jobs import Job
+from moireid.web.issue_jobs import keep, package_of, start_badge, start_capture
 from moireid.web.orders import Order, checked
 from moireid.web.problems import Refusal, problem_responses
 from moireid.web.roles import Visitor, require
@@ -28,8 +26,6 @@ Issuer = Annotated[Visitor, require("issuer")]
 JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
 BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
 KINDS = ("badge", "event", "capture")
-#: How often a job that is watched is looked at.
-LOOK_S = 0.25
 
 
 class Link(BaseModel):
@@ -93,7 +89,7 @@ def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
 @router.get("/jobs/{job_id}", responses=problem_responses(404))
 def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
     """How far a job of yours has come."""
-    return status_of(find_job(studio_of(request), job_id, visitor.id, *KINDS))
+    return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
 
 
 @router.get("/jobs/{job_id}/events", responses=problem_responses(404) | {
@@ -102,7 +98,7 @@ def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
 async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
     """The same as server-sent events, one for each change, until the job is over."""
     return StreamingResponse(
-        _events(find_job(studio_of(request), job_id, visitor.id, *KINDS)), media_type="text/event-stream"
+        events_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS)), media_type="text/event-stream"
     )
 
 
@@ -111,7 +107,7 @@ async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingR
 }, response_class=FileResponse)  # fmt: skip
 def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
     """Everything that a job has made, as one archive."""
-    path, name = package_of(find_job(studio_of(request), job_id, visitor.id, "badge", "event"))
+    path, name = package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
     return FileResponse(path, media_type="application/zip", filename=name)
 
 
@@ -125,22 +121,18 @@ async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobSt
     record = await run_in_threadpool(studio.registry.by_id, badge_id)
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    begun = studio.jobs.admit("capture", visitor.id)
-    try:
+    with studio.jobs.receiving("capture", visitor.id) as begun:
         sent = await receive(request, begun.folder, studio.settings.limits, fields=())
         if sent.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
         return status_of(start_capture(studio, begun, sent.video, record))
-    except BaseException:
-        studio.jobs.remove(begun)
-        raise
 
 
 @router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(404, 409))
 def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Issuer) -> AsBuiltAnswer:
     """Keep what a capture measured as the badge's figures; again changes nothing."""
     studio = studio_of(request)
-    found = find_job(studio, job_id, visitor.id, "capture")
+    found = studio.jobs.find(job_id, visitor.id, "capture")
     if found.result is not None and found.result["id"] != badge_id.lower():
         raise Refusal(404, "no_job", "There is no such job of this badge.")
     record = keep(studio, found)
@@ -148,17 +140,3 @@ def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Is
     return AsBuiltAnswer(
         id=record.id, name=record.name, as_built_at=record.as_built_at, as_built=json.loads(record.as_built)
     )
-
-
-async def _events(found: Job) -> AsyncIterator[str]:
-    """As `api.job_events`: `progress` for each change, and one `end`."""
-    before = ""
-    while True:
-        over = found.over
-        now = json.dumps({"state": found.state, "read": found.frames[0], "expected": found.frames[1]})
-        if over or now != before:
-            yield f"event: {'end' if over else 'progress'}\ndata: {now}\n\n"
-            before = now
-        if over:
-            return
-        await asyncio.sleep(LOOK_S)

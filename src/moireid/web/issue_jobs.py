@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
-from moireid.registry import Record, default_url
+from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
-from moireid.registry.url import read_url
 from moireid.web.issue_work import PACKAGE
 from moireid.web.jobs import Job
 from moireid.web.orders import Order, Wish
@@ -42,18 +41,7 @@ def _start(studio: Studio, kind: str, owner: str, label: str, order: bytes, **ar
     except OSError as error:
         studio.jobs.remove(job)
         raise Refusal(503, "disk", f"The order cannot be stored ({error.strerror}); try again later.") from error
-    # The child works in the job's folder, from where a relative path would lead elsewhere.
-    url = read_url(studio.settings.registry_url or default_url()).render_as_string(hide_password=False)
-    keys = str(studio.registry.key_path.parent.absolute())
-    studio.jobs.submit(job, job.folder / "order", registry_url=url, keys=keys, **arguments)
-    return job
-
-
-def find_job(studio: Studio, job_id: str, owner: str, *kinds: str) -> Job:
-    """The job of that id, if it is theirs and of one of these kinds.  Raises: Refusal 404 else."""
-    job = studio.jobs.find(job_id, owner)
-    if job.kind not in kinds:
-        raise Refusal(404, "no_job", "There is no such job, or its results were removed already.")
+    studio.jobs.submit(job, job.folder / "order", **studio.for_children, **arguments)
     return job
 
 

@@ -8,13 +8,14 @@ from fastapi import APIRouter, Depends, Request
 from fastapi.responses import FileResponse, RedirectResponse, Response
 
 from moireid.errors import MoireIdError
-from moireid.web.forms import Fields, form_fields, sentence
-from moireid.web.issue_jobs import find_job, package_of, start_badge, start_event
+from moireid.web.forms import Fields, form_fields
+from moireid.web.issue_jobs import package_of, start_badge, start_event
 from moireid.web.issue_words import sentences
 from moireid.web.issue_work import MOST_AT_AN_EVENT, understood
 from moireid.web.orders import Order, Wish, checked, read_fields
 from moireid.web.pages import render
 from moireid.web.preview_law import preview_law
+from moireid.web.problems import sentence
 from moireid.web.roles import Visitor, require
 from moireid.web.studio import studio_of
 
@@ -73,7 +74,7 @@ def event(request: Request, sent: Sent, visitor: Issuer) -> Response:
 def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
     """Progress, then the package."""
     studio = studio_of(request)
-    job = find_job(studio, job_id, visitor.id, "badge", "event")
+    job = studio.jobs.find(job_id, visitor.id, "badge", "event")
     if job.state != "done":
         again = "/issue" if job.kind == "badge" else "/issue/event"
         problem = sentence(studio, job.problem[1]) if job.problem else None
@@ -85,7 +86,7 @@ def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
 @router.get("/issue/jobs/{job_id}/package.zip")
 def issue_package(request: Request, job_id: str, visitor: Issuer) -> Response:
     """Everything as one download."""
-    path, name = package_of(find_job(studio_of(request), job_id, visitor.id, "badge", "event"))
+    path, name = package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
     return FileResponse(path, media_type="application/zip", filename=name)
 
 

@@ -39,7 +39,7 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
 
     order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
     folder, steps = Path("badge"), count(1)
-    with _registry(registry_url, keys) as registry:
+    with server_registry(registry_url, keys) as registry:
         badge, holder = free_badge(order.request(order.name), order.chosen(), registry.by_id)
         most = len(file_names(plan_parts(badge, order.mount)))
         printed = print_badge(
@@ -63,7 +63,7 @@ def issue_event(
     from moireid.fabrication.event import print_event
 
     wanted, folder = Wish.model_validate(wish), Path("event")
-    with _registry(registry_url, keys) as registry:
+    with server_registry(registry_url, keys) as registry:
         badges = badges_of(design_people(parse_people(people_csv.read_bytes()), wanted.request("Everybody")))
         event = print_event(
             badges, folder, mount=wanted.mount, before_moving=lambda: registry.enroll_many(badges), progress=progress,
@@ -76,7 +76,7 @@ def issue_event(
     }})  # fmt: skip
 
 
-def _registry(url: str, keys: str) -> Registry:
+def server_registry(url: str, keys: str) -> Registry:
     """The registry, with the authority's private key from the folder `keys`.
 
     The child is forked from a process that may be older than the server's registry, and works in another folder.

@@ -14,6 +14,7 @@ import shutil
 import threading
 import time
 from collections import Counter
+from collections.abc import Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -116,6 +117,19 @@ class Jobs:
             self.remove(job)
             raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
         return job
+
+    @contextlib.contextmanager
+    def receiving(self, kind: str, owner: str) -> Iterator[Job]:
+        """As `admit`, for as long as its film comes in: what has come is removed where anything goes wrong meanwhile.
+
+        That is also where the visitor goes away, by which the route is cancelled.
+        """
+        job = self.admit(kind, owner)
+        try:
+            yield job
+        except BaseException:
+            self.remove(job)
+            raise
 
     def submit(self, job: Job, video: Path, **arguments: Any) -> None:
         """Let a job begin as soon as a worker is free; the arguments are those of its kind of work."""

@@ -16,10 +16,10 @@ import contextlib
 import json
 import math
 import os
-import secrets
 import struct
 import sys
 import time
+from collections import Counter
 from collections.abc import Callable, MutableMapping
 from typing import Any
 
@@ -30,15 +30,16 @@ from starlette.concurrency import run_in_threadpool
 from moireid.errors import MoireIdError, RegistryError
 from moireid.registry.claimed import claimed
 from moireid.verifier.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
-from moireid.web.forms import sentence
 from moireid.web.live_worker import ASK, END, FRAME, HEADER, START
 from moireid.web.pages import render
+from moireid.web.problems import sentence
 from moireid.web.roles import require, visitor_of
 from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
-#: Sessions at a time; seconds of one, without a message until it is given up, and for its process to go by itself.
-MOST_SESSIONS, SESSION_S, IDLE_S, LEAVE_S = 4, 300.0, 30.0, 3.0
+#: Sessions at a time, and with one token, so that others find a place; seconds of one, without a message until it is
+#: given up, and for its process to go by itself.
+MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S, LEAVE_S = 4, 3, 300.0, 30.0, 3.0
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
 #: A session's token is looked up anew so often, s.
@@ -58,12 +59,12 @@ def page(request: Request, claim: str = "") -> Response:
 async def socket(connection: WebSocket) -> None:
     """One session.  Prompts are drawn at random; a test puts its own in their place."""
     await connection.accept()
-    sessions = _sessions(studio_of(connection))
-    if len(sessions) >= MOST_SESSIONS:
+    sessions, visitor = _sessions(studio_of(connection)), visitor_of(connection)
+    owner = visitor.id if visitor else ""
+    if sessions.total() >= MOST_SESSIONS or sessions[owner] >= MOST_OF_ONE:
         await _refuse(connection, BUSY)
         return
-    place = secrets.token_hex(8)
-    sessions.add(place)
+    sessions[owner] += 1
     try:
         async with asyncio.timeout(SESSION_S):
             await _session(connection, getattr(connection.app.state, "live_prompts", draw_prompts))
@@ -72,15 +73,16 @@ async def socket(connection: WebSocket) -> None:
     except WebSocketDisconnect:
         pass
     finally:
-        sessions.discard(place)
+        # In place, and without those who have none left.
+        sessions -= Counter((owner,))
         # Who has gone, or was told already, needs no closing.
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await connection.close()
 
 
-def _sessions(studio: Studio) -> set[str]:
-    """The sessions that are open in a studio."""
-    found: set[str] = studio.__dict__.setdefault("live_sessions", set())
+def _sessions(studio: Studio) -> Counter[str]:
+    """How many sessions are open in a studio, by token."""
+    found: Counter[str] = studio.__dict__.setdefault("live_sessions", Counter())
     return found
 
 

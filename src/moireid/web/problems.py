@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from moireid.errors import MoireIdError
+
+if TYPE_CHECKING:
+    from moireid.web.studio import Studio
 
 
 class Problem(BaseModel):
@@ -41,12 +45,19 @@ def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     return {status: {"model": Problem} for status in statuses}
 
 
+def sentence(studio: Studio, error: MoireIdError | str) -> str:
+    """An error's sentence without the registry's place, which is not for those who come from outside."""
+    shown = studio.registry.shown_url
+    return " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+
+
 def install(app: FastAPI) -> None:
     """Let the application answer every error in our words."""
     app.add_exception_handler(Refusal, _refused)
     app.add_exception_handler(MoireIdError, _ours)
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)
+    app.add_exception_handler(ClientDisconnect, _gone)
 
 
 async def _refused(request: Request, error: Exception) -> Response:
@@ -55,10 +66,7 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 
 async def _ours(request: Request, error: Exception) -> Response:
-    # Its sentence is for people already; but where the registry lies is not for those who come from outside.
-    shown = request.app.state.studio.registry.shown_url
-    text = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
-    return answer(request, Refusal(422, type(error).__name__, text))
+    return answer(request, Refusal(422, type(error).__name__, sentence(request.app.state.studio, str(error))))
 
 
 async def _invalid(request: Request, error: Exception) -> Response:
@@ -72,6 +80,11 @@ async def _http(request: Request, error: Exception) -> Response:
     code, text = WORDS.get(error.status_code, ("refused", str(error.detail)))
     headers = dict(error.headers) if error.headers else None
     return answer(request, Refusal(error.status_code, code, text, headers=headers))
+
+
+async def _gone(request: Request, _: Exception) -> Response:
+    # Nobody reads it; but without an answer the server would log a fault of ours.
+    return answer(request, Refusal(400, "broken_off", "The request was broken off; send it again."))
 
 
 def answer(request: Request, error: Refusal) -> Response:

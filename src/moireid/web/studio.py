@@ -7,7 +7,8 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
 from moireid.errors import SpecError
-from moireid.registry import Registry, open_registry
+from moireid.registry import Registry, default_url, open_registry
+from moireid.registry.url import read_url
 from moireid.web.jobs import Jobs
 from moireid.web.settings import Settings
 from moireid.web.tokens import Tokens
@@ -30,6 +31,12 @@ class Studio:
             self._alone(undo)
             self.jobs = Jobs(settings.data / "jobs", settings.limits)
             self._open = undo.pop_all()
+
+    @property
+    def for_children(self) -> dict[str, str]:
+        """Where a process that works in another folder, and may be older than the keys' place, finds the registry."""
+        url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
+        return {"registry_url": url, "keys": str(self.registry.key_path.parent.absolute())}
 
     def close(self) -> None:
         """Close what is open."""

@@ -73,8 +73,6 @@ async def receive(request: Request, folder: Path, limits: Limits, *, fields: Col
         async for chunk in body:
             reader.feed(chunk)
         return reader.finish()
-    except ClientDisconnect as error:
-        raise Refusal(400, "broken_off", "The upload was broken off.") from error
     except FormParserError as error:
         raise Refusal(400, "form", "The form cannot be read; send it again.") from error
     except OSError as error:
@@ -101,11 +99,20 @@ class _Reader:
         self._folder, self._limits, self._names = folder, limits, names
         self._texts: dict[str, bytearray] = {}
         self._file: BinaryIO | None = None
-        self._head, self._written, self._form_bytes, self._ended = bytearray(), 0, 0, False
+        self._head, self._written, self._beside, self._ended = bytearray(), 0, 0, False
         self._header, self._value, self._disposition, self._name = bytearray(), bytearray(), b"", ""
 
     def feed(self, chunk: bytes) -> None:
+        """Take the next bytes.  Raises: Refusal; FormParserError.
+
+        What is no film is counted whatever it is: fields, headers of parts, and what follows the form's end.
+        """
+        before = self._written
         self._parser.write(chunk)
+        self._beside += len(chunk) - (self._written - before)
+        if self._beside > self._limits.form_bytes:
+            most = self._limits.form_bytes // 1024
+            raise Refusal(413, "too_large", f"Beside the film the form is larger than the {most} kB that are taken.")
 
     def finish(self) -> Form:
         """The form, once all has come."""
@@ -166,9 +173,6 @@ class _Reader:
                 raise _too_large(self._limits)
             self._file.write(piece)
             return
-        self._form_bytes += len(piece)
-        if self._form_bytes > self._limits.form_bytes:
-            raise Refusal(413, "too_large", "The fields of the form are too long.")
         self._texts[self._name] += piece
 
     def _part_end(self) -> None:

@@ -27,12 +27,12 @@ import matplotlib.figure  # noqa: F401 - loaded ahead
 
 from moireid.errors import MoireIdError
 from moireid.lenticule import know_law
-from moireid.registry import Claimed, People, open_registry
+from moireid.registry import Claimed, People
 from moireid.verifier.identify import identify
 from moireid.verifier.report import pictures_of, write_report
 from moireid.verifier.verify import verify
 from moireid.web.enroll_work import measure_capture
-from moireid.web.issue_work import issue_badge, issue_event
+from moireid.web.issue_work import issue_badge, issue_event, server_registry
 from moireid.web.task import Law, Task
 
 #: Progress is told at most so often.
@@ -68,11 +68,11 @@ def verify_film(video: Path, progress: Progress, tell: Tell, *, found: Claimed, 
     tell({"plots": [title for title, _ in drawn], "badge": pictures.badge_png is not None})
 
 
-def identify_film(video: Path, progress: Progress, tell: Tell, *, registry_url: str | None,
+def identify_film(video: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str,
                   focal_px: float | None = None, laws: Sequence[Law] = ()) -> None:  # fmt: skip
     """What `moireid identify --json` prints."""
     _know(laws)
-    with open_registry(registry_url, create=False) as registry:
+    with server_registry(registry_url, keys) as registry:
         people = People(registry)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
         tell({"result": outcome.to_json() | {"found_name": people.name(outcome.found_id)}})
