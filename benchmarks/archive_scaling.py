@@ -6,6 +6,8 @@ ratio: films a second of two workers over those of one, from the first row to th
     what other work on the machine hardly changes: CPU seconds a film, and how many workers were scoring, taken over the
     time from the first film to the last row.  What lacks to 1 or 2 is what the engine takes between films; two workers
     that spend as much CPU a film as one are as much faster as more of them are scoring, on processors that are free.
+plain: the same films by as many plain processes, without the engine: what this machine gives two at once, whatever the
+    engine does; processors that share a core or a cache are not twice as fast as one.
 kills: while two workers score, one is killed (SIGKILL) at random moments; rows lost, and films begun more than once.
 """
 
@@ -15,6 +17,7 @@ import argparse
 import os
 import random
 import signal
+import subprocess
 import sys
 import tempfile
 import threading
@@ -24,6 +27,7 @@ from pathlib import Path
 from typing import Any
 
 import av
+import cv2
 import psutil
 
 from moireid.archive.child import ONE_THREAD
@@ -98,6 +102,28 @@ def scored(manifest: Path, folder: Path, workers: int | None, scheduler: str | N
     }  # fmt: skip
 
 
+def plain_rate(manifest: Path, processes: int) -> float:
+    """Films a second of processes that score every so-maniest film, each after a first one that does not count."""
+    command = [sys.executable, "-c", "import archive_scaling; archive_scaling.plain()", str(manifest)]
+    shares = [
+        subprocess.Popen([*command, str(k), str(processes)], stdout=subprocess.PIPE, text=True)
+        for k in range(processes)
+    ]
+    return sum(float(share.communicate()[0]) for share in shares)
+
+
+def plain() -> None:
+    """Print films a second of one share of a manifest: arguments path, which, of how many."""
+    cv2.setNumThreads(1)
+    manifest, share, of = Path(sys.argv[1]), int(sys.argv[2]), int(sys.argv[3])
+    jobs = [Job(entry, "moireid") for entry in read_manifest(manifest).entries[share::of]]
+    score_film(jobs[0], jobs[0].entry.video)
+    begun = time.perf_counter()
+    for job in jobs:
+        score_film(job, job.entry.video)
+    print(len(jobs) / (time.perf_counter() - begun))
+
+
 class Used:
     """CPU seconds of this process and all that it started, looked at four times a second as they come and go."""
 
@@ -156,7 +182,7 @@ def main() -> None:
     asked.add_argument("--kills", type=int, default=8)
     asked.add_argument("--rounds", type=int, default=2, help="one worker and two by turns, so many times")
     given = asked.parse_args()
-    os.environ |= ONE_THREAD
+    os.environ |= ONE_THREAD | {"PYTHONPATH": str(Path(__file__).parent)}
     with tempfile.TemporaryDirectory() as made:
         folder = Path(made)
         manifest = collection(folder, given.films)
@@ -177,6 +203,13 @@ def main() -> None:
                 f"{runs[2]['busy'] / runs[1]['busy']:.2f} times as many scoring, "
                 f"CPU a film {runs[2]['cpu_s'] / runs[1]['cpu_s']:.3f} times, same rows: "
                 f"{same(runs[1]['rows'], runs[2]['rows'])}; load {os.getloadavg()[0]:.1f}",
+                flush=True,
+            )
+            plain_rates = [plain_rate(manifest, processes) for processes in (1, 2)]
+            print(
+                f"plain processes: {plain_rates[0]:.2f} and {plain_rates[1]:.2f} films/s, two against one "
+                f"{plain_rates[1] / plain_rates[0]:.2f} times as fast; two workers against two plain processes "
+                f"{runs[2]['rate'] / plain_rates[1]:.2f}",
                 flush=True,
             )
         print(f"two against one, mean of {given.rounds} rounds: {sum(rounds) / len(rounds):.2f} times as fast")

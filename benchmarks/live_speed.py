@@ -42,17 +42,21 @@ FPS = 24.0
 FACE_MM, FACE_PX, FACE_SIZE_PX = np.array([0.36, -138.3]), (640.0, 165.0), 190.0
 
 
-def person(badge: Badge, seconds: float) -> list[np.ndarray]:
-    """Pictures of a person who rests for three seconds and then moves the badge to and fro, and across the face."""
+def portrait() -> np.ndarray:
+    """A photograph of a face as a webcam frames a person, (720, 1280) grey."""
     from skimage import data
 
     grey = cv2.cvtColor(data.astronaut(), cv2.COLOR_RGB2GRAY)
     scale = FACE_SIZE_PX / 87.0
     warp = np.array([[scale, 0, FACE_PX[0] - scale * 222.5], [0, scale, FACE_PX[1] - scale * 126.5]])
-    behind = np.asarray(cv2.warpAffine(grey, warp, (1280, 720), borderMode=cv2.BORDER_REPLICATE), np.uint8)
+    return np.asarray(cv2.warpAffine(grey, warp, (1280, 720), borderMode=cv2.BORDER_REPLICATE), np.uint8)
+
+
+def person(badge: Badge, seconds: float) -> list[np.ndarray]:
+    """Pictures of a person who rests for three seconds and then moves the badge to and fro, and across the face."""
     ways = ("left", "right", "right", "left", "face", "right", "left", "left", "right", "farther", "nearer")
     moves = [Prompt(move, 3.0 + 1.5 * k) for k, move in enumerate(ways)]
-    return list(frames(badge, behind, answer(moves, FACE_MM, reaction_s=0.0), length_s=seconds, fps=FPS))
+    return list(frames(badge, portrait(), answer(moves, FACE_MM, reaction_s=0.0), length_s=seconds, fps=FPS))
 
 
 def pushed(badge: Badge, pictures: list[np.ndarray]) -> None:

@@ -73,16 +73,21 @@ def test_a_badge_that_is_not_seen_or_never_rests_does_not_pass() -> None:
 
 
 def test_pieces_of_an_older_clip_are_told_by_their_seams() -> None:
-    """Catches: cuts between prompts, with a pause or without, so that recorded answers are played as they are asked."""
+    """Catches: cuts between prompts, with a pause or without, so that recorded answers are played as they are asked; a
+    slow connection that is blamed on the badge.
+    """
     course, prompts = follow(["left", "right"])
-    assert judge_unbroken(course, prompts).level == "pass"
-    pause = (course.times_s > 6.3) & (course.times_s < 7.0)
-    paused = Course(course.times_s[~pause], course.place[~pause], course.before_face[~pause])
+    frames_s = course.times_s
+    assert judge_unbroken(course, prompts, frames_s).level == "pass"
+    pause = (frames_s > 6.3) & (frames_s < 7.0)
+    paused = Course(frames_s[~pause], course.place[~pause], course.before_face[~pause])
     assert all(judge_prompt(paused, prompt).level == "pass" for prompt in prompts)
-    assert judge_unbroken(paused, prompts).level == "undecided"
-    jumped = replace(course, place=course.place + np.where(course.times_s > 6.5, 1.5, 0.0)[:, None])
+    for seen_s, words in ((frames_s, "out of sight for 0.7 s"), (paused.times_s, "No picture came for 0.7 s")):
+        reason = judge_unbroken(paused, prompts, seen_s)
+        assert reason.level == "undecided" and words in reason.text
+    jumped = replace(course, place=course.place + np.where(frames_s > 6.5, 1.5, 0.0)[:, None])
     assert all(judge_prompt(jumped, prompt).level == "pass" for prompt in prompts)
-    assert judge_unbroken(jumped, prompts).level == "fail"
+    assert judge_unbroken(jumped, prompts, frames_s).level == "fail"
 
 
 def test_the_face_must_be_covered_for_the_stated_time() -> None:

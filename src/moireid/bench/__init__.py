@@ -9,6 +9,8 @@ simulate.py      error against run time of the renderers, left_out.py what a sce
                  outside tracer, scenes.py: eleven scenes
 verify.py        error against run time of the verifier on films of known truth (verify_films.py); motion_extremes.py:
                  stiff and extreme motions; judged.py: frames in, verdict out
+film_set.py      films by the engine of collections, with the list that `evaluate` reads
 rows.py          films of a suite made and read by the engine of collections (moireid.archive)
+live_film.py     a person before a webcam who follows prompts; replays.py: earlier answers to fresh challenges
 output.py        JSON of a suite; table and plot in *_output.py
 """

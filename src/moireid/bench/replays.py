@@ -47,6 +47,13 @@ def passes(course: Course, prompts: Sequence[Prompt]) -> bool:
     return all(reason.level == "pass" for reason in judge_challenge(course, prompts))
 
 
+def passes_in_order(course: Course, prompts: Sequence[Prompt], shift_s: float) -> int:
+    """How many prompts a course meets before the first that it does not, begun `shift_s` later."""
+    later = Course(course.times_s + shift_s, course.place, course.before_face)
+    levels = [reason.level == "pass" for reason in judge_challenge(later, prompts)]
+    return (*levels, False).index(False)
+
+
 def passes_at_best(course: Course, before: Sequence[Prompt], fresh: Sequence[Prompt]) -> bool:
     """Whether an earlier answer to `before` meets fresh prompts, whenever it is started."""
     apart = [new.at_s - old.at_s for new, old in zip(fresh, before, strict=True)]

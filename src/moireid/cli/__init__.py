@@ -6,6 +6,10 @@ print_cmd.py   print-your-badge, moireid print
 enroll_cmd.py  enroll, registry init / list / show
 verify_cmd.py  verify, identify
 simulate_cmd.py  simulate
+film_set_cmd.py  film-set
+evaluate_cmd.py  evaluate; rate.py: how far and how fast
+bench_cmd.py   bench
+pitch_cmd.py   pitch-test, calibrate
 serve_cmd.py   serve, token create / list / revoke
 
 Heavy packages are imported inside the functions that need them, so that `--help` stays quick.

@@ -15,6 +15,7 @@ from moireid.cli.bench_cmd import bench_command
 from moireid.cli.common import BAD_INPUT
 from moireid.cli.enroll_cmd import enroll_command, registry_group
 from moireid.cli.evaluate_cmd import evaluate_command
+from moireid.cli.film_set_cmd import film_set_command
 from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
 from moireid.cli.print_cmd import print_command
 from moireid.cli.serve_cmd import serve_command, token_group
@@ -45,6 +46,7 @@ for command in (
     verify_command,
     identify_command,
     simulate_command,
+    film_set_command,
     registry_group,
     evaluate_command,
     bench_command,

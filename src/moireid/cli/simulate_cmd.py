@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
+
+if TYPE_CHECKING:
+    from moireid.simulate.wish import Wish
 
 #: The names of `moireid.simulate`, written again because importing that room costs a second; a test compares.
 FORGERIES = (
@@ -62,12 +66,7 @@ PARTS = ("background", "page", "shutter", "glare")
 @overwrite_option
 @json_option
 @friendly
-def simulate_command(
-    badge_json: Path, video: Path, motion: str, distance: float, frames: int, fps: float, backend: str,
-    error_rad: float | None, forge: str | None, camera: str, mirror: bool, blur: float | None, light: str | None,
-    codec: str, crf: int | None, recipe: str | None, unneeded: tuple[str, ...], seed: int, overwrite: bool,
-    as_json: bool,
-) -> None:  # fmt: skip
+def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bool, **wished: Any) -> None:
     """Film the badge in BADGE_JSON as a phone would; the truth lies beside the film as VIDEO.truth.csv.
 
     The badge is filmed as one that somebody built: the sheet a little off its place and turned, print and lens pitch a
@@ -80,22 +79,12 @@ def simulate_command(
     from moireid.badge import load_badge
 
     badge = load_badge(badge_json)
-    from moireid.simulate.camera import camera_named
-    from moireid.simulate.film import film
-    from moireid.simulate.light import light_named
-    from moireid.simulate.motion import motion_named
-    from moireid.simulate.scene import Build, Need, Scene
+    from moireid.simulate.wish import filmed, scene_of
 
-    course = motion_named(motion, distance_mm=1000.0 * distance, seed=seed)
-    scene = Scene(
-        badge, Build.typical(seed), camera_named(camera, mirror=mirror, focus_blur_px=blur),
-        light=light_named(light) if light else None, need=Need(**dict.fromkeys(unneeded, False)),
-    )  # fmt: skip
+    wish = wish_of(**wished)
+    scene = scene_of(badge, wish)
     with progress_bar("filming") as progress:
-        report = film(
-            scene, course, video, frames=frames, fps=fps, forge=forge, seed=seed, codec=codec, crf=crf, recipe=recipe,
-            backend=backend, error_rad=error_rad, overwrite=overwrite, progress=progress,
-        )  # fmt: skip
+        report = filmed(scene, wish, video, overwrite=overwrite, progress=progress)
     stages = {name: round(seconds, 3) for name, seconds in report.stages_s.items()}
     estimate = report.estimate
     if as_json:
@@ -115,6 +104,21 @@ def simulate_command(
         click.echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
         saved = (f"{one.what} ({_saved(one.saved_s)})" for one in report.left_out)
         click.echo(f"left out, and the time it saved a frame: {', '.join(saved)}")
+
+
+def wish_of(
+    *, motion: str, distance: float, frames: int, fps: float, backend: str, error_rad: float | None, forge: str | None,
+    camera: str, mirror: bool, blur: float | None, light: str | None, codec: str, crf: int | None, recipe: str | None,
+    unneeded: tuple[str, ...], seed: int,
+) -> Wish:  # fmt: skip
+    """The film that the options ask for."""
+    from moireid.simulate.wish import Wish
+
+    return Wish(
+        motion=motion, distance_m=distance, frames=frames, fps=fps, backend=backend, error_rad=error_rad, forge=forge,
+        camera=camera, mirror=mirror, blur_px=blur, light=light, codec=codec, crf=crf, recipe=recipe,
+        leave_out=unneeded, seed=seed,
+    )  # fmt: skip
 
 
 def _saved(seconds: float | None) -> str:

@@ -18,6 +18,7 @@ flat.py       a photograph, and a replay on a screen
 truth.py      the ground truth beside a film
 left_out.py   what a film does not show, and the time that saves
 film.py       the whole film: frames, file and truth
+wish.py       a film as it is asked for, in names and numbers
 mitsuba_renderer.py   the same scene as geometry for Mitsuba 3: frames of a film
 mitsuba_sheet.py   its lens sheet, a watertight solid      mitsuba_page.py   its printed lines, as strips
 mitsuba_parts.py   meshes, surfaces and camera as Mitsuba's objects      mitsuba_view.py   which pixels it renders

@@ -160,11 +160,12 @@ def judge_challenge(course: Course, prompts: Sequence[Prompt]) -> tuple[Reason, 
     return tuple(judge_prompt(course, prompt) for prompt in prompts)
 
 
-def judge_unbroken(course: Course, prompts: Sequence[Prompt]) -> Reason:
+def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array) -> Reason:
     """Whether the badge was in view without a break from before the first prompt until the last was followed.
 
     Else pieces of an older clip could be played as they are asked for: over a longer gap the fringes' phase is not
     followed, and a jump to another place is no hand's.
+    Parameters: frames_s (N,): when all frames were taken, those without the badge too.
     Convention: measured is the longest gap, s; "undecided" for a gap, "fail" for a jump.
     """
     ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + LATEST_S) if prompts else (0.0, 0.0)
@@ -173,11 +174,16 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt]) -> Reason:
         return Reason("unbroken", "undecided", None, GAP_S, "s", "The badge was not in view during the moves.")
     times, place = course.times_s[within], course.place[within]
     steps = np.diff(times)
-    longest = max(float(steps.max()), float(times[0] - ends[0]))
+    bounds = np.concatenate([[ends[0]], times])
+    last = int(np.diff(bounds).argmax())
+    longest = float(bounds[last + 1] - bounds[last])
     speed = float((np.abs(np.diff(place, axis=0)).max(axis=1) / np.maximum(steps, FRAME_S)).max())
     if speed > MOST_SPEED:
         text = "The badge jumped from one place to another faster than a hand moves."
         return Reason("unbroken", "fail", longest, GAP_S, "s", text)
+    if longest > GAP_S and not np.any((frames_s > bounds[last]) & (frames_s < bounds[last + 1])):
+        text = f"No picture came for {longest:.1f} s during the moves; use a faster connection, and begin again."
+        return Reason("unbroken", "undecided", longest, GAP_S, "s", text)
     if longest > GAP_S:
         text = f"The badge was out of sight for {longest:.1f} s; keep it in the picture all along, and begin again."
         return Reason("unbroken", "undecided", longest, GAP_S, "s", text)

@@ -69,6 +69,7 @@ class LiveCheck:
         self._asked_s: float | None = None
         self._prompts: list[Prompt] | None = None
         self._told = self._judged = 0
+        self._frames_s: list[float] = []
         self._times: list[float] = []
         self._places: list[NDArray[np.float64]] = []
         self._before_face: list[bool] = []
@@ -106,7 +107,7 @@ class LiveCheck:
             overlap = self._watch.judge(self._verifier.judged.tracker, chapters)
             asked = self._prompts[: self._judged]
             reasons += overlap.reasons + judge_challenge(self._course(), asked)
-            reasons += (judge_unbroken(self._course(), asked),) if asked else ()
+            reasons += (judge_unbroken(self._course(), asked, np.array(self._frames_s)),) if asked else ()
         reasons += (self._whole(), self._in_time())
         return {
             "event": "verdict", "verdict": worst(list(reasons)), "challenged": self._prompts is not None,
@@ -162,6 +163,7 @@ class LiveCheck:
         return [{"event": "challenge", "moves": len(self._prompts)}]
 
     def _note(self, frame: Frame) -> None:
+        self._frames_s.append(frame.time_s)
         place = self._verifier.judged.tracker.place
         if place is None:
             return

@@ -1,0 +1,166 @@
+"""film-set: many films at once from a plan, as a collection with labels that `evaluate` reads."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from moireid.cli.common import friendly, json_option, overwrite_option, show_json
+from moireid.cli.rate import film_rate, scheduler_option, workers_option
+from moireid.cli.simulate_cmd import MOTIONS, simulate_command, wish_of
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.bench.film_set import Planned
+
+#: Columns that are no option of `simulate`; every long option of it but these is a column too.
+OWN, NOT_COLUMNS = ("badge", "name", "group"), ("out", "overwrite", "json", "help")
+YES, NO = ("yes", "true", "1"), ("no", "false", "0")
+EXAMPLE = "begin the plan with a line such as badge,motion,distance,forge"
+
+
+@click.command("film-set")
+@click.argument("plan_csv", metavar="PLAN", type=click.Path(path_type=Path))
+@click.option(
+    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for all of them."
+)
+@workers_option
+@scheduler_option
+@overwrite_option
+@json_option
+@friendly
+def film_set_command(
+    plan_csv: Path, folder: Path, workers: int | None, scheduler: str | None, overwrite: bool, as_json: bool
+) -> None:
+    """Film many badges, truly and forged, several at a time; `moireid evaluate DIR/films.csv` scores them.
+
+    PLAN is a CSV file with a line for each film. Its columns are badge, the path of a badge.json relative to the plan,
+    and any option of `moireid simulate` by its name, such as motion, distance, forge or seed; an empty cell is the
+    option's default, and `yes` sets mirror. name is the film's file name without .mp4, its number where there is none;
+    group is the group in films.csv.
+
+    A run that was broken off goes on where it stopped; films that are there as planned are not made again.
+    """
+    from moireid.bench.film_set import make_film_set
+    from moireid.bench.rows import Where
+
+    films = read_plan(plan_csv)
+    with film_rate() as progress:
+        manifest = make_film_set(films, folder, where=Where(scheduler, workers), overwrite=overwrite, progress=progress)
+    if as_json:
+        show_json({"films": len(films), "manifest": str(manifest)})
+    else:
+        click.echo(f"{len(films)} films in {folder}; score them with: moireid evaluate {manifest} --out scored")
+
+
+def read_plan(plan_csv: Path) -> list[Planned]:
+    """The films of a plan, each checked before any is made.
+
+    Raises: SpecError, with the line of what cannot be used.
+    """
+    from moireid.errors import MoireIdError, SpecError
+
+    header, rows = _lines(plan_csv)
+    badges: dict[Path, Badge] = {}
+    films: list[Planned] = []
+    for line, cells in rows:
+        if len(cells) > len(header):
+            raise SpecError(
+                f"line {line} of {plan_csv} has {len(cells)} cells, its first line {len(header)}; quote commas"
+            )
+        row = {name: cell for name, cell in zip(header, cells, strict=False) if cell}
+        try:
+            films.append(_film(row, len(films) + 1, plan_csv.parent, badges))
+        except MoireIdError as error:
+            raise SpecError(f"line {line} of {plan_csv}: {error}") from error
+        except click.UsageError as error:
+            raise SpecError(f"line {line} of {plan_csv}: {error.format_message()}") from error
+    if not films:
+        raise SpecError(f"plan {plan_csv} names no film; {EXAMPLE}, and a line for each film")
+    names = [film.name.casefold() for film in films]
+    if twice := next((film.name for film in films if names.count(film.name.casefold()) > 1), None):
+        raise SpecError(f"{plan_csv} names two films {twice!r}; give each its own name, or none")
+    return films
+
+
+def _lines(plan_csv: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
+    """The plan's columns, and the number and cells of each line that is not empty."""
+    from moireid.errors import SpecError
+
+    try:
+        reader = csv.reader(io.StringIO(plan_csv.read_text(encoding="utf-8-sig"), newline=""), strict=True)
+        lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise SpecError(f"plan {plan_csv} cannot be read ({error}); {EXAMPLE}") from error
+    header = [name.lower().lstrip("-") for name in lines[0][1]] if lines else []
+    allowed = (*OWN, *_options())
+    unknown = [name for name in header if name not in allowed]
+    if unknown or "badge" not in header or len(set(header)) < len(header):
+        fault = f"has a column {unknown[0][:40]!r}" if unknown else "names no badge, or a column twice"
+        raise SpecError(f"plan {plan_csv} {fault}; its columns are {', '.join(allowed)}, of which badge is needed")
+    return header, lines[1:]
+
+
+def _options() -> dict[str, click.Option]:
+    """The options of `simulate` that are columns."""
+    found = {
+        name.lstrip("-"): one
+        for one in simulate_command.params
+        if isinstance(one, click.Option)
+        for name in one.opts
+        if name.startswith("--")
+    }
+    return {name: one for name, one in found.items() if name not in NOT_COLUMNS}
+
+
+def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge]) -> Planned:
+    """One line.  Raises: SpecError, click.UsageError."""
+    from moireid.badge import load_badge
+    from moireid.bench.film_set import Planned
+    from moireid.errors import SpecError
+
+    if "badge" not in row:
+        raise SpecError("it names no badge; give the path of a badge.json, relative to the plan")
+    path = base / row["badge"]
+    badges[path] = badges.get(path) or load_badge(path)
+    name = row.get("name", f"{number:04d}")
+    if Path(name).name != name or name.startswith(".") or not name.isprintable() or len(name) > 100:
+        raise SpecError(f"{name[:40]!r} is no name for a file; use letters, figures, - and _")
+    # The command's own parser reads the cells, so that a column allows what its option allows, and says so alike.
+    context = simulate_command.make_context("simulate", [str(path), "--out", "film.mp4", *_words(row)])
+    wish = wish_of(**{key: value for key, value in context.params.items() if key not in TAKEN})
+    course = None
+    if wish.motion not in MOTIONS and not wish.motion.lower().endswith(".csv"):
+        raise SpecError(f"motion {wish.motion!r} is not known; give one of {', '.join(MOTIONS)}, or a .csv file")
+    if wish.motion.lower().endswith(".csv"):
+        try:
+            course = (base / wish.motion).read_bytes()
+        except OSError as error:
+            raise SpecError(
+                f"motion {wish.motion} cannot be read ({error.strerror}); give its path from the plan"
+            ) from error
+    return Planned(name, badges[path], wish, row.get("group", ""), course)
+
+
+#: Of the command's parameters those that say nothing of the film.
+TAKEN = ("badge_json", "video", "overwrite", "as_json")
+
+
+def _words(row: dict[str, str]) -> list[str]:
+    """A line as the words of a command."""
+    words: list[str] = []
+    for name, option in _options().items():
+        if name not in row:
+            continue
+        if option.is_flag:
+            if row[name].lower() not in (*YES, *NO):
+                raise click.UsageError(f"{name} is {row[name][:40]!r}; write yes, or leave it empty.")
+            words += [f"--{name}"] if row[name].lower() in YES else []
+        else:
+            # A cell may begin with a dash without being an option.
+            words += [f"--{name}={cell}" for cell in (row[name].split() if option.multiple else [row[name]])]
+    return words

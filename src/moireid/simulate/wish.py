@@ -1,0 +1,60 @@
+"""A film as it is asked for, in names and numbers alone, so that it can be written down and sent to another machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from moireid.badge import Badge
+from moireid.simulate.camera import camera_named
+from moireid.simulate.film import FilmReport, film
+from moireid.simulate.light import light_named
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Build, Need, Scene
+
+
+@dataclass(frozen=True)
+class Wish:
+    """One film; each field is an option of `moireid simulate`, None what it leaves to others.
+
+    motion: a name, or the path of a CSV file; leave_out: fields of `scene.Need` that are not needed.
+    """
+
+    motion: str = "handheld"
+    distance_m: float = 1.4
+    frames: int = 300
+    fps: float = 60.0
+    backend: str = "analytic"
+    error_rad: float | None = None
+    forge: str | None = None
+    camera: str = "phone"
+    mirror: bool = False
+    blur_px: float | None = None
+    light: str | None = None
+    codec: str = "h264"
+    crf: int | None = None
+    recipe: str | None = None
+    leave_out: tuple[str, ...] = ()
+    seed: int = 0
+
+
+def scene_of(badge: Badge, wish: Wish) -> Scene:
+    """What is filmed: a typical build of the badge before the camera.  Raises: SpecError where a name is not known."""
+    return Scene(
+        badge, Build.typical(wish.seed), camera_named(wish.camera, mirror=wish.mirror, focus_blur_px=wish.blur_px),
+        light=light_named(wish.light) if wish.light else None, need=Need(**dict.fromkeys(wish.leave_out, False)),
+    )  # fmt: skip
+
+
+def filmed(
+    scene: Scene, wish: Wish, video: Path, *, overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> FilmReport:  # fmt: skip
+    """Film the scene as wished; as `film.film`, with its errors."""
+    course = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
+    return film(
+        scene, course, video, frames=wish.frames, fps=wish.fps, forge=wish.forge, seed=wish.seed, codec=wish.codec,
+        crf=wish.crf, recipe=wish.recipe, backend=wish.backend, error_rad=wish.error_rad, overwrite=overwrite,
+        progress=progress,
+    )  # fmt: skip
