@@ -2,7 +2,7 @@
 
 films: a person before a webcam follows a challenge with a true badge: traced fringes, a photographed face, tremor,
     noise, 720p at 24 frames a second, coded as JPEG as the page codes them; one process for each processor.
-own: each goes through `LiveCheck` with the challenge that it answers, and should be accepted.
+own: some go through `LiveCheck` with the challenge that they answer, and should be accepted.
 replay: it is played to a fresh challenge, begun at the moment that suits this best, which the replayer knows before:
     paused on its first picture till then, or without its beginning.  None may be accepted.
 stall: once in the challenge the connection stands still for so long: pictures on their way come late, the page drops
@@ -16,8 +16,9 @@ import os
 import random
 import sys
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import cv2
@@ -45,9 +46,10 @@ Picture = tuple[float, float, bytes]  #: When it was taken and when it arrived, 
 
 @dataclass(frozen=True)
 class Clip:
-    """One film: its number, from which all that is random in it comes."""
+    """One film: its number, from which all that is random in it comes, and whether only its replay is wanted."""
 
     number: int
+    replay_alone: bool
 
 
 def scored(clip: Clip) -> dict[str, Any]:
@@ -57,24 +59,34 @@ def scored(clip: Clip) -> dict[str, Any]:
     before = draw_prompts(SEEN_S + READY_S, chance)
     course = answer(before, FACE_MM, reaction_s=chance.uniform(0.3, 1.2))
     length_s = before[-1].at_s + 6.0
-    film = [
-        cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes()
-        for picture in frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=clip.number)
-    ]
-    timed = [(k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(film)]
-    told = {"own": checked(badge, timed, before)}
+    pictures = frames(badge, portrait(), course, length_s=length_s, fps=FPS, seed=clip.number)
+    film: Iterable[bytes] = (
+        cv2.imencode(".jpg", picture, [cv2.IMWRITE_JPEG_QUALITY, 85])[1].tobytes() for picture in pictures
+    )
+    told = {}
     stall_at_s = chance.uniform(before[0].at_s, before[-1].at_s)
-    for stall_s in STALLS_S:
-        told[f"stall {stall_s:g}"] = checked(badge, stalled(timed, stall_at_s, stall_s), before)
+    if not clip.replay_alone:
+        film = list(film)
+        timed = [(k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(film)]
+        told = {f"stall {stall_s:g}": checked(badge, stalled(timed, stall_at_s, stall_s), before)
+                for stall_s in STALLS_S} | {"own": checked(badge, timed, before)}  # fmt: skip
     # The replayer knows the prompts, and when their clip suits them best.
     fresh = draw_prompts(before[0].at_s, chance)
     seen = course_of(course, before, length_s=length_s, seed=clip.number)
     shifts = np.arange(SEEN_S - before[0].at_s, fresh[-1].at_s - before[0].at_s, 0.25)
     best_s = max(shifts, key=lambda shift_s: (passes_in_order(seen, fresh, shift_s), -abs(shift_s)))
-    start = round(best_s * FPS)
-    played = [film[0]] * max(start, 0) + film[max(-start, 0) :]
-    told["replay"] = checked(badge, [(k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(played)], fresh)
+    told["replay"] = checked(badge, ((k / FPS, k / FPS + WAY_S, coded) for k, coded in
+                                     enumerate(begun_at(film, round(best_s * FPS)))), fresh)  # fmt: skip
     return told
+
+
+def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
+    """A film that is paused on its first picture for so many pictures, or lacks as many where that is negative."""
+    pictures = iter(film)
+    if start > 0:
+        first = next(pictures)
+        yield from [first] * (start + 1)
+    yield from islice(pictures, max(-start, 0), None)
 
 
 def stalled(timed: Sequence[Picture], at_s: float, stall_s: float) -> list[Picture]:
@@ -115,12 +127,13 @@ def main() -> None:
 
     asked = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     asked.add_argument("--films", type=int, default=50)
+    asked.add_argument("--controls", type=int, default=10, help="films that are also checked as what they are")
     asked.add_argument("--workers", type=int)
     given = asked.parse_args()
     verdicts: dict[str, Counter[str]] = {}
     followed: Counter[int] = Counter()
     for done, (place, told) in enumerate(run_tasks(
-        scored, [Task((Clip(k),)) for k in range(given.films)], workers=given.workers
+        scored, [Task((Clip(k, k >= given.controls),)) for k in range(given.films)], workers=given.workers
     ), start=1):  # fmt: skip
         found = told.outcomes[0]
         if isinstance(found, Lost):

@@ -28,7 +28,8 @@ OPEN = {"/", "/help", "/login", "/logout", "/api/health"}
 ROLES = {
     "/issue": {"issuer"}, "/enroll": {"issuer"}, "/api/badges": {"issuer"},
     "/registry": {"issuer", "verifier"}, "/registry/audit": {"issuer"}, "/registry/{badge_id}/revoke": {"issuer"},
-    "/api/registry": {"issuer", "verifier"}, "/api/verify": {"verifier"}, "/api/identify": {"verifier"},
+    "/api/registry": {"issuer", "verifier"}, "/api/registry/audit": {"issuer"},
+    "/api/registry/{badge_id}/revoke": {"issuer"}, "/api/verify": {"verifier"}, "/api/identify": {"verifier"},
     "/api/jobs": {"verifier"}, "/verify": {"verifier"}, "/live": {"verifier"},
 }  # fmt: skip
 

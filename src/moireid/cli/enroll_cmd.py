@@ -25,7 +25,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.registry import Audit, Import, Record
+    from moireid.registry import Import, Record
 
 #: Findings that the audit prints for people; --json holds more.
 SHOWN = 20
@@ -193,7 +193,7 @@ def registry_audit(expected_head: str | None, registry_url: str | None, as_json:
     with open_registry(registry_url, create=False) as registry, progress_bar("checking the registry") as progress:
         seen, shown = registry.audit(expected_head, progress), registry.shown_url
     if as_json:
-        show_json(_audit_json(seen) | {"registry": shown})
+        show_json(seen.to_json() | {"registry": shown})
     else:
         click.echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
         click.echo(
@@ -255,12 +255,6 @@ def _summary(record: Record) -> dict[str, Any]:
         "revoked_at": record.revoked_at,
         "revoked_reason": record.revoked_reason,
     }
-
-
-def _audit_json(seen: Audit) -> dict[str, Any]:
-    findings = [{"code": f.code, "text": f.text, "subject": f.subject} for f in seen.findings]
-    counts = {"badges": seen.records, "revoked": seen.revoked, "entries": seen.entries, "found": seen.found}
-    return {"sound": seen.sound, "head": seen.head, "fingerprint": seen.fingerprint, **counts, "findings": findings}
 
 
 def _import_json(done: Import) -> dict[str, Any]:

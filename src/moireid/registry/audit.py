@@ -20,7 +20,8 @@ What it cannot find by itself:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
+from typing import Any
 
 from sqlalchemy import Select, func, select
 
@@ -60,6 +61,14 @@ class Audit:
     def sound(self) -> bool:
         """Whether everything holds."""
         return self.found == 0
+
+    def to_json(self) -> dict[str, Any]:
+        """What `moireid registry audit --json` prints of it."""
+        return {
+            "sound": self.sound, "head": self.head, "fingerprint": self.fingerprint, "badges": self.records,
+            "revoked": self.revoked, "entries": self.entries, "found": self.found,
+            "findings": [asdict(one) for one in self.findings],
+        }  # fmt: skip
 
 
 @dataclass

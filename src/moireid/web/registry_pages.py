@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from typing import Annotated
 
 from fastapi import APIRouter, Form, Query, Request
@@ -12,6 +11,7 @@ from moireid.registry import Record, Registry
 from moireid.web.forms import ShortRoute
 from moireid.web.pages import render
 from moireid.web.problems import Refusal
+from moireid.web.registry_api import audited
 from moireid.web.roles import Visitor, require
 from moireid.web.studio import studio_of
 
@@ -20,8 +20,6 @@ router = APIRouter(prefix="/registry", include_in_schema=False, route_class=Shor
 Reader = Annotated[Visitor, require("issuer", "verifier")]
 Issuer = Annotated[Visitor, require("issuer")]
 SHOWN = 50
-#: An audit walks over everything: one at a time.
-_auditing = threading.Lock()
 
 
 @router.get("")
@@ -43,12 +41,7 @@ def audit_form(request: Request, visitor: Issuer) -> Response:
 @router.post("/audit")
 def audit(request: Request, visitor: Issuer, head: Annotated[str, Form(max_length=200)] = "") -> Response:
     """Hold every signature and the whole log against each other."""
-    if not _auditing.acquire(blocking=False):
-        raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
-    try:
-        seen = studio_of(request).registry.audit(head.strip() or None)
-    finally:
-        _auditing.release()
+    seen = audited(studio_of(request), head)
     return render(request, "audit.html.j2", seen=seen, head=head.strip())
 
 
