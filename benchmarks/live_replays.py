@@ -6,8 +6,8 @@ own: some go through `LiveCheck` with the challenge that they answer, and should
 replay: it is played to a fresh challenge, begun at the moment that suits this best, which the replayer knows before:
     paused on its first picture till then, or without its beginning.  None may be accepted.
 stall: once in the challenge the connection stands still for so long: pictures on their way come late, the page drops
-    those that it would have to queue (six ahead), and the check must not reject.  But a film answers each prompt when it
-    was planned; where the stall delays a prompt, the answer comes too soon, and is rejected for that.
+    those that it would have to queue (six ahead), and the check must not reject.  But a film answers each prompt when
+    it was planned; where the stall delays a prompt, the answer comes too soon, and is rejected for that.
 """
 
 from __future__ import annotations

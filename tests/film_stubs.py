@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import tempfile
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,6 +38,11 @@ def act(stub: Stub, film: str | None = None) -> str:
         time.sleep(600)
     elif stub.fault == "memory":
         bytearray(10**10)
+    elif stub.fault == "litter":
+        tempfile.mkdtemp()
+        time.sleep(600)
+    elif stub.fault == "trims":
+        raise LookupError(os.environ.get("MALLOC_TRIM_THRESHOLD_", "not set"))
     elif stub.fault == "raise":
         raise LookupError("nothing\nthere")
     note(stub.log, f"ended {stub.name}")

@@ -9,6 +9,7 @@ import re
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 from collections import Counter
@@ -108,6 +109,23 @@ def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone
     own = Counter(last[child] for child, worker in workers.items() if worker in kills)
     again = begun(log) - Counter(f"f{k}" for k in range(30))
     assert again <= own and own.total() == len(set(kills)), (again, own, kills)
+
+
+def test_a_child_takes_nothing_from_the_present_folder_and_leaves_nothing(tmp_path: Path, monkeypatch):
+    """Catches: a module that lies where the program was called, run in its place; files of a child that was killed;
+    Dask's early return of memory, by which each film costs half as much again.
+    """
+    for folder in ("here", "temporary"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "here" / "cv2.py").write_text("raise SystemExit('this is not the package')")
+    monkeypatch.chdir(tmp_path / "here")
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
+    monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")
+    tasks = [Task(tuple(Stub(f"{fault}.", tmp_path / "log", fault=fault) for fault in ("", "trims", "litter")))]
+    ((_, done),) = run_tasks(act, tasks, workers=1, limits=Limits(seconds=5.0, memory_mb=1000))
+    well, trims, littered = done.outcomes
+    assert well == "." and "LookupError: not set" in trims.why and littered.fault == "time"
+    assert list((tmp_path / "temporary").iterdir()) == []
 
 
 INTERRUPTED = """

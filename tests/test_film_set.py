@@ -67,11 +67,41 @@ def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path,
     assert (folder / "true.mp4").stat().st_ino == before["true.mp4"] and (folder / "films.csv").exists()
     plan.write_text(PLAN + FILMS.replace("drift", "reversed"))
     refused = ran(*command)
-    assert refused.exit_code == 2 and "0002.mp4 exists already" in refused.output
+    assert refused.exit_code == 2 and "0002.mp4.truth.csv exists already" in refused.output
     assert ran(*command, "--overwrite").exit_code == 0
     with (folder / "films.csv").open() as file:
         assert [row["label"] for row in csv.DictReader(file)] == ["genuine", "forged:reversed"]
     assert (folder / "true.mp4").stat().st_ino == before["true.mp4"]
+    # The plan as it was at first: the film of that name is another one now.
+    plan.write_text(PLAN + FILMS)
+    assert "0002.mp4.truth.csv exists already" in ran(*command).output
+    assert ran(*command, "--overwrite").exit_code == 0 and "forged:drift" in (folder / "films.csv").read_text()
+
+
+def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_path: Path):
+    """Catches: half a film that is taken for one; a truth without its film that stands in the way for ever."""
+    folder = tmp_path / "set"
+    command = ("film-set", plan, "--out", folder, "--workers", "1")
+    assert ran(*command).exit_code == 0
+    whole = (folder / "true.mp4").read_bytes()
+    (folder / "true.mp4").unlink()
+    assert ran(*command).exit_code == 0 and (folder / "true.mp4").read_bytes() == whole
+    (folder / "true.mp4").write_bytes(b"")
+    assert "true.mp4 exists already" in ran(*command).output
+    (folder / "true.mp4").write_bytes(whole)
+    (folder / "true.mp4.truth.csv").unlink()
+    assert ran(*command).exit_code == 0 and (folder / "true.mp4.truth.csv").exists()
+
+
+def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
+    """Catches: badges of a set written over those of its plan."""
+    (tmp_path / "badge-1.json").write_text(ada.to_json().replace("Ada", "Eva"))
+    (tmp_path / "badge-2.json").write_text(ada.to_json())
+    plan.write_text("badge,frames\nbadge-2.json,2\nbadge-1.json,2\n")
+    assert ran("film-set", plan, "--out", tmp_path, "--workers", "1").exit_code == 0
+    assert "Eva" in (tmp_path / "badge-1.json").read_text() and "Ada" in (tmp_path / "badge-2.json").read_text()
+    names = [one.claimed.badge.name for one in read_manifest(tmp_path / "films.csv").entries]
+    assert names == ["Ada Lovelace", "Eva Lovelace"]
 
 
 def test_a_film_that_cannot_be_made_is_told_and_the_others_are_kept(plan: Path, tmp_path: Path):
@@ -85,11 +115,15 @@ def test_a_film_that_cannot_be_made_is_told_and_the_others_are_kept(plan: Path, 
     assert told.exit_code == 2 and "1 of 3 films cannot be made, first 0002 (the camera touches" in told.output
     assert sorted(path.name for path in (tmp_path / "set").glob("*.mp4")) == ["0001.mp4", "0003.mp4"]
     assert not (tmp_path / "set" / "films.csv").exists()
+    (tmp_path / "set" / "films.csv").write_text("an older list")
+    assert ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1").exit_code == 2
+    assert not (tmp_path / "set" / "films.csv").exists()
 
 
 def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan: Path):
     """Catches: an option that comes to `simulate` and is forgotten here; a default that differs."""
-    (plan.parent / "plan.csv").write_text("badge\nada.json\n")
+    # As a spreadsheet writes it, with a mark at its beginning and an empty column.
+    plan.write_bytes(b"\xef\xbb\xbfbadge,\r\nada.json,\r\n")
     assert read_plan(plan)[0].wish == Wish()
     told = {"out", "overwrite", "json"}
     options = [opt[2:] for one in simulate_command.params for opt in one.opts if opt.startswith("--")]
@@ -109,7 +143,9 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
         ("badge,colour\nada.json,red\n", "a column 'colour'"), ("badge,motion\n,sway\n", "line 2"),
         ("badge,motion\nada.json,wild\n", "line 2 of"), ("badge,seed\nada.json,x\n", "'--seed'"),
         ("badge,mirror\nada.json,perhaps\n", "write yes"), ("badge,name\nada.json,../up\n", "no name for a file"),
-        ("badge,name\nada.json,A\nada.json,a\n", "two films"), ("badge\nada.json,1\n", "2 cells"),
+        ("badge,name\nada.json,a::b\n", "no name for a file"), ("badge,motion\nada.json,s\0y\n", "holds a NUL"),
+        ("badge,name\nada.json," + 90 * "映" + "\n", "no name for a file"),
+        ("badge,name\nada.json,A\nada.json,a\n", "2 films 'a'"), ("badge\nada.json,1\n", "2 cells"),
         ("badge,motion\nada.json,gone.csv\n", "gone.csv cannot be read"), ("badge\nnobody.json\n", "nobody.json"),
         ("badge,forge\nada.json,--out=x\n", "line 2"),
     ],

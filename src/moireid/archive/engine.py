@@ -251,6 +251,8 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
             f"no Dask scheduler answers at {address[:100]!r} ({words}); give tcp://HOST:PORT as `dask scheduler` "
             "tells it, or local"
         ) from error
+    # It tells of a scheduler that went away by tracebacks; we by a sentence.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with client:
         own = program_digest()
         found = [client.run_on_scheduler(_digest_there), *client.run(_digest_there, on_error="return").values()]

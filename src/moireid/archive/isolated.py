@@ -6,10 +6,12 @@ A pool of Python's own breaks as a whole where one process dies, and cannot stop
 from __future__ import annotations
 
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
+import tempfile
 import time
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
@@ -47,8 +49,10 @@ class Lost:
 class Isolated:
     """One child process, started with its first job and again after it was lost."""
 
-    def __init__(self, limits: Limits) -> None:
-        self._limits = limits
+    def __init__(self, limits: Limits, folder: str | None = None) -> None:
+        """Parameters: folder: where the process's temporary files lie, None for the system's place."""
+        self._limits, self._folder = limits, folder
+        self._scratch: str | None = None
         self._process: subprocess.Popen[bytes] | None = None
         self._pipe: Connection | None = None
         self._used_s = 0.0
@@ -86,6 +90,7 @@ class Isolated:
         if (process := self._process) is not None:
             process.kill()
             process.wait()
+        self._clear()
 
     def stop(self) -> None:
         """End the process."""
@@ -94,6 +99,13 @@ class Isolated:
             self._process.wait()
             self._pipe.close()
         self._process = self._pipe = None
+        self._clear()
+
+    def _clear(self) -> None:
+        """Remove what the process has left: one that is killed clears nothing away itself."""
+        if self._scratch is not None:
+            shutil.rmtree(self._scratch, ignore_errors=True)
+            self._scratch = None
 
     def _start(self) -> None:
         self.stop()
@@ -101,11 +113,14 @@ class Isolated:
         with theirs:
             # The work is found where this process would find it.
             path = os.pathsep.join(name for name in sys.path if name)
-            command = [sys.executable, "-m", "moireid.archive.child", str(theirs.fileno()), str(self._limits.memory_mb)]
+            self._scratch = tempfile.mkdtemp(prefix="moireid-", dir=self._folder)
+            # -P: what lies in the present folder is not taken for a package.
+            command = [sys.executable, "-P", "-m", "moireid.archive.child", str(theirs.fileno()),
+                       str(self._limits.memory_mb)]  # fmt: skip
             self._process = subprocess.Popen(
                 command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                 env={name: word for name, word in os.environ.items() if name not in NOT_HANDED_ON}
-                | ONE_THREAD | {"PYTHONPATH": path},
+                | ONE_THREAD | {"PYTHONPATH": path, "TMPDIR": self._scratch},
             )  # fmt: skip
         self._pipe = Connection(ours.detach())
 
@@ -118,7 +133,7 @@ class Isolated:
             code = 0
         self.stop()
         how = f"by {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
-        return f"the process that scored it ended by itself ({how})"
+        return f"the process that had it ended by itself ({how})"
 
     def _raised(self, kind: str, words: str, seconds: float) -> Lost:
         # What it holds after a failure of ours is not known, and memory that ran out may be in pieces.

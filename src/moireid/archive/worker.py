@@ -58,8 +58,8 @@ def do(order: Order) -> Done:
     _wait_for_handover(worker)
     if program_digest() != order.program:
         raise SpecError(f"worker {name} has another moireid than this program; install the same on all machines")
-    child = _children.setdefault((order.run, threading.get_ident()), Isolated(order.limits))
     folder = None if worker is None else worker.local_directory
+    child = _children.setdefault((order.run, threading.get_ident()), Isolated(order.limits, folder))
     try:
         if order.film is None:
             return Done(tuple(child.do(payload, None) for payload in order.payloads), name)

@@ -1,7 +1,8 @@
 """Many films by the engine of collections, and the list of them that `moireid evaluate` reads.
 
 Convention: a film is made in a folder of the worker's own and travels whole, so workers need no folder in common with
-this program.
+this program.  What a film of the set must be, to the byte, is kept before its files are written; only what is so is
+taken for it later.
 """
 
 from __future__ import annotations
@@ -50,40 +51,53 @@ def make_film_set(
 ) -> Path:  # fmt: skip
     """Make all films of a set into a folder, with their truth, their badges and the list `films.csv`.
 
-    Parameters: progress: told (films done, of, failed, made by an earlier run).  A film that is there as it is asked
-        for, by this program, is not made again.
+    Parameters: progress: told (films done, of, failed, made by an earlier run).  A film that is there as this program
+        made it for the same line is not made again.
     Returns: the list.
     Raises: SpecError where a file exists that is not of this set; MoireIdError where a film cannot be made, once the
-        others are; the list is not written then.
+        others are.  There is no list then.
     """
     keys, kept = [_key(one) for one in films], folder / KEPT
-    rows = {key: row for key, row in kept_rows(kept).items() if (folder / row["video"]).exists()}
-    todo = [place for place, key in enumerate(keys) if key not in rows]
-    videos = [folder / f"{films[place].name}.mp4" for place in todo]
-    planned([*videos, *map(truth_path, videos)], overwrite=overwrite)
+    asked = set(keys)
+    rows = {key: row for key, row in kept_rows(kept).items() if key in asked and "files" in row}
+    todo = [place for place, key in enumerate(keys) if not (key in rows and _as_made(rows[key], folder))]
     planned([folder / MANIFEST], overwrite=overwrite or bool(rows))
+    # What a run that was broken off has left is of this set too.
+    ours = {
+        path for place in todo for path in _files(films[place], folder) if _digest(path) in _told(rows, keys[place])
+    }
+    planned((path for place in todo for path in _files(films[place], folder) if path not in ours), overwrite=overwrite)
+    badges = {one.badge.to_json(): folder / _badge_name(one.badge) for one in films}
+    planned((path for text, path in badges.items() if not _holds(path, text)), overwrite=overwrite)
+    # From here on an earlier list says what is no longer so.
+    (folder / MANIFEST).unlink(missing_ok=True)
+    for text, path in badges.items():
+        write_text(path, text)
     failed: list[str] = []
     tasks = [Task((films[place],)) for place in todo]
     running = run_tasks(made, tasks, scheduler=where.scheduler, workers=where.workers, limits=LIMITS)
     with closing(running) as ended:
         for count, (at, done) in enumerate(ended, start=1):
-            film, (told,) = films[todo[at]], done.outcomes
+            film, key, (told,) = films[todo[at]], keys[todo[at]], done.outcomes
             if isinstance(told, Lost):
                 told = {"error": told.why}
             if "error" not in told:
-                _write(videos[at], told)
-                rows[keys[todo[at]]] = {"video": videos[at].name, "label": told["label"]}
-                keep_row(kept, keys[todo[at]], rows[keys[todo[at]]])
+                contents = dict(zip(_files(film, folder), (told["truth"], told["video"]), strict=True))
+                rows[key] = {"label": told["label"], "files": {path.name: _hash(one) for path, one in contents.items()}}
+                keep_row(kept, key, rows[key])
+                for path, content in contents.items():
+                    with whole_file(path) as temporary:
+                        temporary.write_bytes(content)
             else:
                 failed.append(f"{film.name} ({told['error']})")
             if progress:
                 progress(len(films) - len(todo) + count, len(films), len(failed), len(films) - len(todo))
     if failed:
         raise MoireIdError(
-            f"{len(failed)} of {len(films)} films cannot be made, first {failed[0]}; mend the plan and run again, "
-            "the others are kept"
+            f"{len(failed)} of {len(films)} films cannot be made, first {failed[0]}; the others are kept, so mend what "
+            "is wrong and run again"
         )
-    write_text(folder / MANIFEST, _manifest(films, [rows[key] for key in keys], folder))
+    write_text(folder / MANIFEST, _manifest(films, [rows[key]["label"] for key in keys]))
     return folder / MANIFEST
 
 
@@ -102,11 +116,40 @@ def made(film: Planned) -> dict[str, Any]:
         return {"video": video.read_bytes(), "truth": report.truth.read_bytes(), "label": report.label}
 
 
-def _write(video: Path, told: dict[str, Any]) -> None:
-    """The truth first: a film that is there has its truth beside it."""
-    for path, content in ((truth_path(video), told["truth"]), (video, told["video"])):
-        with whole_file(path) as temporary:
-            temporary.write_bytes(content)
+def _files(film: Planned, folder: Path) -> tuple[Path, Path]:
+    """The files of a film; the truth first, so that a film that is there has it beside it."""
+    video = folder / f"{film.name}.mp4"
+    return truth_path(video), video
+
+
+def _as_made(row: dict[str, Any], folder: Path) -> bool:
+    return all(_digest(folder / name) == digest for name, digest in row["files"].items())
+
+
+def _told(rows: dict[str, dict[str, Any]], key: str) -> set[str | None]:
+    """The digests of a film's files, if it was made before."""
+    return set(rows[key]["files"].values()) if key in rows else set()
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _digest(path: Path) -> str | None:
+    """Of a file's content; None where there is none."""
+    if not path.is_file():
+        return None
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _badge_name(badge: Badge) -> str:
+    """Named by its content, so that it is never another's, and one that lies there already is the same."""
+    return f"badge-{_hash(badge.to_json().encode())[:12]}.json"
+
+
+def _holds(path: Path, text: str) -> bool:
+    return _digest(path) == _hash(text.encode())
 
 
 def _key(film: Planned) -> str:
@@ -116,15 +159,13 @@ def _key(film: Planned) -> str:
     return hashlib.sha256(json.dumps([told, course], sort_keys=True).encode()).hexdigest()
 
 
-def _manifest(films: Sequence[Planned], rows: Sequence[dict[str, str]], folder: Path) -> str:
-    """The list as text; badges are written beside the films, each once."""
-    text, names = io.StringIO(), dict[str, str]()
+def _manifest(films: Sequence[Planned], labels: Sequence[str]) -> str:
+    """The list as text."""
+    text = io.StringIO()
     lines = csv.writer(text, lineterminator="\n")
     lines.writerow(("video", "label", "claim", "group"))
-    for film, row in zip(films, rows, strict=True):
-        badge = film.badge.to_json()
-        if badge not in names:
-            names[badge] = f"badge-{len(names) + 1}.json"
-            write_text(folder / names[badge], badge)
-        lines.writerow((row["video"], row["label"], names[badge], film.group))
+    lines.writerows(
+        (f"{film.name}.mp4", label, _badge_name(film.badge), film.group)
+        for film, label in zip(films, labels, strict=True)
+    )
     return text.getvalue()

@@ -40,6 +40,8 @@ class FolderPath(click.Path):
         """The folder, if one is named."""
         if not str(value).strip():
             self.fail("no folder is named; give one, or . for the present folder", param, ctx)
+        if "://" in str(value):
+            self.fail(f"{value!r} is an address, and outputs go into a folder of this machine", param, ctx)
         return super().convert(value, param, ctx)
 
 

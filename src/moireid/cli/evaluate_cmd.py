@@ -9,6 +9,7 @@ import click
 
 from moireid.cli.common import (
     FiniteRange,
+    FolderPath,
     friendly,
     json_option,
     overwrite_option,
@@ -21,13 +22,7 @@ from moireid.cli.rate import film_rate, scheduler_option, workers_option
 
 @click.command("evaluate")
 @click.argument("manifest_csv", metavar="MANIFEST")
-@click.option(
-    "--out",
-    "folder",
-    required=True,
-    type=click.Path(path_type=Path, file_okay=False),
-    help="Folder for JSON and plots.",
-)
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for JSON and plots.")
 @registry_option
 @click.option("--badge", "badge_json", type=click.Path(path_type=Path), help="The badge of films without a claim.")
 @click.option("--pipeline", type=click.Choice(["moireid", "published", "both"]), default="both", show_default=True)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import csv
 import io
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import friendly, json_option, overwrite_option, show_json
+from moireid.cli.common import FolderPath, friendly, json_option, overwrite_option, show_json
 from moireid.cli.rate import film_rate, scheduler_option, workers_option
 from moireid.cli.simulate_cmd import MOTIONS, simulate_command, wish_of
 
@@ -19,15 +20,15 @@ if TYPE_CHECKING:
 
 #: Columns that are no option of `simulate`; every long option of it but these is a column too.
 OWN, NOT_COLUMNS = ("badge", "name", "group"), ("out", "overwrite", "json", "help")
+#: Bytes; files are named by it with some letters more, and mostly 255 are allowed.
+LONGEST_NAME = 200
 YES, NO = ("yes", "true", "1"), ("no", "false", "0")
 EXAMPLE = "begin the plan with a line such as badge,motion,distance,forge"
 
 
 @click.command("film-set")
 @click.argument("plan_csv", metavar="PLAN", type=click.Path(path_type=Path))
-@click.option(
-    "--out", "folder", required=True, type=click.Path(path_type=Path, file_okay=False), help="Folder for all of them."
-)
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for all of them.")
 @workers_option
 @scheduler_option
 @overwrite_option
@@ -81,9 +82,9 @@ def read_plan(plan_csv: Path) -> list[Planned]:
             raise SpecError(f"line {line} of {plan_csv}: {error.format_message()}") from error
     if not films:
         raise SpecError(f"plan {plan_csv} names no film; {EXAMPLE}, and a line for each film")
-    names = [film.name.casefold() for film in films]
-    if twice := next((film.name for film in films if names.count(film.name.casefold()) > 1), None):
-        raise SpecError(f"{plan_csv} names two films {twice!r}; give each its own name, or none")
+    (name, count), *_ = Counter(film.name.casefold() for film in films).most_common(1)
+    if count > 1:
+        raise SpecError(f"{plan_csv} names {count} films {name!r}; give each its own name, or none")
     return films
 
 
@@ -94,9 +95,15 @@ def _lines(plan_csv: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     try:
         reader = csv.reader(io.StringIO(plan_csv.read_text(encoding="utf-8-sig"), newline=""), strict=True)
         lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
+        if strange := next((line for line, row in lines if any("\0" in cell for cell in row)), None):
+            raise csv.Error(f"line {strange} holds a NUL")
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise SpecError(f"plan {plan_csv} cannot be read ({error}); {EXAMPLE}") from error
     header = [name.lower().lstrip("-") for name in lines[0][1]] if lines else []
+    # A spreadsheet writes empty columns at the end.
+    while header and not header[-1] and not any(len(row) >= len(header) and row[len(header) - 1] for _, row in lines):
+        header.pop()
+        lines = [(line, row[: len(header)]) for line, row in lines]
     allowed = (*OWN, *_options())
     unknown = [name for name in header if name not in allowed]
     if unknown or "badge" not in header or len(set(header)) < len(header):
@@ -128,8 +135,11 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
     path = base / row["badge"]
     badges[path] = badges.get(path) or load_badge(path)
     name = row.get("name", f"{number:04d}")
-    if Path(name).name != name or name.startswith(".") or not name.isprintable() or len(name) > 100:
-        raise SpecError(f"{name[:40]!r} is no name for a file; use letters, figures, - and _")
+    if (
+        Path(name).name != name or name.startswith(".") or "::" in name or not name.isprintable()
+        or len(name.encode()) > LONGEST_NAME
+    ):  # fmt: skip
+        raise SpecError(f"{name[:40]!r} is no name for a file; use a few letters, figures, - and _")
     # The command's own parser reads the cells, so that a column allows what its option allows, and says so alike.
     context = simulate_command.make_context("simulate", [str(path), "--out", "film.mp4", *_words(row)])
     wish = wish_of(**{key: value for key, value in context.params.items() if key not in TAKEN})

@@ -28,11 +28,11 @@ from fastapi import APIRouter, Request, Response, WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError, RegistryError
-from moireid.registry.claimed import claimed
 from moireid.verifier.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
+from moireid.web.checks import find_claimed
 from moireid.web.live_worker import ASK, END, FRAME, HEADER, START
 from moireid.web.pages import render
-from moireid.web.problems import sentence
+from moireid.web.problems import Refusal, sentence
 from moireid.web.roles import require, visitor_of
 from moireid.web.studio import Studio, studio_of
 
@@ -97,9 +97,14 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     except MoireIdError as error:
         await _refuse(connection, sentence(studio_of(connection), error))
         return
+    except Refusal as refusal:
+        await _refuse(connection, refusal.text)
+        return
     worker = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "moireid.web.live_worker", stdin=asyncio.subprocess.PIPE, stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.DEVNULL, limit=1 << 20, env=os.environ | {"PYTHONUNBUFFERED": "1"},
+        # -P: what lies in the present folder is not taken for a package.
+        sys.executable, "-P", "-m", "moireid.web.live_worker", stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL, limit=1 << 20,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
     )  # fmt: skip
     assert worker.stdin is not None and worker.stdout is not None
     tasks: list[asyncio.Task[None]] = []
@@ -140,8 +145,11 @@ async def _leave(worker: asyncio.subprocess.Process, tasks: list[asyncio.Task[No
 
 
 def _start(studio: Studio, claim: str) -> dict[str, Any]:
-    """What the worker must know of the claim.  Raises: RegistryError where nobody is called so, or it was revoked."""
-    found = claimed(studio.registry, claim)
+    """What the worker must know of the claim.
+
+    Raises: Refusal where nobody is called so, or more than one is; RegistryError where it was revoked.
+    """
+    found = find_claimed(studio.registry, claim)
     if found.revoked is not None:
         raise RegistryError(f"the badge of {found.badge.name} was revoked ({found.revoked}); issue another")
     as_built = found.as_built.to_json() if found.as_built else None
