@@ -5,9 +5,9 @@ pitch p_r that mean turns the fringe phase by arg H and dims the fringe by |H|, 
 is how far along x from the lens's axis each ray lands.  `view_response` traces H; `ViewLaw` tabulates it over view
 directions, because a verifier asks for it at every frame.
 
-Left out here, because one lenticule does not need it: Fresnel losses (they weigh the rays of one lens almost
-alike), light that leaves a lenticule through its neighbour's flank after refraction (beyond 65 degrees), and the
-directions of the lamp.
+Left out here: Fresnel losses, which weigh the rays of one lens almost alike (0.003 rad at a view tangent of 0.3, 0.02
+at 0.7, and 1 % of the law's slope beyond that; the tests of the path tracer hold it), light that leaves a lenticule
+through its neighbour's flank after refraction (beyond 65 degrees), and the directions of the lamp.
 """
 
 from __future__ import annotations
