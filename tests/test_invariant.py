@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.camera import CameraFit
-from moireid.verifier.figures import pearson, window_correlation_mean
+from moireid.verifier.figures import figures_of, pearson, window_correlation_mean
 from moireid.verifier.invariant import (
     GAIN_TOLERANCE,
     MIN_CORRELATION,
@@ -433,3 +433,26 @@ def test_no_grating_hides_another_s_gain():
     predicted = 1.2 * course()
     wide, narrow = (signal(predicted, gain * predicted) for gain in (1.25, 0.75))
     assert levels(judged(wide, narrow))["gain"] == "fail"
+
+
+def late(lag_s: float, excitation: float = 1.2) -> GratingSignal:
+    """Fringes that are shown late, with the noise of a true film."""
+    fine = excitation * course(frames=10 * FRAMES)
+    times = np.arange(FRAMES) / 30.0
+    # The course of ten times as many frames, run through ten times as slowly.
+    clock = np.arange(10 * FRAMES) / 30.0
+    predicted, shown = np.interp(times + 2.0, clock, fine), np.interp(times + 2.0 - lag_s, clock, fine)
+    return signal(predicted, shown + 0.02 * np.random.default_rng(4).standard_normal(FRAMES))
+
+
+def test_a_codec_that_shows_fringes_a_frame_late_is_no_forger_and_a_longer_delay_is():
+    """Catches: a true film that is rejected as its codec lags; any delay put down to a codec; fringes ahead of the
+    badge, which no codec makes, put down to one; an error bar that does not know of the lag.
+    """
+    ontime, lagging, ahead, delayed = (figures_of(late(lag)) for lag in (0.0, 0.030, -0.030, 0.2))
+    assert lagging.wandering_rad == pytest.approx(ontime.wandering_rad, rel=0.15)
+    assert lagging.phase_residual_rad > 2 * lagging.wandering_rad
+    assert ahead.wandering_rad == pytest.approx(ahead.phase_residual_rad, rel=0.2)
+    assert ontime.expected_error_rad < 1.1 * math.hypot(PHASE_SD, POSE_SD) < 0.9 * lagging.expected_error_rad
+    assert judged(late(0.030)).verdict == "accept" and judged(late(0.2)).verdict == "reject"
+    assert delayed.score < -3 < 0.8 < lagging.score

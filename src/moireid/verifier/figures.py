@@ -14,13 +14,17 @@ from numpy.typing import NDArray
 from moireid.verifier.likelihood import log10_ratio
 from moireid.verifier.measure import GratingSignal
 from moireid.verifier.reasons import json_number
-from moireid.verifier.smooth import slow_part
+from moireid.verifier.smooth import GAP_S, slow_part, stretches
 
 Array = NDArray[np.float64]
 WINDOW_FRAMES = 30
 #: What strays from the law in step with the camera's place is no wander of the fringes: a bent sheet, light from one
 #: side, a pose that errs with the tilt; 3 % of the motion each.
 PLACE_SHARE = 0.05
+#: A codec shows faint fringes late: a block that changes little is taken from the frame before, with the badge's motion
+#: and so with the fringes' old phase.  On true films made outside the lag is 0 to 15 ms, and 26 ms in one at 50
+#: degrees, which has none at a finer quantiser; a frame at 30 a second is the most that is put down to it.
+MOST_LAG_S = 1 / 30
 #: A wander is told from the jitter of poses by this mean over time, s: it leaves what is slower than 0.5 Hz.
 SLOW_S = 0.25
 #: The shortest lie that is looked for by itself, s: half a word.  A mean over the film would thin it out.
@@ -35,8 +39,8 @@ MAX_VAGUER = 3.0
 class Figures:
     """One grating's figures, all 0 where too few frames could be read.
 
-    phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place;
-    slow_wander_rad: the part of that below 0.5 Hz; spell_rad: as wandering_rad, in the second that strays most;
+    phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place, or lags by a
+    frame; slow_wander_rad: the part of that below 0.5 Hz; spell_rad: as wandering_rad, in the second that strays most;
     expected_error_rad: of one frame; strip_wander_rad: of the strip that strays most; strip_sd_rad: error bar of a
     middling strip; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
     `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
@@ -81,9 +85,10 @@ def figures_of(signal: GratingSignal) -> Figures:
     gain = float(predicted @ measured) / power if power > 0 else 0.0
     residual = measured - gain * predicted
     wandering = _without_place(residual, predicted, signal, used)
+    wandering, lagging = _without_lag(wandering, predicted, signal.times_s[used])
     slow, fast = float(slow_part(wandering, signal.times_s[used], SLOW_S).std()), float(wandering.std())
     spell = _worst_spell(wandering, signal.times_s[used], signal.phase_sd_rad[used])
-    expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad)
+    expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad, lagging)
     gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
     strips = float(signal.strip_residual_rad.max(initial=0.0))
     strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
@@ -147,6 +152,28 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     explained = table @ np.linalg.lstsq(table, residual, rcond=1e-6)[0]
     most = PLACE_SHARE * float(predicted.std())
     return np.asarray(residual - explained * min(1.0, most / max(float(explained.std()), 1e-12)))
+
+
+def _without_lag(residual: Array, predicted: Array, times_s: Array) -> tuple[Array, float]:
+    """What is left of the residual but for a lag of the fringes, one for the whole film and `MOST_LAG_S` at most.
+
+    Returns: that, and what the lag makes of the fringes as it varies from frame to frame, rad.
+    Convention: a lag of tau leaves -tau times the rate of the prediction; none is taken away where they come early.
+    Source: linear regression; a Taylor series of the prediction.  A block that is not coded grows older frame by frame
+    until it is coded again, so lags run evenly from 0 to twice their mean, and vary by it over the root of 3.
+    """
+    rate = np.zeros_like(predicted)
+    for stretch in stretches(times_s, GAP_S):
+        clock, kept = np.unique(times_s[stretch], return_index=True)
+        if len(clock) > 2:
+            rate[stretch[kept]] = np.gradient(predicted[stretch[kept]], clock)
+    rate -= rate.mean()
+    power = float(predicted @ predicted)
+    rate -= predicted * (float(predicted @ rate) / power if power > 0 else 0.0)
+    swing = float(rate @ rate)
+    lag_s = -float(rate @ residual) / swing if swing > 0 else 0.0
+    lag_s = float(np.clip(lag_s, 0.0, MOST_LAG_S))
+    return residual + lag_s * rate, lag_s * float(rate.std()) / math.sqrt(3)
 
 
 def pearson(a: Array, b: Array) -> float:

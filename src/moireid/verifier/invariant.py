@@ -159,7 +159,9 @@ def _gain_right(gain: float, gain_sd: float) -> Reason:
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * excitation)
-    return _explained("Beside what goes with the camera's place, the phase strays", residual, fixed, expected)
+    return _explained(
+        "Beside what goes with the camera's place or comes a frame late, the phase strays", residual, fixed, expected
+    )
 
 
 def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
