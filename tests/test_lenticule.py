@@ -11,7 +11,7 @@ import pytest
 from moireid import optics
 from moireid.badge import Badge, Lens
 from moireid.bench.reference import Setup, _through_sheet
-from moireid.lenticule import MAX_TANGENT, RAYS, landing_mm, view_law, view_response
+from moireid.lenticule import MAX_TANGENT, RAYS, landing_mm, trace_mm, view_law, view_response
 
 REAR = 0.52
 SHEET = Lens("lenticular", 0.508, 1.0, 1.56)
@@ -20,8 +20,8 @@ MANY = 8192
 
 
 def phase_along(lens: Lens, tangents: np.ndarray, tan_y: float = 0.0, rays: int = 4096) -> np.ndarray:
-    """Unwrapped phase over rising tangents, less that of the first."""
-    phase = np.unwrap(np.angle(view_response(lens, REAR, tangents, tan_y, rays=rays)))
+    """Unwrapped phase over rising tangents, less that of the first; all rays alike, as physics.md traces them."""
+    phase = np.unwrap(np.angle(view_response(lens, REAR, tangents, tan_y, rays=rays, fresnel=False)))
     return phase - phase[0]
 
 
@@ -197,8 +197,26 @@ def test_a_camera_above_or_below_sees_a_smaller_slope(tan_y: float, slope: float
 
 def test_contrast_at_60_degrees_is_a_third_of_that_on_the_axis() -> None:
     """Catches: a response that is normalised to 1 and so tells nothing of the contrast."""
-    axis, steep = np.abs(view_response(SHEET, REAR, np.array([0.0, math.tan(math.radians(60))]), rays=4096))
+    tangents = np.array([0.0, math.tan(math.radians(60))])
+    axis, steep = np.abs(view_response(SHEET, REAR, tangents, rays=4096, fresnel=False))
     assert steep / axis == pytest.approx(1 / 3, abs=0.03)
+
+
+@pytest.mark.parametrize(("tan_x", "turn"), [(0.3, 0.003), (0.75, 0.018), (1.2, 0.0)])
+def test_rays_count_by_what_passes_the_lens(tan_x: float, turn: float) -> None:
+    """Catches: Fresnel's share left out, taken at the page's normal instead of the lens's, or of one polarisation."""
+    start = ((np.arange(MANY) + 0.5) / MANY - 0.5) * SHEET.pitch_mm
+    landed, cosine = trace_mm(SHEET, start, np.array(tan_x), np.array(0.4))
+    outer = np.arccos(cosine)
+    inner = np.arcsin(np.sin(outer) / SHEET.refractive_index)
+    # Fresnel's own form, of angles.
+    across = np.sin(outer - inner) ** 2 / np.sin(outer + inner) ** 2
+    along = np.tan(outer - inner) ** 2 / np.tan(outer + inner) ** 2
+    seen = np.average(np.exp(2j * math.pi * landed / REAR), weights=1 - (across + along) / 2)
+    found = complex(view_response(SHEET, REAR, tan_x, 0.4, rays=MANY))
+    assert found == pytest.approx(seen, abs=1e-9)
+    alike = complex(view_response(SHEET, REAR, tan_x, 0.4, rays=MANY, fresnel=False))
+    assert np.angle(found / alike) == pytest.approx(turn, abs=0.006)
 
 
 # The number of rays, and the table.
@@ -238,7 +256,8 @@ def test_the_table_s_last_degrees_are_as_an_outside_tracer_has_them(prototype: B
             way = np.array([tan_x, tan_y, 1.0]) / math.sqrt(1 + tan_x**2 + tan_y**2)
             landed, escapes = _through_sheet(setup, prototype.gratings[0], top, np.tile(way, (count, 1)))
             assert not escapes.any() and np.isfinite(landed).all()
-            seen = np.exp(2j * math.pi * landed[:, 0] / REAR).mean()
+            passed = optics.passed_share(1.56, trace_mm(lens, start, np.array(tan_x), np.array(tan_y))[1])
+            seen = np.average(np.exp(2j * math.pi * landed[:, 0] / REAR), weights=passed)
             apart = np.angle(seen * np.exp(-1j * view_law(lens, REAR).phase_rad(tan_x, tan_y)))
             assert abs(apart) < 0.015, (tan_x, tan_y)
 

@@ -146,3 +146,15 @@ def fringe_phase_rad(
     beat = 1.0 / rear_pitch_mm - 1.0 / front_pitch_mm
     shift = effective_gap_mm * np.asarray(tan_x, float)
     return 2.0 * math.pi * (np.asarray(x_mm, float) * beat + shift / rear_pitch_mm)
+
+
+def passed_share(refractive_index: float, cosine: ArrayLike) -> Array:
+    """Share of the light that passes a surface of glass from air, unpolarised.
+
+    Convention: cosine of the incidence, in air, above 0.
+    Source: Fresnel's equations.
+    """
+    n, cosine = refractive_index, np.asarray(cosine, float)
+    inner = np.sqrt(1.0 - (1.0 - cosine**2) / n**2)
+    across, along = (cosine - n * inner) / (cosine + n * inner), (n * cosine - inner) / (n * cosine + inner)
+    return 1.0 - (across**2 + along**2) / 2

@@ -20,12 +20,12 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.lenticule import trace_mm
-from moireid.optics import slab_shift_mm
+from moireid.optics import passed_share, slab_shift_mm
 
 Array = NDArray[np.float64]
 #: Places across one lens pitch at which the light on the page is kept: 2 um for 0.5 mm.
@@ -98,18 +98,6 @@ def light_named(name: str) -> Light:
     if name not in LIGHTS:
         raise SpecError(f"light {name!r} is not known; choose one of {', '.join(LIGHTS)}")
     return LIGHTS[name]
-
-
-def passed_share(refractive_index: float, cosine: ArrayLike) -> Array:
-    """Share of the light that passes a surface of glass from air, unpolarised.
-
-    Convention: cosine of the incidence, in air, above 0.
-    Source: Fresnel's equations.
-    """
-    n, cosine = refractive_index, np.asarray(cosine, float)
-    inner = np.sqrt(1.0 - (1.0 - cosine**2) / n**2)
-    across, along = (cosine - n * inner) / (cosine + n * inner), (n * cosine - inner) / (n * cosine + inner)
-    return 1.0 - (across**2 + along**2) / 2
 
 
 def straight_share(refractive_index: float) -> float:
