@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.evaluation.manifest import read_manifest
-from moireid.verifier.chapters import Claim, identity_of, invariant_of
-from moireid.verifier.in_view import BadgesInView
-from moireid.verifier.markers import marker_corners_mm
-from moireid.verifier.stream import Verifier
+from moireid.verifier.session.chapters import Claim, identity_of, invariant_of
+from moireid.verifier.session.streaming import Verifier
+from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.scene_tracker import BadgesInView
 from moireid.verifier.video import Film, Frame
 
 Array = NDArray[np.float64]

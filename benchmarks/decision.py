@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 
 from moireid.evaluation.statistics import area, interval, roc
-from moireid.verifier.invariant import MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR
-from moireid.verifier.likelihood import ACCEPTED, EXPECTED, REJECTED, Expected, log10_ratio
+from moireid.verifier.motion.judge import MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR
+from moireid.verifier.motion.likelihood import ACCEPTED, EXPECTED, REJECTED, Expected, log10_ratio
 
 FIGURES = Path(__file__).parents[1] / "tests/data/decision/figures.csv"
 COLUMNS = {

@@ -15,13 +15,13 @@ from moireid.archive.engine import Task, run_tasks
 from moireid.archive.isolated import Limits, Lost
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
-from moireid.simulate.camera import CAMERAS, camera_named
-from moireid.simulate.encode import CODECS, RECIPES
+from moireid.simulate.cameras import CAMERAS, camera_named
 from moireid.simulate.film import film
-from moireid.simulate.forge import KINDS
+from moireid.simulate.forgeries.courses import KINDS
 from moireid.simulate.motion import motion_named
+from moireid.simulate.recording.encode import CODECS, RECIPES
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier import verify
+from moireid.verifier.session import film as verify
 
 FRAMES, FPS, SEED, DISTANCE_MM = 210, 30.0, 5, 1000.0
 LIMITS = Limits(memory_mb=8192)

@@ -45,7 +45,7 @@ COLUMNS = ("number", "kind", "outcome", "cpu_s", "peak_mb")
 
 def spoilt_from(folder: Path) -> dict[bool, list[bytes]]:
     """Small films in each container and codec, short and long; made once a folder, because encoders may vary."""
-    from moireid.simulate.camera import Camera
+    from moireid.simulate.cameras import Camera
     from moireid.simulate.film import film
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Build, Scene
@@ -129,7 +129,7 @@ def work(badge_json: Path, pipe: Connection) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (GUARD_BYTES, GUARD_BYTES))
     from moireid.badge import load_badge
     from moireid.errors import MoireIdError
-    from moireid.verifier import verify
+    from moireid.verifier.session import film as verify
 
     badge = load_badge(badge_json)
     while (path := pipe.recv()) is not None:

@@ -29,12 +29,12 @@ from live_speed import FACE_MM, FPS, portrait
 from moireid.archive.engine import Task, run_tasks
 from moireid.archive.isolated import Lost
 from moireid.badge import Badge
-from moireid.bench.live_film import answer, frames
-from moireid.bench.replays import course_of, passes_in_order
+from moireid.bench.live.film import answer, frames
+from moireid.bench.live.replays import course_of, passes_in_order
 from moireid.designer import Request, design_badge, payload_for_name
-from moireid.verifier.challenge import Prompt, draw_prompts
-from moireid.verifier.chapters import Claim
-from moireid.verifier.live import READY_S, LiveCheck
+from moireid.verifier.live.challenge import Prompt, draw_prompts
+from moireid.verifier.live.session import READY_S, LiveCheck
+from moireid.verifier.session.chapters import Claim
 
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
 SEEN_S = 1.5

@@ -29,13 +29,13 @@ import cv2
 import numpy as np
 
 from moireid.badge import Badge
-from moireid.bench.live_film import answer, frames
-from moireid.bench.replays import replays_passed
+from moireid.bench.live.film import answer, frames
+from moireid.bench.live.replays import replays_passed
 from moireid.designer import Request, design_badge, payload_for_name
-from moireid.verifier.challenge import MOVES, Prompt, replay_chance
-from moireid.verifier.chapters import Claim
-from moireid.verifier.clock import SLACK_S
-from moireid.verifier.live import LiveCheck
+from moireid.verifier.live.challenge import MOVES, Prompt, replay_chance
+from moireid.verifier.live.clock import SLACK_S
+from moireid.verifier.live.session import LiveCheck
+from moireid.verifier.session.chapters import Claim
 
 FPS = 24.0
 #: Where the photograph's face is put, mm in the plane of the badge at rest, and px (tests/portrait.py has the same).
@@ -137,7 +137,7 @@ def _cpu_s() -> tuple[float, float]:
 async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
     import websockets
 
-    from moireid.web.live import CLOCK
+    from moireid.web.live.routes import CLOCK
 
     async with websockets.connect(f"ws://127.0.0.1:{port}/live/socket") as connection:
         begun = time.perf_counter()

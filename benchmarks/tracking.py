@@ -24,14 +24,14 @@ from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
-from moireid.simulate.camera import Camera
+from moireid.simulate.cameras import Camera
 from moireid.simulate.film import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
+from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Scene
-from moireid.simulate.sensor import Sensor
-from moireid.verifier.in_view import BadgesInView
-from moireid.verifier.markers import MarkerFinder, marker_corners_mm
-from moireid.verifier.track import Track
+from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.tracking.scene_tracker import BadgesInView
 from moireid.verifier.video import Film, Frame
 
 Array = NDArray[np.float64]

@@ -28,7 +28,7 @@ import av
 import cv2
 
 from moireid.badge import Badge, load_badge
-from moireid.verifier import verify
+from moireid.verifier.session import film as verify
 from moireid.verifier.video import Film
 
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
@@ -84,7 +84,7 @@ def peak_mb(film: Path, badge_json: Path) -> float:
 
 def child(film: Path, badge_json: Path, folder: Path) -> None:
     """Verify and report as `moireid verify --report` does, and print the peak of memory."""
-    from moireid.verifier.report import write_report
+    from moireid.verifier.report.page import write_report
 
     badge = load_badge(badge_json)
     write_report(verify(film, badge, claimed_id=badge.id), folder)

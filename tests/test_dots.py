@@ -24,7 +24,7 @@ from moireid.designer.request import parse_scale
 from moireid.dots import line_edges_mm, nearest_dot, on_dots, realised
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.package import badge_file
-from moireid.fabrication.page import FORMS, write_badge_pdf
+from moireid.fabrication.page.pdf import FORMS, write_badge_pdf
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 LENS_MM = 0.508

@@ -10,7 +10,7 @@ import pytest
 
 from moireid import optics
 from moireid.badge import Badge, Lens
-from moireid.bench.reference import Setup, _through_sheet
+from moireid.bench.simulate.reference import Setup, _through_sheet
 from moireid.lenticule import MAX_TANGENT, RAYS, landing_mm, trace_mm, view_law, view_response
 
 REAR = 0.52

@@ -4,7 +4,7 @@ Markers are printed with the lines, so everything is in page units: the beat of 
 to lens pitch), the gain, and how the sheet lies on the page.  Print scale and lens pitch cannot be told apart, nor true
 millimetres seen; a ruler's reading of the scale bar may be kept beside.
 
-Convention: phases as `moireid.verifier.cells.Field`; every figure with its standard deviation.
+Convention: phases as `moireid.verifier.identity.cell_phase.Field`; every figure with its standard deviation.
 """
 
 from __future__ import annotations

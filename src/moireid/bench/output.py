@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from moireid import __version__
-from moireid.bench.fabricate_output import fabricate_plot, fabricate_table
-from moireid.bench.identity_output import identity_plot, identity_table
-from moireid.bench.simulate_output import simulate_plot, simulate_table
-from moireid.bench.stability_output import stability_plot, stability_table
-from moireid.bench.verify_output import verify_plot, verify_table
+from moireid.bench.fabricate.output import fabricate_plot, fabricate_table
+from moireid.bench.identity.output import identity_plot, identity_table
+from moireid.bench.simulate.output import simulate_plot, simulate_table
+from moireid.bench.stability.output import stability_plot, stability_table
+from moireid.bench.verify.output import verify_plot, verify_table
 from moireid.files import planned, whole_file, write_text
 
 

@@ -2,7 +2,7 @@
 
 main.py        the group `moireid`, and `print-your-badge`
 common.py      exit codes, errors, JSON, progress
-print_cmd.py   print-your-badge, moireid print
+print_cmd.py   print-your-badge, moireid print; people.py: of many people
 enroll_cmd.py  enroll, registry init / list / show
 verify_cmd.py  verify, identify
 simulate_cmd.py  simulate

@@ -38,9 +38,10 @@ def bench_command(
     Figures of films that were read are kept beside them, in clips.jsonl and verify.jsonl, so that a run that was broken
     off goes on.
     """
-    from moireid.bench import identity, stability
+    from moireid.bench.identity import suite as identity
     from moireid.bench.output import TABLES, outputs, write
     from moireid.bench.rows import Where
+    from moireid.bench.stability import suite as stability
     from moireid.files import planned
 
     if suite in ("fabricate", "simulate") and (workers or scheduler):
@@ -52,15 +53,15 @@ def bench_command(
         if suite == "stability":
             result = stability.run(quick=quick, seed=seed, where=where, progress=progress)
         elif suite == "fabricate":
-            from moireid.bench import fabricate
+            from moireid.bench.fabricate import suite as fabricate
 
             result = fabricate.run(quick=quick, seed=seed, progress=progress)
         elif suite == "simulate":
-            from moireid.bench import simulate
+            from moireid.bench.simulate import suite as simulate
 
             result = simulate.run(quick=quick, seed=seed, progress=progress)
         elif suite == "verify":
-            from moireid.bench import verify
+            from moireid.bench.verify import suite as verify
 
             result = verify.run(
                 quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress

@@ -59,7 +59,7 @@ def enroll_command(
     if measured_scale is not None and not captures:
         raise SpecError("--measured-scale is kept with the as-built figures; give a --capture too")
     if captures:
-        from moireid.verifier.capture import capture_as_built
+        from moireid.verifier.session.capture import capture_as_built
 
         with progress_bar("reading the captures") as progress:
             as_built = capture_as_built(

@@ -25,7 +25,7 @@ def print_people(
     """
     from moireid.designer.people import badges_of, design_people, read_people
     from moireid.fabrication.event import print_event
-    from moireid.fabrication.lettering import missing_note
+    from moireid.fabrication.page.lettering import missing_note
     from moireid.fabrication.parts import plan_parts
 
     badges = badges_of(design_people(read_people(people_csv), request, source=str(people_csv)))

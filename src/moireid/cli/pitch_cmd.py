@@ -12,7 +12,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.verifier.lens_fit import Calibration
+    from moireid.calibration.lens_fit import Calibration
 
 #: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
 #: was calibrated, one that the camera noted (rounded, and cropped by stabilisation), and that of a usual phone.
@@ -53,7 +53,7 @@ def pitch_test_command(
     """
     from moireid.designer.chart import ChartRequest, design_chart
     from moireid.designer.request import parse_scale
-    from moireid.fabrication.chart import print_chart
+    from moireid.fabrication.page.chart import print_chart
     from moireid.profiles import MM_PER_INCH
 
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
@@ -103,10 +103,10 @@ def calibrate_command(
     The profile then stands for the label: print-your-badge NAME --lens my-lens.json.
     """
     from moireid.badge import load_badge
+    from moireid.calibration.lens_fit import lens_from_band
     from moireid.designer.request import parse_scale
     from moireid.files import planned
     from moireid.profiles import save_lens_profile
-    from moireid.verifier.lens_fit import lens_from_band
 
     if (photo is None) == (band is None):
         raise SpecError("give either a photo of the chart or --band with the matching band's number")
@@ -132,10 +132,10 @@ def _from_photo(
     photo: Path, chart: Badge, distance_m: float | None, focal_px: float | None, scale: float | None
 ) -> Calibration:
     """Read the photo, with the best figure for the distance that there is."""
-    from moireid.verifier.chart import check_chart, view_chart
-    from moireid.verifier.film_wide import FOCAL_PRIOR
-    from moireid.verifier.lens_fit import lens_from_views
-    from moireid.verifier.still import load_pictures
+    from moireid.calibration.chart import check_chart, view_chart
+    from moireid.calibration.lens_fit import lens_from_views
+    from moireid.calibration.still import load_pictures
+    from moireid.verifier.camera.self_calibration import FOCAL_PRIOR
 
     check_chart(chart)
     pictures, noted_px = load_pictures(photo)

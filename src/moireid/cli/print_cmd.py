@@ -195,8 +195,8 @@ class _Order:
 def _print_one(order: _Order, registry: Registry | None) -> None:
     """Design, make and issue one badge, and tell of it."""
     from moireid.designer import explain as explain_badge
-    from moireid.fabrication.lettering import missing_note
     from moireid.fabrication.package import print_badge
+    from moireid.fabrication.page.lettering import missing_note
 
     badge = _design(order.request, order.payload, registry)
     if note := missing_note([badge]):

@@ -81,7 +81,7 @@ def token_group() -> None:
 @friendly
 def token_create(role: str, note: str, data: Path | None, as_json: bool) -> None:
     """Make a token and print it: the only time that it is seen, as only its hash is kept."""
-    from moireid.web.tokens import open_tokens
+    from moireid.web.auth.tokens import open_tokens
 
     with open_tokens(data) as tokens:
         secret, token = tokens.create(role, note)
@@ -100,7 +100,7 @@ def token_list(data: Path | None, as_json: bool) -> None:
     """List all tokens by id, role and note: not the tokens, which nobody has but their holders."""
     from dataclasses import asdict
 
-    from moireid.web.tokens import open_tokens
+    from moireid.web.auth.tokens import open_tokens
 
     with open_tokens(data) as tokens:
         found = tokens.all()
@@ -119,7 +119,7 @@ def token_list(data: Path | None, as_json: bool) -> None:
 @friendly
 def token_revoke(token_id: str, data: Path | None, as_json: bool) -> None:
     """Revoke the token of that id, at once and for good."""
-    from moireid.web.tokens import open_tokens
+    from moireid.web.auth.tokens import open_tokens
 
     with open_tokens(data) as tokens:
         token = tokens.revoke(token_id)

@@ -35,7 +35,7 @@ focal_option = click.option(
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
     """Print the schema and leave, before a film is asked for."""
     if asked and not context.resilient_parsing:
-        from moireid.verifier.verify import report_schema
+        from moireid.verifier.session.film import report_schema
 
         click.echo(report_schema(), nl=False)
         context.exit()
@@ -120,12 +120,12 @@ def verify_command(
             found = claimed(registry, claim or "")
         badge, as_built, revoked = found.badge, found.as_built, found.revoked
     if report_folder is not None:
-        from moireid.verifier.report import report_paths
+        from moireid.verifier.report.page import report_paths
 
         planned(report_paths(report_folder), overwrite=overwrite)
-    from moireid.verifier import verify
+    from moireid.evaluation.baseline.published import verify_published
     from moireid.verifier.corners import corners_from
-    from moireid.verifier.published import verify_published
+    from moireid.verifier.session import film as verify
 
     corners = corners_from(corners_given) if corners_given is not None else None
     with progress_bar("reading the film") as progress:
@@ -140,7 +140,7 @@ def verify_command(
                 progress=progress,
             )  # fmt: skip
     if report_folder is not None:
-        from moireid.verifier.report import write_report
+        from moireid.verifier.report.page import write_report
 
         page, *_ = write_report(report, report_folder, overwrite=overwrite)
         say(f"report: {page}")
@@ -164,7 +164,7 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
     Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
     """
     from moireid.registry import People, open_registry
-    from moireid.verifier.identify import identify
+    from moireid.verifier.session.identify import identify
     from moireid.verifier.video import Film
 
     Film(video)

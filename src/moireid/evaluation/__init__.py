@@ -8,4 +8,5 @@ statistics.py  ROC, AUC, EER, thresholds, effect sizes and intervals: plain func
 summary.py     from rows to the figures of evaluate.json
 table.py       the figures as text
 plots.py       scores by group, ROC and DET
+baseline/      the published pipeline
 """

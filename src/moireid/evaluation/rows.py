@@ -19,11 +19,11 @@ from typing import Any, Literal
 
 from moireid.archive.isolated import Fault, Lost
 from moireid.errors import MoireIdError
+from moireid.evaluation.baseline.published import verify_published
 from moireid.evaluation.manifest import Entry
 from moireid.kept import program_digest
-from moireid.verifier.published import verify_published
 from moireid.verifier.reasons import json_number
-from moireid.verifier.verify import Report, verify
+from moireid.verifier.session.film import Report, verify
 from moireid.verifier.video import file_sha256
 
 Pipeline = Literal["moireid", "published"]

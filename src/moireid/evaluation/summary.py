@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from moireid.evaluation import statistics
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.statistics import interval
-from moireid.verifier.likelihood import ACCEPTED
+from moireid.verifier.motion.likelihood import ACCEPTED
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]

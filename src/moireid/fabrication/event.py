@@ -17,9 +17,9 @@ from pathlib import Path
 
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.artwork import CROP_GAP_MM
 from moireid.fabrication.package import file_names, leftover_parts, write_sheets
-from moireid.fabrication.page import DEFAULT_DPI, Sheet, draw_board, draw_mask, draw_scale_bars
+from moireid.fabrication.page.artwork import CROP_GAP_MM
+from moireid.fabrication.page.pdf import DEFAULT_DPI, Sheet, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text

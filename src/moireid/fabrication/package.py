@@ -10,10 +10,10 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.dots import on_dots
-from moireid.fabrication.assembly import write_assembly_pdf
-from moireid.fabrication.page import write_badge_pdf
+from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid.fabrication.page.preview import write_preview
 from moireid.fabrication.parts import ACRYLIC_FILES, GLB_FILE, PRINTED_FILES, Parts, plan_parts, write_parts
-from moireid.fabrication.preview import write_preview
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, write_text
 

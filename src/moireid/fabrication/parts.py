@@ -13,9 +13,9 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.errors import FabricationError
-from moireid.fabrication.acrylic import AcrylicPlan, plan_acrylic
-from moireid.fabrication.cutting import draw
-from moireid.fabrication.mount import KINDS, MountReport, plan_mount, write_mount
+from moireid.fabrication.acrylic.cutting import draw
+from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
+from moireid.fabrication.printed.mount import KINDS, MountReport, plan_mount, write_mount
 from moireid.fabrication.process import MountFigures
 from moireid.fabrication.sight import front_mm
 
@@ -91,7 +91,7 @@ def write_parts(
     """
     if not parts.files:
         return None, {}
-    from moireid.fabrication.stack import check_stack, write_glb
+    from moireid.fabrication.acrylic.stack import check_stack, write_glb
 
     # The drawing is made in milliseconds, the solids take seconds.
     if parts.acrylic:
@@ -112,8 +112,8 @@ def write_parts(
 
 
 def _write_drawing(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
-    from moireid.fabrication.dxf import check_dxf, write_dxf
-    from moireid.fabrication.svg import check_svg, write_svg
+    from moireid.fabrication.acrylic.dxf import check_dxf, write_dxf
+    from moireid.fabrication.acrylic.svg import check_svg, write_svg
 
     drawing = draw(stack, kerf_mm)
     write_dxf(drawing, folder / "acrylic.dxf")

@@ -15,15 +15,15 @@ claimed.py     what a check needs of a claim; whom identification may find
 store.py       the Registry: enroll, find, list, revoke, and the doors to the rest
 batch.py       many badges at once
 audit.py       everything held against everything; what cannot show is listed there
-export.py      records, log and key to a JSON file, and back: load.py (with jsonstream.py), merge.py
+transfer/      a registry to a JSON file, and back
 """
 
 from moireid.registry.audit import Audit, Finding
 from moireid.registry.batch import Batch
 from moireid.registry.claimed import Claimed, People, claimed
-from moireid.registry.merge import Import
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
+from moireid.registry.transfer.merge import Import
 from moireid.registry.url import default_url
 
 __all__ = [

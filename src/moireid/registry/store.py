@@ -21,12 +21,12 @@ from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.claims import as_id, find_row
-from moireid.registry.export import export_json
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
-from moireid.registry.merge import Import, checked_copy, import_json, merge
 from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_alike, select_layouts, select_records
+from moireid.registry.transfer.export import export_json
+from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
 from moireid.registry.url import default_url, read_url
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.

@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 
 from moireid.errors import SpecError
 from moireid.files import planned, whole_file
-from moireid.simulate.analytic import AnalyticRenderer, Rendered
-from moireid.simulate.encode import FilmWriter, kept_frames, recipe_for
-from moireid.simulate.estimate import Estimate, cheapest, estimate_error
+from moireid.simulate.analytic.estimate import Estimate, cheapest, estimate_error
+from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.forgeries.shown import Shown, shown_in
 from moireid.simulate.left_out import LeftOut, left_out
 from moireid.simulate.motion import Motion, Poses
+from moireid.simulate.recording.encode import FilmWriter, kept_frames, recipe_for
+from moireid.simulate.recording.sensor import Sensor
+from moireid.simulate.recording.shutter import averaged, opened
 from moireid.simulate.scene import Instant, Scene
-from moireid.simulate.sensor import Sensor
-from moireid.simulate.shown import Shown, shown_in
-from moireid.simulate.shutter import averaged, opened
 from moireid.simulate.truth import TRUTH_COLUMNS, Truth
 
 __all__ = ["TRUTH_COLUMNS", "FilmReport", "film", "truth_path"]
@@ -161,7 +161,7 @@ def _estimate(
     Raises: SpecError where the wish is not met.
     """
     if backend == "mitsuba":
-        from moireid.simulate.mitsuba_estimate import cheapest_mitsuba, estimate_mitsuba
+        from moireid.simulate.mitsuba.estimate import cheapest_mitsuba, estimate_mitsuba
 
         if error_rad is None:
             return estimate_mitsuba(scene, instants[1], seed=seed)
@@ -173,7 +173,7 @@ def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Rend
     """What renders one frame of the scene."""
     if estimate.segments is None:
         return AnalyticRenderer(scene, rays=estimate.rays).render
-    from moireid.simulate.mitsuba_renderer import MitsubaRenderer
+    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=estimate.rays[0], segments=estimate.segments, seed=seed).render
 

@@ -12,11 +12,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from moireid.simulate.analytic import AnalyticRenderer
-from moireid.simulate.estimate import Estimate
-from moireid.simulate.mitsuba_view import board_box, middle_view
+from moireid.simulate.analytic.estimate import Estimate
+from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.mitsuba.view import board_box, middle_view
+from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Instant, Need, Scene
-from moireid.simulate.sensor import Sensor
 
 __all__ = ["LeftOut", "left_out"]
 

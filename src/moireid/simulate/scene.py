@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
 from moireid.simulate.acrylic import Acrylic
-from moireid.simulate.camera import Camera
+from moireid.simulate.cameras import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
 

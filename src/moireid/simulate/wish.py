@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.badge import Badge
-from moireid.simulate.camera import camera_named
+from moireid.simulate.cameras import camera_named
 from moireid.simulate.film import FilmReport, film
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import motion_named

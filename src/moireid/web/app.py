@@ -11,21 +11,19 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from moireid import __version__
-from moireid.web import (
-    api,
-    enroll_pages,
-    home_pages,
-    issue_api,
-    issue_pages,
-    live,
-    problems,
-    registry_api,
-    registry_pages,
-    verify_pages,
-)
-from moireid.web.guard import Guard
-from moireid.web.roles import anyone
-from moireid.web.schema import describe
+from moireid.web import problems
+from moireid.web.api import films as api
+from moireid.web.api import issue as issue_api
+from moireid.web.api import registry as registry_api
+from moireid.web.api.schema import describe
+from moireid.web.auth.guard import Guard
+from moireid.web.auth.roles import anyone
+from moireid.web.live import routes as live
+from moireid.web.pages import enroll as enroll_pages
+from moireid.web.pages import home as home_pages
+from moireid.web.pages import issue as issue_pages
+from moireid.web.pages import registry as registry_pages
+from moireid.web.pages import verify as verify_pages
 from moireid.web.settings import Settings
 from moireid.web.studio import Studio
 

@@ -12,11 +12,11 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.lenticule import view_law
 from moireid.registry import Claimed, Registry, claimed
-from moireid.web.jobs import Job
+from moireid.web.auth.roles import Visitor
+from moireid.web.jobs.queue import Job
+from moireid.web.jobs.task import Law
 from moireid.web.problems import Refusal
-from moireid.web.roles import Visitor
 from moireid.web.studio import Studio, studio_of
-from moireid.web.task import Law
 from moireid.web.uploads import receive
 
 #: Focal lengths that the command takes too, px.

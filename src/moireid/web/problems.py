@@ -91,7 +91,7 @@ def answer(request: Request, error: Refusal) -> Response:
     """The answer to a request that was refused."""
     if request.url.path.startswith("/api/") or request.url.path == "/openapi.json":
         return JSONResponse({"code": error.code, "text": error.text}, error.status, headers=error.headers)
-    from moireid.web.pages import render
+    from moireid.web.pages.render import render
 
     template = "login.html.j2" if error.status == 401 else "problem.html.j2"
     response = render(request, template, status=error.status, problem=error)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 from moireid.errors import SpecError
 from moireid.registry import Registry, default_url, open_registry
 from moireid.registry.url import read_url
-from moireid.web.jobs import Jobs
+from moireid.web.auth.tokens import Tokens
+from moireid.web.jobs.queue import Jobs
 from moireid.web.settings import Settings
-from moireid.web.tokens import Tokens
 
 if TYPE_CHECKING:
     from starlette.requests import HTTPConnection

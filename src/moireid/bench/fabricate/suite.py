@@ -1,0 +1,210 @@
+"""Error against run time of what is printed: pages by form and resolution, mounts by the tolerance of their facets.
+
+Pages are painted by Poppler and Ghostscript where they are installed (`raster`); each painted edge is compared with its
+place, and the identity is read off the raster alone.  A mount's facets are compared with the solid that they stand for.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge
+from moireid.bench.fabricate.calibration import calibration_figures
+from moireid.bench.fabricate.mount_extremes import BUILT, extremes
+from moireid.bench.fabricate.page_extremes import extreme_rows
+from moireid.bench.fabricate.raster import RASTERS, Raster, line_edges, paint, read_page, without_lines
+from moireid.designer import Request, design_badge
+from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid.profiles import FORMS
+
+DPI, QUICK_DPI = (600, 1200, 2400), (600,)
+BADGES, QUICK_BADGES = 20, 2
+#: Greying takes ten times as long as one bit a dot, so it is done for few badges and not at the highest resolution.
+GREY_BADGES, GREY_DPI = 4, 1200
+RUNS = 3
+#: Photographs of pitch test sheets that are read back.
+PHOTOGRAPHS = 40
+#: Length over which a row's pitch is fitted.
+FIT_MM = 80.0
+#: Angles between neighbouring facets of a mount, rad.  They and not the tolerance in mm say how fine a mount's mesh is:
+#: its bends are so small that OpenCASCADE keeps to the angle long before the distance.
+ANGLES_RAD = (0.5, 0.2, 0.1, 0.05, 0.02)
+#: Facets whose middles are held against the solid.
+MOST_POINTS = 150
+
+
+def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+    """All figures as one JSON object."""
+    cases = [(form, dpi) for form in FORMS for dpi in (QUICK_DPI if quick else DPI)]
+    total = len(cases) + 3
+    pages = []
+    for done, (form, dpi) in enumerate(cases, start=1):
+        pages.append(page_figures(form, dpi, seed, QUICK_BADGES if quick else BADGES))
+        progress(done, total)
+    page_rows = extreme_rows(quick=quick)
+    progress(total - 2, total)
+    alone = command_seconds(1 if quick else RUNS)
+    progress(total - 1, total)
+    mounts = mount_figures(ANGLES_RAD[:3:2], 1) if quick else mount_figures(ANGLES_RAD, RUNS)
+    progress(total, total)
+    mount_rows = extremes(BUILT[:1] if quick else BUILT)
+    photographs = calibration_figures(count=2 if quick else PHOTOGRAPHS, seed=seed, progress=lambda: None)
+    return {
+        "suite": "fabricate", "seed": seed, "pages": pages, "page_extremes": page_rows, "pdf_alone": alone,
+        "mounts": mounts, "mount_extremes": mount_rows, "calibration": photographs,
+    }  # fmt: skip
+
+
+def page_figures(form: str, dpi: int, seed: int, count: int) -> dict[str, Any]:
+    """Seconds and size of one form of the page, and what rasters of its own resolution make of `count` badges.
+
+    Badges have random payloads, of 64 and 128 bits in turn.
+    """
+    rng = np.random.default_rng(seed)
+    seconds, kilobytes = [], 0.0
+    seen: dict[str, list[dict[str, Any]]] = {raster: [] for raster in RASTERS}
+    with tempfile.TemporaryDirectory() as folder:
+        pdf = Path(folder) / "badge.pdf"
+        for number in range(count):
+            # 128 bits are smaller cells, which are read to 2.2 m.
+            request = Request("Bench", printer_dpi=dpi, form=form, range_m=(0.8, 2.0))
+            badge = design_badge(request, rng.bytes(8 * (1 + number % 2)))
+            for _ in range(RUNS if number == 0 else 1):
+                clock = time.perf_counter()
+                write_badge_pdf(badge, pdf)
+                seconds.append(time.perf_counter() - clock)
+            kilobytes = max(kilobytes, pdf.stat().st_size / 1e3)
+            for raster in RASTERS:
+                if raster == "poppler-grey" and (number >= GREY_BADGES or dpi > GREY_DPI):
+                    continue
+                page = paint(pdf, raster, dpi)
+                if page is not None:
+                    seen[raster].append(painted_figures(page, badge))
+    found: dict[str, Any] = {
+        "form": form, "dpi": dpi, "seconds": float(np.median(seconds)), "seconds_spread": float(np.ptp(seconds)),
+        "kilobytes": kilobytes,
+    }  # fmt: skip
+    return found | {raster: _together(rows, dpi) for raster, rows in seen.items() if rows}
+
+
+def painted_figures(page: Raster, badge: Badge) -> dict[str, Any]:
+    """Edge errors in dots, shares by which the pitches of uniform rows are off, and what is read off the page alone."""
+    errors, pitches = edge_errors(page, badge)
+    reading = read_page(page, without_lines(badge))
+    payload = reading.found.payload if reading else None
+    return {
+        "errors": errors, "pitches": pitches, "markers": len(reading.markers) if reading else 0,
+        "read": payload is not None and payload.hex() == badge.id and bool(reading and reading.found.beats_agree),
+        "wrong": payload is not None and payload.hex() != badge.id,
+        "phase_rad": reading.phase_error_rad if reading else float("nan"),
+    }  # fmt: skip
+
+
+def edge_errors(page: Raster, badge: Badge) -> tuple[NDArray[np.float64], list[float]]:
+    """Distance of every painted edge from its place, in dots, and the pitch error of each row of `FIT_MM` or more."""
+    dot, to_dots = page.dot_mm, np.array([[1 / page.dot_mm, 0.0]] * 2)
+    errors, pitches = [], []
+    for grating in badge.gratings:
+        k = 0 if grating.axis == "x" else 1
+        for cell in grating.cells:
+            sides = []
+            for edges, first in zip(
+                line_edges(page, grating, cell, to_dots), (cell.edge_mm, cell.edge_mm + cell.duty * cell.pitch_mm),
+                strict=True,
+            ):  # fmt: skip
+                count = np.round((edges * dot - first) / cell.pitch_mm)
+                errors.append(edges - (first + count * cell.pitch_mm) / dot)
+                sides.append((count, edges * dot))
+            if cell.rect_mm[k + 2] - cell.rect_mm[k] < FIT_MM:
+                continue
+            middle = (cell.rect_mm[k] + cell.rect_mm[k + 2]) / 2
+            slopes = []
+            for count, places in sides:
+                use = np.abs(places - middle) <= FIT_MM / 2
+                slopes.append(np.polyfit(count[use], places[use], 1)[0])
+            pitches.append(float(np.mean(slopes) / cell.pitch_mm - 1))
+    return np.concatenate(errors), pitches
+
+
+def _together(rows: list[dict[str, Any]], dpi: int) -> dict[str, Any]:
+    """The figures of several badges under one raster as one."""
+    errors = np.concatenate([row["errors"] for row in rows])
+    pitches = [abs(pitch) for row in rows for pitch in row["pitches"]]
+    worst = float(np.abs(errors).max())
+    return {
+        "badges": len(rows), "rms_dots": float(np.sqrt(np.mean(errors**2))), "worst_dots": worst,
+        "worst_um": 25400.0 / dpi * worst, "pitch_ppm": 1e6 * max(pitches), "read": sum(row["read"] for row in rows),
+        "wrong_payloads": sum(row["wrong"] for row in rows), "all_markers": sum(row["markers"] == 4 for row in rows),
+        "cell_phase_rad": max(row["phase_rad"] for row in rows),
+    }  # fmt: skip
+
+
+def command_seconds(runs: int) -> dict[str, float]:
+    """Seconds of `print NAME --mount none` as a command of its own, interpreter and imports included.
+
+    cpu_seconds: of processor time, which other work on the machine does not lengthen; bare_seconds: of an interpreter
+    that imports numpy and reportlab alone, to compare with.
+    """
+    wall: dict[str, list[float]] = {"command": [], "bare": []}
+    cpu = []
+    for _ in range(runs):
+        with tempfile.TemporaryDirectory() as folder:
+            print_it = f"['moireid', 'print', 'Bench', '--mount', 'none', '--out', {str(Path(folder) / 'b')!r}]"
+            for name, code in (
+                ("bare", "import numpy, reportlab.pdfgen.canvas"),
+                ("command", f"import sys; sys.argv = {print_it}; from moireid.cli.main import main; main()"),
+            ):
+                clock, before = time.perf_counter(), os.times()
+                subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+                wall[name].append(time.perf_counter() - clock)
+                after = os.times()
+            spent = after.children_user + after.children_system - before.children_user - before.children_system
+            cpu.append(spent)
+    command, bare = (float(np.median(wall[name])) for name in ("command", "bare"))
+    return {
+        "seconds": command, "bare_seconds": bare, "ratio": command / bare, "cpu_seconds": float(np.median(cpu)),
+    }  # fmt: skip
+
+
+def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, Any]]:
+    """Seconds of meshing and writing, size and chord error of the lanyard mount's mesh at each angle of its facets."""
+    import trimesh
+
+    from moireid.fabrication.printed.mount import lanyard_mount
+    from moireid.fabrication.solids import FACET_ANGLE_RAD, cad_package, export_stl
+
+    b3d = cad_package("build123d")
+    badge = design_badge(Request("Bench"), bytes(8))
+    skin = lanyard_mount(badge).shells()[0]
+    found = []
+    with tempfile.TemporaryDirectory() as folder:
+        for angle in angles_rad:
+            file = Path(folder) / "mount.stl"
+            seconds = []
+            for _ in range(runs):
+                # The kernel keeps the finest mesh that a shape ever had, so each run meshes a fresh one.
+                part = lanyard_mount(badge)
+                clock = time.perf_counter()
+                export_stl(part, file, tolerance_mm=0.05, angle_rad=angle)
+                seconds.append(time.perf_counter() - clock)
+            mesh = trimesh.load_mesh(file)
+            # Facets that look along an axis are flat ones of the design; only bent surfaces have a chord.
+            bent = np.sort(np.abs(mesh.face_normals), axis=1)[:, 1] > 0.01
+            middles = mesh.triangles_center[bent]
+            middles = middles[:: max(1, len(middles) // MOST_POINTS)]
+            error = max(float(skin.distance_to(b3d.Vertex(*point))) for point in middles)
+            found.append({
+                "angle_rad": angle, "seconds": float(np.median(seconds)), "kilobytes": file.stat().st_size / 1e3,
+                "triangles": len(mesh.faces), "chord_error_mm": error, "default": angle == FACET_ANGLE_RAD,
+            })  # fmt: skip
+    return found

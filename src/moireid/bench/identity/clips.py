@@ -1,0 +1,141 @@
+"""One clip of one badge, filmed and read, in a process of its own."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.verifier.tracking.badge_tracker import Track
+
+#: The picture is cut to what a swaying badge needs at 1 m; pixels to the millimetre are those of 1080p.
+WIDTH, HEIGHT, FOCAL_PX = 1024, 576, 1450.0
+FPS, CRF = 30.0, 28
+#: Lengths at which a clip is read again: 0.5 to 8 s.
+FRAMES = (15, 30, 60, 120, 240)
+
+
+@dataclass(frozen=True)
+class Clip:
+    """What to film: payload, distance, how the badge is built, and the seeds of build and motion.
+
+    shorter: read it again as if it had ended earlier, with both decoders, to set error against time.
+    """
+
+    payload: bytes
+    distance_mm: float
+    build_seed: int
+    motion_seed: int
+    assembly_seed: int | None = None
+    frames: int = 240
+    shorter: bool = False
+
+
+def build_of(clip: Clip) -> Any:
+    """A build anywhere within the tolerances: print scale 0.5 %, lens pitch 0.3 %, twist 0.3 degrees, any offset.
+
+    `assembly_seed` lays the sheet anew over the same print.
+    """
+    from moireid.simulate.scene import Build
+
+    rng = np.random.default_rng(clip.build_seed)
+    print_scale, lens_scale = 1 + rng.uniform(-0.005, 0.005), 1 + rng.uniform(-0.003, 0.003)
+    if clip.assembly_seed is not None:
+        rng = np.random.default_rng(clip.assembly_seed)
+    return Build(
+        lens_offset_mm=float(rng.uniform(-0.254, 0.254)),
+        twist_rad=math.radians(float(rng.uniform(-0.3, 0.3))),
+        print_scale=float(print_scale),
+        lens_scale=float(lens_scale),
+    )
+
+
+def read_clip(clip: Clip) -> dict[str, Any]:
+    """Film the clip, read it back, and compare with what was printed; one row of figures."""
+    from moireid.designer import Request, design_badge
+    from moireid.idcodes.spacing import true_phases_rad
+    from moireid.simulate.film import film
+    from moireid.simulate.motion import motion_named
+    from moireid.simulate.scene import Camera, Scene
+    from moireid.verifier.identity.compare_built import measure_built
+    from moireid.verifier.identity.decode import read_identity
+    from moireid.verifier.session.film import verify
+
+    badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), clip.payload)
+    build = build_of(clip)
+    scene = Scene(badge, build, Camera(WIDTH, HEIGHT, FOCAL_PX))
+    motion = motion_named("sway", distance_mm=clip.distance_mm, seed=clip.motion_seed)
+    with tempfile.TemporaryDirectory() as folder:
+        video = Path(folder) / "clip.mp4"
+        film(scene, motion, video, frames=clip.frames, fps=FPS, seed=clip.motion_seed, crf=CRF)
+        report = verify(video, badge, claimed_id=badge.id, focal_px=FOCAL_PX)
+    row: dict[str, Any] = {
+        "payload": clip.payload.hex(), "verdict": report.verdict, "read": report.identity.decoded_id == badge.id,
+        "wrong": report.identity.decoded_id not in (None, badge.id), "tracked": report.track.tracked,
+        "corrected": report.identity.symbol_errors_corrected,
+        "phase_error_rad": [], "phase_sd_rad": [], "cells_wrong": 0,
+        "correlation": report.invariant.correlation, "gain": report.invariant.gain_ratio,
+        "identity_s": report.timing["stages"].get("identity"), "as_built": None, "beat_error": None, "shorter": [],
+    }  # fmt: skip
+    if report.measurement is None:
+        return row
+    readings = read_identity(report.track, report.measurement, badge).cells
+    for (index, cell), true in true_phases_rad(clip.payload, badge.gratings).items():
+        reading = readings[index][cell]
+        row["phase_error_rad"].append(math.remainder(reading.free_rad - true, 2 * math.pi))
+        row["cells_wrong"] += abs(math.remainder(reading.phase_rad - true, 2 * math.pi)) > math.pi / 4
+        row["phase_sd_rad"].append(reading.phase_sd)
+    as_built = measure_built(report.track, report.measurement, badge, report.invariant)
+    row["as_built"] = as_built.to_json()
+    # The sheet's pitch in page units: what is true of it in mm, over the scale of the print.
+    lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale
+    true_beat = 1 / badge.gratings[0].pitch_mm - 1 / lens_page_mm
+    row["beat_error"] = as_built.beat_period_mm * abs(true_beat) - 1
+    if clip.shorter:
+        row["shorter"] = [read_shorter(report.track, badge, frames) for frames in FRAMES]
+    return row
+
+
+def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
+    """The first frames of a track, read with soft and with hard decisions: cells wrong, payload read, seconds."""
+    from moireid.idcodes.spacing import decode_phases, true_phases_rad, word_of
+    from moireid.verifier.fringes.signals import measure
+    from moireid.verifier.identity.decode import read_identity
+
+    kept = track.cell_frames < frames
+    short = replace(
+        track,
+        frame_numbers=track.frame_numbers[:frames], times_s=track.times_s[:frames],
+        homographies=track.homographies[:frames], correlations=track.correlations[:frames],
+        profiles=tuple(
+            profile[:frames] if strip.uniform else profile[kept]
+            for strip, profile in zip(track.strips, track.profiles, strict=True)
+        ),
+        cell_frames=track.cell_frames[kept],
+    )  # fmt: skip
+    clock = time.perf_counter()
+    measurement = measure(short, badge, focal_px=FOCAL_PX)
+    measured = time.perf_counter()
+    reading = read_identity(short, measurement, badge)
+    done = time.perf_counter()
+    true = true_phases_rad(bytes.fromhex(badge.id or ""), badge.gratings)
+    found = [reading.cells[grating][cell] for grating, cell in true]
+    wrong = sum(
+        abs(math.remainder(one.phase_rad - phase, 2 * math.pi)) > math.pi / 4
+        for one, phase in zip(found, true.values(), strict=True)
+    )
+    phases, sds = [one.phase_rad for one in found], [one.phase_sd for one in found]
+    hard = decode_phases(word_of(badge.gratings), phases, sds, tries=1)
+    soft = reading.decoded.payload if reading.decoded else None
+    return {
+        "frames": short.tracked, "measure_s": measured - clock, "identity_s": done - measured,
+        "cells_wrong": wrong / len(found), "soft": None if soft is None else soft.hex() == badge.id,
+        "hard": None if hard is None else hard.hex() == badge.id,
+    }  # fmt: skip

@@ -1,0 +1,4 @@
+"""Films at the edge and beyond.
+
+suite.py  the cases       output.py  tables and plots
+"""

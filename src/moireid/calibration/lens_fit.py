@@ -1,0 +1,219 @@
+"""From a reading of the pitch test sheet to a lens profile: by a band's number, or from pictures.
+
+Convention: pitches are in units of the printed page, as markers, bands and lines are printed together; with the scale
+that a ruler told (`measured_scale`, printed over true size along x) they are true millimetres.
+Source: the matching band has (1 + g_eff/D) / p_r = 1 / p_f (`optics`), with g_eff *traced* (`lenticule`), which is 1 to
+7 % less than the paraxial g/n.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge, Lens
+from moireid.calibration.chart import BandReading, View, check_chart, printed_dot_mm, printed_frequencies, read_bands
+from moireid.errors import MediaError, SpecError
+from moireid.lenticule import view_law
+from moireid.optics import front_pitch_at_match_mm
+from moireid.profiles import MM_PER_INCH, LensProfile
+
+Array = NDArray[np.float64]
+#: Bands that must agree for a fit to be one.
+MIN_BANDS = 5
+#: An eye tells the matching band from its neighbours: half a step, taken as a standard deviation; and its own distance
+#: to a tenth.
+EYE_SD_STEPS, EYE_DISTANCE_SD = 0.5, 0.1
+#: A camera's lens and the registration stretch the picture by this share at most (standard deviation).
+STRETCH_SD = 0.005
+#: What a band errs by in fringes beside its noise: a lens's focus, paper that does not lie flat.
+FLOOR_FRINGES = 0.004
+#: And by this share of a dot over the pitch: lines on dots beat with the dots too.  Traced at 300 dpi, bands of 50 and
+#: 75 lines per inch scatter by 0.1 to 0.25 of it, and not independently.
+DOT_SHARE = 0.3
+#: Bands that scatter by more, in fringes across a band, do not show one lens.
+MAX_SCATTER_FRINGES = 0.06
+#: Thickness and index of a sheet are those of its label, so its effective gap is known to about this share.
+GAP_SD = 0.05
+#: A match further out than this many bands is not believed.
+MAX_BEYOND_STEPS = 1.5
+#: The phases of the bands' middles must agree so far (1: wholly) for a twist to be read off them; and it must be small,
+#: as far larger ones look like small ones (`chart.PART_MM`).
+MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A lens profile and how it came about.
+
+    bands, used: in all, and that the fit rests on; twist_deg: between sheet and page, None where it is not seen;
+    scatter_fringes: of the bands about the fit; matching_band: the number, with decimals, that an eye would read.
+    """
+
+    profile: LensProfile
+    matching_band: float
+    bands: int
+    used: int = 0
+    twist_deg: float | None = None
+    scatter_fringes: float | None = None
+
+
+def lens_from_band(
+    chart: Badge, band: float, *, distance_mm: float, measured_scale: float | None = None
+) -> Calibration:
+    """The lens whose matching band was read by eye; 10.5 stands for a match between bands 10 and 11.
+
+    Convention: distance from the eye to the sheet.
+    Raises: SpecError where the chart has no such band.
+    Source: module docstring; between two bands line frequencies are interpolated.
+    """
+    check_chart(chart)
+    printed = printed_frequencies(chart)
+    if not 1 <= band <= len(printed):
+        raise SpecError(f"band {band:g} is not on this chart; give a number from 1 to {len(printed)}")
+    frequency = float(np.interp(band, np.arange(1, len(printed) + 1), printed))
+    gap_mm = _gap_mm(chart)
+    pitch_mm = front_pitch_at_match_mm(1 / frequency, effective_gap_mm=gap_mm, distance_mm=distance_mm)
+    step = float(np.abs(np.diff(printed)).mean())
+    sd = pitch_mm * math.hypot(EYE_SD_STEPS * step / frequency, EYE_DISTANCE_SD * gap_mm / distance_mm)
+    found = {"how": "a band read by eye", "band": band, "distance_mm": distance_mm}
+    return Calibration(_profile(chart, pitch_mm, sd, found, measured_scale), band, len(printed))
+
+
+def lens_from_views(
+    views: list[View],
+    chart: Badge,
+    *,
+    distance_sd_share: float,
+    distance_from: str = "",
+    measured_scale: float | None = None,
+) -> Calibration:
+    """The lens whose fringes are seen in pictures of the chart.
+
+    Parameters: distance_sd_share: standard deviation of the views' distance, as a share of it; distance_from: where
+        that distance comes from, for the profile's reader.
+    Convention: module docstring.
+    Raises: MediaError where too few bands are readable, or do not agree on one lens, or it lies beyond the chart.
+    Source: robust least squares over the bands (Tukey's biweight), see `_agree`; a twist a between sheet and page makes
+    the middles' phases run down the page by 2 pi sin(a) / p_f per mm, and shortens the frequency across it by cos a.
+    """
+    check_chart(chart)
+    readings = read_bands(views, chart)
+    usable = [reading for reading in readings if reading.readable]
+    if len(usable) < MIN_BANDS:
+        raise MediaError(
+            f"{len(usable)} of {len(readings)} bands show fringes that can be read, and at least {MIN_BANDS} must; lay "
+            "the sheet over more bands, avoid glare and blur, go nearer, or print a chart of more --steps or another "
+            "--lens",
+            readable=len(usable),
+        )
+    across, sd, scatter, used = _agree(usable, _floor_fringes(chart))
+    if used < MIN_BANDS or scatter > MAX_SCATTER_FRINGES:
+        raise MediaError(
+            f"the bands do not agree on one lens (they scatter by {scatter:.3f} fringes, {MAX_SCATTER_FRINGES:g} at "
+            "most are allowed); lay the sheet flat, and give the pitch-test.json of this very chart",
+            scatter_fringes=scatter,
+        )
+    turn = _twist_per_mm(usable)
+    lens_per_mm = math.hypot(across, turn or 0.0)
+    twist_deg = None if turn is None else math.degrees(math.asin(turn / lens_per_mm))
+    if twist_deg is None or abs(twist_deg) > MAX_TWIST_DEG:
+        by = "" if twist_deg is None else f" by {abs(twist_deg):.1f} degrees or more"
+        raise MediaError(
+            f"the sheet lies askew on the lines{by}, and at most {MAX_TWIST_DEG:g} degrees are allowed for; turn it "
+            "until the fringes stand upright",
+            twist_deg=twist_deg,
+        )
+    distance_mm = float(np.mean([abs(view.camera_mm[2]) for view in views])) - chart.lens.thickness_mm
+    gap_mm = _gap_mm(chart)
+    printed = printed_frequencies(chart)
+    band = 1 + (across / (1 + gap_mm / distance_mm) - printed[0]) / float(np.diff(printed).mean())
+    if not 1 - MAX_BEYOND_STEPS <= band <= len(printed) + MAX_BEYOND_STEPS:
+        raise MediaError(
+            f"the lens matches no band of this chart: it has about {MM_PER_INCH * lens_per_mm:.2f} lines per inch of "
+            "the page; print a chart of more --steps, or about another --lens",
+            lines_per_inch=MM_PER_INCH * lens_per_mm,
+        )
+    pitch_mm = 1 / lens_per_mm
+    share = math.hypot(sd / across, gap_mm / distance_mm * math.hypot(distance_sd_share, GAP_SD))
+    found = {
+        "how": "a picture of the chart", "pictures": len(views), "distance_mm": round(distance_mm, 1),
+        "distance_sd_share": distance_sd_share, "distance_from": distance_from, "bands_used": used,
+        "twist_deg": round(twist_deg, 3), "scatter_fringes": round(scatter, 4),
+    }  # fmt: skip
+    profile = _profile(chart, pitch_mm, share * pitch_mm, found, measured_scale)
+    return Calibration(profile, float(band), len(printed), used, twist_deg, scatter)
+
+
+def _gap_mm(chart: Badge) -> float:
+    """Effective gap of the chart's nominal sheet near the axis, traced."""
+    pitch_mm = chart.gratings[0].pitch_mm
+    return view_law(chart.lens, pitch_mm).effective_gap_mm(pitch_mm)
+
+
+def _floor_fringes(chart: Badge) -> float:
+    """What a band errs by beside its noise, fringes."""
+    dot_mm = printed_dot_mm(chart)
+    return math.hypot(FLOOR_FRINGES, DOT_SHARE * dot_mm / chart.lens.pitch_mm) if dot_mm else FLOOR_FRINGES
+
+
+def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, float, float, int]:
+    """The q on which bands agree: its value, its standard deviation, their scatter in fringes, the number used.
+
+    floor_fringes: what each errs by beside its noise.
+
+    A picture that is stretched by a share e makes band k, which has the frequency f_k, tell q + e f_k; e is solved for
+    along with q, held near 0 by `STRETCH_SD`.  So what counts is where the fringes vanish, not how fine they are.
+    """
+    told = np.array([reading.lens_per_mm for reading in readings])
+    beat = np.array([reading.printed_per_mm for reading in readings]) - told
+    length_mm = abs(readings[0].fringes / beat[0])
+    sd = np.hypot([reading.sd for reading in readings], floor_fringes / length_mm)
+    weight = 1 / sd**2
+    value = np.array([np.median(told), 0.0])
+    table = np.column_stack([np.ones_like(beat), beat])
+    prior = np.diag([0.0, 1 / STRETCH_SD**2])
+    robust = np.ones_like(told)
+    for _ in range(20):
+        apart = (told - table @ value) / sd
+        # At least one: a fit that looks better than its noise is chance.
+        scale = max(1.0, 1.4826 * float(np.median(np.abs(apart))))
+        robust = np.clip(1 - (apart / (4.685 * scale)) ** 2, 0, None) ** 2
+        normal = table.T @ ((weight * robust)[:, None] * table) + prior
+        value = np.linalg.solve(normal, table.T @ (weight * robust * told))
+    apart = told - table @ value
+    used = int((robust > 0.2).sum())
+    chi2 = float((weight * robust * apart**2).sum()) / max(float(robust.sum()) - 2, 1.0)
+    scatter = 1.4826 * float(np.median(np.abs(apart))) * length_mm
+    return float(value[0]), float(np.sqrt(np.linalg.inv(normal)[0, 0] * max(1.0, chi2))), scatter, used
+
+
+def _twist_per_mm(readings: list[BandReading]) -> float | None:
+    """How fast the phase of the bands' middles runs down the page, cycles per mm; None where it runs at no one pace.
+
+    Convention: phases fall by it, that is the lens's line frequency has it as its part along the page's y.
+    Source: the strongest line of the periodogram; paces beyond half a turn a part of a band cannot be told.
+    """
+    places, phases = np.array([part for reading in readings for part in reading.parts]).T
+    turns = np.exp(1j * phases)
+    most = 0.5 / float(np.diff(np.sort(places)).min())
+    paces = np.linspace(-most, most, 4001)
+    power = np.abs(np.exp(2j * np.pi * paces[:, None] * places[None, :]) @ turns) / len(turns)
+    best = int(np.argmax(power))
+    return float(paces[best]) if power[best] >= MIN_COHERENCE else None
+
+
+def _profile(
+    chart: Badge, pitch_mm: float, pitch_sd_mm: float, found: dict[str, Any], measured_scale: float | None
+) -> LensProfile:
+    """The lens profile; thickness and index are the label's, which no chart tells."""
+    scale = measured_scale or 1.0
+    nominal = chart.lens
+    lens = Lens("lenticular", scale * pitch_mm, nominal.thickness_mm, nominal.refractive_index)
+    unit = {"unit": "printed page"} if measured_scale is None else {"unit": "true mm", "measured_scale": measured_scale}
+    name = f"{MM_PER_INCH / lens.pitch_mm:.3f} LPI, sold as {MM_PER_INCH / nominal.pitch_mm:.4g}"
+    return LensProfile(name, lens, scale * pitch_sd_mm, found | unit | {"chart": chart.name})

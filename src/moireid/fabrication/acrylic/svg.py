@@ -1,0 +1,95 @@
+"""acrylic.svg: the laser's drawing for drawing programs.
+
+Convention: a user unit is one millimetre, and y runs down, so an arc that turns left in the drawing has sweep flag 0.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+from moireid.fabrication.acrylic.cutting import CUT, ENGRAVE, NOTE, TEXT_MM, Drawing, Vertex, check_found, refused
+
+HAIRLINE_MM = 0.1
+
+
+def write_svg(drawing: Drawing, path: Path) -> None:
+    """Write an SVG file whose size is given in millimetres."""
+    width, height = drawing.size_mm
+    lines = [
+        '<?xml version="1.0" encoding="UTF-8"?>',
+        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.3f}mm" height="{height:.3f}mm" '
+        f'viewBox="0 0 {width:.3f} {height:.3f}">',
+    ]
+    for layer, paths in drawing.cuts.items():
+        data = " ".join(_svg_path(contour.vertices(), height) for contour in paths)
+        lines.append(_svg_group(layer, CUT[1], f'<path d="{data}"/>'))
+    strokes = " ".join(
+        f"M {x0:.5f} {height - y0:.5f} L {x1:.5f} {height - y1:.5f}" for x0, y0, x1, y1 in drawing.strokes
+    )
+    lines.append(_svg_group("ENGRAVE-SCALE", ENGRAVE[1], f'<path d="{strokes}"/>'))
+    words = "".join(f'<text x="{x:.3f}" y="{height - y:.3f}">{escape(note)}</text>' for x, y, note in drawing.notes)
+    lines.append(f'<g id="NOTE" fill="{NOTE[1]}" font-family="sans-serif" font-size="{TEXT_MM:g}">{words}</g>')
+    path.write_text("\n".join([*lines, "</svg>", ""]), encoding="utf-8")
+
+
+def check_svg(path: Path, drawing: Drawing, kerf_mm: float) -> None:
+    """Read an SVG file back: its size in mm, and the same closed red paths as were drawn.
+
+    Raises: FabricationError with what was found and what is allowed.
+    """
+    try:
+        root = ElementTree.fromstring(path.read_bytes())
+    except ElementTree.ParseError as error:
+        raise refused("SVG", "cannot be read back", "a readable file") from error
+    width, height = (float(root.get(side, "0mm").removesuffix("mm")) for side in ("width", "height"))
+    box = [float(value) for value in root.get("viewBox", "0 0 0 0").split()]
+    if max(abs(width - box[2]), abs(height - box[3]), abs(width - drawing.size_mm[0])) > 0.01:
+        raise refused("SVG", f"is {width:g} x {height:g} mm for a view of {box[2]:g} x {box[3]:g}", "one unit a mm")
+    found: dict[str, list[list[Vertex]]] = {}
+    for group in root:
+        layer = group.get("id", "")
+        if layer.startswith("CUT-") and group.get("stroke") == CUT[1]:
+            found[layer] = [_from_svg(data, height) for path_ in group for data in _closed_runs(path_.get("d", ""))]
+    check_found("SVG", found, drawing, kerf_mm)
+
+
+def _svg_group(name: str, colour: str, content: str) -> str:
+    return f'<g id={quoteattr(name)} fill="none" stroke="{colour}" stroke-width="{HAIRLINE_MM:g}">{content}</g>'
+
+
+def _svg_path(vertices: list[Vertex], height: float) -> str:
+    """One closed path; a bulge becomes an arc, which turns the other way as y is turned."""
+    words = [f"M {vertices[0][0]:.5f} {height - vertices[0][1]:.5f}"]
+    for k, (x, y, bulge) in enumerate(vertices):
+        end_x, end_y, _ = vertices[(k + 1) % len(vertices)]
+        end = f"{end_x:.5f} {height - end_y:.5f}"
+        if bulge == 0:
+            words.append(f"L {end}")
+            continue
+        radius = math.dist((x, y), (end_x, end_y)) * (1 + bulge * bulge) / (4 * abs(bulge))
+        words.append(f"A {radius:.5f} {radius:.5f} 0 {int(abs(bulge) > 1)} {int(bulge < 0)} {end}")
+    return " ".join([*words, "Z"])
+
+
+def _closed_runs(data: str) -> list[str]:
+    """The subpaths of a path's data; one that is left open stays with the next and so fails the comparison."""
+    return [run.strip() for run in data.split("Z") if run.strip()]
+
+
+def _from_svg(run: str, height: float) -> list[Vertex]:
+    """Vertices with bulges, y up, from the M, L and A commands of one closed subpath."""
+    steps = re.findall(r"([MLA])([^MLA]*)", run)
+    places = [[float(value) for value in figures.split()] for _, figures in steps]
+    vertices: list[Vertex] = []
+    for k in range(len(steps) - 1):
+        (x, y), (end_x, end_y), bulge = places[k][-2:], places[k + 1][-2:], 0.0
+        if steps[k + 1][0] == "A":
+            radius, sweep = places[k + 1][0], places[k + 1][4]
+            half_angle = math.asin(min(1.0, math.dist((x, y), (end_x, end_y)) / (2 * radius)))
+            bulge = math.tan(half_angle / 2) * (1 if sweep == 0 else -1)
+        vertices.append((x, height - y, bulge))
+    return vertices

@@ -1,0 +1,197 @@
+"""The parts of the exploded view of assembly.pdf: all that is printed, made or cut, as prisms, from the plans.
+
+No CAD kernel is needed.  Sizes and thicknesses are the plans'; fillets, springs and chamfers of the printed parts are
+left out.
+
+Convention: the frame of `sight`; parts from behind to the front.
+"""
+
+from __future__ import annotations
+
+import math
+
+from moireid.badge import Badge, Point, Rect
+from moireid.fabrication.acrylic.contour import Contour
+from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, NUT_MM, THREAD_MM, AcrylicPlan, Plate
+from moireid.fabrication.assembly.axonometry import GAP, Loop, Part, Prism, project, signed_area
+from moireid.fabrication.page.artwork import marker_squares
+from moireid.fabrication.printed.holders import LEAN_DEG, Holder
+from moireid.fabrication.printed.mount import plan_mount
+from moireid.fabrication.printed.tray import TrayPlan
+from moireid.fabrication.process import MountProcess
+from moireid.fabrication.sight import in_frame, sheet_rects
+
+#: Gaps other than the usual one: screws need less; a clip and a tab more, as they would else be hidden by what is
+#: before them.
+SCREW_GAP, CLIP_GAP, TAB_GAP = 0.25, 1.05, 0.8
+#: Across an M3 nut's corners, ISO 4032.
+NUT_WIDE_MM = 6.35
+#: Lines of gratings, lenses and mask are sketched this far apart, as the true ones would run together.
+HINT_MM = 4.0
+_ARC_STEPS = 6
+
+
+def plain_parts(badge: Badge, process: MountProcess) -> list[Part]:
+    """Card and front alone, from behind to the front."""
+    return [_card(badge, process.card_mm), *_front(badge, process.card_mm, process.film_mm)]
+
+
+def printed_parts(badge: Badge, kind: str, process: MountProcess) -> list[Part]:
+    """The printed mount with card and front, from behind to the front.  Raises: FabricationError as `plan_mount`."""
+    plan, holder = plan_mount(badge, kind, process)
+    behind = [_holder(holder, plan)] if holder else []
+    return [*behind, _tray(plan, process), *plain_parts(badge, process)]
+
+
+def acrylic_parts(badge: Badge, plan: AcrylicPlan, film_mm: float, screw: str) -> list[Part]:
+    """The acrylic stack, nuts and screws, from behind to the front; screw: what to call the screws' size."""
+    count, bottom = len(plan.screws), -plan.base.thickness_mm
+    nuts = tuple(Prism(_round(at, NUT_WIDE_MM, 6), bottom - NUT_MM, bottom) for at in plan.screws)
+    top = plan.sheet_top + plan.cover.thickness_mm
+    # The screws farther from the viewer come first, as the nearer ones stand before them.
+    far_first = sorted(plan.screws, key=lambda at: project((*at, 0.0))[1], reverse=True)
+    screws = tuple(
+        prism
+        for at in far_first
+        for prism in (
+            Prism(_round(at, THREAD_MM), top - plan.screw_mm, top),
+            Prism(_round(at, HEAD_MM), top, top + HEAD_HIGH_MM),
+        )
+    )
+    base, frame, cover = (_plate(plate, plan) for plate in plan.plates)
+    held = [_card(badge, plan.card_mm), *_front(badge, plan.card_mm, film_mm)]
+    below = Part(f"{count} nuts", "M3", nuts, 0.75, gap=SCREW_GAP, screws=plan.screws)
+    above = Part(f"{count} screws", screw, screws, 0.75, gap=SCREW_GAP, screws=plan.screws)
+    return [below, base, frame, *held, cover, above]
+
+
+def _plate(plate: Plate, plan: AcrylicPlan) -> Part:
+    high = plate.low_mm + plate.thickness_mm
+    body = Prism(_loop(plate.outline), plate.low_mm, high, tuple(_loop(opening) for opening in plate.openings))
+    # As in `process.STOCK_MM`: thin plates are sold as film.
+    name = f"acrylic {plate.name}" if plate.thickness_mm > 0.5 else f"{plate.name} of film"
+    return Part(name, f"{plate.thickness_mm:g} mm", (body,), 0.93, screws=plan.screws)
+
+
+def _card(badge: Badge, card_mm: float) -> Part:
+    x0, y0, x1, y1 = in_frame(badge.outline_mm, badge)
+    marks: list[tuple[Loop, float]] = []
+    hints: list[tuple[Point, Point]] = []
+    for grating in badge.gratings:
+        rect = in_frame(grating.rect_mm, badge)
+        marks.append((_box(rect), 0.8))
+        hints += _lines(rect, grating.axis)
+    for square, whites in marker_squares(badge):
+        marks.append((_box(in_frame(square, badge)), 0.2))
+        marks += [(_box(in_frame(white, badge)), 1.0) for white in whites]
+    size = f"{card_mm:g} mm; {x1 - x0:g} × {y1 - y0:g} mm"
+    return Part("printed card", size, (Prism(_box((x0, y0, x1, y1)), 0.0, card_mm),), 1.0, tuple(marks), tuple(hints))
+
+
+def _front(badge: Badge, low: float, film_mm: float) -> list[Part]:
+    """The lens sheets, or spacer and film of a mask."""
+    rects, lens = sheet_rects(badge), badge.lens
+    middle = low + lens.thickness_mm
+    several = f"{len(rects)} " if len(rects) > 1 else ""
+    plural = "s" if several else ""
+    hints: list[tuple[Point, Point]] = []
+    for rect in rects:
+        own = next(g.axis for g in badge.gratings if _inside(in_frame(g.rect_mm, badge), rect))
+        hints += _lines(rect, own)
+    body = tuple(Prism(_box(rect), low, middle) for rect in rects)
+    if lens.kind != "mask":
+        name = f"{several}lens sheet{plural}"
+        return [Part(name, f"{lens.thickness_mm:g} mm; lenses up", body, 0.97, hints=tuple(hints))]
+    film = tuple(Prism(_box(rect), middle, middle + film_mm) for rect in rects)
+    return [
+        Part(f"{several}clear spacer{plural}", f"{lens.thickness_mm:g} mm", body, 0.95),
+        Part(f"{several}mask film{plural}", f"{film_mm:g} mm; printed side down", film, 0.99, hints=tuple(hints)),
+    ]
+
+
+def _tray(plan: TrayPlan, process: MountProcess) -> Part:
+    """Back plate with its tab, the rim on three sides, and what of it is higher: lips."""
+    half_y, wall, x = plan.half_mm[1], process.wall_mm, plan.out_x
+    outline: list[Point] = [(-x, plan.bottom), (x, plan.bottom), (x, half_y)]
+    slot: tuple[Loop, ...] = ()
+    if plan.tab:
+        tab = plan.slot_mm[0] / 2 + 2 * wall
+        outline += [(tab + 2 * wall, half_y), (tab, plan.tab_top), (-tab, plan.tab_top), (-tab - 2 * wall, half_y)]
+        across, up = plan.slot_mm[0] / 2, plan.slot_mm[1] / 2
+        y = half_y + 2 * wall + up
+        corners = ((-across, y - up), (across, y - up), (across, y + up), (-across, y + up))
+        slot = (_loop(Contour(corners, (up,) * 4)),)
+    outline.append((-x, half_y))
+    inner = x - wall
+    rim = (
+        (-x, half_y), (-x, plan.bottom), (x, plan.bottom), (x, half_y),
+        (inner, half_y), (inner, plan.bottom + wall), (-inner, plan.bottom + wall), (-inner, half_y),
+    )  # fmt: skip
+    prisms = [Prism(tuple(outline), -process.back_mm, 0.0, slot), Prism(rim, 0.0, plan.side_top)]
+    lips = plan.lip_rects(process)
+    if plan.stepped:
+        sides = [((inner, r[1], x, r[3]) if r[0] > 0 else (-x, r[1], -inner, r[3])) for r in lips]
+        prisms += [Prism(_box(side), plan.side_top, plan.rim_top) for side in sides]
+    prisms += [Prism(_box(lip), plan.rim_top, plan.lip_top) for lip in lips]
+    size = f"{plan.lip_top + process.back_mm:.1f} mm deep, back {process.back_mm:g} mm"
+    return Part("tray, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP if plan.tab else GAP)
+
+
+def _holder(holder: Holder, plan: TrayPlan) -> Part:
+    """Clip or stand as it is used, its profile drawn out across the badge."""
+    points = holder.profile
+    if holder.name == "stand":
+        sin, cos = math.sin(math.radians(LEAN_DEG)), math.cos(math.radians(LEAN_DEG))
+        points = tuple((plan.bottom - along * sin + up * cos, along * cos + up * sin) for along, up in points)
+    loop = points if signed_area(points) > 0 else points[::-1]
+    half = holder.width_mm / 2
+    body = Prism(loop, -half, half, along_x=True)
+    return Part(
+        f"{holder.name}, 3D-printed",
+        f"{holder.width_mm:g} mm wide",
+        (body,),
+        0.88,
+        gap=CLIP_GAP if holder.name == "clip" else GAP,
+    )
+
+
+def _lines(rect: Rect, axis: str) -> list[tuple[Point, Point]]:
+    """Sketched lines across a rectangle's axis."""
+    x0, y0, x1, y1 = rect
+    low, high = (x0, x1) if axis == "x" else (y0, y1)
+    count = max(2, int((high - low) / HINT_MM))
+    steps = [low + (high - low) * k / count for k in range(1, count)]
+    return [((s, y0), (s, y1)) if axis == "x" else ((x0, s), (x1, s)) for s in steps]
+
+
+def _inside(inner: Rect, outer: Rect) -> bool:
+    x, y = (inner[0] + inner[2]) / 2, (inner[1] + inner[3]) / 2
+    return outer[0] <= x <= outer[2] and outer[1] <= y <= outer[3]
+
+
+def _box(rect: Rect) -> Loop:
+    x0, y0, x1, y1 = rect
+    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+
+
+def _round(centre: Point, diameter: float, sides: int = 20) -> Loop:
+    angles = [2 * math.pi * k / sides for k in range(sides)]
+    return tuple((centre[0] + diameter / 2 * math.cos(a), centre[1] + diameter / 2 * math.sin(a)) for a in angles)
+
+
+def _loop(contour: Contour) -> Loop:
+    """A contour's corners, its arcs in chords."""
+    vertices, points = contour.vertices(), []
+    for k, (x, y, bulge) in enumerate(vertices):
+        points.append((x, y))
+        if not bulge:
+            continue
+        x1, y1, _ = vertices[(k + 1) % len(vertices)]
+        # The arc's centre lies beside the chord's middle, at the cotangent of half its angle.
+        reach = (1 - bulge**2) / (4 * bulge)
+        mid_x, mid_y = (x + x1) / 2 - (y1 - y) * reach, (y + y1) / 2 + (x1 - x) * reach
+        angle, start, radius = 4 * math.atan(bulge), math.atan2(y - mid_y, x - mid_x), math.hypot(x - mid_x, y - mid_y)
+        for step in range(1, _ARC_STEPS):
+            here = start + angle * step / _ARC_STEPS
+            points.append((mid_x + radius * math.cos(here), mid_y + radius * math.sin(here)))
+    return tuple(points)

@@ -1,0 +1,6 @@
+"""The printed page.
+
+artwork.py  its shapes in mm: lines, markers, crop marks, scale bars    lettering.py  names of any script
+pdf.py      badge.pdf, the page at true scale                           chart.py      the pitch test sheet
+preview.py  preview.png, the board as a camera 1 m away sees it
+"""

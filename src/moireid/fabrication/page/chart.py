@@ -1,0 +1,93 @@
+"""pitch-test.pdf and pitch-test.json: the pitch test sheet with its numbers, and how to read it.
+
+The lines, markers, crop marks and scale bars are those of a badge's page; only the words differ.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+
+from moireid.badge import Badge, load_badge
+from moireid.errors import FabricationError
+from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet, write_badge_pdf
+from moireid.files import planned, write_text
+from moireid.profiles import MM_PER_INCH
+
+PDF, JSON = "pitch-test.pdf", "pitch-test.json"
+HEADING_POINTS, TEXT_POINTS, LABEL_POINTS = 15.0, 7.5, 8.5
+LINE_MM = 4.2
+#: White between a band and its label; between words and markers.
+LABEL_GAP_MM, SIDE_GAP_MM = 2.0, 4.0
+#: Width of a band's number, beside which its lines per inch stand.
+NUMBER_MM = 7.0
+
+
+def print_chart(
+    chart: Badge, folder: Path, *, measured_scale: tuple[float, float] = (1.0, 1.0), overwrite: bool = False
+) -> dict[str, Path]:
+    """Write the sheet and its description into `folder`; both or, where something fails, neither.
+
+    Parameters: measured_scale: as `page.write_badge_pdf` has it.
+    Returns: path by name.
+    Raises: SpecError where a file is in the way; FabricationError where the description does not read back.
+    """
+    planned([folder / PDF, folder / JSON], overwrite=overwrite)
+    with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
+        aside = Path(aside_name)
+        write_badge_pdf(chart, aside / PDF, measured_scale=measured_scale, write_words=_write_words)
+        write_text(aside / JSON, chart.to_json())
+        if load_badge(aside / JSON) != chart:
+            raise FabricationError(f"{JSON} does not read back as it was written; report this")
+        # The description goes last: where it lies, the sheet lies too.
+        for name in (PDF, JSON):
+            (aside / name).replace(folder / name)
+    return {name: folder / name for name in (PDF, JSON)}
+
+
+def band_label(number: int, pitch_mm: float) -> tuple[str, str]:
+    """A band's number and its printed lines per inch, as they stand on the sheet."""
+    lines_per_inch = MM_PER_INCH / pitch_mm
+    # Bands about a measured sheet's pitch do not fall on tenths.
+    decimals = 1 if abs(round(lines_per_inch, 1) - lines_per_inch) < 1e-6 else 2
+    return str(number), f"{lines_per_inch:.{decimals}f} LPI"
+
+
+def _write_words(sheet: Sheet, chart: Badge) -> None:
+    """Heading and instructions between the upper markers, what to do next between the lower, labels beside."""
+    assert chart.range_m is not None
+    grating = chart.gratings[0]
+    middle, half = chart.page_mm[0] / 2, chart.markers.size_mm / 2
+    top_mm = chart.markers.centers_mm[0][1] - half
+    room_mm = chart.markers.centers_mm[1][0] - chart.markers.centers_mm[0][0] - 2 * (half + SIDE_GAP_MM)
+    sheet.text(
+        middle, top_mm + HEADING_POINTS / POINTS_PER_MM,
+        f"Pitch test, {MM_PER_INCH / grating.pitch_mm:.4g} lines per inch", points=HEADING_POINTS, font=BOLD,
+    )  # fmt: skip
+    _lines(sheet, middle, top_mm + 11.5, room_mm, [
+        "1. Lay the lens sheet on the bands, ribs up and along the lines. Leave one row of numbers free.",
+        f"2. Close one eye. Stand {chart.range_m[0]:g} m away, straight in front.",
+        "3. Turn the sheet until fringes stand upright. Find the band that is all light",
+        "or all dark from edge to edge at once as you move a little. Note its number.",
+    ])  # fmt: skip
+    _lines(sheet, middle, chart.markers.centers_mm[3][1] - 4.0, room_mm, [
+        f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",
+        "or photograph the whole board, all four squares in the picture, and give",
+        "the photo in place of the number; it is read finer than by eye.",
+    ])  # fmt: skip
+    for number, cell in enumerate(grating.cells, 1):
+        baseline = (cell.rect_mm[1] + cell.rect_mm[3]) / 2 + 0.36 * LABEL_POINTS / POINTS_PER_MM
+        name, pitch = band_label(number, cell.pitch_mm)
+        left, right = cell.rect_mm[0] - LABEL_GAP_MM, cell.rect_mm[2] + LABEL_GAP_MM
+        sheet.text(left, baseline, name, points=LABEL_POINTS, font=BOLD, align="right")
+        sheet.text(left - NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="right")
+        sheet.text(right, baseline, name, points=LABEL_POINTS, font=BOLD, align="left")
+        sheet.text(right + NUMBER_MM, baseline, pitch, points=TEXT_POINTS, align="left")
+
+
+def _lines(sheet: Sheet, middle: float, first: float, room_mm: float, lines: list[str]) -> None:
+    """Lines of text below one another, all set so small that the longest fits."""
+    longest = max(sheet.text_width_mm(line, TEXT_POINTS) for line in lines)
+    points = TEXT_POINTS * min(1.0, room_mm / longest)
+    for k, line in enumerate(lines):
+        sheet.text(middle, first + k * LINE_MM, line, points=points, font=REGULAR)

@@ -1,0 +1,161 @@
+"""A person's name in its own script: with which font it can be set, and in how many lines.
+
+PDF text is drawn letter by letter in the order given.  That spells Latin, Greek or Cyrillic right with the font that
+goes with the program.  Other scripts join, stack and turn their letters round, so such names are laid out by Pillow's
+shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture of one bit.  A name
+that no font here has is not set in boxes: the page shows the id in its place, and the maker is told.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import textwrap
+import unicodedata
+from collections.abc import Callable, Sequence
+from functools import cache, lru_cache
+from pathlib import Path
+
+import numpy as np
+from PIL import Image, ImageDraw, ImageFont, features
+
+from moireid.badge import Badge
+from moireid.fabrication.page.artwork import font_file
+
+#: Where systems keep their fonts.
+FONT_FOLDERS = (
+    "/usr/share/fonts", "/usr/local/share/fonts", "~/.local/share/fonts", "~/.fonts",
+    "/System/Library/Fonts", "/Library/Fonts", "~/Library/Fonts",
+    os.path.join(os.environ.get("WINDIR", "C:/Windows"), "Fonts"),
+)  # fmt: skip
+#: A font whose file says one of these is for other ends than a name that is read from afar.
+_UNFIT = ("italic", "oblique", "mono", "light", "thin", "condensed", "narrow", "emoji", "math")
+#: Joiners and variation selectors ask something of a shaper, and need no letter of their own.
+_SILENT = frozenset("\u200c\u200d\ufe0e\ufe0f ")
+#: Dots per inch of a name that is set as a picture.
+PICTURE_DPI = 1200
+MOST_LINES, LINE_HEIGHT = 6, 1.25
+#: A longer word is broken.
+MOST_LETTERS = 30
+
+
+def printable(words: str) -> bool:
+    """Whether plain PDF text in the badge's own font spells the words right.
+
+    That is: a glyph for every letter, none read from right to left, and no mark that stands on or around another.
+    """
+    if words.isascii():
+        # Nearly every list of names: spares the packages that read fonts.
+        return True
+    letters = font_letters(font_file(bold=True))
+    return all(
+        ord(letter) in letters and unicodedata.bidirectional(letter) not in ("R", "AL")
+        and not unicodedata.category(letter).startswith("M") and letter not in _SILENT - {" "}
+        for letter in words
+    )  # fmt: skip
+
+
+def font_for(words: str) -> Path | None:
+    """A font that the words can be set in, the badge's own if it can; None where this machine has none.
+
+    The same machine gives the same font always: files are taken in order of their names, bold ones first.
+    """
+    if printable(words):
+        return font_file(bold=True)
+    if not features.check("raqm"):
+        return None
+    needed = frozenset(ord(letter) for letter in words if letter not in _SILENT)
+    return _first_with(needed)
+
+
+def missing_note(badges: Sequence[Badge]) -> str | None:
+    """One sentence for who prints badges whose names cannot be set here; None where all can."""
+    names = [badge.name for badge in badges if badge.name and not font_for(badge.name)]
+    if not names:
+        return None
+    whose = repr(names[0]) + (f" and {len(names) - 1} more names" if len(names) > 1 else "")
+    return (
+        f"no font on this machine has every letter of {whose}, so the badge shows its id in place of the name; install "
+        "one for the script (such as Noto Sans) or give the name in other letters"
+    )
+
+
+def lines_for(
+    words: str, width_mm: Callable[[str], float], room_mm: tuple[float, float], line_mm: float
+) -> tuple[list[str], float]:
+    """How to break words so that they come out largest in a room, and by what share they then are set, at most 1.
+
+    Parameters: width_mm: of a line at full size; room_mm: width and height; line_mm: height of a line at full size.
+    """
+    longest = max(map(len, words.split()))
+    # Words are kept whole unless one alone would fill the room in tiny letters.
+    least = longest if longest <= MOST_LETTERS else 1
+    best: tuple[list[str], float] = ([words], 0.0)
+    for count in range(1, MOST_LINES + 1):
+        letters = max(math.ceil(len(words) / count), least)
+        lines = textwrap.wrap(words, letters) if count > 1 else [words]
+        while len(lines) > count:
+            letters += 1
+            lines = textwrap.wrap(words, letters)
+        share = min(1.0, room_mm[0] / max(map(width_mm, lines)), room_mm[1] / (line_mm * len(lines)))
+        if share > best[1] + 1e-9:
+            best = lines, share
+    return best
+
+
+def name_picture(words: str, font: Path, room_mm: tuple[float, float], points: float, dpi: float) -> Image.Image:
+    """The words as a grey picture, black on white, as large as `points` or as the room allows."""
+    px_per_mm = dpi / 25.4
+    full = ImageFont.truetype(str(font), max(1, round(points / 72 * dpi)))
+    lines, share = lines_for(
+        words, lambda line: full.getlength(line) / px_per_mm, room_mm, LINE_HEIGHT * points / 72 * 25.4
+    )
+    set_in = full.font_variant(size=max(1, int(full.size * share)))
+    text, gap = "\n".join(lines), (LINE_HEIGHT - 1) * set_in.size
+    scratch = ImageDraw.Draw(Image.new("L", (1, 1)))
+    box = scratch.multiline_textbbox((0, 0), text, font=set_in, spacing=gap, align="center")
+    picture = Image.new("L", (math.ceil(box[2] - box[0]) + 2, math.ceil(box[3] - box[1]) + 2), 255)
+    place = (1 - math.floor(box[0]), 1 - math.floor(box[1]))
+    ImageDraw.Draw(picture).multiline_text(place, text, fill=0, font=set_in, spacing=gap, align="center")
+    return picture
+
+
+def one_bit(picture: Image.Image) -> bytes:
+    """A grey picture as rows of one bit a dot, 1 white, filled up to whole bytes."""
+    return np.packbits(np.asarray(picture) >= 128, axis=1).tobytes()
+
+
+@lru_cache(maxsize=1024)
+def _first_with(needed: frozenset[int]) -> Path | None:
+    """The first font with all of these letters; the badge's own, which has Arabic and Hebrew, before the system's."""
+    fonts = (font_file(bold=True), *system_fonts())
+    return next((font for font in fonts if needed <= font_letters(font)), None)
+
+
+@cache
+def system_fonts() -> tuple[Path, ...]:
+    """The fonts of this machine, those fit for a name first, then by file name."""
+    found = [
+        path for folder in FONT_FOLDERS for path in Path(folder).expanduser().rglob("*")
+        if path.suffix.lower() in (".ttf", ".otf", ".ttc")
+    ]  # fmt: skip
+
+    def order(path: Path) -> tuple[bool, bool, bool, str, str]:
+        name = path.name.lower()
+        return any(word in name for word in _UNFIT), "bold" not in name, "sans" not in name, name, str(path)
+
+    return tuple(sorted(found, key=order))
+
+
+@cache
+def font_letters(font: Path) -> frozenset[int]:
+    """Code points that a font has outlines for; none where it cannot be read, or holds coloured pictures alone."""
+    from fontTools.ttLib import TTFont, TTLibError
+
+    try:
+        with TTFont(font, lazy=True, fontNumber=0) as file:
+            drawn = any(table in file for table in ("glyf", "CFF ", "CFF2"))
+            return frozenset(file.getBestCmap() or ()) if drawn else frozenset()
+    except (OSError, TTLibError, AssertionError, KeyError, ValueError):
+        # A broken font on a machine is no reason to print no badge.
+        return frozenset()

@@ -1,0 +1,4 @@
+"""The mount to 3D-print.
+
+tray.py  the tray that holds page and lens sheet    holders.py  lanyard, clip and stand    mount.py  its files
+"""

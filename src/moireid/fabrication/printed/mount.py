@@ -1,0 +1,214 @@
+"""The printed mount: the tray and what carries it, as STEP, STL and 3MF, each read back before it is believed.
+
+Convention: the frame of `sight`, its origin on the tray's floor.  The files hold the bodies as they lie on the bed:
+the tray on its back, clip or stand to the right of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from moireid.badge import Badge
+from moireid.errors import FabricationError
+from moireid.fabrication.meshes import check_3mf, check_walls, export_3mf, overlap_mm3, read_mesh, solid_of
+from moireid.fabrication.printed.holders import Holder, as_printed, in_use, plan_holder, shape_holder
+from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
+from moireid.fabrication.process import BED_MM, LEAST_WALL_MM, MountProcess
+from moireid.fabrication.solids import Expected, cad_package, check_step, check_stl, export_step, export_stl
+from moireid.files import planned, whole_file
+
+KINDS = ("lanyard", "clip", "stand")
+PLA_G_PER_MM3 = 1.24e-3
+#: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference.
+TOUCH_MM3 = 0.01
+
+
+@dataclass(frozen=True)
+class Body:
+    """One printed body: its solid as it lies on the bed, what that must measure, and the way to its place in use."""
+
+    name: str
+    laid: Any
+    used: Any
+    expected: Expected
+
+
+@dataclass(frozen=True)
+class MountReport:
+    """The files that were written and checked, and what the part will be.
+
+    mass_g: of solid PLA; size_mm: of all bodies on the bed; twist_deg: the most that page and lens may be turned
+    against each other when both stand on their register edges; press_mm: how far the springs are bent, which is
+    more than none, so that no air is left between page and lens.
+    """
+
+    step: Path
+    stl: Path
+    three_mf: Path
+    volume_mm3: float
+    size_mm: tuple[float, float, float]
+    mass_g: float
+    triangles: int
+    twist_deg: float
+    press_mm: float
+    bodies: tuple[Body, ...]
+
+
+def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
+    """The lanyard mount of a badge as a build123d Part.  Raises: as `mount_bodies`."""
+    return mount_bodies(badge, "lanyard", process)[0].laid
+
+
+def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan, Holder | None]:
+    """The figures of a mount, checked in milliseconds and before any CAD package is needed.
+
+    Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, or a body is larger than a
+        printer.
+    """
+    if kind not in KINDS:
+        raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
+    plan = plan_tray(badge, process, tab=kind != "stand")
+    holder = plan_holder(badge, plan, process, kind)
+    _check_bed("tray", 2 * plan.out_x, plan.tab_top - plan.bottom, plan.lip_top + process.back_mm)
+    if holder:
+        _check_bed(holder.name, *holder.size_mm, holder.width_mm)
+    return plan, holder
+
+
+def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -> tuple[Body, ...]:
+    """The bodies of a mount; the tray is the first.
+
+    Parameters: kind: one of `KINDS`.
+    Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, a body is larger than a
+        printer, or no solid can be made so; MissingExtraError without build123d.
+    """
+    process = process or MountProcess()
+    plan, holder = plan_mount(badge, kind, process)
+    lower = (-plan.out_x, plan.bottom, -process.back_mm)
+    upper = (plan.out_x, plan.tab_top, plan.lip_top)
+    b3d = cad_package("build123d")
+    try:
+        tray = shape_tray(b3d, plan, process)
+        bodies = [Body("tray", tray, tray, Expected(float(tray.volume), lower, upper))]
+        if holder:
+            bodies.append(_holder_body(b3d, holder, plan, process))
+    except (ValueError, RuntimeError) as error:
+        raise FabricationError(f"no mount can be shaped of {process} ({error}); go back to the defaults") from error
+    return tuple(bodies)
+
+
+def write_mount(
+    badge: Badge,
+    folder: Path,
+    *,
+    kind: str = "lanyard",
+    overwrite: bool = False,
+    process: MountProcess | None = None,
+    tolerance_mm: float = 0.05,
+) -> MountReport:
+    """Write mount.step, mount.stl and mount.3mf, read all back, and keep them only if all hold what was designed.
+
+    Parameters: tolerance_mm: how far the STL's facets may lie off the true surface.
+    Raises: as `mount_bodies`; SpecError where a file exists and overwrite is false; FabricationError where a file
+        fails its check, in which case none is written and no older one is touched.
+    """
+    process = process or MountProcess()
+    step, stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("step", "stl", "3mf"))
+    planned((step, stl, three_mf), overwrite=overwrite)
+    # The kernel takes seconds to come up, so the small packages say first whether they are there.
+    for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
+        cad_package(name)
+    bodies = mount_bodies(badge, kind, process)
+    plan = plan_tray(badge, process, tab=kind != "stand")
+    expected = _together([body.expected for body in bodies])
+    whole = bodies[0].laid if len(bodies) == 1 else cad_package("build123d").Compound([body.laid for body in bodies])
+    with whole_file(step) as new_step, whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
+        export_step(whole, new_step)
+        export_stl(whole, new_stl, tolerance_mm=tolerance_mm)
+        check_step(new_step, expected)
+        triangles = check_stl(new_stl, expected)
+        meshes = _bodies_of(read_mesh(new_stl), bodies)
+        export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf)
+        check_3mf(new_3mf, [body.expected for body in bodies])
+        _check_bodies(badge, bodies, meshes, plan, process)
+    (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
+    return MountReport(
+        step, stl, three_mf, expected.volume_mm3, (x1 - x0, y1 - y0, z1 - z0),
+        expected.volume_mm3 * PLA_G_PER_MM3, triangles, seated_twist_deg(plan, process), process.preload_mm, bodies,
+    )  # fmt: skip
+
+
+def _holder_body(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) -> Body:
+    shape = shape_holder(b3d, holder)
+    location, lower, upper = as_printed(b3d, holder, plan, process)
+    used = shape.moved(in_use(b3d, holder, plan))
+    return Body(holder.name, shape.moved(location), used, Expected(float(shape.volume), lower, upper))
+
+
+def _check_bed(name: str, *sides_mm: float) -> None:
+    if (longest := max(sides_mm)) > BED_MM:
+        raise FabricationError(
+            f"the mount's {name} is {longest:.0f} mm long, and common printers reach {BED_MM:g} mm; give a smaller "
+            "board (--size)",
+            longest_mm=longest,
+        )
+
+
+def _together(parts: list[Expected]) -> Expected:
+    lower = tuple(min(values) for values in zip(*(part.lower_mm for part in parts), strict=True))
+    upper = tuple(max(values) for values in zip(*(part.upper_mm for part in parts), strict=True))
+    volume_mm3 = sum(part.volume_mm3 for part in parts)
+    return Expected(volume_mm3, lower, upper, solids=len(parts))
+
+
+def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:
+    """The mesh of all bodies taken apart, in the order of the bodies, which lie side by side from left to right."""
+    pieces = sorted(mesh.split(only_watertight=True), key=lambda piece: float(piece.bounds[0][0]))
+    if len(pieces) != len(bodies):
+        raise FabricationError(
+            f"the part's STL file holds {len(pieces)} closed bodies, allowed is {len(bodies)}; nothing was kept: "
+            "choose other process figures, and report this if the defaults fail"
+        )
+    return pieces
+
+
+def _check_bodies(
+    badge: Badge, bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess
+) -> None:
+    """No wall too thin to print, and nothing where something else is: card, sheet, tray and holder.
+
+    Raises: FabricationError.
+    """
+    tray, card_mm = solid_of(meshes[0]), process.card_mm
+    half_x, half_y = plan.half_mm
+    levels = [-process.back_mm / 2, plan.side_top - 0.1, plan.rim_top - 0.1]
+    levels.append(plan.rim_top + (process.lip_mm - plan.chamfer) / 2)
+    check_walls(tray, levels, LEAST_WALL_MM, "tray")
+    # The springs' pads are bent back in use by as much as they stand in the way, so they are cut off here.
+    free = tray
+    for x0, y0, x1, y1 in plan.pad_rects(process):
+        free -= _cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)
+    # Card and sheet lie in the middle of their clearance.
+    stack = [("card", _cuboid((-half_x, -half_y, half_x, half_y), 0.0, card_mm))]
+    stack += [("sheet", _cuboid((-half_x, low, half_x, high), card_mm, plan.sheet_top)) for low, high in plan.spans]
+    pairs = [("tray", free, name, piece) for name, piece in stack]
+    for body, mesh in zip(bodies[1:], meshes[1:], strict=True):
+        low, high = body.expected.lower_mm[2], body.expected.upper_mm[2]
+        check_walls(
+            solid_of(mesh), [low + share * (high - low) for share in (0.04, 0.5, 0.9)], LEAST_WALL_MM, body.name
+        )
+        pairs.append(("tray", tray, body.name, solid_of(body.used)))
+    for one, first, other, second in pairs:
+        if (shared := overlap_mm3(first, second)) > TOUCH_MM3:
+            raise FabricationError(
+                f"the mount's {one} and {other} share {shared:.2f} mm³, allowed is none; choose other process figures, "
+                "and report this if the defaults fail",
+                overlap_mm3=shared,
+            )
+
+
+def _cuboid(rect: tuple[float, float, float, float], low: float, high: float) -> Any:
+    cube = cad_package("manifold3d").Manifold.cube
+    return cube((rect[2] - rect[0], rect[3] - rect[1], high - low)).translate((rect[0], rect[1], low))

@@ -1,0 +1,5 @@
+"""A registry to a JSON file, and back.
+
+export.py      records, log and key, written             load.py   read and checked
+jsonstream.py  JSON read piece by piece                  merge.py  joined with what is there
+"""

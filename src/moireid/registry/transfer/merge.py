@@ -1,0 +1,192 @@
+"""Import: an export taken in, all of it or nothing.
+
+1. The file is read into a registry of its own in a temporary folder, and audited there.  What is not sound, cut or
+   changed goes no further, and nothing was written.
+2. It is merged in one transaction, in the first of these ways that fits:
+   - the registry has no authority, or nothing in it but its own first entry: it becomes a copy of the export, with the
+     export's authority and signatures.  Without the private key it can be read, and no more.
+   - the export's log is a part of the registry's: there is nothing to do.
+   - the registry's log is a part of the export's: the entries that follow and their records are taken as signed.
+   - both have grown on their own under one key: records that differ are united and signed anew, with an entry
+     `import` for each.  A revocation stays, the earlier where there are two; of measured figures the newer stay.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from itertools import islice
+from pathlib import Path
+
+from sqlalchemy import Column, ColumnElement, Connection, Row, Table, delete, func, insert, select
+from sqlalchemy.engine import URL
+
+from moireid.errors import RegistryError
+from moireid.registry import schema
+from moireid.registry.audit import audit
+from moireid.registry.batch import same_or_conflict
+from moireid.registry.ledger import Ledger, Transaction, open_ledger, pages
+from moireid.registry.log import Head
+from moireid.registry.record import Record
+from moireid.registry.schema import badges, log, select_records
+from moireid.registry.transfer.load import load
+
+CHUNK = 500
+
+
+@dataclass(frozen=True)
+class Import:
+    """What became of an export: how many of its records are new here, were changed here, and were here as they are."""
+
+    added: int
+    changed: int
+    unchanged: int
+
+
+def import_json(ledger: Ledger, path: Path) -> Import:
+    """What `Registry.import_json` does."""
+    with checked_copy(path) as copy:
+        return merge(copy, ledger)
+
+
+@contextmanager
+def checked_copy(path: Path) -> Iterator[Ledger]:
+    """A registry that holds what the export at `path` does, and is sound; it is gone afterwards.
+
+    Raises: RegistryError where the file cannot be read, is no export, or what it holds is not sound.
+    """
+    with tempfile.TemporaryDirectory(prefix="moireid-import-", ignore_cleanup_errors=True) as folder:
+        url = URL.create("sqlite", database=str(Path(folder) / "export.sqlite3"))
+        copy = open_ledger(url, create=True, make_authority=False)
+        try:
+            load(path, copy)
+            seen = audit(copy, None)
+            if not seen.sound:
+                more = f", and {seen.found - 1} more" if seen.found > 1 else ""
+                raise RegistryError(
+                    f"export {path} was tampered with or is damaged ({seen.findings[0].text}{more}); nothing was "
+                    "imported, so get another copy",
+                    code=seen.findings[0].code,
+                )
+            yield copy
+        finally:
+            copy.engine.dispose()
+
+
+def merge(source: Ledger, target: Ledger) -> Import:
+    """Take all that `source`, which is sound, holds into `target`, in one transaction."""
+    with source.snapshot() as there:
+        if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
+            return _adopt(there, source, target)
+        with target.writing() as transaction:
+            theirs, ours = _head(there), transaction.head
+            if theirs.seq <= ours.seq and _hash_at(transaction.connection, theirs.seq) == theirs.hash:
+                return Import(0, 0, _count(there))
+            if theirs.seq > ours.seq and _hash_at(there, ours.seq) == ours.hash:
+                return _catch_up(there, transaction)
+            return _unite(there, source, transaction)
+
+
+def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
+    """Make `target`, which must be empty, a copy."""
+    with target.clearing(source.authority) as here:
+        _copy(there, here, schema.authority, schema.authority.c.one)
+        _copy(there, here, log, log.c.seq)
+        added = _copy(there, here, badges, badges.c.id)
+    target.adopt(source.authority.public_hex)
+    return Import(added, 0, 0)
+
+
+def _catch_up(there: Connection, transaction: Transaction) -> Import:
+    """Take what the source's log has after ours, and the records that it is about."""
+    here, changed = transaction.connection, 0
+    newer = log.c.seq > transaction.head.seq
+    theirs = badges.c.id.in_(select(log.c.subject).where(newer))
+    for rows in _chunks(pages(there, select(badges.c.id).where(theirs), badges.c.id)):
+        removed = here.execute(delete(badges).where(badges.c.id.in_([row.id for row in rows])))
+        changed += removed.rowcount
+    added = _copy(there, here, badges, badges.c.id, theirs) - changed
+    _copy(there, here, log, log.c.seq, newer)
+    here.execute(delete(schema.authority))
+    _copy(there, here, schema.authority, schema.authority.c.one)
+    return Import(added, changed, _count(there) - added - changed)
+
+
+def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Import:
+    """Enter the source's records that we lack, and unite those that both hold and that differ."""
+    added = changed = unchanged = 0
+    for rows in _chunks(pages(there, select_records(), badges.c.id)):
+        ids = [row.id for row in rows]
+        held = {record.id: record for record in transaction.records(select_records().where(badges.c.id.in_(ids)))}
+        new = []
+        for theirs in map(source.record, rows):
+            ours = held.get(theirs.id)
+            united = None if ours is None else _united(ours, theirs)
+            if united is None:
+                new.append(theirs)
+            elif united == ours:
+                unchanged += 1
+            else:
+                transaction.change(united, "import")
+                changed += 1
+        transaction.enter(new, "import")
+        added += len(new)
+    return Import(added, changed, unchanged)
+
+
+def _united(ours: Record, theirs: Record) -> Record:
+    """One record of two of the same badge: the same whichever is ours, and again the same when united again.
+
+    Raises: RegistryError where they hold one id for different badges.
+    """
+    if ours == theirs:
+        return ours
+    same_or_conflict(theirs, ours)
+    # Among equals the text decides, for want of a better reason: whoever unites them then gets the same.
+    first, second = sorted((ours, theirs), key=lambda record: (record.issued_at, record.badge_json))
+    revoked = [record for record in (first, second) if record.revoked_at is not None]
+    revocation = min(revoked, key=lambda record: (record.revoked_at or "", record.revoked_reason or ""), default=first)
+    measured = max((first, second), key=lambda record: (record.as_built_at or "", record.as_built or ""))
+    return replace(
+        first,
+        revoked_at=revocation.revoked_at,
+        revoked_reason=revocation.revoked_reason,
+        as_built=measured.as_built,
+        as_built_at=measured.as_built_at,
+    )
+
+
+def _copy(
+    there: Connection, here: Connection, table: Table, key: Column, condition: ColumnElement[bool] | None = None
+) -> int:
+    """Copy the rows of a table, or those of a condition, as they are; returns how many."""
+    query = select(table) if condition is None else select(table).where(condition)
+    copied = 0
+    for rows in _chunks(pages(there, query, key)):
+        here.execute(insert(table), [dict(row._mapping) for row in rows])
+        copied += len(rows)
+    return copied
+
+
+def _chunks(rows: Iterable[Row]) -> Iterator[list[Row]]:
+    """Rows in lists of `CHUNK`."""
+    rows = iter(rows)
+    while chunk := list(islice(rows, CHUNK)):
+        yield chunk
+
+
+def _head(connection: Connection) -> Head:
+    """The head of a registry that is known to be sound."""
+    row = connection.execute(select(schema.authority)).one()
+    return Head(row.head_seq, row.head_hash)
+
+
+def _hash_at(connection: Connection, seq: int) -> str | None:
+    """The hash of a log's entry."""
+    return connection.scalar(select(log.c.hash).where(log.c.seq == seq))
+
+
+def _count(connection: Connection) -> int:
+    return connection.scalar(select(func.count()).select_from(badges)) or 0

@@ -1,0 +1,200 @@
+"""The fast renderer: rays traced in closed form through true cylinder lenses, only where the board is.
+
+Each pixel averages rays over its area.  A ray that meets the sheet is refracted at its lenticule (or a neighbour, at
+steep angles), lands on the page, and finds ink or paper from the printed lines' own formula, so no texture limits the
+page's sharpness.  `quick` traces most pixels in float32, many rays at once; `trace` the rest, and all of them where
+float64 is asked for or a light is told.  Without a light, Fresnel losses and glare are left out.
+
+Convention: board frame of `motion`, mm; the lens apex plane is z = -g; grating axes as in the badge.
+Source: `trace`, `quick`; the rays of a pixel are a sheared grid, so that no two share a column or a row.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import SpecError
+from moireid.simulate.analytic.light_kernels import lamp_figures
+from moireid.simulate.analytic.page import BLOCK_PX, cell_table, even_blocks, page_texture
+from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM as TEXTURE_PX_PER_MM
+from moireid.simulate.analytic.rows import trace_rows
+from moireid.simulate.analytic.trace import Board, Sheet, land
+from moireid.simulate.light import turned_light
+from moireid.simulate.scene import Instant, Need, Scene
+
+Array = NDArray[np.float64]
+#: Rays of a pixel, as a grid across and down it.
+RAYS = (16, 1)
+MOST_RAYS = 1 << 16
+#: The field of a badge that is seen from one place, and blocks of a picture of which nothing is known.
+NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
+#: Multiples of the golden ratio spread the rays of a row evenly over its height.
+_GOLDEN = (math.sqrt(5) - 1) / 2
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """Linear radiance of the pixels that see the board, the share of each pixel that it covers, and their corner."""
+
+    radiance: NDArray[np.float32]
+    coverage: NDArray[np.float32]
+    left: int
+    top: int
+
+
+class AnalyticRenderer:
+    """Renders frames of one scene; tables and texture are made once.
+
+    Parameters: rays: across and down a pixel, the cost is their product; precision: "float32" for the fast way,
+        "float64" to trace every ray with care.
+    Raises: SpecError where there are no rays, or a sheet's lenses do not meet.
+    """
+
+    def __init__(
+        self, scene: Scene, *, rays: tuple[int, int] = RAYS, precision: Literal["float32", "float64"] = "float32"
+    ) -> None:
+        if min(rays) < 1 or math.prod(rays) > MOST_RAYS:
+            raise SpecError(f"rays={rays} of a pixel cannot be traced; give 1 to {MOST_RAYS} in all")
+        self.scene, self.rays, self.precision = scene, rays, precision
+        if scene.need.bounces:
+            raise SpecError("the analytic renderer follows no light that bounces within the sheet; use the mitsuba one")
+        self._points = ray_places(*rays)
+        self._sheet = _sheet(scene)
+        self._cells = cell_table(scene)
+        cx, cy = scene.board_centre_mm
+        covered = scene.hidden_mm or (cx, cy, cx, cy)
+        hidden = (np.array(covered) - (cx, cy, cx, cy)) * scene.build.print_scale
+        half, texture, lens = scene.board_half_mm, page_texture(scene), self._sheet
+        lamps, lights = _lights(scene, self._cells.gratings, math.prod(rays))
+        self._board = Board(
+            half[0], half[1], hidden, scene.ink, scene.paper, texture, even_blocks(texture), TEXTURE_PX_PER_MM,
+            BLOCK_PX, np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]), lamps, lights, NO_FIELD,
+        )  # fmt: skip
+
+    def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> Rendered | None:
+        """Render one frame; None where no pixel sees the board.
+
+        Parameters: crop: left, top, right, bottom of the pixels to trace, None for those that may see what is needed.
+        """
+        camera = self.scene.camera
+        box = crop or self._box(instant, self.scene.seen_mm)
+        if box is None:
+            return None
+        left, top, right, bottom = box
+        board_box = self._box(instant, replace(self.scene, need=Need()).seen_mm) or box
+        rows = (np.arange(top, bottom) - (camera.height - 1) / 2) / camera.height + 0.5
+        centres = instant.first.camera_mm[0] * (1 - rows[:, None]) + instant.last.camera_mm[0] * rows[:, None]
+        turns = instant.first.rotation[0] * (1 - rows[:, None, None]) + instant.last.rotation[0] * rows[:, None, None]
+        shown = instant.shown_from_mm - (instant.first.camera_mm[0] + instant.last.camera_mm[0]) / 2
+        radiance = np.zeros((bottom - top, right - left), np.float32)
+        coverage = np.zeros_like(radiance)
+        cells, board = self._cells, self._board
+        if instant.picture is not None:
+            per_mm = instant.picture.shape[1] / (2 * self.scene.board_half_mm[0])
+            cells = cells._replace(gratings=cells.gratings[:0])
+            board = board._replace(texture=instant.picture, even=_UNEVEN, texture_per_mm=per_mm)
+        if instant.field is not None:
+            board = board._replace(field=instant.field)
+        trace_rows(
+            radiance, coverage, (left - camera.matrix[0, 2], top - camera.matrix[1, 2]),
+            (left - board_box[0], top - board_box[1]), camera.focal_px,
+            np.ascontiguousarray(centres), np.ascontiguousarray(turns), shown, self._points, self._spread(instant),
+            self._sheet, cells, board, np.array(camera.distortion, float),
+        )  # fmt: skip
+        return Rendered(radiance, coverage, left, top)
+
+    def _spread(self, instant: Instant) -> float:
+        """How far from the middle ray of a lens its other rays land at most, mm; infinite where all need care."""
+        if self.precision == "float64" or self.scene.light is not None:
+            return math.inf
+        # Nine rays through the lens, along the tangents of the board's corners, and half as much again.
+        sheet, place = self._sheet, instant.shown_from_mm
+        half = max(self.scene.board_half_mm)
+        worst = 0.0
+        for x, y in ((0, 0), (-half, -half), (half, -half), (half, half), (-half, half)):
+            tx, ty = (x - place[0]) / -place[2], (y - place[1]) / -place[2]
+            for a, b in ((tx, ty), (ty, tx)):
+                middle = land(0.0, 0.0, a, b, sheet)
+                for step in (-0.499, -0.4, -0.25, -0.1, 0.1, 0.25, 0.4, 0.499):
+                    one = land(step * sheet.pitch, 0.0, a, b, sheet)
+                    if one[2] and sheet.radius > 0:
+                        near = math.remainder(one[0] - middle[0], sheet.pitch)
+                        worst = max(worst, abs(near), abs(one[1] - middle[1]))
+        return 1.5 * worst
+
+    def _box(self, instant: Instant, seen_mm: Array) -> tuple[int, int, int, int] | None:
+        """Pixels that may see those rectangles of `Scene.seen_mm`: the bounding box of their outlines at both rows."""
+        camera = self.scene.camera
+        # Distortion bends the edges outwards between the corners, so points along them are asked too.
+        way = np.linspace(0, 1, 9)
+        outline = np.array([
+            [x0 + s * (x1 - x0), y0 + e * (y1 - y0), depth]
+            for x0, y0, x1, y1, depth in seen_mm for s in way for e in way if {s, e} & {0.0, 1.0}
+        ])  # fmt: skip
+        seen = []
+        for poses in (instant.first, instant.last):
+            local = (outline - poses.camera_mm[0]) @ poses.rotation[0].T
+            if local[:, 2].min() <= 1.0:
+                return None
+            seen.append(camera.project(local))
+        places = np.concatenate(seen)
+        low, high = np.floor(places.min(axis=0)).astype(int) - 1, np.ceil(places.max(axis=0)).astype(int) + 2
+        left, top = max(int(low[0]), 0), max(int(low[1]), 0)
+        right, bottom = min(int(high[0]), camera.width), min(int(high[1]), camera.height)
+        return (left, top, right, bottom) if left < right and top < bottom else None
+
+
+def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
+    """Figures and table of the light for each grating, as `light_kernels.lit` wants them; zeros where none is told."""
+    lamps, tables = np.zeros((len(gratings), 10)), [np.zeros((3, 1)) for _ in gratings]
+    if scene.light is None:
+        return lamps, np.stack(tables)
+    build, lens = scene.build, scene.badge.lens
+    as_built = replace(lens, pitch_mm=lens.pitch_mm * build.lens_scale)
+    for k, (x0, y0, x1, y1, axis) in enumerate(gratings):
+        name, twist, reach = ("x", build.twist_rad, (x0, x1)) if axis == 0 else ("y", -build.twist_rad, (y0, y1))
+        light = turned_light(scene.light, name, twist, build.lens_offset_mm)
+        lamps[k], tables[k] = lamp_figures(as_built, light, reach, 1.0 / scene.camera.focal_px / rays)
+        if not scene.need.glare:
+            # The radiances of disc and sky are asked for what the lenses mirror alone.
+            lamps[k, 4:6] = 0.0
+    rows = max(len(table) for table in tables)
+    return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
+
+
+def ray_places(across: int, down: int) -> NDArray[np.float32]:
+    """Places of a pixel's rays in it: (2, across * down), -1/2 to 1/2.
+
+    Convention: x to the right, y down.  The rays make a grid of across by down; within its
+    field each is moved so that all x differ by even steps, and all y.
+    """
+    column, row = (number.ravel() for number in np.meshgrid(np.arange(across), np.arange(down)))
+    x = (column + (row + 0.5) / down) / across - 0.5
+    y = (row + (_rank(np.arange(across) * _GOLDEN)[column] + 0.5) / across) / down - 0.5
+    return np.ascontiguousarray([x, y], np.float32)
+
+
+def _rank(turns: NDArray[Any]) -> NDArray[np.int64]:
+    """Place of each number's fraction among all of them."""
+    return np.argsort(np.argsort(turns % 1.0))
+
+
+def _sheet(scene: Scene) -> Sheet:
+    """The lens sheet as built."""
+    lens, build = scene.badge.lens, scene.build
+    pitch, radius = lens.pitch_mm * build.lens_scale, lens.radius_mm or 0.0
+    if radius and pitch > 2 * radius:
+        raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
+    valley = math.sqrt(radius**2 - pitch**2 / 4) if radius else 0.0
+    return Sheet(
+        pitch, lens.thickness_mm, lens.refractive_index, radius, build.lens_offset_mm, math.cos(build.twist_rad),
+        math.sin(build.twist_rad), build.print_scale, lens.open_fraction or 0.0, radius - valley,
+        # Up to the slope of a lens's own flank a ray falls steeper than the surface everywhere, so that it meets the
+        # lens over whose width it crosses the depth of the valleys.
+        valley / (pitch / 2) if radius else math.inf,
+    )  # fmt: skip

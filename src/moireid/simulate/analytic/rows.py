@@ -1,0 +1,217 @@
+"""The loop over a frame's pixels: what each one sees, and which of the two tracers it needs."""
+
+from __future__ import annotations
+
+import math
+import os
+from typing import Any
+
+import numpy as np
+from numba import njit, prange
+
+from moireid.simulate import cameras as camera
+from moireid.simulate.analytic import light_kernels, quick, trace
+from moireid.simulate.analytic.quick import grating_pixel
+from moireid.simulate.analytic.trace import Board, Sheet, careful_ray, field_part
+from moireid.simulate.cameras import undistorted
+
+#: What a pixel lies on, beside the number of a grating: plain page, or a border.
+PAGE, BORDER = -1, -2
+#: Multiples of the golden ratio fill a span more evenly than any other's.
+GOLDEN = (math.sqrt(5) - 1) / 2
+
+
+def _compiled(stamps: tuple[int, ...]) -> Any:
+    """The loop over rows in parallel, compiled anew when a file with a part of it has changed.
+
+    Numba keeps compiled code by the time stamp of the outer function's file alone; but it also asks what the function
+    encloses, which here are the stamps of the other files.
+    """
+
+    @njit(cache=True, parallel=True, error_model="numpy")
+    def trace_rows(
+        radiance: Any, coverage: Any, corner: tuple[float, float], first: tuple[int, int], focal: float, centres: Any,
+        turns: Any, shown: Any, points: Any, spread: float, sheet: Sheet, cells: Any, board: Board, distortion: Any,
+    ) -> int:  # fmt: skip  # pragma: no cover
+        for row in prange(radiance.shape[0]):
+            _row(
+                row, radiance, coverage, corner, first, focal, centres, turns, shown, points, spread, sheet, cells,
+                board, distortion,
+            )  # fmt: skip
+        return len(stamps)
+
+    return trace_rows
+
+
+@njit(inline="always", error_model="numpy")
+def _row(
+    row: int, radiance: Any, coverage: Any, corner: tuple[float, float], first: tuple[int, int], focal: float,
+    centres: Any, turns: Any, shown: Any, points: Any, spread: float, sheet: Sheet, cells: Any, board: Board,
+    distortion: Any,
+) -> None:  # fmt: skip  # pragma: no cover
+    """Fill one row of radiance (mean over the rays that meet the board) and of coverage (their share).
+
+    Parameters: corner: the first pixel's middle, from the principal point; first: its number across and down, counted
+    from the board's own corner, so that a pixel has the same rays in every crop; centres (rows, 3), turns (rows, 3, 3):
+    the camera's place and its rotation board -> camera while each row was exposed; distortion: of `camera`; the others
+    as in `quick` and `trace`.
+    """
+    per_focal, per_ray = 1.0 / focal, 1.0 / points.shape[1]
+    bent = np.any(distortion != 0.0)
+    centre, turn = centres[row], turns[row]
+    # Rows that look through the same lenses would all make the same error; so each moves its rays a little.
+    shift_x = ((row + first[1]) * GOLDEN % 1.0 - 0.5) * per_ray
+    for column in range(radiance.shape[1]):
+        u, v = (column + corner[0]) * per_focal, (row + corner[1]) * per_focal
+        shift = (shift_x, ((column + first[0]) * GOLDEN % 1.0 - 0.5) * per_ray)
+        # Slopes of the sight line, and how they change for a pixel right and for one down.
+        right, down = (per_focal, 0.0), (0.0, per_focal)
+        if bent:
+            beside = undistorted(u + per_focal, v, distortion), undistorted(u, v + per_focal, distortion)
+            u, v = undistorted(u, v, distortion)
+            right, down = (beside[0][0] - u, beside[0][1] - v), (beside[1][0] - u, beside[1][1] - v)
+        dz = turn[0, 2] * u + turn[1, 2] * v + turn[2, 2]
+        if dz <= 1e-9:
+            continue
+        per_dz = 1.0 / dz
+        tx = (turn[0, 0] * u + turn[1, 0] * v + turn[2, 0]) * per_dz
+        ty = (turn[0, 1] * u + turn[1, 1] * v + turn[2, 1]) * per_dz
+        # How the tangents change with the slopes, and from this pixel to the next, right and down.
+        xu, xv = (turn[0, 0] - tx * turn[0, 2]) * per_dz, (turn[1, 0] - tx * turn[1, 2]) * per_dz
+        yu, yv = (turn[0, 1] - ty * turn[0, 2]) * per_dz, (turn[1, 1] - ty * turn[1, 2]) * per_dz
+        turning = (
+            xu * right[0] + xv * right[1], yu * right[0] + yv * right[1],
+            xu * down[0] + xv * down[1], yu * down[0] + yv * down[1],
+        )  # fmt: skip
+        kind = _kind(tx, ty, turning, centre, sheet, cells, board)
+        if kind == PAGE:
+            radiance[row, column] = _page_pixel(tx, ty, turning, centre, points, sheet, board)
+            coverage[row, column] = 1.0
+            continue
+        if kind >= 0:
+            inked = _grating_pixel(kind, tx, ty, turning, centre, shown, points, shift, spread, sheet, cells, board)
+            if inked >= 0:
+                share = inked * per_ray
+                radiance[row, column] = board.paper + share * (board.ink - board.paper)
+                coverage[row, column] = 1.0
+                continue
+        total, count = 0.0, 0
+        for ray in range(points.shape[1]):
+            u_ray = (column + corner[0] + points[0, ray] + shift[0]) * per_focal
+            v_ray = (row + corner[1] + points[1, ray] + shift[1]) * per_focal
+            if bent:
+                u_ray, v_ray = undistorted(u_ray, v_ray, distortion)
+            dz = turn[0, 2] * u_ray + turn[1, 2] * v_ray + turn[2, 2]
+            if dz <= 1e-9:
+                continue
+            value = careful_ray(
+                (turn[0, 0] * u_ray + turn[1, 0] * v_ray + turn[2, 0]) / dz,
+                (turn[0, 1] * u_ray + turn[1, 1] * v_ray + turn[2, 1]) / dz,
+                centre, shown, sheet, cells, board,
+            )  # fmt: skip
+            if value >= 0.0:
+                total += value
+                count += 1
+        if count > 0:
+            radiance[row, column] = total / count
+            coverage[row, column] = count * per_ray
+
+
+@njit(inline="always", error_model="numpy")
+def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: Sheet, cells: Any, board: Board) -> int:
+    """What a pixel lies on: the number of a grating, PAGE or BORDER."""  # pragma: no cover
+    x, y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+    half_x, half_y = _half_footprint(centre, turning)
+    scale = sheet.print_scale
+    if abs(x) + half_x > board.half_x * scale or abs(y) + half_y > board.half_y * scale:
+        return BORDER
+    hidden = board.hidden
+    if x + half_x >= hidden[0] and x - half_x < hidden[2] and y + half_y >= hidden[1] and y - half_y < hidden[3]:
+        return BORDER
+    x, y = x - sheet.gap * tx, y - sheet.gap * ty
+    for k in range(cells.gratings.shape[0]):
+        x0, y0, x1, y1 = cells.gratings[k, 0], cells.gratings[k, 1], cells.gratings[k, 2], cells.gratings[k, 3]
+        if x - half_x > x0 and x + half_x < x1 and y - half_y > y0 and y + half_y < y1:
+            return k
+        if x + half_x >= x0 and x - half_x <= x1 and y + half_y >= y0 and y - half_y <= y1:
+            return BORDER
+    return PAGE
+
+
+@njit(inline="always", error_model="numpy")
+def _half_footprint(centre: Any, turning: Any) -> tuple[float, float]:  # pragma: no cover
+    """Half of what a pixel covers of the page, and a little more for its being no parallelogram, mm."""
+    reach = 0.51 * abs(centre[2])
+    return reach * (abs(turning[0]) + abs(turning[2])), reach * (abs(turning[1]) + abs(turning[3]))
+
+
+@njit(inline="always", error_model="numpy")
+def _grating_pixel(
+    grating: int, tx: float, ty: float, turning: Any, centre: Any, shown: Any, points: Any, shift: Any, spread: float,
+    sheet: Sheet, cells: Any, board: Board,
+) -> int:  # fmt: skip  # pragma: no cover
+    """How many of a grating pixel's rays see ink, -1 for one that needs care: `quick`, told across and along."""
+    fall = -(centre[2] + sheet.gap)
+    x, y = centre[0] + fall * tx, centre[1] + fall * ty
+    steps = (fall * turning[0], fall * turning[1], fall * turning[2], fall * turning[3])
+    depth = fall - shown[2]
+    fx, fy = (x - centre[0] - shown[0]) / depth, (y - centre[1] - shown[1]) / depth
+    if board.field.size > 2:
+        page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+        half_x, half_y = _half_footprint(centre, turning)
+        i, j = field_part(page_x - half_x, page_y - half_y, sheet.print_scale, board)
+        below, right = field_part(page_x + half_x, page_y + half_y, sheet.print_scale, board)
+        for k in range(2):
+            value = board.field[i, j, k]
+            if value != board.field[i, right, k] or value != board.field[below, j, k]:
+                return -1
+            if value != board.field[below, right, k]:
+                return -1
+        fx -= board.field[i, j, 0]
+        fy -= board.field[i, j, 1]
+    sine = sheet.sin_twist
+    if cells.gratings[grating, 4] != 0:
+        # Across and along change places on a grating of the other axis, and so does the sense of a twist.
+        x, y, fx, fy, sine = y, x, fy, fx, -sine
+        steps = (steps[1], steps[0], steps[3], steps[2])
+    return grating_pixel(grating, x, y, steps, fx, fy, depth, sine, spread, points, shift, sheet, cells)
+
+
+@njit(inline="always", error_model="numpy")
+def _page_pixel(
+    tx: float, ty: float, turning: Any, centre: Any, points: Any, sheet: Sheet, board: Board
+) -> float:  # pragma: no cover
+    """Mean radiance of a pixel on plain page."""
+    # In pixels of the page's picture, from its corner.
+    per_mm = board.texture_per_mm / sheet.print_scale
+    column = (centre[0] - centre[2] * tx) * per_mm + board.half_x * board.texture_per_mm
+    row = (centre[1] - centre[2] * ty) * per_mm + board.half_y * board.texture_per_mm
+    per_px = -centre[2] * per_mm
+    cu, ru, cv, rv = turning[0] * per_px, turning[1] * per_px, turning[2] * per_px, turning[3] * per_px
+    # Nearly all of the page is even paper, or ink, which four blocks around the pixel tell at once.
+    half_c, half_r = 0.51 * (abs(cu) + abs(cv)), 0.51 * (abs(ru) + abs(rv))
+    if max(half_c, half_r) * 2.0 < board.block:
+        value = _even(column - half_c, row - half_r, board)
+        right, below = _even(column + half_c, row - half_r, board), _even(column - half_c, row + half_r, board)
+        if value == right and value == below and value == _even(column + half_c, row + half_r, board):
+            return value
+    total = 0.0
+    for ray in range(points.shape[1]):
+        total += board.texture[
+            min(max(int(row + ru * points[0, ray] + rv * points[1, ray]), 0), board.texture.shape[0] - 1),
+            min(max(int(column + cu * points[0, ray] + cv * points[1, ray]), 0), board.texture.shape[1] - 1),
+        ]
+    return total / points.shape[1]
+
+
+@njit(inline="always", error_model="numpy")
+def _even(column: float, row: float, board: Board) -> float:  # pragma: no cover
+    """What the page's picture shows all around one of its pixels, NaN where it shows several values."""
+    per_block = 1.0 / board.block
+    return board.even[
+        min(int(row * per_block), board.even.shape[0] - 1), min(int(column * per_block), board.even.shape[1] - 1)
+    ]
+
+
+#: Fills radiance and coverage of a frame; parameters as `_row`.
+trace_rows = _compiled(tuple(os.stat(str(part.__file__)).st_mtime_ns for part in (quick, trace, camera, light_kernels)))

@@ -1,0 +1,198 @@
+"""One sight line at a time, in float64: through the sheet onto the page, whatever the angle.
+
+This is the careful half of the analytic renderer.  It takes the pixels that `quick` leaves: those at the border of a
+grating, of the board or of what covers it, and those that see the sheet so steeply that a ray may pass over a lens.
+
+Convention: board frame of `motion`, mm; the lens apex plane is z = -g; across and along as in `page`.
+Source: circle intersection and Snell's law in three dimensions; the same physics as `moireid.lenticule`, written
+again for one ray at a time because a compiled loop shares nothing with arrays.  Functions with tables among their
+arguments are inlined, as numba counts references to each table at every call, which costs more than the optics.
+No fast-math flag is set: what it would allow moves rays that just miss.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from moireid.errors import MissingExtraError
+from moireid.simulate.analytic.light_kernels import lit
+
+try:
+    from numba import njit
+except ImportError as missing:  # pragma: no cover
+    raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
+
+#: What covers a part of the board: a hand, say.
+HIDDEN_RADIANCE = 0.35
+#: Seen at an angle, a ray may pass over its own lenticule and meet another: the third at 80 degrees.
+TRIES = 8
+
+
+class Sheet(NamedTuple):
+    """The lens sheet as built, mm; radius is 0 for a line mask.
+
+    sag: how much deeper the valleys between lenses lie than their tops; steepest: tangent across the lenses up to which
+    `quick` tells the first lens that a ray meets.
+    """
+
+    pitch: float
+    gap: float
+    refraction: float
+    radius: float
+    offset: float
+    cos_twist: float
+    sin_twist: float
+    print_scale: float
+    open_fraction: float
+    sag: float
+    steepest: float
+
+
+class Board(NamedTuple):
+    """The rest of what a ray may meet: half sizes, covered part (x0, y0, x1, y1), radiances, and the picture
+    of the markers, with the value of its even blocks (`page`); lens, lamps, lights: as `light_kernels.lit` wants them;
+    field: parallax added to parts of a forged badge, of one entry where there is none."""
+
+    half_x: float
+    half_y: float
+    hidden: Any
+    ink: float
+    paper: float
+    texture: Any
+    even: Any
+    texture_per_mm: float
+    block: int
+    lens: Any
+    lamps: Any
+    lights: Any
+    field: Any
+
+
+@njit(error_model="numpy")
+def land(x: float, y: float, tx: float, ty: float, sheet: Sheet) -> tuple[float, float, bool]:  # pragma: no cover
+    """Where a ray that crosses the apex plane at (x, y), across and along the lenses, lands; False if stopped."""
+    pitch, g, n, radius = sheet.pitch, sheet.gap, sheet.refraction, sheet.radius
+    length2 = 1.0 + tx * tx + ty * ty
+    if radius == 0.0:
+        # A line mask: the openings are centred where a sheet would have its axes.
+        if abs(x / pitch - math.floor(x / pitch + 0.5)) > sheet.open_fraction / 2:
+            return 0.0, 0.0, False
+        depth_cosine = math.sqrt(n * n * length2 - tx * tx - ty * ty)
+        return x + g * tx / depth_cosine, y + g * ty / depth_cosine, True
+    axis = math.floor(x / pitch + 0.5) * pitch
+    way = 1.0 if tx >= 0 else -1.0
+    a = 1.0 + tx * tx
+    for _ in range(TRIES):
+        offset = x - axis
+        b = offset * tx - radius
+        c = offset * offset
+        root = b * b - a * c
+        if root >= 0.0:
+            depth = c / (-b + math.sqrt(root))
+            hit = offset + tx * depth
+            if abs(hit) <= pitch * 0.5 * (1.0 + 1e-12):
+                length = math.sqrt(length2)
+                nx, nz = hit / radius, (depth - radius) / radius
+                cosine = -(tx * nx + nz) / length
+                bend = cosine / n - math.sqrt(1.0 - (1.0 - cosine * cosine) / (n * n))
+                vx = tx / length / n + bend * nx
+                vy = ty / length / n
+                vz = 1.0 / length / n + bend * nz
+                return axis + hit + vx / vz * (g - depth), y + ty * depth + vy / vz * (g - depth), True
+        axis += way * pitch
+    return 0.0, 0.0, False
+
+
+@njit(inline="always", error_model="numpy")
+def cell_at(grating: int, across: float, along: float, cells: Any) -> int:  # pragma: no cover
+    """Number of the cell that holds that place of the page, page mm from the board's centre; -1 for none."""
+    columns, rows = strip_at(across, cells.bins[grating, 0], cells), strip_at(along, cells.bins[grating, 1], cells)
+    return cells.grid[grating, rows, columns]
+
+
+@njit(inline="always", error_model="numpy")
+def strip_at(place: float, bins: Any, cells: Any) -> int:  # pragma: no cover
+    """Which strip between cuts a place lies in; `bins` is one row of `Cells.bins`."""
+    number = int(min(max((place - bins[0]) * bins[1], 0.0), bins[2] - 1.0))
+    strip = cells.strip[number + int(bins[3])]
+    return strip + (1 if place >= cells.cuts[strip + int(bins[4])] else 0)
+
+
+@njit(inline="always", error_model="numpy")
+def careful_ray(
+    tx: float, ty: float, centre: Any, shown: Any, sheet: Sheet, cells: Any, board: Board
+) -> float:  # pragma: no cover
+    """Radiance along one sight line from `centre`, by its tangents; -1 where it misses the board.
+
+    The fringes are shown as from `shown` beside the camera where the film is forged; else `shown` is zero.
+    """
+    page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+    scale = sheet.print_scale
+    if abs(page_x) > board.half_x * scale or abs(page_y) > board.half_y * scale:
+        return -1.0
+    hidden = board.hidden
+    if hidden[0] <= page_x < hidden[2] and hidden[1] <= page_y < hidden[3]:
+        return HIDDEN_RADIANCE
+    lens_x, lens_y = page_x - sheet.gap * tx, page_y - sheet.gap * ty
+    for k in range(cells.gratings.shape[0]):
+        rect = cells.gratings[k]
+        if rect[0] <= lens_x <= rect[2] and rect[1] <= lens_y <= rect[3]:
+            depth = -(centre[2] + shown[2]) - sheet.gap
+            fx, fy = (lens_x - centre[0] - shown[0]) / depth, (lens_y - centre[1] - shown[1]) / depth
+            if board.field.size > 2:
+                i, j = field_part(page_x, page_y, scale, board)
+                fx -= board.field[i, j, 0]
+                fy -= board.field[i, j, 1]
+            sine = sheet.sin_twist
+            if rect[4] != 0:
+                # Across and along change places on a grating of the other axis, and so does the sense of a twist.
+                lens_x, lens_y, fx, fy, sine = lens_y, lens_x, fy, fx, -sine
+            return _lines_seen(k, lens_x, lens_y, fx, fy, sine, depth, sheet, cells, board)
+    return page_value(page_x, page_y, scale, board)
+
+
+@njit(inline="always", error_model="numpy")
+def _lines_seen(
+    grating: int, across: float, along: float, tx: float, ty: float, sine: float, depth: float, sheet: Sheet,
+    cells: Any, board: Board,
+) -> float:  # fmt: skip  # pragma: no cover
+    """Radiance at a place of the sheet along the tangents, seen from `depth` in front; all told across and along."""
+    cosine = sheet.cos_twist
+    x, y = across * cosine + along * sine - sheet.offset, along * cosine - across * sine
+    tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
+    landed, ly, through = land(x, y, tan_x, tan_y, sheet)
+    if not through:
+        return board.ink
+    lx = landed + sheet.offset
+    page_across = (lx * cosine - ly * sine) / sheet.print_scale
+    page_along = (ly * cosine + lx * sine) / sheet.print_scale
+    cell = cell_at(grating, page_across, page_along, cells)
+    value = board.paper
+    if cell >= 0:
+        place = (page_across - cells.lines[cell, 0]) * cells.lines[cell, 1]
+        if place - math.floor(place) < cells.lines[cell, 2]:
+            value = board.ink
+    if board.lamps[grating, 9] > 0.0:
+        # Across the lenses a ray stands for its share of the pixel, widened by the slant.
+        step = depth * (1.0 + tan_x * tan_x) * board.lamps[grating, 9]
+        value = lit(value, x, y, tan_x, tan_y, landed, step, board.lens, board.lamps[grating], board.lights[grating])
+    return value
+
+
+@njit(inline="always", error_model="numpy")
+def field_part(page_x: float, page_y: float, scale: float, board: Board) -> tuple[int, int]:  # pragma: no cover
+    """Row and column of the forged field at a place of the page."""
+    i = int((page_y / scale / board.half_y + 1.0) * 0.5 * board.field.shape[0])
+    j = int((page_x / scale / board.half_x + 1.0) * 0.5 * board.field.shape[1])
+    return min(i, board.field.shape[0] - 1), min(j, board.field.shape[1] - 1)
+
+
+@njit(inline="always", error_model="numpy")
+def page_value(page_x: float, page_y: float, scale: float, board: Board) -> float:  # pragma: no cover
+    """Radiance of the page away from the gratings."""
+    column = int((page_x / scale + board.half_x) * board.texture_per_mm)
+    row = int((page_y / scale + board.half_y) * board.texture_per_mm)
+    column = min(max(column, 0), board.texture.shape[1] - 1)
+    row = min(max(row, 0), board.texture.shape[0] - 1)
+    return board.texture[row, column]

@@ -1,0 +1,72 @@
+"""Forgeries that are flat: a printed photograph of the badge, and a film of the badge replayed on a screen.
+
+Under a light of the scene's own the picture is lit when it is taken, bands, glare and all; filmed, it shines evenly by
+itself as the page around it does, so that no light counts twice.
+
+Both show, at the badge's true size and with its true markers, one picture of the whole stack as it looked from one
+place, squared up.  The forger is a good one: tones are exact, the picture is flat, nothing shines.
+
+The screen plays a film that was squared up on its markers, so the badge stands still on the screen while its fringes
+move as the replayed camera did; that film's course has the true spread.  Each of its frames is held for 1/30 s.  Left
+out of the screen: its glow, its black level, and its grid of pixels, which is far finer than a camera's pixel at the
+distances of a film.  A screen that is filmed by a camera at rest shows a true film, and no law of motion can tell.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.cameras import Camera
+from moireid.simulate.motion import Poses
+from moireid.simulate.scene import Instant, Scene
+
+Array = NDArray[np.float64]
+#: Fineness of the photograph: four pixels or more to a lens, so it shows the lenses themselves.
+PHOTO_PX_PER_MM = 8.0
+#: Fineness of the replayed film: what a film of 2160 rows sees from 1 m.
+SCREEN_PX_PER_MM = 3.0
+SCREEN_FPS = 30.0
+
+
+def held_frames(count: int, fps: float) -> NDArray[np.int64]:
+    """Which frame the screen shows at each of a film's frames (T,): the last that came due at `SCREEN_FPS`.
+
+    A film that is slower than the screen sees another frame each time.
+    """
+    if fps <= SCREEN_FPS:
+        return np.arange(count)
+    due = np.floor(np.arange(count) / fps * SCREEN_FPS + 1e-6) / SCREEN_FPS
+    return np.floor(due * fps + 1e-6).astype(np.int64)
+
+
+class SquaredUp:
+    """Pictures of the board as seen from a place, squared up: what a forger prints, or plays on a screen."""
+
+    def __init__(self, scene: Scene, per_mm: float) -> None:
+        self._scene = replace(scene, hidden_mm=None)
+        half = scene.board_half_mm
+        columns = max(round(2 * half[0] * per_mm), 2)
+        self._per_mm = columns / (2 * half[0])
+        self._size = (math.ceil(2 * half[1] * self._per_mm), columns)
+        self._renderer = AnalyticRenderer(self._scene)
+
+    def picture(self, camera_mm: Array) -> NDArray[np.float32]:
+        """Radiance (rows, columns) over the whole board as seen from `camera_mm` (3,)."""
+        scale, half = self._scene.build.print_scale, self._scene.board_half_mm
+        # A camera that faces the board squarely sees it at one scale; its place says where the view axis falls.
+        axis = [(half[k] + float(camera_mm[k]) / scale) * self._per_mm - 0.5 for k in (0, 1)]
+        focal = self._per_mm * abs(float(camera_mm[2])) / scale
+        camera = Camera(self._size[1], self._size[0], focal, shutter_s=0.0, principal_px=(axis[0], axis[1]))
+        self._renderer.scene = replace(self._scene, camera=camera)
+        pose = Poses(camera_mm[None], np.eye(3)[None])
+        seen = self._renderer.render(Instant(pose, pose, camera_mm))
+        picture = np.full(self._size, self._scene.paper, np.float32)
+        if seen is not None:
+            rows, columns = seen.radiance.shape
+            picture[seen.top : seen.top + rows, seen.left : seen.left + columns] = seen.radiance
+        return picture

@@ -1,0 +1,155 @@
+"""Meshes, surfaces, lamps and camera as Mitsuba's own objects; `mi` is its module with a variant set.
+
+Convention: board frame of `motion`, mm, origin at the board's centre: Mitsuba starts a refracted ray 9e-5 (1 + largest
+coordinate) away from the surface, so that frame is also the best one to trace in.  The red channel carries radiance;
+what green and blue carry, the caller says.
+Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `perspective`, `bitmap`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.simulate.acrylic import Acrylic, plate_faces
+from moireid.simulate.analytic.renderer import TEXTURE_PX_PER_MM, page_texture
+from moireid.simulate.mitsuba.page import BEHIND_MM
+from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, Strips
+from moireid.simulate.mitsuba.view import Crop, View
+from moireid.simulate.scene import Scene
+
+Array = NDArray[np.float64]
+
+
+def shining(mi: Any, red: float, green: float, blue: float = 0.0) -> dict[str, Any]:
+    """A surface that shines with those radiances and reflects nothing."""
+    lamp = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": [red, green, blue]}})
+    return {"emitter": lamp, "bsdf": _black(mi)}
+
+
+def clear(mi: Any, refractive_index: float, reflected: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> dict[str, Any]:
+    """A clear surface between air in front and the sheet behind; `reflected` scales what it mirrors, by channel."""
+    return {"bsdf": mi.load_dict({
+        "type": "dielectric", "int_ior": refractive_index, "ext_ior": 1.0,
+        "specular_reflectance": {"type": "rgb", "value": list(reflected)},
+    })}  # fmt: skip
+
+
+def reflecting(mi: Any, red: float) -> dict[str, Any]:
+    """A matt surface that returns that share of the light, in the red channel alone."""
+    return {"bsdf": mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": [red, 0.0, 0.0]}})}
+
+
+def _black(mi: Any) -> Any:
+    """A surface that reflects nothing."""
+    return mi.load_dict({"type": "diffuse", "reflectance": 0.0})
+
+
+def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
+    """Paper and markers, and paper beside the printed lines, just behind the lines' own strips.
+
+    Parameters: green: what the page carries in that channel.
+    Convention: the picture is `analytic.page_texture`, one cell of it one colour.
+    """
+    picture = page_texture(scene)
+    half, scale = np.array(scene.board_half_mm), scene.build.print_scale
+    across, along = (np.array([[-side, side]])[:, list(turn)] for side, turn in ((half[0], ACROSS), (half[1], ALONG)))
+    # The picture's last row and column may reach beyond the board by a part of a pixel.
+    share = 2 * half * TEXTURE_PX_PER_MM / np.array(picture.shape[::-1])
+    places = np.stack([np.array(ACROSS) * share[0], np.array(ALONG) * share[1]], axis=-1)
+    bitmap = mi.Bitmap(np.stack([picture, np.full_like(picture, green), np.zeros_like(picture)], axis=-1))
+    lamp = mi.load_dict({
+        "type": "area",
+        "radiance": {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": "nearest", "wrap_mode": "clamp"},
+    })  # fmt: skip
+    strips = Strips(across * scale, along * scale, np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
+    return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
+
+
+def plates(mi: Any, acrylic: Acrylic, surface: dict[str, Any]) -> dict[str, Any]:
+    """The mount's plates by name, of a clear surface."""
+    made = {}
+    for number, plate in enumerate(acrylic.plates):
+        faces = plate_faces(plate)
+        strips = Strips(faces[..., 0], faces[..., 1], faces[..., 2])
+        made[f"plate{number}"] = mesh(mi, "x", strips, surface)
+    return made
+
+
+def background(mi: Any, acrylic: Acrylic, green: float) -> Any:
+    """The plane behind the badge; green: what it carries in that channel."""
+    picture = acrylic.picture.astype(np.float32)
+    half = np.array([1.0, picture.shape[0] / picture.shape[1]]) * acrylic.width_mm / 2
+    across, along = (np.array([[-side, side]])[:, list(turn)] for side, turn in zip(half, (ACROSS, ALONG), strict=True))
+    places = np.stack([np.array(ACROSS, float), np.array(ALONG, float)], axis=-1)
+    bitmap = mi.Bitmap(np.stack([picture, np.full_like(picture, green), np.zeros_like(picture)], axis=-1))
+    lamp = mi.load_dict({
+        "type": "area", "radiance": {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"},
+    })  # fmt: skip
+    strips = Strips(across, along, np.full(across.shape, acrylic.behind_mm))
+    return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
+
+
+def mesh(mi: Any, axis: str, strips: Strips, parts: dict[str, Any], *, places: Array | None = None) -> Any:
+    """A Mitsuba mesh of strips.
+
+    Parameters: parts: emitter and bsdf; places: (N, 4, 2) in the texture, v down.
+    Convention: faces look at the camera, to -z, whichever way the lenses run.
+    """
+    order, faces = [0, 1, 2], np.array([0, 1, 2, 0, 2, 3])
+    if axis == "y":
+        # Swapping x and y is a mirror, which turns faces over.
+        order, faces = [1, 0, 2], faces[[0, 2, 1, 3, 5, 4]]
+    props = mi.Properties()
+    for name, part in parts.items():
+        props[name] = part
+    count = len(strips.across)
+    made = mi.Mesh("strips", 4 * count, 2 * count, props=props, has_vertex_normals=strips.normals is not None,
+                   has_vertex_texcoords=places is not None)  # fmt: skip
+    figures = mi.traverse(made)
+    points = np.stack([strips.across, strips.along, strips.depth], axis=-1)[..., order]
+    figures["vertex_positions"] = points.astype(np.float32).ravel()
+    figures["faces"] = (4 * np.arange(count)[:, None] + faces).astype(np.uint32).ravel()
+    if places is not None:
+        figures["vertex_texcoords"] = places.astype(np.float32).ravel()
+    figures.update()
+    if strips.normals is not None:
+        # Only now: changing the points makes Mitsuba compute normals of its own.
+        figures["vertex_normals"] = strips.normals[..., order].astype(np.float32).ravel()
+        figures.update()
+    return made
+
+
+def pinhole(mi: Any, scene: Scene, view: View, box: Crop, size: tuple[int, int], samples: int) -> Any:
+    """The camera, its film `size` px wide and high with the box's corner in its own.
+
+    Convention: Mitsuba's camera has x left and y up, ours x right and y down: half a turn about the line of sight.
+        Its pixel i spans i to i + 1, ours i - 1/2 to i + 1/2.  The principal point moves, as a share of the film, so
+        that a film of one size serves every frame.
+    Source: plugin `perspective`, whose offsets were found to count from the principal point to the film's middle; a
+        wrong sign moves the picture by twice the board's way from it.
+    """
+    camera = scene.camera
+    to_world = np.eye(4)
+    to_world[:3, :3] = view.turn.T @ np.diag([-1.0, -1.0, 1.0])
+    to_world[:3, 3] = view.centre
+    reach_mm = float(np.linalg.norm(view.centre)) + float(np.linalg.norm(scene.board_half_mm)) + 10.0
+    middle = box[0] - 0.5 + size[0] / 2, box[1] - 0.5 + size[1] / 2
+    return mi.load_dict({
+        "type": "perspective",
+        "fov_axis": "x",
+        "fov": math.degrees(2 * math.atan(size[0] / 2 / camera.focal_px)),
+        "principal_point_offset_x": (middle[0] - camera.matrix[0, 2]) / size[0],
+        "principal_point_offset_y": (middle[1] - camera.matrix[1, 2]) / size[1],
+        "near_clip": 0.5,
+        "far_clip": reach_mm,
+        "to_world": mi.ScalarTransform4f(to_world),
+        "sampler": {"type": "multijitter", "sample_count": samples},
+        "film": {
+            "type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"},
+            "pixel_format": "rgb", "component_format": "float32", "sample_border": False,
+        },
+    })  # fmt: skip

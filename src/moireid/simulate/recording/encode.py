@@ -1,0 +1,263 @@
+"""Video files: codecs, and the recipes by which chat programs worsen a film on its way.
+
+Convention: luma runs from 16 to 235 in the file, a player stretches it back; a frame's number is its time in units of
+one over the frame rate, so a dropped frame leaves a gap in time and no other frame moves.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.errors import MediaError, SpecError
+from moireid.simulate.recording.priority import scheduling_kept
+
+#: Encoders of each codec in order of preference, each with its own scale of quality: constant rate factor, options.
+ENCODERS: dict[str, tuple[tuple[str, int, dict[str, str]], ...]] = {
+    "h264": (("libx264", 23, {"preset": "veryfast"}),),
+    "h265": (("libx265", 28, {"preset": "superfast", "x265-params": "log-level=error"}),),
+    "av1": (("libsvtav1", 35, {"preset": "9"}), ("libaom-av1", 35, {"cpu-used": "8", "row-mt": "1"})),
+}  # fmt: skip
+CODECS = tuple(ENCODERS)
+DECODERS = {"h264": "h264", "h265": "hevc", "av1": "libdav1d"}
+#: Full-range counts to those of a video file.
+TO_VIDEO = np.rint(16 + np.arange(256) * 219 / 255).astype(np.uint8)
+
+
+@dataclass(frozen=True)
+class Pass:
+    """One encoding: codec; crf, quality on the encoder's own scale, None for its usual one; or kbps, a bit rate, in
+    its place; height: rows to scale down to, None to keep them.
+    """
+
+    codec: str = "h264"
+    crf: int | None = None
+    kbps: int | None = None
+    height: int | None = None
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """What becomes of a film on its way: encodings one after the other, and the share of frames dropped before."""
+
+    passes: tuple[Pass, ...]
+    dropped: float = 0.0
+
+
+#: Recipes by name.  The sizes and rates are typical of chat programs, not measured of one.
+RECIPES: dict[str, Recipe] = {
+    # A clip sent by a chat program.
+    "chat": Recipe((Pass(height=360, kbps=700),)),
+    # A live call: smaller rate, and frames lost.
+    "call": Recipe((Pass(height=360, kbps=350),), dropped=0.15),
+    # Full size at a low bit rate.
+    "low": Recipe((Pass(kbps=1500),)),
+    # Sent, saved and sent on.
+    "double": Recipe((Pass(height=720, crf=28), Pass(height=540, kbps=900))),
+    # A phone that drops frames and says when the others were taken.
+    "vfr": Recipe((Pass(),), dropped=0.25),
+}
+
+
+def recipe_for(name: str | None, codec: str, crf: int | None) -> Recipe:
+    """A recipe by name with its codec, or a single pass of a codec and a quality.  Raises: SpecError."""
+    if codec not in ENCODERS:
+        raise SpecError(f"codec {codec!r} is not known; choose one of {', '.join(CODECS)}")
+    if crf is not None and not 0 <= crf <= (63 if codec == "av1" else 51):
+        raise SpecError(f"crf {crf} is no quality; give 0 (best) to 51 for H.264 and H.265, to 63 for AV1", crf=crf)
+    if name is None:
+        return Recipe((Pass(codec, crf),))
+    if name not in RECIPES:
+        raise SpecError(f"recipe {name!r} is not known; choose one of {', '.join(RECIPES)}")
+    if crf is not None:
+        raise SpecError(f"recipe {name} sets its own quality; leave out either --recipe or --crf")
+    recipe = RECIPES[name]
+    return Recipe(tuple(Pass(codec, one.crf, one.kbps, one.height) for one in recipe.passes), recipe.dropped)
+
+
+def kept_frames(recipe: Recipe, count: int, seed: int) -> NDArray[np.int64]:
+    """Numbers of the frames that reach the file; the first always, and never fewer than two."""
+    keep = np.random.default_rng(seed).random(count) >= recipe.dropped
+    keep[:1] = True
+    if keep.sum() < 2:
+        keep[:2] = True
+    return np.flatnonzero(keep)
+
+
+class FilmWriter:
+    """A video file, frame by frame, through every pass of a recipe; a context manager that closes what it opened."""
+
+    def __init__(self, path: Path, name: str, size: tuple[int, int], fps: float, recipe: Recipe) -> None:
+        """Open the file at `path`; `name` is what messages call it; size: width and height of the pictures, px.
+
+        Raises: SpecError for an odd size; MediaError where an encoder or a container for it is missing.
+        """
+        import av
+
+        if size[0] % 2 or size[1] % 2:
+            raise SpecError(f"pictures of {size[0]} x {size[1]} cannot be encoded; give a camera of even size")
+        rate = Fraction(fps).limit_denominator(1001)
+        self._step, self._name = 1 / rate, name
+        self._links: list[_Link] = []
+        for one in recipe.passes[:-1]:
+            with self._telling():
+                self._links.append(_Link(one, size, rate))
+            size = self._links[-1].size
+        last = recipe.passes[-1]
+        self.size = scaled(size, last.height)
+        encoder, options = _encoder(last)
+        try:
+            self._container = av.open(str(path), "w")
+            self._stream = self._container.add_stream(encoder, rate=rate, options=options)
+        except (av.error.FFmpegError, ValueError) as error:
+            raise MediaError(
+                f"film {name} cannot be written as {last.codec} ({error}); name it .mp4 or .mkv"
+            ) from error
+        with self._telling():
+            _set_up(self._stream.codec_context, self.size, rate, last)
+
+    def __enter__(self) -> FilmWriter:
+        """Return itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Finish the file; after an error close it as it is, which the caller then removes."""
+        import av
+
+        if kind is not None:
+            with contextlib.suppress(av.error.FFmpegError):
+                self._container.close()
+            return
+        with self._telling():
+            self._pass_on([], 0, flush=True)
+            self._container.close()
+
+    def write(self, picture: NDArray[np.uint8], number: int) -> None:
+        """Encode one grey picture (height, width), 0 to 255; `number`: its time in frames, rising.
+
+        Raises: MediaError where the file takes no more, or cannot hold the codec.
+        """
+        with self._telling():
+            self._pass_on([(np.asarray(cv2.LUT(picture, TO_VIDEO), dtype=np.uint8), number)], 0, flush=False)
+
+    @contextlib.contextmanager
+    def _telling(self) -> Iterator[None]:
+        """Turn the encoder's errors into a sentence."""
+        import av
+
+        try:
+            yield
+        except av.error.FFmpegError as error:
+            advice = "name it .mp4 or .mkv, and check the free space"
+            raise MediaError(f"film {self._name} cannot be written ({error.strerror}); {advice}") from error
+
+    def _pass_on(self, frames: Iterable[tuple[NDArray[np.uint8], int]], link: int, *, flush: bool) -> None:
+        """Send frames through the passes from number `link` on, and those that come out into the file."""
+        if link < len(self._links):
+            self._pass_on(self._links[link].feed(frames, flush=flush), link + 1, flush=flush)
+            return
+        for luma, number in frames:
+            self._container.mux(self._stream.encode(_frame(luma, self.size, number, self._step)))
+        if flush:
+            self._container.mux(self._stream.encode())
+
+
+class _Link:
+    """A pass in the middle of a recipe: encoded and decoded again, one frame in and some time later one frame out."""
+
+    def __init__(self, one: Pass, size: tuple[int, int], rate: Fraction) -> None:
+        import av
+
+        self.size = scaled(size, one.height)
+        encoder, options = _encoder(one)
+        self._encoder = av.CodecContext.create(encoder, "w")
+        self._encoder.options = options
+        _set_up(self._encoder, self.size, rate, one)
+        self._step = 1 / rate
+        try:
+            self._decoder: Any = av.CodecContext.create(DECODERS[one.codec], "r")
+        except (av.error.FFmpegError, ValueError) as error:
+            raise MediaError(
+                f"codec {one.codec} needs the decoder {DECODERS[one.codec]}, which this build of PyAV lacks; "
+                "choose another codec, or another recipe than double"
+            ) from error
+
+    def feed(
+        self, frames: Iterable[tuple[NDArray[np.uint8], int]], *, flush: bool
+    ) -> Iterator[tuple[NDArray[np.uint8], int]]:
+        """Frames that come out for those that go in, with their numbers."""
+        for luma, number in frames:
+            for packet in self._encoder.encode(_frame(luma, self.size, number, self._step)):
+                yield from self._decoded(packet)
+        if flush:
+            for packet in self._encoder.encode():
+                yield from self._decoded(packet)
+            yield from self._decoded(None)
+
+    def _decoded(self, packet: Any) -> Iterator[tuple[NDArray[np.uint8], int]]:
+        for frame in self._decoder.decode(packet):
+            plane = frame.planes[0]
+            rows = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)
+            yield rows[:, : plane.width].copy(), frame.pts
+
+
+def scaled(size: tuple[int, int], height: int | None) -> tuple[int, int]:
+    """Width and height scaled down to that many rows at the same shape, both even; as they are if that is less."""
+    if height is None or height >= size[1]:
+        return size
+    return 2 * round(size[0] * height / size[1] / 2), height
+
+
+def _encoder(one: Pass) -> tuple[str, dict[str, str]]:
+    """Name and options of the first encoder for a pass that this build of FFmpeg has.  Raises: MediaError."""
+    import av
+
+    for name, usual, options in ENCODERS[one.codec]:
+        if name == "libsvtav1":
+            # It talks on stderr, unless this variable tells it before its first use to name errors alone.
+            os.environ.setdefault("SVT_LOG", "1")
+        try:
+            av.codec.Codec(name, "w")
+        except (av.error.FFmpegError, ValueError):
+            continue
+        if one.kbps is None:
+            return name, options | {"crf": str(usual if one.crf is None else one.crf)}
+        return name, dict(options)
+    wanted = " or ".join(name for name, _, _ in ENCODERS[one.codec])
+    others = ", ".join(codec for codec in CODECS if codec != one.codec)
+    raise MediaError(f"codec {one.codec} needs the encoder {wanted}, which this build of PyAV lacks; try {others}")
+
+
+def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> None:
+    """Tell an encoder size, rate and bit rate, and start it."""
+    context.width, context.height = size
+    context.pix_fmt = "yuv420p"
+    context.framerate, context.time_base = rate, 1 / rate
+    if one.kbps is not None:
+        context.bit_rate = 1000 * one.kbps
+    with scheduling_kept():
+        context.open()
+
+
+def _frame(luma: NDArray[np.uint8], size: tuple[int, int], number: int, time_base: Fraction) -> Any:
+    """A grey frame for an encoder, scaled to its size."""
+    import av
+
+    if (luma.shape[1], luma.shape[0]) != size:
+        luma = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
+    planes = np.concatenate([luma, np.full((size[1] // 2, size[0]), 128, np.uint8)])
+    frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
+    frame.pts, frame.time_base = number, time_base
+    return frame

@@ -1,0 +1,107 @@
+"""Where the camera was, in the badge's own frame: focal length, rolling shutter, distortion, and one pose a frame.
+
+A plane seen in perspective tells the tilt only through small second differences of its corners, so the pose is the
+weak signal of the whole method.  Three things make it good enough: registered corners; focal length, shutter time and
+distortion solved over the whole film; and smoothing at the end.
+
+Convention: page millimetres, x right, y down, z into the page; the camera's z is negative.  The parallax coordinate
+of the page is u = Cx / |Cz| with Cx counted from the point looked at.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.camera.page_warp import STRETCH_UNTOLD, PageWarps
+from moireid.verifier.camera.plane_pose import PlanePoses, tangent_error
+from moireid.verifier.camera.self_calibration import FilmWide
+
+Array = NDArray[np.float64]
+#: Change of the focal length's logarithm, and of the distortion, by which their effect on the poses is told.
+PROBE = 0.003
+#: The same of the page's warp, in its own units.
+WARP_PROBE = 0.02
+
+
+@dataclass(frozen=True)
+class CameraFit:
+    """Camera centres (T, 3) page mm, and what was solved over the film.
+
+    reprojection_px: root mean square over corners, (T,); focal_sd_px: standard deviation, 0 where the focal length
+    was given; shutter_s: first to last row; tangent_sd: what the errors of focal length and distortion make of the
+    spread of the parallax coordinates along x and y, as a share; tangent_error: standard deviation of one frame's
+    parallax coordinates along x and y, from what its pose leaves unexplained; bend_k1, bend_sd: radial distortion.
+    """
+
+    camera_mm: Array
+    reprojection_px: Array
+    focal_px: float
+    focal_sd_px: float
+    focal_given: bool
+    shutter_s: float
+    tangent_sd: tuple[float, float]
+    tangent_error: tuple[float, float]
+    bend_k1: float = 0.0
+    bend_sd: float = 0.0
+
+
+def fit_camera(
+    points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], *, focal_px: float | None = None,
+    warps: PageWarps | None = None,
+) -> CameraFit:  # fmt: skip
+    """Poses of all frames, with focal length (unless given), rolling shutter and distortion solved over the film.
+
+    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising; warps:
+        solved for too, where the page's corners were given by hand.
+    Convention: module docstring; the principal point is the picture's centre.
+    Returns: CameraFit with T frames.
+    Source: maximum a posteriori over reprojection error; the plane's two poses by `plane_pose`.
+    """
+    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px, warps)
+    film.solve()
+    final = film.all_poses()
+    camera, errors = _choose(final)
+    # Focal length and distortion err together: what one makes too wide the other mostly makes too narrow.
+    probes = np.diag([PROBE, PROBE, *np.full(len(film.warp), WARP_PROBE)])
+    stretch = np.column_stack([
+        np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes
+    ])  # fmt: skip
+    tangent_sd = np.sqrt(np.maximum(np.diag(stretch @ film.covariance @ stretch.T), 0))
+    if warps is not None:
+        tangent_sd *= STRETCH_UNTOLD
+    camera[:, :2] += page_mm.mean(axis=0)
+    return CameraFit(
+        camera, errors, film.focal, film.focal_sd, focal_px is not None, film.shutter_s,
+        (float(tangent_sd[0]), float(tangent_sd[1])), tangent_error(final, film.plane, film.focal),
+        film.bend_k1, film.bend_k1_sd,
+    )  # fmt: skip
+
+
+def _choose(poses: PlanePoses) -> tuple[Array, Array]:
+    """Camera centres (T, 3) and errors (T,): where both poses fit alike, the one that continues its neighbours'."""
+    centres, frames = poses.camera, np.arange(len(poses.error_px))
+    better = poses.error_px.argmin(axis=1)
+    best, other = poses.error_px[frames, better], poses.error_px[frames, 1 - better]
+    # Twice the error is five standard deviations of what two spare residuals do by chance.
+    doubtful = other < 2.0 * best
+    sure = np.flatnonzero(~doubtful)
+    if len(sure):
+        kept = centres[sure, better[sure]]
+        for frame in np.flatnonzero(doubtful):
+            expected = [np.interp(frame, sure, kept[:, k] / kept[:, 2]) for k in (0, 1)]
+            tangents = centres[frame, :, :2] / centres[frame, :, 2:]
+            better[frame] = int(np.argmin(np.hypot(*(tangents - expected).T)))
+    return centres[frames, better], poses.error_px[frames, better]
+
+
+def _stretch(camera: Array, other: Array) -> tuple[float, float]:
+    """How much wider the other course of tangents is than this one, along x and y, as a share of it; signed."""
+    shares = []
+    for axis in (0, 1):
+        here, there = (c[:, axis] / c[:, 2] - np.mean(c[:, axis] / c[:, 2]) for c in (camera, other))
+        power = float(here @ here)
+        shares.append(float(here @ (there - here)) / power if power > 0 else 0.0)
+    return shares[0], shares[1]

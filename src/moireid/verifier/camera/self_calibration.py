@@ -1,0 +1,243 @@
+"""What is the same in all frames of a film: focal length, rolling-shutter time, and radial distortion.
+
+1. Which way does the shutter run through the picture?  Told at its usual time.
+2. Shutter time alone, then focal length alone, each from its prior.
+3. All together.
+4. A focal length far from its prior is asked for again with the camera held to a steady course (`steady`).
+
+Convention: as `camera`; the distortion is solved in units of the guessed focal length, and told in those of the found.
+Source: maximum a posteriori over reprojection error.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+
+from moireid.verifier.camera.distortion import TakenIn
+from moireid.verifier.camera.fast_poses import NearPoses
+from moireid.verifier.camera.map_search import Unknown, minimise, minimise_together, posterior
+from moireid.verifier.camera.page_warp import PageWarps
+from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
+from moireid.verifier.camera.smoothing import GAP_S, stretches
+from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
+
+Array = NDArray[np.float64]
+#: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
+#: equivalent and some crop for stabilisation), webcams at 0.6 to 0.9; a zoom is told by any film that shows tilt.
+#: A wider prior lets a nearly frontal film run away: the longer the focal length, the freer are its tilts to fit noise,
+#: by up to 30 units of chi-square on films made outside at three times the true one.
+FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.15
+#: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
+SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
+SHUTTER_LIMIT_S = 0.033
+#: Prior of the radial distortion k1 (`distortion`): most phones correct theirs to 0.02, some webcams leave 0.1; and 0.1
+#: makes the fringes' gain 9 % wrong if it is not solved for.
+BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
+#: From so many standard deviations of its prior on, a focal length is asked for again.
+FAR_SDS = 2.0
+#: The joint search goes so many of its unknowns' steps from settled poses at most, and begins anew from where it came
+#: to, until it moves by less than this share of a step.
+NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
+#: Within this of the logarithm of the focal length, poses are near those that were refined already.
+NEARBY_ZOOM = 0.15
+#: The page's warp, in units of what a corner set wrong makes of it, is sought so far from none.
+WARP_LIMIT = 6.0
+#: Frames that the film-wide unknowns are solved on; a long film has more than enough.
+SOLVE_FRAMES = 300
+
+
+def guessed_focal_px(image_px: tuple[int, int]) -> float:
+    """The middle of the focal length's prior."""
+    return FOCAL_PRIOR * max(image_px)
+
+
+class FilmWide:
+    """The film-wide unknowns of registered pages.
+
+    focal: px; shutter_s: first to last row; bend: distortion in units of the guessed focal length; covariance (2, 2):
+    of the focal length's logarithm, 0 where it was given, and the distortion.  Where the page's corners were given by
+    hand, warp (K,): of the page (`page_warp`), and covariance has its K rows too.
+    """
+
+    def __init__(
+        self, points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], focal_px: float | None,
+        warps: PageWarps | None = None,
+    ) -> None:  # fmt: skip
+        """Parameters: as `camera.fit_camera`."""
+        self._points, self._times = points_px, times_s
+        self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
+        self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
+        self._velocity = _velocity_px_s(points_px, times_s)
+        apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
+        # Programs turn films, so the shutter may run down, right, up or left through the picture as it is now.
+        self._directions = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
+        self._rows = self._directions[0]
+        self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
+        self._long_side, self._given = max(image_px), focal_px is not None
+        self._guess = focal_px or guessed_focal_px(image_px)
+        self._ways = warps.points_px(page_mm) if warps else np.zeros((0, *points_px.shape))
+        self._warp_priors = warps.prior if warps else np.zeros(0)
+        self.warp = np.zeros(len(self._ways))
+        self._bends = TakenIn(points_px, self._guess, self._centre)
+        self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
+        self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
+        self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
+        self.covariance = np.zeros((2 + len(self.warp), 2 + len(self.warp)))
+
+    @property
+    def focal_sd(self) -> float:
+        """Standard deviation of the focal length, px."""
+        return self.focal * math.sqrt(self.covariance[0, 0])
+
+    @property
+    def bend_k1(self) -> float:
+        """Radial distortion in units of the focal length found (OpenCV's k1)."""
+        return self.bend * (self.focal / self._guess) ** 2
+
+    @property
+    def bend_k1_sd(self) -> float:
+        """Standard deviation of `bend_k1`."""
+        return math.sqrt(self.covariance[1, 1]) * (self.focal / self._guess) ** 2
+
+    def solve(self) -> None:
+        """Steps 1 to 4."""
+        shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
+        middle = math.log(self._guess)
+        zoom = (math.log(0.4 * self._long_side), math.log(2.5 * self._long_side), middle, FOCAL_PRIOR_SD)
+        self._rows = self._likeliest_rows()  # 1
+        self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *shutter)  # 2
+        if not self._given:
+            log_focal, _ = minimise(lambda x: self._errors(log_focal=x), *zoom)
+            self.focal = math.exp(log_focal)
+            if abs(log_focal - middle) > 0.1:
+                # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
+                self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
+        self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
+        if not self._given and abs(math.log(self.focal) - middle) > FAR_SDS * FOCAL_PRIOR_SD:
+            self._solve_steadily(zoom, Unknown(*shutter, 0.003))  # 4
+
+    def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
+        """Focal length where it is unknown, shutter, distortion, and the page's warp if any, ever nearer."""
+        bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03, heavy=True)
+        warps = [Unknown(prior - WARP_LIMIT, prior + WARP_LIMIT, prior, 1.0, 0.1) for prior in self._warp_priors]
+        unknowns, k = (*zoom, shutter, bend, *warps), len(zoom)
+
+        def left_over(at: Array) -> Array:
+            focal = math.exp(at[0]) if zoom else self.focal
+            points = self._flat(self._chosen, shutter_s=float(at[k]), bend=float(at[k + 1]), warp=at[k + 2 :])
+            return self._near.left_over_px(points, focal / self._start_focal, focal, self._centre)
+
+        for _ in range(MOST_SETTLED):
+            self._settle()
+            before = np.array([math.log(self.focal)] * k + [self.shutter_s, self.bend, *self.warp])
+            usual = float(np.median(self._errors())) or 1e-9
+            near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before, strict=True)]
+            place, covariance = minimise_together(left_over, before, near, usual)
+            if zoom:
+                self.focal = math.exp(place[0])
+                told = [0, *range(2, len(place))]
+                self.covariance = covariance[np.ix_(told, told)]
+            else:
+                self.covariance[1:, 1:] = covariance[1:, 1:]
+            self.shutter_s, self.bend, self.warp = float(place[k]), float(place[k + 1]), place[k + 2 :]
+            if np.all(np.abs(place - before) < [SETTLED * one.step for one in near]):
+                break
+
+    def _solve_steadily(self, zoom: tuple[float, float, float, float], shutter: Unknown) -> None:
+        """The focal length by misfit with a steady course; where it is another one, the rest is solved for again."""
+        found = math.log(self.focal)
+
+        def errors(log_focal: float) -> Array:
+            focal, points = math.exp(log_focal), self._flat(self._chosen)
+            poses = moved_poses(self._start, self.plane, points, focal / self._start_focal, focal, self._centre)
+            return steady_errors_px(poses, self.plane, points, self._times[self._chosen], focal, self._centre)
+
+        log_focal, log_sd = posterior(errors, *zoom, SPARE)
+        if abs(log_focal - found) < FAR_SDS * FOCAL_PRIOR_SD:
+            return
+        self.focal = math.exp(log_focal)
+        self._solve_together([], shutter)
+        self.covariance[0], self.covariance[:, 0] = 0.0, 0.0
+        self.covariance[0, 0] = log_sd**2
+
+    def all_poses(self) -> PlanePoses:
+        """Poses of all frames with what was found."""
+        return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre)
+
+    def moved(self, poses: PlanePoses, off: Array) -> PlanePoses:
+        """The same poses where what `covariance` is of, in its order, were off by so much."""
+        zoom = math.exp(off[0])
+        points = self._flat(slice(None), bend=self.bend + off[1], warp=self.warp + off[2:])
+        return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._centre)
+
+    def _flat(
+        self, frames: NDArray[np.int64] | slice, *, shutter_s: float | None = None, bend: float | None = None,
+        warp: Array | None = None,
+    ) -> Array:  # fmt: skip
+        """Points as a pinhole without a rolling shutter would have seen them."""
+        seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
+        rolled = self._velocity[frames] * self._rows[frames] * seconds
+        flat = self._points[frames] - self._bends.px(bent, frames) - rolled
+        if not len(self.warp):
+            return np.asarray(flat)
+        return np.asarray(flat + np.tensordot(self.warp if warp is None else warp, self._ways[:, frames], 1))
+
+    def _errors(
+        self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None
+    ) -> Array:
+        """Reprojection errors (T,) px of the chosen frames; what is not given is as found so far."""
+        focal = self.focal if log_focal is None else math.exp(log_focal)
+        points = self._flat(self._chosen, shutter_s=shutter_s, bend=bend)
+        zoom = focal / self._start_focal
+        if abs(math.log(zoom)) > NEARBY_ZOOM:
+            return moved_poses(self._start, self.plane, points, zoom, focal, self._centre).least_error_px
+        return self._near.least_error_px(points, zoom, focal, self._centre)
+
+    def _settle(self) -> None:
+        """Begin from what was found so far."""
+        zoom = self.focal / self._start_focal
+        points = self._flat(self._chosen)
+        self._start = moved_poses(self._start, self.plane, points, zoom, self.focal, self._centre)
+        self._start_focal, self._near = self.focal, NearPoses(self.plane, self._start)
+
+    def _likeliest_rows(self) -> Array:
+        """The way in which the shutter runs, told at its usual time."""
+        tried = []
+        for direction in self._directions:
+            self._rows = direction
+            tried.append(self._errors(shutter_s=SHUTTER_PRIOR_S))
+        scale = min(float(np.median(errors)) for errors in tried) or 1e-9
+        return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
+
+
+def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
+    """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, 0 beside gaps.
+
+    Registered points are good to some hundredths of a pixel, so they are interpolated and not smoothed: differences
+    over several frames would cut the corners of a hand's tremor, and the shutter would come out longer than it is.
+    """
+    velocity = np.zeros_like(points_px)
+    for stretch in stretches(times_s, GAP_S):
+        if len(stretch) < 4:
+            continue
+        clock = times_s[stretch]
+        kept = _apart(clock, 0.5 * float(np.median(np.diff(clock))))
+        if len(kept) >= 4:
+            spline = CubicSpline(clock[kept], points_px[stretch][kept])
+            velocity[stretch] = spline(np.clip(clock, clock[kept[0]], clock[kept[-1]]), 1)
+    return velocity
+
+
+def _apart(clock: Array, least_s: float) -> list[int]:
+    """Places of times that lie so far apart: a file may repeat a time, or hold two that nearly agree, and a spline
+    through both would tell an endless velocity.
+    """
+    kept = [0]
+    for place in range(1, len(clock)):
+        if clock[place] - clock[kept[-1]] >= max(least_s, 1e-6):
+            kept.append(place)
+    return kept

@@ -1,0 +1,89 @@
+"""What the optics say the fringes must do, from where the camera was.
+
+Convention: page millimetres; the sight line through the page point X (rectified on the *page's* plane, where the
+markers are) has tangent tan = (X - C) / |Cz| and crosses the lens plane at x = X - g tan.  With s(tan) the traced
+shift of the page under a lens, the fringe phase at X is
+
+    psi = 2 pi [ x (1/p_r - 1/p_f) + s(tan)/p_r ] + const = 2 pi [ s/p_f + f (X - g tan + s) ] + const,
+
+where f = 1/p_r - 1/p_f is the beat frequency far away.  In the second form f enters linearly, so one table serves
+any pitch.  Source: `moireid.lenticule`; the first-order law of this form is `optics.page_plane_slope_rad`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge
+from moireid.lenticule import MAX_TANGENT, view_law
+from moireid.verifier.tracking.profiles import Strip
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class StripLaw:
+    """Phase of one strip as 2 pi (fixed + frequency * per_frequency): each (T, N), and (T,) at the strip's middle."""
+
+    fixed: Array
+    per_frequency: Array
+    fixed_middle: Array
+    per_frequency_middle: Array
+
+    def phase_rad(self, frequency_per_mm: float) -> Array:
+        """Predicted phase over the strip *relative to its middle*, (T, N)."""
+        along = self.fixed - self.fixed_middle[:, None]
+        along += frequency_per_mm * (self.per_frequency - self.per_frequency_middle[:, None])
+        return 2 * np.pi * along
+
+    def whole_phase_rad(self, frequency_per_mm: float) -> Array:
+        """Predicted phase over the strip, (T, N), less the constants that assembly decides."""
+        return np.asarray(2 * np.pi * (self.fixed + frequency_per_mm * self.per_frequency))
+
+    def middle_phase_rad(self, frequency_per_mm: float) -> Array:
+        """Predicted phase at the strip's middle, (T,), less the constants that assembly decides."""
+        return np.asarray(2 * np.pi * (self.fixed_middle + frequency_per_mm * self.per_frequency_middle))
+
+
+def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
+    """In which frames every strip is seen within the table of the law, (T,); beyond it the table's edge would stand in.
+
+    Convention: camera_mm (T, 3), page millimetres.
+    """
+    known = np.ones(len(camera_mm), bool)
+    reach = MAX_TANGENT * np.abs(camera_mm[:, 2])
+    for strip in strips:
+        along, across = camera_mm[:, strip.axis], camera_mm[:, 1 - strip.axis]
+        for end in (strip.along_mm[0], strip.along_mm[-1]):
+            known &= np.abs(end - along) <= reach
+        known &= np.abs(strip.across_mm - across) <= reach
+    return known
+
+
+def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
+    """The law of one strip for camera centres (T, 3), as the module docstring has it.
+
+    Convention and source: module docstring.  The table is traced for the grating's nominal pitch; over the pitches
+    of one badge s changes by 0.5 %.
+    """
+    pitch_mm = badge.gratings[strip.grating].pitch_mm
+    law = view_law(badge.lens, pitch_mm)
+    places = np.append(strip.along_mm, strip.middle_mm)
+    distance = np.abs(camera_mm[:, 2:3])
+    tangent = (places[None, :] - camera_mm[:, strip.axis, None]) / distance
+    across = (strip.across_mm - camera_mm[:, 1 - strip.axis, None]) / distance
+    # Along a strip the law is smooth, so five look-ups a frame and a parabola of their offsets would do; the table
+    # is cheap enough to be asked at every tenth sample and interpolated in between.
+    coarse = np.linspace(0, len(places) - 2, 24).astype(int)
+    shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)
+    shift = np.stack([np.interp(places, places[coarse], row) for row in shift_coarse])
+    # Counted from the grating's middle, where the lines of all cells meet, so that phases of cells can be compared.
+    rect = badge.gratings[strip.grating].rect_mm
+    middle_mm = (rect[strip.axis] + rect[strip.axis + 2]) / 2
+    lens_x = places[None, :] - middle_mm - badge.lens.thickness_mm * tangent
+    fixed, per_frequency = shift / badge.lens.pitch_mm, lens_x + shift
+    return StripLaw(fixed[:, :-1], per_frequency[:, :-1], fixed[:, -1], per_frequency[:, -1])

@@ -1,0 +1,279 @@
+"""From the track to two signals: the fringe phase measured, and the phase that the optics predict.
+
+Each strip is measured apart; then all strips of a grating become one signal, weighted by their Fisher information
+(one over the variance of a phase).  A strip's own offset is a nuisance: it depends on how the sheet was laid.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge, Grating
+from moireid.verifier.camera.fit import CameraFit, fit_camera
+from moireid.verifier.camera.page_warp import POSE_UNTOLD, page_warps
+from moireid.verifier.camera.self_calibration import guessed_focal_px
+from moireid.verifier.camera.smoothing import smooth_camera, stretches, without_strays
+from moireid.verifier.fringes.block_motion import places_apart_rad
+from moireid.verifier.fringes.predicted_phase import strip_law, within_law
+from moireid.verifier.fringes.strip_phase import StripPhase, held_rad, measure_strip
+from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.markers import marker_corners_mm
+
+Array = NDArray[np.float64]
+#: Print scale (0.5 %) and lens pitch (0.3 %) shift every beat by up to this share of 1 / p_f.
+PITCH_TOLERANCE = 0.008
+#: Frames whose phase is vaguer than this tell nothing and are left out.
+MAX_PHASE_SD_RAD = 0.6
+#: A badge that is lost for longer than this may have moved by more than a turn of phase meanwhile.
+GAP_S = 0.3
+#: Beyond half a turn between two frames nobody can tell which way it went; three error bars of a vague phase are kept
+#: off.
+LARGEST_STEP_RAD = 2.5
+#: Markers smaller than a coding block and a bit share its errors, which then do not show in what a pose leaves
+#: unexplained.  On films made outside at 1 to 2 m errors are as told, at 3 m (13 px) 1.4 to 1.7 times, at 4 m 2.5
+#: times.
+TOLD_FROM_PX, UNTOLD_POWER = 19.0, 1.5
+#: Share of a frame's pose error that smoothing leaves.  A hand's motion lets a dozen frames be averaged, but part of
+#: the error is common to neighbouring frames: 0.4 to 0.6 on films at 1 to 2 m whose true poses are known.
+SMOOTHED_SHARE = 0.5
+#: Faint print errs by what a codec holds for many frames, and smoothing takes nothing of that away.  Where rounding
+#: alone strays by so much (`fringe.held_rad`), all of the error is such: a print contrast of 5 %, at which films err by
+#: twice what the share above makes of their poses, and at 20 % by no more than that.
+ALL_HELD_RAD = 0.06
+
+
+@dataclass(frozen=True)
+class GratingSignal:
+    """One grating over the frames used, all (T,) but where said.
+
+    times_s: of the frames; measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0;
+    phase_sd_rad: error bar of measured, infinite in frames that tell nothing; pose_sd_rad: what the pose's error
+    makes of the prediction, after smoothing; strip_residual_rad (S,): how far each strip wanders from the common
+    signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
+    tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
+    axis, as a share; elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
+    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; held_rad: what
+    rounding to whole counts makes of a place, the median over its strips.
+    """
+
+    measured_rad: Array
+    predicted_rad: Array
+    phase_sd_rad: Array
+    pose_sd_rad: float
+    strip_residual_rad: Array
+    times_s: Array
+    place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
+    tangent_sd: float = 0.0
+    elsewhere: Array | None = None
+    strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
+    held_rad: float = 0.0
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Everything measured of a film: camera, strips, and a signal a grating.
+
+    strips, predictions_rad: one a strip of the track; None for rows of phase cells, which are read with the identity.
+    """
+
+    camera: CameraFit
+    camera_mm: Array
+    times_s: Array
+    strips: tuple[StripPhase | None, ...]
+    predictions_rad: tuple[Array | None, ...]
+    gratings: tuple[GratingSignal, ...]
+    stages_s: dict[str, float] = field(default_factory=dict)
+
+
+def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Measurement:
+    """Measure a track of at least a few frames.
+
+    Parameters: focal_px: focal length in pixels where it is known, else it is solved for.
+    Convention: phases as `predict`; only the badge's layout is looked at where it carries a code.
+    Returns: Measurement.
+    Source: `camera`, `predict`, `fringe`, and the combination in `_combine`.
+    """
+    clock = time.perf_counter()
+    page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
+    homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
+    homographies, warps = track.homographies, None
+    if track.by_corners:
+        guess = focal_px or guessed_focal_px(track.image_px)
+        warps = page_warps(track.homographies, badge.gratings[0].rect_mm, track.image_px, guess)
+        homographies = warps.homographies
+    mapped = np.einsum("tij,nj->tni", homographies, homogeneous)
+    camera = fit_camera(
+        mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px, warps=warps
+    )  # fmt: skip
+    raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
+    camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
+    posed = time.perf_counter()
+    strips: list[StripPhase | None] = []
+    predictions: list[Array | None] = []
+    apart: list[float] = []
+    raw_noise = _pose_noise(raw_mm, camera_mm)
+    for index, strip in enumerate(track.strips):
+        if not strip.uniform:
+            strips.append(None)
+            predictions.append(None)
+            apart.append(0.0)
+            continue
+        law = strip_law(badge, strip, camera_mm)
+        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
+        profiles = track.profiles[index].astype(float)
+        found = measure_strip(profiles, law, strip.length_mm, band)
+        strips.append(found)
+        apart.append(places_apart_rad(profiles, law, found, track.times_s))
+        predictions.append(law.middle_phase_rad(found.frequency_per_mm))
+    gratings, untold = [], _untold(mapped[..., :2] / mapped[..., 2:]) * (POSE_UNTOLD if track.by_corners else 1.0)
+    known = within_law(track.strips, camera_mm) & good
+    for g, grating in enumerate(badge.gratings):
+        own = [
+            (phase, prediction)
+            for strip, phase, prediction in zip(track.strips, strips, predictions, strict=True)
+            if strip.grating == g and phase is not None and prediction is not None
+        ]
+        axis = 0 if grating.axis == "x" else 1
+        held = float(np.median([held_rad(phase) for phase, _ in own])) if own else 0.0
+        noise = untold * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis], held)
+        signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
+        sd = np.where(known, signal.phase_sd_rad, np.inf)
+        if track.vague is not None:
+            # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
+            vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
+            sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
+        elsewhere = _elsewhere(camera_mm, page_mm, axis)
+        places = [a for strip, a in zip(track.strips, apart, strict=True) if strip.grating == g and strip.uniform]
+        gratings.append(
+            replace(
+                signal, phase_sd_rad=sd, place_residual_rad=np.array(places), tangent_sd=camera.tangent_sd[axis],
+                elsewhere=elsewhere, held_rad=held,
+            )
+        )  # fmt: skip
+    stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
+    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
+
+
+def _elsewhere(camera_mm: Array, page_mm: Array, axis: int) -> Array:
+    """The camera's parallax along the other axis than the fringes', and one over its distance, (T, 2)."""
+    near = 1 / np.abs(camera_mm[:, 2])
+    return np.column_stack([(camera_mm[:, 1 - axis] - page_mm[:, 1 - axis].mean()) * near, near])
+
+
+def _untold(corners_px: Array) -> float:
+    """How many times larger than told the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
+    quads = corners_px.reshape(len(corners_px), 4, 4, 2)
+    side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
+    return max(1.0, TOLD_FROM_PX / max(side, 1.0)) ** UNTOLD_POWER
+
+
+def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
+    """Lowest and highest beat frequency that a cell may have: any symbol's where it carries a code, else its own.
+
+    Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE`.
+    """
+    tolerance = PITCH_TOLERANCE / badge.lens.pitch_mm
+    if grating.code is None:
+        own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
+        return own - tolerance, own + tolerance
+    code = grating.code
+    ends = [code.base_frequency_per_mm + code.frequency_step_per_mm * level for level in (0, code.levels - 1)]
+    return min(ends) - tolerance, max(ends) + tolerance
+
+
+def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
+    """Standard deviation of the parallax coordinates (x, y) about their smoothed course, by the median."""
+    wander = raw_mm[:, :2] / raw_mm[:, 2:] - smooth_mm[:, :2] / smooth_mm[:, 2:]
+    return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
+
+
+def _after_smoothing(wander: float, whole: float, held: float) -> float:
+    """Error of a parallax coordinate after smoothing: some of what wanders from frame to frame, and all that is slow.
+
+    What a pose leaves unexplained says how large its error is as a whole; what smoothing took away was the fast part.
+    held: as `fringe.held_rad`, since markers and lines are of one ink.
+    """
+    slow = math.sqrt(max(whole**2 - wander**2, 0.0))
+    share = min(1.0, math.hypot(SMOOTHED_SHARE, held / ALL_HELD_RAD))
+    return math.hypot(share * wander, slow)
+
+
+def _combine(
+    strips: list[StripPhase], predictions: list[Array], noise: float, badge: Badge, grating: Grating, times_s: Array
+) -> GratingSignal:
+    """One signal from several strips.
+
+    Strips of other pitch move a little faster or slower; `gain` brings each to the mean strip's measure.  Offsets
+    and signal are solved for in turn, on the circle, so that no strip need be unwrapped by itself.
+    """
+    phase = np.array([strip.phase_rad for strip in strips])
+    sd = np.array([strip.phase_sd_rad for strip in strips])
+    weight = np.where(sd < MAX_PHASE_SD_RAD, 1.0 / np.maximum(sd, 1e-3) ** 2, 0.0)
+    predicted = np.array(predictions)
+    predicted = predicted - predicted.mean(axis=1, keepdims=True)
+    common = predicted.mean(axis=0)
+    power = float(common @ common)
+    gain = predicted @ common / power if power > 0 else np.ones(len(strips))
+    # What a hand hides has no phase; its noise would be followed through whole turns.
+    clear = np.flatnonzero(weight.any(axis=0))
+    segments = [clear[part] for part in _followed(common[clear], times_s[clear])]
+    signal = _unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
+    for _ in range(4):
+        expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
+        apart = phase - expected
+        offset = np.angle((weight * np.exp(1j * apart)).sum(axis=1))
+        turned = np.angle(np.exp(1j * (apart - offset[:, None])))
+        total = weight.sum(axis=0)
+        correction = np.where(total > 0, (weight * turned).sum(axis=0) / np.maximum(total, 1e-12), 0.0)
+        signal = _unwrap(signal + correction, common, segments)
+    total = weight.sum(axis=0)
+    with np.errstate(divide="ignore"):
+        phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
+    wander = np.sqrt((weight * turned**2).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-12))
+    slope = 2 * np.pi * badge.lens.thickness_mm / badge.lens.refractive_index / grating.pitch_mm
+    strip_sd = np.array(
+        [np.median(own[own < MAX_PHASE_SD_RAD]) if (own < MAX_PHASE_SD_RAD).any() else 0.0 for own in sd]
+    )
+    return GratingSignal(
+        signal - signal.mean(), common, phase_sd, float(slope * noise), wander, times_s, strip_sd_rad=strip_sd
+    )
+
+
+def _followed(predicted: Array, times_s: Array) -> list[NDArray[np.int64]]:
+    """Stretches of frames in which each frame's phase can be told from the one before.
+
+    They end at gaps, and where the camera went so fast that the optics predict a step of nearly half a turn or more.
+    """
+    fast = np.abs(np.diff(predicted)) > LARGEST_STEP_RAD
+    return [part for stretch in stretches(times_s, GAP_S) for part in _split(stretch, fast)]
+
+
+def _split(stretch: NDArray[np.int64], fast: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    return np.split(stretch, np.flatnonzero(fast[stretch[:-1]]) + 1)
+
+
+def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
+    """Phase without jumps of a turn.
+
+    Within a stretch each frame follows the one before, whatever the prediction says; frames of no stretch have no
+    phase, and get the prediction.  Whole turns between stretches
+    cannot be seen; there the number of turns is taken that lies nearest to the prediction, which gives a forger whole
+    turns a gap and nothing else.
+    """
+    longest = max(segments, key=len, default=np.zeros(0, int))
+    if not len(longest):
+        return predicted.copy()
+    anchor = float(np.mean(np.unwrap(phase[longest]) - predicted[longest]))
+    unwrapped = predicted + anchor
+    for segment in segments:
+        unwrapped[segment] = np.unwrap(phase[segment])
+    for segment in segments:
+        if segment is not longest:
+            apart = float(np.mean(unwrapped[segment] - predicted[segment])) - anchor
+            unwrapped[segment] -= 2 * np.pi * np.round(apart / (2 * np.pi))
+    return unwrapped

@@ -1,0 +1,144 @@
+"""Fringe frequency and phase of a strip, frame by frame, from its brightness profiles.
+
+The profile of a strip is fitted by least squares with a level, a slope, and the fringe with its second and third
+harmonic (the lens focuses, so fringes are closer to square than to sine).  Nothing of the fringes' *motion* enters:
+a forged film gets its own phase, not the one that the optics predict.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from moireid.verifier.fringes.predicted_phase import StripLaw
+from moireid.verifier.tracking.profiles import CODING_POWER
+
+Array = NDArray[np.float64]
+#: Frames that the frequency is searched on; it is one figure for the whole film.
+SEARCH_FRAMES = 32
+REFINE_FRAMES = 64
+BLOCKS = 4
+#: Frames that are fitted at a time.
+PIECE_FRAMES = 512
+#: Neighbouring samples share pixels: at two samples a millimetre and 1.4 pixels a millimetre noise counts 1.4 times.
+SAMPLE_INFLATION = 1.4
+
+
+@dataclass(frozen=True)
+class StripPhase:
+    """One strip over the film: phase at its middle and its standard deviation, contrast and level in counts, each (T,).
+
+    frequency_per_mm is |f| with the sign of the search range; frequency_sd its standard deviation.
+    """
+
+    phase_rad: Array
+    phase_sd_rad: Array
+    contrast: Array
+    level: Array
+    frequency_per_mm: float
+    frequency_sd: float
+
+
+def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm: tuple[float, float]) -> StripPhase:
+    """Measure one strip.
+
+    Parameters: profiles (T, N) counts; law: view geometry of the same frames and samples; band_per_mm: the lowest
+        and highest signed beat frequency (camera far away) to look for.
+    Convention: brightness = level + contrast cos(2 pi f (X - middle) + phase).
+    Returns: StripPhase.
+    Source: nonlinear least squares, the linear part solved for exactly (variable projection).
+    """
+    frequency = _search(profiles, law, length_mm, band_per_mm)
+    frequency = _refine(profiles, law, frequency, 0.4 / length_mm, REFINE_FRAMES)
+    blocks = np.array_split(np.arange(len(profiles)), BLOCKS)
+    apart = [
+        _refine(profiles[block], _part(law, block), frequency, 0.4 / length_mm, REFINE_FRAMES // BLOCKS)
+        for block in blocks if len(block) >= 4
+    ]  # fmt: skip
+    spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else np.inf
+    harmonics = 3 if abs(frequency) * length_mm >= 1.5 else 1
+    # In pieces, because the columns of the fit are some twenty times the profiles themselves.
+    pieces = [
+        _fit(profiles[some], _part(law, some).phase_rad(frequency), harmonics)[:2]
+        for some in np.array_split(np.arange(len(profiles)), -(-len(profiles) // PIECE_FRAMES))
+    ]
+    coefficients, variance = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
+    cosine, sine = coefficients[:, 2], coefficients[:, 3]
+    contrast = np.hypot(cosine, sine)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sd = SAMPLE_INFLATION * np.sqrt(variance) / contrast
+    return StripPhase(
+        np.arctan2(-sine, cosine), np.nan_to_num(sd, nan=np.inf), contrast, coefficients[:, 0], frequency, spread
+    )
+
+
+def held_rad(strip: StripPhase) -> float:
+    """Error of a place of the strip that no mean over time takes away, rad: its picture is told in whole counts.
+
+    A codec holds such errors as long as little changes, which is what a mean over many frames would need to get rid of
+    them.  They do not fade with the print, so the phase errs by one over the contrast.
+    Returns: the middling one of the clearer half of its frames; 0 where there are no fringes.
+    Source: rounding errs by 1 / sqrt(12) counts; light per count is the derivative of the coding (`strips`).
+    """
+    clear = (strip.phase_sd_rad <= np.median(strip.phase_sd_rad)) & (strip.contrast > 0)
+    if not clear.any():
+        return 0.0
+    light_per_count = CODING_POWER * np.clip(strip.level[clear] / 255.0, 0.0, 1.0) ** (1 - 1 / CODING_POWER)
+    return float(np.median(light_per_count / np.sqrt(12) / strip.contrast[clear]))
+
+
+def _part(law: StripLaw, frames: NDArray[np.int64]) -> StripLaw:
+    return StripLaw(
+        law.fixed[frames], law.per_frequency[frames], law.fixed_middle[frames], law.per_frequency_middle[frames]
+    )
+
+
+def _spread_out(count: int, most: int) -> NDArray[np.int64]:
+    return np.unique(np.linspace(0, count - 1, min(most, count)).astype(int))
+
+
+def _search(profiles: Array, law: StripLaw, length_mm: float, band: tuple[float, float]) -> float:
+    """The strongest frequency of the band, to a fifth of a fringe across the strip."""
+    frames = _spread_out(len(profiles), SEARCH_FRAMES)
+    some = profiles[frames].astype(float)
+    line = np.linspace(-1, 1, some.shape[1])
+    some = some - some.mean(axis=1, keepdims=True)
+    some = (some - (some @ line)[:, None] / (line @ line) * line) * np.hanning(some.shape[1])
+    law = _part(law, frames)
+    grid = np.arange(band[0], band[1] + 1e-9, 0.2 / length_mm)
+    power = [np.abs((some * np.exp(-1j * law.phase_rad(f))).sum(axis=1)) ** 2 for f in grid]
+    return float(grid[int(np.argmax(np.sum(power, axis=1)))])
+
+
+def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: int) -> float:
+    """Frequency near `start` that explains the profiles best."""
+    frames = _spread_out(len(profiles), most)
+    some, law = profiles[frames], _part(law, frames)
+    found = minimize_scalar(
+        lambda f: _fit(some, law.phase_rad(f), 1)[2],
+        bounds=(start - reach, start + reach), method="bounded", options={"xatol": 1e-3 * reach},
+    )  # fmt: skip
+    return float(found.x)
+
+
+def _fit(profiles: Array, phase: Array, harmonics: int) -> tuple[Array, Array, float]:
+    """Least squares of each frame; coefficients (T, 2 + 2 H), variance of the fundamental's (T,), sum of squares."""
+    count = profiles.shape[1]
+    transposed = np.empty((len(phase), 2 + 2 * harmonics, count))
+    transposed[:, 0], transposed[:, 1] = 1.0, np.linspace(-1, 1, count)
+    cosine, sine = np.cos(phase), np.sin(phase)
+    transposed[:, 2], transposed[:, 3] = cosine, sine
+    for k in range(4, 2 + 2 * harmonics, 2):
+        before, across = transposed[:, k - 2], transposed[:, k - 1]
+        transposed[:, k], transposed[:, k + 1] = before * cosine - across * sine, across * cosine + before * sine
+    basis = transposed.transpose(0, 2, 1)
+    gram = transposed @ basis
+    # A ridge of one part in 1e9 keeps harmonics that alias onto one another from stopping the solve.
+    gram += 1e-9 * count * np.eye(gram.shape[1])
+    coefficients = np.linalg.solve(gram, transposed @ profiles[..., None])[..., 0]
+    left = ((profiles - (basis @ coefficients[..., None])[..., 0]) ** 2).sum(axis=1)
+    variance = left / max(count - basis.shape[2], 1) * np.linalg.inv(gram)[:, 2, 2]
+    return np.asarray(coefficients, float), np.maximum(variance, 0.0), float(left.sum())

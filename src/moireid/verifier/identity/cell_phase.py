@@ -1,0 +1,230 @@
+"""Phase cells: how far each cell's fringe is ahead of the uniform rows', over the whole film.
+
+Every sample of a cell sees level + contrast cos(field + symbol), where the field is that of the uniform rows: their
+measured beat, the view geometry, and their *measured* motion.  So the reading needs no pose to be exact, and holds on
+a film whose fringes move by another law too.  What assembly leaves unknown is solved for: the sheet's offset and twist
+from the uniform rows, and once more from the cells themselves when their symbols are nearly clear.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge
+from moireid.verifier.fringes.predicted_phase import strip_law
+from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.identity.waveform import Complex, learn_waveform, match_cost, match_phase, match_symbol, waveform
+from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.profiles import Strip
+
+Array = NDArray[np.float64]
+#: Left out at a cell's ends, mm, or a fifth of it: there the picture's blur mixes neighbours.
+MARGIN_MM = 1.2
+#: Frames that the fringe's shape is learnt from.
+SHAPE_FRAMES = 48
+#: Samples of a cell are not independent: 1.4 in space, as in `fringe`, and coded pictures repeat their noise in time.
+#: On outside films the scatter of clear symbols is 2 to 4 times what independent samples would give.
+NOISE_INFLATION = 3.0
+#: A reading is never better than this: lens pitch and sheet thickness vary that much over a sheet.
+FLOOR_RAD = 0.05
+
+
+#: Sheets are laid within 0.3 degrees of the lines, which is asked of the maker; a little more is sought.
+MAX_TWIST_RAD = math.radians(0.35)
+#: Twists whose rows agree less well by this are as likely as the best: it is what offsets wrong by 0.2 rad make.
+DOUBTFUL_AGREEMENT = 0.02
+#: Frames that the twist, one figure for the whole film, is sought on.
+TWIST_FRAMES = 128
+
+
+@dataclass(frozen=True)
+class CellPhase:
+    """Phase of one cell against the uniform rows' field, its standard deviation, and its middle, page mm.
+
+    free_rad: what the phase would be if it need not lie on one of the code's places; moved, power: means over frames
+    and samples of the seen change times the change that the field makes of this symbol, and of its square.
+    """
+
+    phase_rad: float
+    phase_sd_rad: float
+    along_mm: float
+    across_mm: float
+    free_rad: float = math.nan
+    moved: float = 0.0
+    power: float = 0.0
+
+
+@dataclass(frozen=True)
+class Field:
+    """The uniform rows' field of one grating.
+
+    clock_rad (T,): measured less predicted motion with the sheet's offset; twist_rad_per_mm: phase along the lenses;
+    level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across.
+    """
+
+    clock_rad: Array
+    twist_rad_per_mm: float
+    level: Array
+    contrast: Array
+    frequency_per_mm: float
+    middle_mm: float
+
+
+def read_cells(
+    track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field
+) -> dict[int, CellPhase]:
+    """Phases of all phase cells of one grating, by cell index, against one of its `uniform_fields`.
+
+    Convention: phase positive where the cell's fringe is ahead, that is where its lines are shifted back.
+    Returns: empty where the grating has none.
+    Source: each cell over the sampled frames, all samples, first by itself and then on one of the code's places, for
+    which what the cells have in common, a plane of phase, is taken off.  The sample is
+    bounded, so a long film takes no more time or memory than one of 8 s.
+    """
+    rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
+    if not rows:
+        return {}
+    shape = _shape(track, measurement, badge, grating, field)
+    found: dict[int, CellPhase] = {}
+    costs: dict[int, Array] = {}
+    views: dict[int, tuple[Array, Array]] = {}
+    for index, strip in rows:
+        phase = _field_phase(badge, strip, measurement.camera_mm, field, track.cell_frames)
+        seen = _in_contrasts(track.profiles[index], field, track.cell_frames)
+        for cell in strip.cells:
+            inside = _samples_of(badge, strip, cell)
+            views[cell] = seen[:, inside], phase[:, inside]
+            costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
+            value, sd = match_phase(costs[cell])
+            sd = math.hypot(sd, FLOOR_RAD)
+            found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
+    levels = badge.gratings[grating].code.phase_levels or 4  # type: ignore[union-attr]
+    placed = {}
+    for cell, offset in _offsets(found, field, levels).items():
+        value, sd = match_symbol(costs[cell], offset, levels)
+        free = math.remainder(found[cell].phase_rad - offset, 2 * math.pi)
+        moved, power = _motion(*views[cell], shape, value + offset)
+        placed[cell] = replace(
+            found[cell],
+            phase_rad=value,
+            phase_sd_rad=math.hypot(sd, FLOOR_RAD),
+            free_rad=free,
+            moved=moved,
+            power=power,
+        )
+    return placed
+
+
+def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
+    """Seen change times expected change, and expected change squared, each about its mean over the film."""
+    expected = waveform(shape, phase + ahead)
+    expected = expected - expected.mean(axis=0)
+    return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
+
+
+def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field, frames: NDArray[np.int64]) -> Array:
+    """Phase of the uniform rows' field at a strip's samples in some frames, (frames, N)."""
+    law = strip_law(badge, strip, camera_mm[frames])
+    along = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[frames, None]
+    return along + field.twist_rad_per_mm * (strip.across_mm - field.middle_mm)
+
+
+def _in_contrasts(profiles: NDArray[np.float32], field: Field, frames: NDArray[np.int64]) -> Array:
+    """Profiles of some frames about their pictures' level, in units of their contrast, (frames, N)."""
+    return np.asarray((profiles - field.level[frames, None]) / np.maximum(field.contrast[frames], 1.0)[:, None])
+
+
+def _shape(track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field) -> Complex:
+    """The fringe's shape, learnt from the reference rows, whose beat the cells share."""
+    code = badge.gratings[grating].code
+    assert code is not None
+    frames = np.unique(np.linspace(0, track.tracked - 1, min(SHAPE_FRAMES, track.tracked)).astype(int))
+    seen, phases = [], []
+    for index, strip in enumerate(track.strips):
+        if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
+            seen.append(_in_contrasts(track.profiles[index][frames], field, frames).ravel())
+            phases.append(_field_phase(badge, strip, measurement.camera_mm, field, frames).ravel())
+    return learn_waveform(np.concatenate(seen), np.concatenate(phases))
+
+
+def uniform_fields(track: Track, measurement: Measurement, badge: Badge, grating: int) -> list[Field]:
+    """The fields that a grating's uniform rows may have, the likeliest first.
+
+    Convention: clock + twist (across - middle) + law is the phase of a uniform row anywhere on the grating.
+    Source: circular mean over the rows, weighted by their Fisher information; the twist makes the rows agree most.
+    Rows that lie evenly cannot tell a twist from one that adds a turn from each row to the next; so there may be
+    several, and the code says which is right: with a wrong one whole rows of symbols are wrong.
+    """
+    code = badge.gratings[grating].code
+    assert code is not None
+    rect, axis = badge.gratings[grating].rect_mm, 0 if badge.gratings[grating].axis == "x" else 1
+    middle = (rect[1 - axis] + rect[3 - axis]) / 2
+    uniform = [
+        (strip, phase, prediction)
+        for strip, phase, prediction in zip(track.strips, measurement.strips, measurement.predictions_rad, strict=True)
+        if strip.grating == grating and phase is not None and prediction is not None
+    ]
+    apart = np.array([phase.phase_rad - prediction for _, phase, prediction in uniform])
+    weight = np.array([1 / np.maximum(phase.phase_sd_rad, 1e-3) ** 2 for _, phase, _ in uniform])
+    across = np.array([strip.across_mm - middle for strip, _, _ in uniform])
+    reference = [k for k, (strip, _, _) in enumerate(uniform) if code.roles[strip.cells[0]] == "reference"]
+    frequency = float(np.mean([uniform[k][1].frequency_per_mm for k in reference]))
+    share = weight / np.maximum(weight.sum(axis=0), 1e-12)
+    level = (share * np.array([phase.level for _, phase, _ in uniform])).sum(axis=0)
+    contrast = (share * np.array([phase.contrast for _, phase, _ in uniform])).sum(axis=0)
+    fields = []
+    for twist in _twists(apart, across, weight, 2 * math.pi * MAX_TWIST_RAD / badge.lens.pitch_mm):
+        clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
+        fields.append(Field(clock, twist, level, contrast, frequency, middle))
+    return fields
+
+
+def _twists(apart: Array, across: Array, weight: Array, most: float) -> list[float]:
+    """Phases per mm across at which the rows agree, best first; those nearly as good as the best.
+
+    apart, weight (rows, T).  The rows' mean in each frame is free, as the clock is sought only then; it must not be
+    taken off before, because rows that a twist has turned against one another may cancel in it.
+    """
+    if len(apart) < 2:
+        return [0.0]
+    grid = np.linspace(-most, most, 801)
+    some = np.unique(np.linspace(0, apart.shape[1] - 1, min(TWIST_FRAMES, apart.shape[1])).astype(int))
+    turned = weight[:, some] * np.exp(1j * apart[:, some])
+    agreement = np.abs(np.exp(-1j * np.outer(grid, across)) @ turned).sum(axis=1) / weight[:, some].sum()
+    padded = np.concatenate([[-1.0], agreement, [-1.0]])
+    peaks = np.flatnonzero((agreement >= padded[:-2]) & (agreement > padded[2:]))
+    near = [int(k) for k in peaks if agreement[k] >= agreement.max() - DOUBTFUL_AGREEMENT]
+    return [float(grid[k]) for k in sorted(near, key=lambda k: -agreement[k])]
+
+
+def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
+    rect = badge.gratings[strip.grating].cells[cell].rect_mm
+    low, high = rect[strip.axis], rect[strip.axis + 2]
+    margin = min(MARGIN_MM, 0.2 * (high - low))
+    return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
+
+
+def _offsets(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, float]:
+    """What is left of offset, tilt and beat at each cell: a plane through the distances from the nearest symbol."""
+    cells = list(found.values())
+    along = np.array([cell.along_mm for cell in cells])
+    place = np.column_stack([np.ones(len(cells)), along - along.mean(), [c.across_mm - field.middle_mm for c in cells]])
+    phase = np.array([cell.phase_rad for cell in cells])
+    weight = 1 / np.array([cell.phase_sd_rad for cell in cells])
+    weight[~np.isfinite(weight)] = 0.0
+    step = 2 * math.pi / levels
+    offset = np.zeros(len(cells))
+    for _ in range(3):
+        apart = phase - step * np.round(phase / step)
+        # A distance beyond a third of a step may belong to the other symbol, so it has no say.
+        use = weight * (np.abs(apart) < step / 3)
+        if np.count_nonzero(use) < 8:
+            break
+        plane, *_ = np.linalg.lstsq(place * use[:, None], apart * use, rcond=None)
+        phase = phase - place @ plane
+        offset = offset + place @ plane
+    return dict(zip(found, offset.tolist(), strict=True))

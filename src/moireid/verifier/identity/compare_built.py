@@ -1,0 +1,117 @@
+"""The badge as built: measured when it is enrolled, and held against that when it is verified.
+
+A copy made of the same files reads the same identity, but its sheet lies elsewhere over the lines: another offset,
+another twist, and where it was printed anew another beat.  Paper drifts with humidity, and that shows in the beat too,
+so the room left for the offset grows with the drift that the beat itself shows.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+from moireid.errors import DesignError
+from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.identity.decode import read_identity
+from moireid.verifier.motion.judge import Invariant
+from moireid.verifier.reasons import Reason
+from moireid.verifier.tracking.badge_tracker import Track
+
+Built = Literal["original", "copy", "not_known"]
+#: Paper grows by up to this share between enrolment and any later day; 0.1 % is a change of some 20 % of relative
+#: humidity for office paper.  Held at its far edge it slides under the sheet by this share of half the grating.
+PAPER_DRIFT = 0.001
+#: Pose, light and codec repeat the offset within this (0.04 rad on films of one badge by different motions).
+OFFSET_REPEATS_RAD = 0.05
+#: A sheet in its mount turns by this between days, radians of twist: 0.02 mm over 80 mm.
+TWIST_REPEATS_RAD = 2.5e-4
+#: Within this many standard deviations: original.  Beyond `COPY_SD` of them: another building.  Between: not known.
+ORIGINAL_SD, COPY_SD = 3.5, 6.0
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Outcome of holding a film's figures against those of enrolment."""
+
+    built: Built
+    reasons: tuple[Reason, ...]
+
+
+def measure_built(track: Track, measurement: Measurement, badge: Badge, invariant: Invariant) -> AsBuilt:
+    """The as-built figures that one film gives.
+
+    Convention: as `AsBuilt`.
+    Returns: AsBuilt.
+    Raises: DesignError for a board that carries no identity.
+    Source: `cells.uniform_fields` of the first grating that carries a code; the offset is the mean of measured less
+        predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
+    """
+    index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
+    if index is None or badge.id is None or invariant.gain_ratio is None or invariant.gain_sd is None:
+        raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
+    reading = read_identity(track, measurement, badge)
+    field = reading.fields[index]
+    code = badge.gratings[index].code
+    assert code is not None
+    reference = reading.cells[index][code.reference_cell]
+    clock = np.exp(1j * field.clock_rad)
+    mean_turn = complex(clock.mean())
+    wander = float(np.std(np.angle(clock / mean_turn)))
+    # Motion is smooth, so a hand's film of some seconds holds about two independent stretches a second.
+    seconds = float(measurement.times_s[-1] - measurement.times_s[0])
+    off_centre = abs(float(np.mean([p.mean() for p in measurement.predictions_rad if p is not None])))
+    offset_sd = math.hypot(wander / math.sqrt(max(2.0 * seconds, 1.0)), off_centre * invariant.gain_sd)
+    height = badge.gratings[index].rect_mm
+    span = (height[3] - height[1]) if badge.gratings[index].axis == "x" else (height[2] - height[0])
+    return AsBuilt(
+        badge_id=badge.id,
+        beat_frequency_per_mm=reference.frequency_per_mm,
+        beat_frequency_sd=reference.frequency_sd,
+        offset_rad=float(np.angle(mean_turn)),
+        offset_sd=offset_sd,
+        twist_rad_per_mm=field.twist_rad_per_mm,
+        # The rows' offsets are good to some hundredths of a radian, over the height of the grating.
+        twist_sd=0.03 / span,
+        gain_ratio=invariant.gain_ratio,
+        gain_sd=invariant.gain_sd,
+    )
+
+
+def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge) -> Comparison:
+    """Whether the film shows the very badge that was enrolled.
+
+    Convention: differences are found less enrolled.
+    Returns: Comparison; "not_known" lies between the limits of original and copy.
+    Source: module docstring; limits in standard deviations of what repeats, widened by the drift that paper may have.
+    """
+    index = next(k for k, grating in enumerate(badge.gratings) if grating.code)
+    rect, axis = badge.gratings[index].rect_mm, 0 if badge.gratings[index].axis == "x" else 1
+    half_mm = (rect[axis + 2] - rect[axis]) / 2
+    lines_per_mm = 1.0 / badge.lens.pitch_mm
+    beat = found.beat_frequency_per_mm - enrolled.beat_frequency_per_mm
+    beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, 1e-5)
+    beat_limit = PAPER_DRIFT * lines_per_mm
+    slide_rad = 2 * math.pi * half_mm * min(abs(beat), beat_limit)
+    offset = abs(math.remainder(found.offset_rad - enrolled.offset_rad, 2 * math.pi))
+    offset_sd = math.hypot(found.offset_sd, enrolled.offset_sd, OFFSET_REPEATS_RAD)
+    twist = abs(found.twist_rad_per_mm - enrolled.twist_rad_per_mm)
+    twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * TWIST_REPEATS_RAD * lines_per_mm)
+    checks = (
+        ("as_built_beat", abs(beat), beat_limit, beat_sd, "cycles/mm", "beat"),
+        ("as_built_offset", offset, slide_rad, offset_sd, "rad", "place of the sheet"),
+        ("as_built_twist", twist, 0.0, twist_sd, "rad/mm", "twist of the sheet"),
+    )
+    reasons, levels = [], []
+    for code, difference, room, sd, unit, words in checks:
+        limit, far = room + ORIGINAL_SD * sd, room + COPY_SD * sd
+        level: Built = "original" if difference <= limit else "copy" if difference > far else "not_known"
+        levels.append(level)
+        text = f"The {words} differs from enrolment by {difference:.4g} {unit}; drift and error explain {limit:.4g}."
+        reasons.append(Reason(code, "note", difference, limit, unit, text))
+    built: Built = "copy" if "copy" in levels else "not_known" if "not_known" in levels else "original"
+    return Comparison(built, tuple(reasons))

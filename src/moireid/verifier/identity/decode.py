@@ -1,0 +1,205 @@
+"""Whose badge is it: decode the cells without looking at any claim, then compare."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from moireid.badge import Badge
+from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
+from moireid.optics import beat_period_mm
+from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
+from moireid.verifier.motion.figures import MAX_VAGUER
+from moireid.verifier.reasons import Level, Reason, json_number
+from moireid.verifier.tracking.badge_tracker import Track
+
+#: The cells' fringes must move with the rows'.  Genuine films gave 0.96 and more, cells that are a picture 0; a third
+#: of the cells may be covered.
+CELLS_MOVE, CELLS_STAND = 0.6, 0.4
+#: Mean square of the change that is asked for before that is told, contrasts squared.
+LEAST_CHANGE = 0.005
+IdentityVerdict = Literal["match", "mismatch", "unreadable", "not_claimed"]
+
+
+@dataclass(frozen=True)
+class Identity:
+    """Outcome of the identity test; beat periods of the reference cell in page mm.
+
+    beats_agree: whether the rows' beats are those of the decoded id, None where no row could be read; partial: the
+    word where none could be decoded; cell_motion: as `Reading` has it.
+    """
+
+    verdict: IdentityVerdict
+    reasons: tuple[Reason, ...]
+    decoded_id: str | None = None
+    claimed_id: str | None = None
+    beat_period_mm: float | None = None
+    expected_beat_period_mm: float | None = None
+    symbol_errors_corrected: int = 0
+    built: str = "not_known"
+    score: float | None = None
+    beats_agree: bool | None = True
+    partial: PartialWord | None = None
+    cell_motion: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """As the `identity` object of `verify --json`."""
+        names = (
+            "decoded_id", "claimed_id", "beat_period_mm", "expected_beat_period_mm", "symbol_errors_corrected",
+            "built", "score",
+        )  # fmt: skip
+        return {"verdict": self.verdict, **{name: json_number(getattr(self, name)) for name in names}}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What the cells of all gratings say; decoded and fields belong to those that carry a code.
+
+    cells: one reading a cell, by grating; fields: of the uniform rows, by grating, as they decode; cell_motion: how
+    far the cells' fringes change with those of the rows, 1 where they move as one, 0 for a picture of cells, None
+    where there are none.
+    """
+
+    decoded: Decoded | None
+    cells: tuple[tuple[CellReading, ...], ...]
+    fields: dict[int, Field]
+    cell_motion: float | None = None
+
+
+def read_identity(track: Track, measurement: Measurement, badge: Badge) -> Reading:
+    """Decode the gratings that carry a code.
+
+    Convention: only the layout of `badge` is used.
+    Source: where the uniform rows leave several fields open, that with which a payload decodes; else the likeliest.
+    """
+    coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
+    options = [uniform_fields(track, measurement, badge, index) for index in coded]
+    first: Reading | None = None
+    for chosen in itertools.product(*options):
+        fields = dict(zip(coded, chosen, strict=True))
+        shifted = {index: read_cells(track, measurement, badge, index, field) for index, field in fields.items()}
+        cells = tuple(
+            tuple(_cell_readings(track, measurement, badge, index, shifted.get(index, {})))
+            for index in range(len(badge.gratings))
+        )
+        if not coded:
+            return Reading(None, cells, {})
+        every = [cell for found in shifted.values() for cell in found.values()]
+        power = sum(cell.power for cell in every)
+        # Where the rows hardly move, so should the cells, and nothing can be told.
+        motion = sum(cell.moved for cell in every) / power if power > LEAST_CHANGE * max(len(every), 1) else None
+        gratings = tuple(badge.gratings[index] for index in coded)
+        decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
+        reading = Reading(decoded, cells, fields, motion)
+        first = first or reading
+        if decoded.payload is not None:
+            return reading
+    assert first is not None
+    return first
+
+
+def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, claimed_id: str | None) -> Identity:
+    """Decode, then compare with the claim; `claimed_id` None asks for the decoding alone.
+
+    Convention: the score is the distance of the symbols from confusion: 1 where each lies on its place, 0 where the
+    worst one that was used is as near to its neighbour; negative for another identity.
+    """
+    reading = read_identity(track, measurement, badge)
+    decoded, readings = reading.decoded, reading.cells
+    index = next((k for k, grating in enumerate(badge.gratings) if grating.code), 0)
+    coded = badge.gratings[index]
+    reference = coded.code.reference_cell if coded.code else 0
+    found = decoded.payload.hex() if decoded and decoded.payload else None
+    verdict, reason, score = _compare(decoded, found, claimed_id)
+    return Identity(
+        verdict,
+        (reason, *_cells_move(reading.cell_motion, found)),
+        cell_motion=reading.cell_motion,
+        decoded_id=found,
+        claimed_id=claimed_id,
+        beat_period_mm=float(beat_period_mm(readings[index][reference].frequency_per_mm)),
+        expected_beat_period_mm=float(beat_period_mm(1 / coded.cells[reference].pitch_mm - 1 / badge.lens.pitch_mm)),
+        symbol_errors_corrected=decoded.corrected if decoded else 0,
+        score=score,
+        beats_agree=decoded.beats_agree if decoded else True,
+        partial=decoded.partial if decoded else None,
+    )
+
+
+def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
+    """Whether the identity was read off fringes that move, and not off a picture of them between live rows."""
+    if motion is None or found is None:
+        return ()
+    level: Level = "pass" if motion >= CELLS_MOVE else "fail" if motion <= CELLS_STAND else "undecided"
+    text = (
+        f"The cells' fringes change {motion:.2f} times as far as the rows' motion makes them; {CELLS_MOVE:g} is the "
+        "least that shows a badge."
+    )
+    return (Reason("cells_move", level, motion, CELLS_MOVE, "", text),)
+
+
+def _compare(
+    decoded: Decoded | None, found: str | None, claimed_id: str | None
+) -> tuple[IdentityVerdict, Reason, float | None]:
+    """Verdict, reason and score of what was read against what is claimed."""
+    if decoded is None and claimed_id is not None:
+        text = f"{claimed_id} is claimed, but the board carries no code that could bear it out."
+        return "unreadable", Reason("identity", "undecided", None, claimed_id, "", text), 0.0
+    if decoded is None:
+        text = "The board carries no identity; none was asked for."
+        return "not_claimed", Reason("identity", "note", None, None, "", text), None
+    margin = decoded.margin
+    if claimed_id is None:
+        text = f"The badge reads {found}." if found else "No identity can be read off the badge."
+        return "not_claimed", Reason("identity", "note", found, None, "", text), margin
+    if found is None:
+        text = (
+            f"The identity cannot be read: of {decoded.symbols} symbols too many are wrong or hidden, and "
+            f"{decoded.unclear} cells are unclear; film the whole badge from nearer, with more motion."
+        )
+        return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0
+    if decoded.beats_agree is False:
+        text = f"The line spacing reads {found}, but the beats of the rows are not that badge's."
+        return "mismatch", Reason("beats", "fail", found, claimed_id, "", text), -margin
+    if decoded.beats_agree is None and found == claimed_id:
+        text = f"The line spacing reads {found}, as claimed, but the beats of no row can be read beside it."
+        return "unreadable", Reason("beats", "undecided", found, claimed_id, "", text), 0.0
+    if found == claimed_id:
+        text = f"The badge reads {found}, as claimed."
+        return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
+    text = f"The badge reads {found}, but {claimed_id} is claimed."
+    return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
+
+
+def _cell_readings(
+    track: Track, measurement: Measurement, badge: Badge, index: int, shifted: dict[int, CellPhase]
+) -> list[CellReading]:
+    """One reading a cell of a grating; a uniform cell's strips are taken together, weighted by their error bars.
+
+    A row that fits its fringes far worse than the others is covered in part: what covers it stands still and biases
+    its beat alike in all parts of the film, so that no error bar tells; it counts as not read.
+    """
+    clearest = min((float(np.median(p.phase_sd_rad)) for p in measurement.strips if p is not None), default=math.inf)
+    readings = []
+    for cell in range(len(badge.gratings[index].cells)):
+        if cell in shifted:
+            seen = shifted[cell]
+            readings.append(CellReading(math.nan, math.inf, seen.phase_rad, seen.phase_sd_rad, seen.free_rad))
+            continue
+        own = [
+            phase for strip, phase in zip(track.strips, measurement.strips, strict=True)
+            if strip.grating == index and strip.cells == (cell,) and phase is not None
+        ]  # fmt: skip
+        covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > MAX_VAGUER * max(clearest, 1e-3)
+        # An error bar from four blocks can come out small by luck; a millicycle over 100 mm is its floor.
+        sd = np.array([max(phase.frequency_sd, 1e-5) for phase in own])
+        weight = 1 / sd**2 if np.all(np.isfinite(sd)) else np.ones(len(own))
+        frequency = float(np.average([phase.frequency_per_mm for phase in own], weights=weight))
+        frequency_sd = math.sqrt(1 / weight.sum()) if np.all(np.isfinite(sd)) and not covered else math.inf
+        readings.append(CellReading(frequency, frequency_sd, math.nan, math.inf))
+    return readings

@@ -1,0 +1,5 @@
+"""A live check: prompts that nobody knows before.
+
+challenge.py  prompts, and whether they were followed     clock.py  when a live frame was taken
+session.py    a live session, of frames and events
+"""

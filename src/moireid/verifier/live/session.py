@@ -1,0 +1,206 @@
+"""A live check: frames with their times in, events out.  No camera, no network, no thread: what feeds it is outside.
+
+1. Place each frame on our own clock (`clock`).
+2. Push it to the verifier, whose running verdict is an event; follow the face (`overlap`).
+3. Where a challenge was asked for: begin it once badge and face are seen, on a verifier of its own; tell each prompt
+   when it is due, and judge it when its time is over (`challenge`).
+4. At the end, judge invariant, identity, overlap, prompts and clock together, all of the same frames.
+
+Convention: events are JSON objects with a key "event": status, prompt, prompted, challenge, verdict.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.live.challenge import (
+    DONE_S,
+    FACE,
+    HOLD_S,
+    WORDS,
+    Course,
+    Prompt,
+    draw_prompts,
+    judge_challenge,
+    judge_prompt,
+    judge_unbroken,
+    place_of,
+)
+from moireid.verifier.live.clock import MOST_LATE, BoundedClock
+from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.session.chapters import Claim, identity_of, invariant_of
+from moireid.verifier.session.overlap import OverlapWatch
+from moireid.verifier.session.streaming import Running, Verifier
+from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.video import Frame
+
+Event = dict[str, Any]
+Draw = Callable[[float], list[Prompt]]
+#: From the moment that badge and face are seen to the first prompt, at least.
+READY_S = 1.5
+#: A challenge that has not begun or ended by then is given up.
+WAIT_S = 60.0
+
+
+class LiveCheck:
+    """One session of one person before a camera.  Memory: the challenge's track, 40 bytes a frame for a minute."""
+
+    def __init__(
+        self, claim: Claim, *, draw: Draw = draw_prompts, now: Callable[[], float] = time.monotonic,
+        aside: Executor | None = None,
+    ) -> None:  # fmt: skip
+        """Parameters: draw: prompts of a challenge from its earliest start; now: our clock; others in tests alone;
+            aside: as `Verifier` has it.
+
+        Raises: SpecError where the badge cannot be read; MissingExtraError without the face detector.
+        """
+        self._claim, self._draw, self._now = claim, draw, now
+        self._middle_mm = marker_corners_mm(claim.badge.markers).mean(axis=(0, 1))
+        self._clock, self._watch = BoundedClock(), OverlapWatch()
+        self._aside = aside
+        self._verifier = Verifier(claim, aside=aside)
+        self._index = 0
+        self._asked_s: float | None = None
+        self._prompts: list[Prompt] | None = None
+        self._told = self._judged = 0
+        self._frames_s: list[float] = []
+        self._times: list[float] = []
+        self._places: list[NDArray[np.float64]] = []
+        self._before_face: list[bool] = []
+        self.ended = False
+
+    def ask(self, now_s: float) -> None:
+        """Ask for a challenge; it begins when badge and face are seen.  A second time changes nothing."""
+        if self._asked_s is None:
+            self._asked_s = now_s
+
+    def push(self, luma: NDArray[np.uint8], claimed_s: float, arrival_s: float) -> list[Event]:
+        """Take in a picture; what there is to tell.
+
+        Parameters: claimed_s, arrival_s: as `BoundedClock.place`.
+        """
+        time_s = self._clock.place(claimed_s, arrival_s)
+        if time_s is None or self.ended:
+            return []
+        frame = Frame(self._index, time_s, luma)
+        self._index += 1
+        running = self._verifier.push(frame)
+        self._watch.push(frame, self._verifier.in_view)
+        events = [self._status(running)] if running else []
+        return events + self._challenged(frame)
+
+    def finish(self) -> Event:
+        """End the session: the verdict on all frames, or on those of the challenge where there was one."""
+        self.ended = True
+        chapters = self._verifier.finish()
+        identity, built_reasons = identity_of(chapters)
+        invariant = invariant_of(chapters)
+        reasons = invariant.reasons + identity.reasons + built_reasons + self._verifier.others
+        overlap = None
+        if self._prompts is not None:
+            overlap = self._watch.judge(self._verifier.judged.tracker, chapters)
+            asked = self._prompts[: self._judged]
+            reasons += overlap.reasons + judge_challenge(self._course(), asked)
+            reasons += (judge_unbroken(self._course(), asked, np.array(self._frames_s)),) if asked else ()
+        reasons += (self._whole(), self._in_time())
+        return {
+            "event": "verdict", "verdict": worst(list(reasons)), "challenged": self._prompts is not None,
+            "reasons": [reason.to_json() for reason in reasons], "invariant": invariant.to_json(),
+            "identity": identity.to_json(), "overlap": overlap.to_json() if overlap else None,
+            "frames": {"read": self._index, "tracked": sum(chapter.tracked for chapter in chapters)},
+        }  # fmt: skip
+
+    def _status(self, running: Running) -> Event:
+        return {
+            "event": "status", "time_s": round(running.time_s, 3), "verdict": running.verdict,
+            "reasons": [reason.to_json() for reason in running.reasons], "tracked": running.tracked,
+            "badge": bool(self._verifier.in_view), "face": self._watch.face is not None,
+            "late": self._clock.late,
+        }  # fmt: skip
+
+    def _challenged(self, frame: Frame) -> list[Event]:
+        """Begin the challenge, note the badge's place, and tell and judge the prompts that are due."""
+        if self._asked_s is None:
+            return []
+        now_s = frame.time_s
+        if self._prompts is None:
+            return self._begin(now_s)
+        self._note(frame)
+        events: list[Event] = []
+        if self._told < len(self._prompts) and now_s >= self._prompts[self._told].at_s:
+            # The prompt's time is the moment when it is told: what moves before that does not follow it.
+            prompt = Prompt(self._prompts[self._told].move, max(now_s, self._now()))
+            self._prompts[self._told] = prompt
+            self._told += 1
+            words = f"{WORDS[prompt.move]}{', and hold it there' if prompt.move == FACE else ''}."
+            events.append({"event": "prompt", "number": self._told, "of": len(self._prompts), "move": prompt.move,
+                           "text": words})  # fmt: skip
+        if self._judged < self._told and now_s > _over_s(self._prompts[self._judged]):
+            reason = judge_prompt(self._course(), self._prompts[self._judged])
+            self._judged += 1
+            events.append({"event": "prompted", "number": self._judged, "reason": reason.to_json()})
+            if reason.level != "pass" or self._judged == len(self._prompts):
+                events.append(self.finish())
+        return events
+
+    def _begin(self, now_s: float) -> list[Event]:
+        """Draw the prompts once badge and face are both seen."""
+        assert self._asked_s is not None
+        if now_s - self._asked_s > WAIT_S:
+            self._prompts = []
+            return [self.finish()]
+        if not self._verifier.in_view or self._watch.face is None:
+            return []
+        self._prompts = self._draw(now_s + READY_S)
+        # What is judged with the challenge is of its own frames alone.
+        self._verifier = Verifier(self._claim, aside=self._aside)
+        return [{"event": "challenge", "moves": len(self._prompts)}]
+
+    def _note(self, frame: Frame) -> None:
+        self._frames_s.append(frame.time_s)
+        place = self._verifier.judged.tracker.place
+        if place is None:
+            return
+        height, width = frame.luma.shape
+        self._times.append(frame.time_s)
+        self._places.append(place_of(place, self._middle_mm, (width, height)))
+        self._before_face.append(self._verifier.judged.tracker in self._watch.over)
+
+    def _course(self) -> Course:
+        places = np.array(self._places, float).reshape(-1, 3)
+        return Course(np.array(self._times, float), places, np.array(self._before_face, bool))
+
+    def _whole(self) -> Reason:
+        """Whether there was a challenge, and whether it came to its end."""
+        if self._asked_s is None:
+            text = "No challenge was made, so nothing tells when this was filmed."
+            return Reason("challenge", "note", None, None, "prompts", text)
+        asked = len(self._prompts or ())
+        if asked and self._judged == asked:
+            text = f"All {asked} prompts were made and answered."
+            return Reason("challenge", "pass", float(asked), float(asked), "prompts", text)
+        why = "was left before its end" if asked else "did not begin, as badge and face were not seen at once"
+        text = f"The challenge {why}; {self._judged} of {asked} prompts were answered. Begin again."
+        return Reason("challenge", "undecided", float(self._judged), float(asked), "prompts", text)
+
+    def _in_time(self) -> Reason:
+        share = self._clock.late_share
+        if share <= MOST_LATE:
+            text = f"{share:.0%} of the frames came later than their times allow; {MOST_LATE:.0%} may."
+            return Reason("clock", "pass", share, MOST_LATE, "share", text)
+        text = (
+            f"{share:.0%} of the frames came later than their times allow, {MOST_LATE:.0%} may: the connection is too "
+            "slow for a live check, or the sender's clock is not true; use a faster one, or a smaller picture."
+        )
+        return Reason("clock", "fail", share, MOST_LATE, "share", text)
+
+
+def _over_s(prompt: Prompt) -> float:
+    """When all is seen that a prompt is judged on."""
+    return prompt.at_s + DONE_S + (HOLD_S if prompt.move == FACE else 0.0)

@@ -1,0 +1,5 @@
+"""Do the fringes follow the law?
+
+figures.py     the figures of one grating           likelihood.py  how much likelier of a true badge
+judge.py       the motion invariant                 segments.py    the verdict by time
+"""

@@ -1,0 +1,204 @@
+"""The figures of one grating over a film: how well its fringes follow the prediction, and what is left.
+
+Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.camera.smoothing import GAP_S, slow_part, stretches
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.motion.likelihood import log10_ratio
+from moireid.verifier.reasons import json_number
+
+Array = NDArray[np.float64]
+WINDOW_FRAMES = 30
+#: What strays from the law in step with the camera's place is no wander of the fringes: a bent sheet, light from one
+#: side, a pose that errs with the tilt; 3 % of the motion each.
+PLACE_SHARE = 0.05
+#: A codec shows faint fringes late: a block that changes little is taken from the frame before, with the badge's motion
+#: and so with the fringes' old phase.  On true films made outside the lag is 0 to 15 ms, and 26 ms in one at 50
+#: degrees, which has none at a finer quantiser; a frame at 30 a second is the most that is put down to it.
+MOST_LAG_S = 1 / 30
+#: A wander is told from the jitter of poses by this mean over time, s: it leaves what is slower than 0.5 Hz.
+SLOW_S = 0.25
+#: The shortest lie that is looked for by itself, s: half a word.  A mean over the film would thin it out.
+SPELL_S = 1.0
+#: A spell must hold so much of the frames that a middling one holds; fewer are a gap's edge, and tell little.
+SPELL_FILLED = 0.6
+#: A strip whose phase is so many times vaguer than the clearest's is covered in part.
+MAX_VAGUER = 3.0
+
+
+@dataclass(frozen=True)
+class Figures:
+    """One grating's figures, all 0 where too few frames could be read.
+
+    phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place, or lags by a
+    frame; slow_wander_rad: the part of that below 0.5 Hz; spell_rad: as wandering_rad, in the second that strays most;
+    expected_error_rad: of one frame; strip_wander_rad: of the strip that strays most; strip_sd_rad: error bar of a
+    middling strip; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
+    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
+    motion.
+    """
+
+    correlation: float = 0.0
+    window_correlation_mean: float = 0.0
+    gain_ratio: float = 0.0
+    gain_sd: float = 0.0
+    phase_residual_rad: float = 0.0
+    wandering_rad: float = 0.0
+    slow_wander_rad: float = 0.0
+    spell_rad: float = 0.0
+    excitation_rad: float = 0.0
+    expected_error_rad: float = 0.0
+    strip_wander_rad: float = 0.0
+    strip_sd_rad: float = 0.0
+    place_wander_rad: float = 0.0
+    score: float = 0.0
+    suspected: str = ""
+    information: float = 0.0
+
+    def to_json(self) -> dict[str, object]:
+        """As an entry of `invariant.gratings`."""
+        return {name: json_number(value) for name, value in asdict(self).items()}
+
+
+def figures_of(signal: GratingSignal) -> Figures:
+    """All figures of one grating.
+
+    Source: linear regression of measured on predicted phase: regressing on the *predicted* phase makes the gain a
+    ratio at any angle.
+    """
+    used = np.isfinite(signal.phase_sd_rad)
+    measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
+    if len(measured) < WINDOW_FRAMES:
+        return Figures()
+    measured, predicted = measured - measured.mean(), predicted - predicted.mean()
+    excitation = float(predicted.std())
+    power = float(predicted @ predicted)
+    gain = float(predicted @ measured) / power if power > 0 else 0.0
+    residual = measured - gain * predicted
+    wandering = _without_place(residual, predicted, signal, used)
+    wandering, lagging = _without_lag(wandering, predicted, signal.times_s[used])
+    slow, fast = float(slow_part(wandering, signal.times_s[used], SLOW_S).std()), float(wandering.std())
+    spell = _worst_spell(wandering, signal.times_s[used], signal.phase_sd_rad[used])
+    expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad, lagging)
+    gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
+    strips = float(signal.strip_residual_rad.max(initial=0.0))
+    strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
+    places = _places_apart(signal)
+    shown = {"wander": slow, "jitter": fast, "spell": spell, "strips": strips, "places": places}
+    score, suspected = log10_ratio(
+        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, held_rad=signal.held_rad
+    )
+    return Figures(
+        abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain, gain_sd,
+        float(residual.std()), fast, slow, spell, excitation, expected, strips, strip_sd, places, score, suspected,
+        float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
+    )  # fmt: skip
+
+
+def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float:
+    """Root mean square of what strays within the `SPELL_S` that stray most, rad.
+
+    A frame vaguer than the middling one counts by as much less.
+    """
+    told = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
+    power = np.concatenate([[0.0], np.cumsum(told**2)])
+    first = np.searchsorted(times_s, times_s - SPELL_S / 2)
+    end = np.searchsorted(times_s, times_s + SPELL_S / 2, side="right")
+    frames = end - first
+    filled = frames >= SPELL_FILLED * np.median(frames)
+    return math.sqrt(max(float(((power[end] - power[first]) / frames)[filled].max()), 0.0))
+
+
+def _places_apart(signal: GratingSignal) -> float:
+    """How far places wander within the strip where they do so most, rad; 0 where nobody knows.
+
+    A strip far vaguer than the clearest is covered in part, by a hand before a true badge, say, and is left out.
+    """
+    apart, sd = signal.place_residual_rad, signal.strip_sd_rad
+    if len(sd) == len(apart):
+        apart = apart[sd <= MAX_VAGUER * sd.min(initial=math.inf)]
+    return float(apart.max(initial=0.0))
+
+
+def _without_place(residual: Array, predicted: Array, signal: GratingSignal, used: NDArray[np.bool_]) -> Array:
+    """What is left of the residual without what goes with the camera's place: the motion's square, the other axis, the
+    distance.
+
+    Convention: all of mean 0 and apart from the prediction itself; at most `PLACE_SHARE` of the motion is taken away.
+    Source: linear regression.
+    """
+    columns = [predicted**2]
+    if signal.elsewhere is not None:
+        columns += list(signal.elsewhere[used].T)
+    table = np.column_stack(columns)
+    table = table - table.mean(axis=0)
+    power = float(predicted @ predicted)
+    if power > 0:
+        table = table - np.outer(predicted, predicted @ table) / power
+    spread = table.std(axis=0)
+    # A column that hardly moves would be blown up until it explains noise.
+    table = table[:, spread > 1e-9] / spread[spread > 1e-9]
+    if len(residual) < 10 * (table.shape[1] + 1) or not table.shape[1]:
+        return residual
+    explained = table @ np.linalg.lstsq(table, residual, rcond=1e-6)[0]
+    most = PLACE_SHARE * float(predicted.std())
+    return np.asarray(residual - explained * min(1.0, most / max(float(explained.std()), 1e-12)))
+
+
+def _without_lag(residual: Array, predicted: Array, times_s: Array) -> tuple[Array, float]:
+    """What is left of the residual but for a lag of the fringes, one for the whole film and `MOST_LAG_S` at most.
+
+    Returns: that, and what the lag makes of the fringes as it varies from frame to frame, rad.
+    Convention: a lag of tau leaves -tau times the rate of the prediction; none is taken away where they come early.
+    Source: linear regression; a Taylor series of the prediction.  A block that is not coded grows older frame by frame
+    until it is coded again, so lags run evenly from 0 to twice their mean, and vary by it over the root of 3.
+    """
+    rate = np.zeros_like(predicted)
+    for stretch in stretches(times_s, GAP_S):
+        clock, kept = np.unique(times_s[stretch], return_index=True)
+        if len(clock) > 2:
+            rate[stretch[kept]] = np.gradient(predicted[stretch[kept]], clock)
+    rate -= rate.mean()
+    power = float(predicted @ predicted)
+    rate -= predicted * (float(predicted @ rate) / power if power > 0 else 0.0)
+    swing = float(rate @ rate)
+    lag_s = -float(rate @ residual) / swing if swing > 0 else 0.0
+    lag_s = float(np.clip(lag_s, 0.0, MOST_LAG_S))
+    return residual + lag_s * rate, lag_s * float(rate.std()) / math.sqrt(3)
+
+
+def pearson(a: Array, b: Array) -> float:
+    """Correlation coefficient of two series; 0 where one of them does not move."""
+    a, b = a - a.mean(), b - b.mean()
+    scale = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / scale if scale > 0 else 0.0
+
+
+def window_correlation_mean(measured: Array, predicted: Array) -> float:
+    """Plain mean of |rho| over windows of 30 frames, stride 1: the published figure."""
+    return float(np.mean(np.abs(window_correlations(measured, predicted))))
+
+
+def window_correlations(measured: Array, predicted: Array) -> Array:
+    """Correlation of each window of 30 frames, stride 1, (T - 29,); none of a series that is shorter."""
+    if len(measured) < WINDOW_FRAMES:
+        return np.zeros(0)
+    windows = np.lib.stride_tricks.sliding_window_view(np.stack([measured, predicted]), WINDOW_FRAMES, axis=1)
+    return np.array([pearson(a, b) for a, b in windows.transpose(1, 0, 2)])
+
+
+def _slope_sd(residual: Array, power: float) -> float:
+    """Standard deviation of a regression's slope, residuals correlated in time as a first-order process."""
+    if power <= 0:
+        return math.inf
+    lag_one = float(np.clip(pearson(residual[1:], residual[:-1]), 0.0, 0.999))
+    return math.sqrt(float(residual @ residual) / len(residual) / power * (1 + lag_one) / (1 - lag_one))

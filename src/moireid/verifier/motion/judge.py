@@ -1,0 +1,208 @@
+"""The motion invariant: does the fringe phase follow the camera as the optics say?
+
+Correlation alone forgets how *much* the fringes move, so four things must hold together: enough motion to tell,
+correlation, gain, and a residual that the known errors explain.  Each limit below has its reason; none was fitted to
+this project's own simulator.  They are wide, since each must hold on every true film; what lies within them is weighed
+as a whole by a likelihood ratio.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.motion.figures import Figures, figures_of
+from moireid.verifier.motion.likelihood import ACCEPTED, KINDS, REJECTED
+from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
+
+#: Least standard deviation of the predicted phase: 0.25 rad is 3.5 cm of sideways sway at 1 m.  Less is not told from
+#: the drifts that light and codec make (0.01 to 0.05 rad on films made outside) with five standard deviations to spare.
+MIN_EXCITATION_RAD = 0.25
+#: ... and it must stand this far above the prediction's own error, which then leaves a correlation of 0.95.
+MIN_EXCITATION_TO_ERROR = 3.0
+#: Published renderings reach 0.99; hand-held films at 1 to 2 m measured 0.997 and more here, and pose noise at the
+#: least excitation allowed leaves 0.97.
+MIN_CORRELATION = 0.95
+#: A sheet's thickness and index as sold vary by about 10 %, the solved focal length by up to 5 %, pitch by 1 %.
+GAIN_TOLERANCE = 0.15
+GAIN_SDS = 3.0
+#: From this share of the gain on, an error bar is too wide to accept on: fringes at 1.9 times the true gain would be
+#: taken for true ones with a chance of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
+VAGUE_GAIN = 0.215
+#: What is left then is explained by: this floor (light and codec, as above), this share of the motion (a law traced for
+#: the sheet as sold), and three times the error of pose and phase.
+RESIDUAL_FLOOR_RAD = 0.05
+RESIDUAL_SHARE = 0.03
+#: Far away, where markers are a few pixels, poses err by up to so many times what they tell: coded pictures err alike
+#: in neighbouring frames.  A film that could be true then is left open, and not rejected.
+ERROR_UNTOLD = 2.5
+#: And what is left after the camera's place by so many times: 1.4 on films made outside, at 1 to 2 m.
+RESIDUAL_UNTOLD = 1.5
+#: Strips of one true badge share the camera's pose, so they move together within their noise: 0.027 rad at most on 36
+#: films made outside at 1 to 3 m, at 45 degrees and sent by chat.  Patches on clocks of their own show 0.15 and more.
+MAX_STRIP_WANDER_RAD = 0.1
+#: Of several findings of one kind the worst is told.
+ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
+
+
+@dataclass(frozen=True)
+class Invariant:
+    """Outcome of the motion test; figures are None where nothing could be measured."""
+
+    verdict: Verdict
+    reasons: tuple[Reason, ...]
+    correlation: float | None = None
+    window_correlation_mean: float | None = None
+    gain_ratio: float | None = None
+    gain_sd: float | None = None
+    phase_residual_rad: float | None = None
+    excitation_rad: float | None = None
+    score: float | None = None
+    gratings: tuple[dict[str, Any], ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """As the `invariant` object of `verify --json`."""
+        names = (
+            "correlation", "window_correlation_mean", "gain_ratio", "gain_sd",
+            "phase_residual_rad", "excitation_rad", "score",
+        )  # fmt: skip
+        figures = {name: json_number(getattr(self, name)) for name in names}
+        return {"verdict": self.verdict, **figures, "gratings": list(self.gratings)}
+
+
+def judge_invariant(measurement: Measurement) -> Invariant:
+    """Hold measured against predicted phase, over a whole measurement; conventions and source as `judge_signals`."""
+    return judge_signals(measurement.gratings)
+
+
+def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
+    """Hold measured against predicted phase, one signal a grating.
+
+    Convention: as `figures`; the score is the decadic logarithm of the likelihood ratio, above 0 for what is likelier
+    of a true badge (`likelihood`).
+    Source: `figures`; gratings are combined by their Fisher information.
+    """
+    figures = [figures_of(signal) for signal in signals]
+    information = np.array([f.information for f in figures])
+    if not information.sum() > 0:
+        nothing = Reason("fringes", "undecided", 0.0, None, "", "No fringes could be read on the badge.")
+        return Invariant("inconclusive", (nothing,))
+    share = information / information.sum()
+
+    def mean(name: str) -> float:
+        return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
+
+    correlation, gain, gain_sd = mean("correlation"), mean("gain_ratio"), mean("gain_sd")
+    residual, excitation, expected = mean("phase_residual_rad"), mean("excitation_rad"), mean("expected_error_rad")
+    wander = max(f.strip_wander_rad for f in figures)
+    reasons = [_enough_motion(excitation, expected)]
+    # Each grating that moved enough must be true by itself; of those that did not, the one that tells most speaks.
+    moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
+    told = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
+    if reasons[0].level == "pass":
+        wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=told)
+        most = max(f.excitation_rad for f in figures)
+        rested = [
+            _at_rest(f, signal.tangent_sd, most) for f, signal in zip(figures, signals, strict=True)
+            if f.information > 0 and f not in moved
+        ]  # fmt: skip
+        strayed = [_residual_explained(mean("wandering_rad"), excitation, expected), *rested]
+        reasons += [
+            _correlated(correlation, excitation, expected), _gain_right(wrong.gain_ratio, wrong.gain_sd),
+            max(strayed, key=lambda reason: ORDER[reason.level]), _strips_agree(wander, expected),
+            _likely_true(told),
+        ]  # fmt: skip
+    return Invariant(
+        worst(reasons), tuple(reasons), correlation, mean("window_correlation_mean"), gain, gain_sd, residual,
+        excitation, told.score, tuple(f.to_json() for f in figures),
+    )  # fmt: skip
+
+
+def _enough_motion(excitation: float, expected: float) -> Reason:
+    limit = max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR * expected)
+    if excitation >= limit:
+        text = f"The badge moved enough: the optics predict a phase spread of {excitation:.2f} rad."
+        return Reason("motion", "pass", excitation, limit, "rad", text)
+    text = (
+        f"Too little motion: the optics predict a phase spread of {excitation:.2f} rad, {limit:.2f} are needed; "
+        "film again and move the badge or the camera sideways by 20 cm or more, some times."
+    )
+    return Reason("motion", "undecided", excitation, limit, "rad", text)
+
+
+def _correlated(correlation: float, excitation: float, expected: float) -> Reason:
+    """Pass from the least on; fail below what a true badge may show where poses are worse than they tell."""
+    possible = min(MIN_CORRELATION, excitation / math.hypot(excitation, ERROR_UNTOLD * expected))
+    level: Level = "pass" if correlation >= MIN_CORRELATION else "fail" if correlation < possible else "undecided"
+    text = f"Fringe phase and prediction correlate by {correlation:.4f}; {MIN_CORRELATION} is the least allowed."
+    return Reason("correlation", level, correlation, MIN_CORRELATION, "", text)
+
+
+def _gain_right(gain: float, gain_sd: float) -> Reason:
+    """Pass within the tolerance; fail beyond it by three error bars; between, the film cannot tell."""
+    limit = GAIN_TOLERANCE + GAIN_SDS * gain_sd
+    words = f"The fringes move {gain:.3f} ± {gain_sd:.3f} times as far as the optics predict"
+    # A film that cannot tell a true gain from a half or twice of it says nothing, wherever its best guess lies.
+    vague = gain_sd >= VAGUE_GAIN * abs(gain)
+    if abs(gain - 1) <= GAIN_TOLERANCE and not vague:
+        return Reason("gain", "pass", gain, GAIN_TOLERANCE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE:g} is allowed.")
+    if abs(gain - 1) > limit:
+        return Reason("gain", "fail", gain, limit, "ratio", f"{words}; 1 ± {limit:.2f} would be possible.")
+    advice = "give the focal length with --focal-px, or film with more motion"
+    return Reason("gain", "undecided", gain, limit, "ratio", f"{words}, too vague to tell from 1; {advice}.")
+
+
+def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:
+    fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * excitation)
+    return _explained(
+        "Beside what goes with the camera's place or comes a frame late, the phase strays", residual, fixed, expected
+    )
+
+
+def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
+    """Pass what known errors explain, `fixed` and three times the expected; fail beyond what poses leave untold."""
+    limit, possible = math.hypot(fixed, 3 * expected), math.hypot(fixed, 3 * RESIDUAL_UNTOLD * expected)
+    level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
+    text = f"{what} from the law by {strayed:.3f} rad; known errors explain up to {limit:.3f} rad."
+    return Reason("residual", level, strayed, limit, "rad", text)
+
+
+def _at_rest(told: Figures, tangent_sd: float, most_rad: float) -> Reason:
+    """A grating that hardly moves by the law must hardly move: fringes that do are not the camera's work.
+
+    Its gain and correlation say nothing, so what is measured is held against the prediction itself.  The gain's
+    tolerance counts, and `RESIDUAL_SHARE` of the other grating's motion `most_rad`.
+    """
+    strayed = math.hypot((told.gain_ratio - 1) * told.excitation_rad, told.phase_residual_rad)
+    fixed = math.hypot(
+        RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * most_rad,
+        (GAIN_TOLERANCE + GAIN_SDS * tangent_sd) * told.excitation_rad,
+    )  # fmt: skip
+    what = "The fringes of a grating that should hardly move stray"
+    return _explained(what, strayed, fixed, told.expected_error_rad)
+
+
+def _strips_agree(wander: float, expected: float) -> Reason:
+    limit = math.hypot(MAX_STRIP_WANDER_RAD, 3 * expected)
+    good = wander <= limit
+    text = f"Parts of the badge move apart by at most {wander:.3f} rad; {limit:.2f} rad are allowed."
+    return Reason("agreement", "pass" if good else "fail", wander, limit, "rad", text)
+
+
+def _likely_true(told: Figures) -> Reason:
+    level: Level = "pass" if told.score >= ACCEPTED else "fail" if told.score <= REJECTED else "undecided"
+    size = 10 ** abs(told.score)
+    times = "over a million times" if size > 1e6 else f"{size:,.0f} times" if size >= 10 else f"{size:.1f} times"
+    if told.score >= 0:
+        text = f"What was measured is {times} likelier of a true badge than of a forged one"
+    else:
+        kind = KINDS[told.suspected]
+        text = f"What was measured is {times} likelier of a forged badge ({kind}) than of a true one"
+    if level == "undecided":
+        text += f"; {10**ACCEPTED:.0f} times are needed, so film again with more motion, or from nearer"
+    return Reason("likelihood", level, told.score, ACCEPTED, "log10", f"{text}.")

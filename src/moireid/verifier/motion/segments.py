@@ -1,0 +1,71 @@
+"""The verdict by time: what each few seconds of a film say of the motion invariant by themselves.
+
+Convention: a segment is judged as a whole film is, by the same limits; one with little motion is inconclusive, and
+that is no reproach.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.motion.figures import WINDOW_FRAMES
+from moireid.verifier.motion.judge import judge_signals
+from moireid.verifier.reasons import Verdict, json_number
+
+#: A hand's sway takes two or three seconds; a segment should hold one and a half of it.
+SEGMENT_S = 4.0
+
+
+@dataclass(frozen=True)
+class Segment:
+    """Some seconds of a film: when, how many frames show the badge, and what they say."""
+
+    start_s: float
+    end_s: float
+    tracked: int
+    verdict: Verdict
+    correlation: float | None = None
+    gain_ratio: float | None = None
+    excitation_rad: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """As an entry of `segments` of `verify --json`."""
+        names = ("start_s", "end_s", "tracked", "verdict", "correlation", "gain_ratio", "excitation_rad")
+        return {name: json_number(getattr(self, name)) for name in names}
+
+
+def judge_segments(measurement: Measurement, first: int = 0) -> tuple[Segment, ...]:
+    """Segments of `SEGMENT_S`, one after another from tracked frame `first` on.
+
+    Returns: those that hold a tracked frame; those of less than a window of frames are inconclusive.
+    """
+    times = measurement.times_s
+    number = np.floor((times - times[first]) / SEGMENT_S).astype(int)
+    found = []
+    for k in np.unique(number[first:]):
+        frames = np.flatnonzero(number == k)
+        start = float(times[first] + k * SEGMENT_S)
+        end = float(min(start + SEGMENT_S, times[-1]))
+        if len(frames) < WINDOW_FRAMES:
+            found.append(Segment(start, end, len(frames), "inconclusive"))
+            continue
+        judged = judge_signals(tuple(part_of(signal, frames) for signal in measurement.gratings))
+        found.append(
+            Segment(start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio,
+                    judged.excitation_rad)
+        )  # fmt: skip
+    return tuple(found)
+
+
+def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> GratingSignal:
+    """The signal in some frames."""
+    return replace(
+        signal, measured_rad=signal.measured_rad[frames], predicted_rad=signal.predicted_rad[frames],
+        phase_sd_rad=signal.phase_sd_rad[frames], times_s=signal.times_s[frames],
+        elsewhere=None if signal.elsewhere is None else signal.elsewhere[frames],
+    )  # fmt: skip

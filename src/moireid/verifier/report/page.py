@@ -1,0 +1,119 @@
+"""The report for people: one self-contained page with plots, and the same figures as JSON beside it."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import json
+from dataclasses import dataclass
+from importlib import resources
+from pathlib import Path
+
+import cv2
+
+from moireid.files import planned, write_text
+from moireid.verifier.report.plots import parallax_of, plots_of, timeline_plot
+from moireid.verifier.session.film import Report
+
+WORDS = {
+    "accept": "The fringes moved as only a real badge's do, and the badge is the one claimed.",
+    "reject": "This film does not show the claimed badge as it would look in reality.",
+    "inconclusive": "This film does not show enough to decide.",
+}
+
+
+#: What a verdict speaks of, in plain words.
+SAYS = (
+    "Checked was the badge: that its fringes moved with its own motion as optics demand, and whose identity it bears."
+)
+SAYS_NOT = (
+    "Not checked were the face, the voice, the words and everything else in the film; nor who wore the badge, or when."
+)
+
+
+def words_of(verdict: str, identity: str) -> str:
+    """What a verdict says in one sentence, given that on the identity."""
+    if verdict == "accept" and identity == "not_claimed":
+        return "The fringes moved as only a real badge's do. No identity was claimed."
+    return WORDS[verdict]
+
+
+def report_paths(folder: Path) -> list[Path]:
+    """The files that `write_report` writes."""
+    return [folder / "report.html", folder / "report.json", folder / "signals.csv"]
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """What a report shows: titles and SVG texts of its plots, the timeline's (None: no segment), and the badge as the
+    film shows it, rectified, as PNG (None: never seen)."""
+
+    plots: tuple[tuple[str, str], ...]
+    timeline: str | None
+    badge_png: bytes | None
+
+
+def pictures_of(report: Report) -> Pictures:
+    """Draw what a report shows; a second or so."""
+    png = None
+    if report.track.snapshot is not None:
+        png = cv2.imencode(".png", report.track.snapshot)[1].tobytes()
+    return Pictures(tuple(plots_of(report)), timeline_plot(report), png)
+
+
+def write_report(
+    report: Report, folder: Path, *, overwrite: bool = False, pictures: Pictures | None = None
+) -> list[Path]:
+    """Write the page, the same as JSON, and the signals as CSV, each whole or not at all.
+
+    Parameters: pictures: as `pictures_of`, where they are drawn already.
+    Raises: SpecError where one is in the way.
+    """
+    page, data, signals = report_paths(folder)
+    planned([page, data, signals], overwrite=overwrite)
+    write_text(page, render_page(report, pictures))
+    write_text(data, json.dumps(report.to_json(), indent=1, ensure_ascii=False) + "\n")
+    write_text(signals, signals_csv(report))
+    return [page, data, signals]
+
+
+def signals_csv(report: Report) -> str:
+    """Time, camera and phases of every frame that the report's plots show, a line a frame; the header alone if none.
+
+    Convention: parallax u = Cx / |Cz| at the page's middle, positive where the camera is at +x; phases in rad, mean 0.
+    """
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    found = report.measurement
+    count = len(report.badge.gratings)
+    names = [f"{what}_{g}" for g in range(count) for what in ("measured_rad", "predicted_rad", "phase_sd_rad")]
+    writer.writerow(
+        ["frame", "time_s", "camera_x_mm", "camera_y_mm", "camera_z_mm", "parallax_x", "parallax_y", *names]
+    )
+    if found is None:
+        return out.getvalue()
+    parallax = parallax_of(report)
+    for k, time_s in enumerate(found.times_s):
+        phases = [
+            value[k] for signal in found.gratings
+            for value in (signal.measured_rad, signal.predicted_rad, signal.phase_sd_rad)
+        ]  # fmt: skip
+        figures = [f"{value:.6g}" for value in (time_s, *found.camera_mm[k], *parallax[k], *phases)]
+        writer.writerow([int(report.track.frame_numbers[k]), *figures])
+    return out.getvalue()
+
+
+def render_page(report: Report, pictures: Pictures | None = None) -> str:
+    """The report as one HTML page that asks for no other file."""
+    import jinja2
+
+    shown = pictures or pictures_of(report)
+    template = resources.files("moireid.verifier.report").joinpath("report.html.j2").read_text(encoding="utf-8")
+    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
+    words = words_of(report.verdict, report.identity.verdict)
+    picture = "data:image/png;base64," + base64.b64encode(shown.badge_png).decode() if shown.badge_png else None
+    return environment.from_string(template).render(
+        report=report, data=report.to_json(), words=words, plots=shown.plots, picture=picture,
+        timeline=shown.timeline, says=SAYS, says_not=SAYS_NOT,
+    )  # fmt: skip

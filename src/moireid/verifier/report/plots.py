@@ -1,0 +1,214 @@
+"""The plots of a report, as SVG texts that repeat to the byte.
+
+Convention: each of the plots over time shows the track that the report keeps: of a film in chapters the most telling.
+"""
+
+from __future__ import annotations
+
+import io
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.identity.decode import read_identity
+from moireid.verifier.motion.figures import WINDOW_FRAMES, window_correlations
+from moireid.verifier.session.film import Report
+
+INK, PREDICTED, MEASURED, PALE = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6"
+SEGMENT_COLOURS = {"accept": "#1c7c4a", "reject": "#b3261e", "inconclusive": "#c9ced6"}
+SEGMENT_WORDS = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to tell"}
+
+
+def plots_of(report: Report) -> list[tuple[str, str]]:
+    """Titles and SVG texts of the plots that this report can show."""
+    if report.measurement is None:
+        return []
+    plots = [
+        ("Fringe phase over time", _phase_plot(report)), ("Measured against predicted", _gain_plot(report)),
+        ("What the law leaves", _residual_plot(report)), ("Where the camera was", _parallax_plot(report)),
+        ("Correlation by time", _window_plot(report)),
+    ]  # fmt: skip
+    coded = next((g for g in report.badge.gratings if g.code), None)
+    if coded and coded.code:
+        if "phase" in coded.code.roles:
+            plots.append(("Symbols of the cells", _symbol_plot(report)))
+        else:
+            plots.append(("Bands of the badge", _band_plot(report)))
+    return plots
+
+
+def _figure(width: float, height: float) -> tuple[Any, Any]:
+    """A bare figure and its axes in the report's colours; no global state of the plotting library is touched."""
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasSVG(figure)
+    axes = figure.add_subplot()
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(colors=INK, labelsize=9)
+    axes.grid(color="#e4e8ed", linewidth=0.7)
+    axes.set_axisbelow(True)
+    return figure, axes
+
+
+def _svg(figure: Any) -> str:
+    from matplotlib import rc_context
+
+    out = io.StringIO()
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "moireid", "font.family": "sans-serif"}):
+        figure.savefig(out, format="svg", metadata={"Date": None})
+    text = out.getvalue()
+    return text[text.index("<svg") :]
+
+
+def _phase_plot(report: Report) -> str:
+    assert report.measurement is not None
+    signal, times = report.measurement.gratings[0], report.measurement.times_s
+    figure, axes = _figure(7.6, 3.0)
+    axes.plot(times, signal.predicted_rad, color=PREDICTED, linewidth=3.2, alpha=0.55, label="predicted by the optics")
+    axes.plot(times, signal.measured_rad, color=MEASURED, linewidth=1.2, label="measured on the fringes")
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("phase, rad")
+    axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
+    return _svg(figure)
+
+
+def timeline_plot(report: Report) -> str | None:
+    """The verdict by time: a bar a segment, as long as the segment; what is not barred was not seen.
+
+    Where the overlap protocol was asked for, two bands below tell when a face was known and when the badge was before
+    it.
+    """
+    if not report.segments:
+        return None
+    figure, axes = _figure(7.6, 1.6 if report.overlap else 1.1)
+    for verdict, colour in SEGMENT_COLOURS.items():
+        own = [part for part in report.segments if part.verdict == verdict]
+        axes.broken_barh(
+            [(part.start_s, max(part.end_s - part.start_s, 0.02)) for part in own], (0, 1), facecolors=colour,
+            edgecolor="white", linewidth=1.0, label=SEGMENT_WORDS[verdict] if own else None,
+        )  # fmt: skip
+    end = report.segments[-1].end_s
+    axes.set_yticks([])
+    if report.overlap:
+        bands = (report.overlap.faces, PALE, "face"), (report.overlap.overlaps, PREDICTED, "badge before it")
+        for row, (spans, colour, _) in enumerate(bands):
+            bars = [(start, max(last - start, 0.02)) for start, last in spans.spans]
+            axes.broken_barh(bars, (-0.7 * (row + 1), 0.45), facecolors=colour)
+            end = max(end, *(last for _, last in spans.spans)) if spans.spans else end
+        axes.set_yticks([0.5, -0.47, -1.17], ["law", *(name for *_, name in bands)])
+        axes.tick_params(axis="y", length=0)
+        axes.grid(visible=False, axis="y")
+    axes.set_xlim(min(0.0, report.segments[0].start_s), end)
+    axes.set_xlabel("time, s")
+    axes.legend(frameon=False, fontsize=9, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
+    return _svg(figure)
+
+
+def _residual_plot(report: Report) -> str:
+    """What is left of the measured phase, against its error bar, and correlation over windows below."""
+    assert report.measurement is not None
+    signal, times = report.measurement.gratings[0], report.measurement.times_s
+    figure, axes = _figure(3.7, 3.0)
+    error = np.hypot(np.where(np.isfinite(signal.phase_sd_rad), signal.phase_sd_rad, np.nan), signal.pose_sd_rad)
+    axes.fill_between(times, -2 * error, 2 * error, color=PREDICTED, alpha=0.25, linewidth=0, label="two error bars")
+    axes.plot(times, signal.measured_rad - signal.predicted_rad, color=MEASURED, linewidth=1.0, label="measured - law")
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("residual, rad")
+    axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(-0.15, 1))
+    return _svg(figure)
+
+
+def _window_plot(report: Report) -> str:
+    """Correlation over windows of 30 frames, at each window's middle."""
+    assert report.measurement is not None
+    signal, times = report.measurement.gratings[0], report.measurement.times_s
+    figure, axes = _figure(3.7, 3.0)
+    windows = window_correlations(signal.measured_rad, signal.predicted_rad)
+    middles = times[WINDOW_FRAMES // 2 :][: len(windows)]
+    axes.plot(middles, windows, color=MEASURED, linewidth=1.2)
+    axes.set_ylim(min(-0.05, float(windows.min(initial=0.0)) - 0.05), 1.05)
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("correlation of 30 frames")
+    return _svg(figure)
+
+
+def _parallax_plot(report: Report) -> str:
+    """Where the camera was, as the badge sees it."""
+    assert report.measurement is not None
+    figure, axes = _figure(3.7, 3.0)
+    for axis, colour in zip((0, 1), (MEASURED, PALE), strict=True):
+        axes.plot(report.measurement.times_s, parallax_of(report)[:, axis], color=colour, label="xy"[axis])
+    axes.set_xlabel("time, s")
+    axes.set_ylabel("parallax, place over distance")
+    axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
+    return _svg(figure)
+
+
+def _gain_plot(report: Report) -> str:
+    assert report.measurement is not None
+    signal = report.measurement.gratings[0]
+    figure, axes = _figure(3.7, 3.0)
+    ends = np.array([signal.predicted_rad.min(), signal.predicted_rad.max()])
+    axes.plot(ends, ends, color=PREDICTED, linewidth=3.2, alpha=0.55, label="law: slope 1")
+    axes.plot(signal.predicted_rad, signal.measured_rad, ".", color=MEASURED, markersize=3)
+    axes.set_xlabel("predicted phase, rad")
+    axes.set_ylabel("measured phase, rad")
+    axes.legend(frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0, 1))
+    return _svg(figure)
+
+
+def _band_plot(report: Report) -> str:
+    """Beat frequency of every strip, against the claimed badge's design, as differences to the reference cell."""
+    assert report.measurement is not None
+    grating = next((g for g in report.badge.gratings if g.code), report.badge.gratings[0])
+    index = report.badge.gratings.index(grating)
+    reference = grating.code.reference_cell if grating.code else 0
+    own = [
+        (strip.cells[0], phase.frequency_per_mm)
+        for strip, phase in zip(report.track.strips, report.measurement.strips, strict=True)
+        if strip.grating == index and phase is not None
+    ]
+    seen = np.array([np.mean([f for c, f in own if c == cell]) for cell in range(len(grating.cells))])
+    design = np.array([1 / cell.pitch_mm for cell in grating.cells])
+    figure, axes = _figure(3.7, 3.0)
+    bands = np.arange(1, len(seen) + 1)
+    axes.barh(
+        bands, 1000 * (design - design[reference]), color=PREDICTED, alpha=0.45, height=0.8, label="claimed badge"
+    )
+    axes.plot(1000 * (seen - seen[reference]), bands, "o", color=MEASURED, markersize=5, label="read in the film")
+    axes.invert_yaxis()
+    axes.set_yticks(bands)
+    axes.set_xlabel("beat against reference, cycles/m")
+    axes.set_ylabel("band, from the top")
+    axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(-0.2, 1))
+    return _svg(figure)
+
+
+def _symbol_plot(report: Report) -> str:
+    """Phase of every cell on a circle; the spokes are where symbols lie, a dot's distance out is how sure it is."""
+    assert report.measurement is not None
+    readings = read_identity(report.track, report.measurement, report.badge).cells
+    found = [cell for row in readings for cell in row if np.isfinite(cell.phase_sd)]
+    phase = np.array([cell.phase_rad for cell in found])
+    sure = 1.0 / (1.0 + np.array([cell.phase_sd for cell in found]))
+    figure, axes = _figure(3.7, 3.0)
+    for turn in np.arange(4) * np.pi / 2:
+        axes.plot([0, 1.08 * np.cos(turn)], [0, 1.08 * np.sin(turn)], color=PREDICTED, alpha=0.55, linewidth=2.5)
+        between = turn + np.pi / 4
+        axes.plot([0, 1.08 * np.cos(between)], [0, 1.08 * np.sin(between)], color=PALE, linewidth=0.8, linestyle=":")
+    axes.plot(sure * np.cos(phase), sure * np.sin(phase), "o", color=MEASURED, markersize=3.5, alpha=0.6)
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_title(f"{len(found)} cells; spokes: symbols, dotted: points of confusion", fontsize=8, color=INK)
+    return _svg(figure)
+
+
+def parallax_of(report: Report) -> NDArray[np.float64]:
+    """Parallax coordinates of the page's middle, (T, 2)."""
+    assert report.measurement is not None
+    x0, y0, x1, y1 = report.badge.outline_mm
+    camera = report.measurement.camera_mm
+    return np.asarray((camera[:, :2] - ((x0 + x1) / 2, (y0 + y1) / 2)) / np.abs(camera[:, 2:]))

@@ -1,0 +1,95 @@
+"""One badge of a film: its track, judged chapter by chapter, and its place among the others in view.
+
+Policy: with a claim, the verdict is of a badge that reads the claimed identity, and of that one alone; of several that
+do, of one that breaks a law, so that a forged badge is not excused by a true one beside it.  Without a claim, or where
+none reads it, the verdict is of the badge that is shown largest.  The others are told of in a note.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from moireid.verifier.reasons import Reason, json_number, worst
+from moireid.verifier.session.chapters import Chapter, Claim, identity_of, invariant_of, judge_chapter
+from moireid.verifier.tracking.badge_tracker import BadgeTracker
+
+#: Of one claimed identity, a broken law is told before one that is kept, and that before an open one.
+ORDER = {"reject": 0, "accept": 1, "inconclusive": 2}
+#: So many identities are named in a note.
+MOST_NAMED = 4
+
+
+@dataclass(eq=False)
+class Line:
+    """A tracker and the chapters of it that were judged; `repeated` frames of the next were in the last one too."""
+
+    claim: Claim
+    tracker: BadgeTracker
+    chapters: list[Chapter] = field(default_factory=list)
+    repeated: int = 0
+
+    def close(self, keep: int = 0) -> None:
+        """Judge the open chapter; only the chapter that is worth a picture keeps what a picture needs."""
+        self.chapters.append(judge_chapter(self.tracker.take(keep), self.claim, repeated=self.repeated))
+        self.repeated = keep
+        shown = min(self.chapters, key=_telling)
+        self.chapters = [chapter if chapter is shown else chapter.light() for chapter in self.chapters]
+
+    def finish(self) -> Line:
+        """Judge what is still open; there is one chapter at least."""
+        if self.tracker.frames_read or not self.chapters:
+            self.close()
+        return self
+
+    def rank(self) -> tuple[bool, int, float]:
+        """The least is judged.  Source: the policy above, on the chapters that are judged by now."""
+        return rank_of(self.chapters, self.claim, self.tracker.shown)
+
+    def read(self) -> set[str]:
+        """Identities that any chapter reads."""
+        return {chapter.identity.decoded_id for chapter in self.chapters if chapter.identity.decoded_id}
+
+    def region(self) -> dict[str, Any] | None:
+        """Where it was first: frame, and its board's corners in the film's px; None where it never was.
+
+        Convention: as `BadgeTracker.outline_px`.
+        """
+        corners, first = self.tracker.outline_px(), self.tracker.first
+        if corners is None or first is None:
+            return None
+        places = [[json_number(round(float(value), 1)) for value in corner] for corner in corners]
+        return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
+
+
+def rank_of(chapters: Sequence[Chapter], claim: Claim, shown: float) -> tuple[bool, int, float]:
+    """As `Line.rank`, of any chapters of one badge that was shown so large."""
+    if claim.badge_id is None or all(chapter.identity.decoded_id != claim.badge_id for chapter in chapters):
+        return True, 0, -shown
+    return False, ORDER[worst(list(reasons_of(chapters)))], -shown
+
+
+def reasons_of(chapters: Sequence[Chapter]) -> tuple[Reason, ...]:
+    """All findings on one badge."""
+    identity, built_reasons = identity_of(chapters)
+    return invariant_of(chapters).reasons + identity.reasons + built_reasons
+
+
+def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tuple[Reason, ...]:
+    """A note on badges that the verdict is not of; none where there are none."""
+    if not count or region is None:
+        return ()
+    named = sorted(read)[:MOST_NAMED]
+    which = f", reading {', '.join(named)}{' and more' if len(read) > len(named) else ''}" if named else ""
+    x, y = (sum(corner[axis] for corner in region["corners_px"]) / 4 for axis in (0, 1))
+    text = (
+        f"{count} more {'badge was' if count == 1 else 'badges or pieces of them were'} followed{which}; this verdict "
+        f"is of one alone, seen first in frame {region['frame']} around ({x:.0f}, {y:.0f}) px."
+    )
+    return (Reason("others", "note", float(count), None, "badges", text),)
+
+
+def _telling(chapter: Chapter) -> tuple[bool, bool, int]:
+    """Order of chapters by what their plots would show: a broken law first, then the law kept, then most frames."""
+    return chapter.invariant.verdict != "reject", chapter.invariant.verdict != "accept", -chapter.tracked

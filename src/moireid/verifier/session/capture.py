@@ -1,0 +1,40 @@
+"""Enrolment captures: films of a freshly built badge, from which its as-built figures are taken.
+
+A capture must show the issued badge, moving, by the verifier's own verdict; else nothing is measured from it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from moireid.asbuilt import AsBuilt, merge
+from moireid.badge import Badge
+from moireid.errors import DesignError, MediaError
+from moireid.verifier.identity.compare_built import measure_built
+from moireid.verifier.session.film import verify
+from moireid.verifier.tracking.badge_tracker import Progress
+
+
+def capture_as_built(
+    videos: list[Path], badge: Badge, *, focal_px: float | None = None, measured_scale: float | None = None,
+    progress: Progress | None = None,
+) -> AsBuilt:  # fmt: skip
+    """As-built figures of `badge` from one or more films of it.
+
+    Parameters: measured_scale: what a ruler read off the scale bar over its printed length, kept beside.
+    Convention: as `AsBuilt`.
+    Raises: MediaError where a film cannot be read or does not show this badge in motion; DesignError for a board
+        without an identity.
+    Source: `verify`, then `built.measure_built` of each film, merged.
+    """
+    if badge.id is None:
+        raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
+    parts = []
+    for video in videos:
+        report = verify(video, badge, claimed_id=badge.id, focal_px=focal_px, progress=progress)
+        if report.verdict != "accept" or report.measurement is None:
+            why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
+            raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
+        parts.append(measure_built(report.track, report.measurement, badge, report.invariant))
+    return replace(merge(parts), measured_scale=measured_scale)

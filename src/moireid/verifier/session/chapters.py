@@ -1,0 +1,234 @@
+"""A film is judged in chapters, so that memory does not grow with its length, and nothing of it goes unlooked at.
+
+1. Solve for the camera: focal length, shutter, a pose a frame, smoothed; measure and predict the fringe phase.
+2. Judge the motion invariant.
+3. Decode the identity, and compare it with the claim.
+4. Where the badge was enrolled as built: is it that very badge, or a copy of it?
+
+A film of up to `CHAPTER_FRAMES` is one chapter.  Of a longer one each chapter is judged by itself, and all of them
+together: what breaks the law in one minute of an hour is not averaged away.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
+from moireid.verifier.identity.compare_built import compare_built, measure_built
+from moireid.verifier.identity.decode import Identity, judge_identity
+from moireid.verifier.motion.figures import WINDOW_FRAMES
+from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals
+from moireid.verifier.motion.segments import Segment, judge_segments, part_of
+from moireid.verifier.reasons import Level, Reason
+from moireid.verifier.session.by_corners import focal_is_told, never_accepted, told_by_hand
+from moireid.verifier.tracking.badge_tracker import Track
+
+#: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.
+CHAPTER_FRAMES = 1800
+#: Each chapter begins with so many of the last one's frames, so that no end of a film is too short to be judged, and
+#: nothing can be cut in at a border.
+OVERLAP_FRAMES = 240
+#: Fewer frames than two windows say nothing about motion.
+MIN_FRAMES = 2 * WINDOW_FRAMES
+
+
+@dataclass(frozen=True)
+class Claim:
+    """What is held against the film: the badge, the id that must be read, and the badge as it was enrolled.
+
+    badge: of the claim, or any badge of the same layout; badge_id: None where no identity is claimed; focal_px: where
+    it is known; require_original: reject a copy, and leave open what cannot be told from one.
+    """
+
+    badge: Badge
+    badge_id: str | None = None
+    focal_px: float | None = None
+    as_built: AsBuilt | None = None
+    require_original: bool = False
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """One chapter: what was found in it.
+
+    tracked: frames that no chapter before it holds; signals: of these; track, measurement: of all its frames, None
+    where they were let go of; by_corners: as `Track.by_corners`; focal_told: as
+    `by_corners.focal_is_told`, True where there were markers.
+    """
+
+    frames_read: int
+    tracked: int
+    invariant: Invariant
+    identity: Identity
+    built_reasons: tuple[Reason, ...]
+    segments: tuple[Segment, ...]
+    signals: tuple[GratingSignal, ...]
+    span_s: tuple[float, float]
+    stages_s: dict[str, float]
+    track: Track | None
+    measurement: Measurement | None
+    by_corners: bool = False
+    focal_told: bool = True
+
+    def light(self) -> Chapter:
+        """The same without what only a picture of it needs."""
+        return replace(self, track=None, measurement=None)
+
+
+def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
+    """Steps 1 to 4 of a track, whose first `repeated` frames the chapter before held too.
+
+    Convention: as `verify.verify`.
+    Source: module docstring.
+    """
+    span = (float(track.times_s[0]), float(track.times_s[-1])) if track.tracked else (0.0, 0.0)
+    if track.tracked < MIN_FRAMES or track.tracked == repeated:
+        reason = _badge_absent(track)
+        identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
+        return Chapter(
+            track.frames_read, track.tracked - repeated, Invariant("inconclusive", (reason,)), identity, (), (), (),
+            span, dict(track.stages_s), track, None, track.by_corners,
+        )  # fmt: skip
+    measurement = measure(track, claim.badge, focal_px=claim.focal_px)
+    stages = track.stages_s | measurement.stages_s
+    clock = time.perf_counter()
+    invariant = judge_invariant(measurement)
+    segments = judge_segments(measurement, repeated)
+    focal_told = True
+    if track.by_corners:
+        focal_told = focal_is_told(measurement.camera, track.image_px)
+        invariant = told_by_hand(invariant, focal_told=focal_told)
+        segments = tuple(_by_hand(segment, invariant) for segment in segments)
+    stages["invariant"] = time.perf_counter() - clock
+    clock = time.perf_counter()
+    identity = judge_identity(track, measurement, claim.badge, claimed_id=claim.badge_id)
+    stages["identity"] = time.perf_counter() - clock
+    identity, built_reasons = _judge_built(track, measurement, invariant, identity, claim)
+    signals = tuple(part_of(signal, slice(repeated, None)) for signal in measurement.gratings)
+    return Chapter(
+        track.frames_read, track.tracked - repeated, invariant, identity, built_reasons, segments, signals,
+        span, stages, track, measurement, track.by_corners, focal_told,
+    )  # fmt: skip
+
+
+def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
+    """The motion invariant of all chapters together: of one its own, of several that of their signals joined.
+
+    Convention: each chapter's signals have mean 0, so what drifts from chapter to chapter is no evidence.
+    Policy: what was followed from corners given by hand is never accepted (`by_corners`).
+    """
+    whole = _invariant_of(chapters)
+    if not any(chapter.by_corners for chapter in chapters):
+        return whole
+    tracked, focal_told = sum(chapter.tracked for chapter in chapters), all(c.focal_told for c in chapters)
+    return never_accepted(whole, tracked, focal_told=focal_told)
+
+
+def _invariant_of(chapters: Sequence[Chapter]) -> Invariant:
+    seen = [chapter for chapter in chapters if chapter.signals]
+    if len(seen) <= 1:
+        return (seen or list(chapters))[0].invariant
+    joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
+    whole = judge_signals(joined)
+    broken = [chapter for chapter in seen if chapter.invariant.verdict == "reject"]
+    reasons = tuple(_broken_chapter(chapter) for chapter in broken)
+    return replace(whole, verdict="reject" if broken else whole.verdict, reasons=whole.reasons + reasons)
+
+
+def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
+    """The identity of all chapters together, and the reasons of building.
+
+    Another identity in one chapter is another's badge; else the first chapter that reads one stands for all.
+    """
+    order = {"mismatch": 0, "match": 1, "not_claimed": 2, "unreadable": 3}
+
+    def rank(chapter: Chapter) -> tuple[bool, int, bool]:
+        copy = chapter.identity.built == "copy"
+        return not copy, order[chapter.identity.verdict], chapter.identity.decoded_id is None
+
+    first = min(chapters, key=rank)
+    found = sorted({chapter.identity.decoded_id for chapter in chapters if chapter.identity.decoded_id})
+    if len(found) < 2 or first.identity.verdict == "mismatch":
+        return first.identity, first.built_reasons
+    text = f"Different badges are read in different parts of the film: {', '.join(found)}."
+    several = Reason("identities", "fail", ", ".join(found), None, "", text)
+    return replace(first.identity, reasons=(*first.identity.reasons, several)), first.built_reasons
+
+
+def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
+    """One grating's signals of several chapters, one after the other."""
+    return GratingSignal(
+        measured_rad=np.concatenate([signal.measured_rad - signal.measured_rad.mean() for signal in signals]),
+        predicted_rad=np.concatenate([signal.predicted_rad - signal.predicted_rad.mean() for signal in signals]),
+        phase_sd_rad=np.concatenate([signal.phase_sd_rad for signal in signals]),
+        pose_sd_rad=float(np.sqrt(np.mean([signal.pose_sd_rad**2 for signal in signals]))),
+        strip_residual_rad=np.max([signal.strip_residual_rad for signal in signals], axis=0),
+        times_s=np.concatenate([signal.times_s for signal in signals]),
+        place_residual_rad=np.max([signal.place_residual_rad for signal in signals], axis=0),
+        tangent_sd=max(signal.tangent_sd for signal in signals),
+        elsewhere=_joined_places(signals),
+        strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
+        held_rad=float(np.mean([signal.held_rad for signal in signals])),
+    )
+
+
+def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
+    places = [signal.elsewhere for signal in signals if signal.elsewhere is not None]
+    return np.concatenate([place - place.mean(axis=0) for place in places]) if len(places) == len(signals) else None
+
+
+def _broken_chapter(chapter: Chapter) -> Reason:
+    start, end = chapter.span_s
+    why = next(reason for reason in chapter.invariant.reasons if reason.level == "fail")
+    text = f"Between {start:.0f} and {end:.0f} s: {why.text}"
+    return Reason(why.code, "fail", why.measured, why.limit, why.unit, text)
+
+
+def _judge_built(
+    track: Track, measurement: Measurement, invariant: Invariant, identity: Identity, claim: Claim
+) -> tuple[Identity, tuple[Reason, ...]]:
+    """The identity with what is known of the building, and the reasons for it."""
+    as_built, badge = claim.as_built, claim.badge
+    if as_built is not None:
+        identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
+    reasons: tuple[Reason, ...] = ()
+    # Corners given by hand do not tell the page's size, which a beat's period is told by.
+    comparable = invariant.verdict == "accept" and not track.by_corners
+    if as_built is not None and identity.verdict == "match" and comparable:
+        comparison = compare_built(measure_built(track, measurement, badge, invariant), as_built, badge)
+        identity, reasons = replace(identity, built=comparison.built), comparison.reasons
+    if not claim.require_original or identity.verdict != "match":
+        return identity, reasons
+    level: Level = "pass" if identity.built == "original" else "fail" if identity.built == "copy" else "undecided"
+    text = {
+        "original": "The badge is the very one that was enrolled.",
+        "copy": "The badge is a copy of the enrolled one, and the original is asked for.",
+    }.get(identity.built, "Whether this is the enrolled badge or a copy cannot be told.")
+    return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
+
+
+def _by_hand(segment: Segment, invariant: Invariant) -> Segment:
+    """A segment of a film that was followed from corners, which is nowhere rejected but where the whole is."""
+    rejected = segment.verdict == invariant.verdict == "reject"
+    return replace(segment, verdict="reject" if rejected else "inconclusive")
+
+
+def _badge_absent(track: Track) -> Reason:
+    if track.by_corners:
+        lost = f"; it was lost after frame {track.frame_numbers[-1]}" if track.tracked else ""
+        text = (
+            f"From the corners given the badge was followed in {track.tracked} of {track.frames_read} frames, at least "
+            f"{MIN_FRAMES} are needed{lost}. Give the corners in later frames too, where the whole board is in view."
+        )
+        return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)
+    text = (
+        f"The badge was found in {track.tracked} of {track.frames_read} frames, at least {MIN_FRAMES} are needed; film "
+        "the whole badge with its four corner markers, nearer or in better light."
+    )
+    return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)

@@ -1,0 +1,214 @@
+"""Verify a film against a badge, in numbered steps.
+
+1. Open the film.
+2. Follow the badge: markers, registration, fringe profiles, frame by frame.
+3. Solve for the camera: focal length, shutter, a pose a frame, smoothed.
+4. Measure the fringe phase of every strip, and predict it from the optics.
+5. Judge the motion invariant.
+6. Decode the identity, and compare it with the claim.
+7. Where the badge was enrolled as built: is it that very badge, or a copy of it?
+8. Give the verdict with its reasons.
+
+Steps 3 to 7 are taken chapter by chapter (`chapters`), of which a film of up to half a minute is one.
+
+Policy: the invariant and the identity must both hold.  A failure of either rejects; a doubt of either leaves it open.
+A copy is reported, and rejected where the policy asks for the original.
+Where the overlap protocol is asked for, the badge must also pass before the face, and obey the law there (`overlap`).
+Of several badges in view the verdict is of one alone (`line`); its place is in the report.
+Where corners are given by hand, they stand in for markers that most frames lack (`by_corners`); nothing that is
+followed so is accepted.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from moireid import __version__
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+from moireid.verifier.corners import Corners
+from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.identity.decode import Identity
+from moireid.verifier.motion.judge import Invariant
+from moireid.verifier.motion.segments import Segment
+from moireid.verifier.reasons import Reason, Verdict, json_number, worst
+from moireid.verifier.session.chapters import Chapter, Claim, identity_of, invariant_of
+from moireid.verifier.session.overlap import Overlap, OverlapWatch
+from moireid.verifier.session.streaming import Verifier
+from moireid.verifier.tracking.badge_tracker import Progress, Track, no_track
+from moireid.verifier.video import Film, file_sha256
+
+#: Of the JSON report; within one, keys are only added.
+REPORT_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Report:
+    """The verdict with all that it rests on; `to_json` is the contract's object."""
+
+    verdict: Verdict
+    reasons: tuple[Reason, ...]
+    invariant: Invariant
+    identity: Identity
+    badge: Badge
+    film: dict[str, Any]
+    frames: dict[str, int]
+    timing: dict[str, Any]
+    left_out: tuple[str, ...]
+    track: Track = field(repr=False)
+    measurement: Measurement | None = field(default=None, repr=False)
+    pipeline: str = "moireid"
+    segments: tuple[Segment, ...] = ()
+    region: dict[str, Any] | None = None
+    overlap: Overlap | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The object that `verify --json` prints, as `report_schema` describes it."""
+        camera = self.measurement.camera if self.measurement else None
+        return {
+            "format": REPORT_FORMAT,
+            "verdict": self.verdict,
+            "reasons": [reason.to_json() for reason in self.reasons],
+            "invariant": self.invariant.to_json(),
+            "identity": self.identity.to_json(),
+            "badge": {"id": self.badge.id, "name": self.badge.name},
+            "camera": {
+                "focal_px": json_number(camera.focal_px),
+                "focal_sd_px": json_number(camera.focal_sd_px),
+                "focal_given": camera.focal_given,
+                "shutter_s": json_number(camera.shutter_s),
+                "distortion_k1": json_number(camera.bend_k1),
+                "distortion_sd": json_number(camera.bend_sd),
+            } if camera else None,
+            "frames": self.frames,
+            "segments": [segment.to_json() for segment in self.segments],
+            "mirrored": self.track.mirrored,
+            "region": self.region,
+            "overlap": self.overlap.to_json() if self.overlap else None,
+            "pipeline": self.pipeline,
+            "timing": self.timing,
+            "left_out": list(self.left_out),
+            "input": self.film,
+            "moireid": __version__,
+        }  # fmt: skip
+
+
+def verify(
+    video: Path,
+    badge: Badge,
+    *,
+    claimed_id: str | None,
+    focal_px: float | None = None,
+    as_built: AsBuilt | None = None,
+    require_original: bool = False,
+    revoked: str | None = None,
+    corners: Corners | None = None,
+    overlap: bool = False,
+    progress: Progress | None = None,
+) -> Report:
+    """Verify a film.
+
+    Parameters: badge: of the claim, or any badge of the same layout; claimed_id: the id that must be read, None
+        where no identity is claimed; focal_px: where it is known; as_built: the badge's figures from enrolment;
+        require_original: reject a copy, and leave open what cannot be told from one; revoked: the reason for which
+        the claimed badge was revoked; corners: the first grating's corners at some frames, by which the badge is
+        followed where it is followed in less than half of the film by its markers; overlap: ask that the badge passes
+        before the face, and obeys the law there (`overlap`); progress: called with frames read and expected.
+    Convention: verdict "accept" needs both invariant and identity; without a claim the invariant alone.
+    Returns: Report.
+    Raises: MediaError where the film cannot be read; MissingExtraError where the face detector is missing.
+    Source: steps of the module docstring.
+    """
+    begun = time.perf_counter()
+    film = Film(video)  # 1
+    claim = Claim(badge, claimed_id, focal_px, as_built, require_original)
+    seen = _judged(film, claim, None, overlap, progress)
+    if corners and 2 * seen.tracked < seen.read:
+        second = _judged(Film(video), claim, corners, overlap, progress)
+        if second.tracked >= seen.tracked:
+            seen = second
+    invariant = invariant_of(seen.chapters)
+    identity, built_reasons = identity_of(seen.chapters)
+    reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others
+    judged = seen.verifier.judged
+    overlapped = seen.watch.judge(judged.tracker, seen.chapters) if seen.watch else None
+    if overlapped:
+        reasons += overlapped.reasons
+    if revoked is not None:
+        reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
+    verdict = worst(list(reasons))  # 8
+    timing = {
+        "total_s": round(time.perf_counter() - begun, 4),
+        "stages": {name: round(seconds, 4) for name, seconds in seen.stages.items()},
+    }
+    shown = next(chapter for chapter in seen.chapters if chapter.track is not None)
+    return Report(
+        verdict, reasons, invariant, identity, badge,
+        {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
+        {"read": seen.read, "tracked": seen.tracked}, timing,
+        _left_out(badge, shown.measurement), shown.track or no_track(seen.read, (film.width, film.height)),
+        shown.measurement, segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
+        region=judged.region(), overlap=overlapped,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A film read to its end: what followed it, its chapters, frames read, seconds of each stage."""
+
+    verifier: Verifier
+    watch: OverlapWatch | None
+    chapters: list[Chapter]
+    read: int
+    stages: dict[str, float]
+
+    @property
+    def tracked(self) -> int:
+        return sum(chapter.tracked for chapter in self.chapters)
+
+
+def _judged(film: Film, claim: Claim, corners: Corners | None, overlap: bool, progress: Progress | None) -> _Seen:
+    """Steps 2 to 7."""
+    verifier = Verifier(claim, running=False, corners=corners)
+    watch = OverlapWatch() if overlap else None
+    read, decode_s, face_s = 0, 0.0, 0.0
+    clock = time.perf_counter()
+    # What decoding takes beyond the rest's own time: the two run side by side.
+    for frame in film.frames_ahead():
+        decode_s += time.perf_counter() - clock
+        read += 1
+        verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
+        if watch:
+            begin = time.perf_counter()
+            watch.push(frame, verifier.in_view)
+            face_s += time.perf_counter() - begin
+        if progress:
+            progress(read, film.frames_expected)
+        clock = time.perf_counter()
+    chapters = verifier.finish()  # 3 to 7
+    stages = {"decode": decode_s} | ({"face": face_s} if watch else {})
+    for chapter in chapters:
+        for name, seconds in chapter.stages_s.items():
+            stages[name] = stages.get(name, 0.0) + seconds
+    return _Seen(verifier, watch, chapters, read, stages)
+
+
+def report_schema() -> str:
+    """JSON Schema (2020-12) of `Report.to_json`, as text."""
+    return resources.files("moireid").joinpath("schema/report.schema.json").read_text(encoding="utf-8")
+
+
+def _left_out(badge: Badge, measurement: Measurement | None) -> tuple[str, ...]:
+    """What this film and badge did not need."""
+    parts = ["colour", "the picture away from the badge once it is found"]
+    if measurement and measurement.camera.focal_given:
+        parts.append("solving for the focal length")
+    if len({grating.axis for grating in badge.gratings}) == 1:
+        parts.append(f"the {'y' if badge.gratings[0].axis == 'x' else 'x'} axis, on which the badge has no fringes")
+    if all(grating.code is None for grating in badge.gratings):
+        parts.append("decoding, as the board carries no code")
+    return tuple(parts)

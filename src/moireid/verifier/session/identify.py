@@ -1,0 +1,144 @@
+"""No claim: who is it, if anyone enrolled?
+
+The film is read once for each layout among the enrolled badges, usually one; the payload is decoded without looking
+at anybody's pitches, and then looked up.  Where too many symbols are wrong to decode it, the symbols are held against
+the words of enrolled people who share a part of it.  A film whose fringes break the motion law shows nobody's badge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from moireid.badge import Badge
+from moireid.errors import CodeError, SpecError
+from moireid.idcodes import PartialWord
+from moireid.verifier.identity.decode import Identity
+from moireid.verifier.reasons import Reason
+from moireid.verifier.session.film import Report, verify
+from moireid.verifier.tracking.badge_tracker import Progress
+
+Finding = Literal["found", "nobody", "inconclusive"]
+
+
+class Enrolled(Protocol):
+    """Who is enrolled, as far as identification must know."""
+
+    def holds(self, badge_id: str) -> bool:
+        """Whether that id is enrolled and not revoked."""
+
+    def alike(self, parts: Mapping[int, str]) -> Iterable[str]:
+        """The ids of which a part reads so, revoked or not; place -> hex digits, as `PartialWord.parts`."""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Outcome of an identification: whose id, and the report that it rests on (None where nobody is enrolled)."""
+
+    finding: Finding
+    found_id: str | None
+    reasons: tuple[Reason, ...]
+    report: Report | None
+
+    def to_json(self) -> dict[str, Any]:
+        """The object that `identify --json` prints, whose keys contain those of `verify --json`."""
+        document: dict[str, Any] = self.report.to_json() if self.report else {}
+        return document | {
+            "finding": self.finding, "found_id": self.found_id, "reasons": [r.to_json() for r in self.reasons],
+        }  # fmt: skip
+
+
+def identify(
+    video: Path,
+    layouts: Iterable[Badge],
+    enrolled: Enrolled,
+    *,
+    focal_px: float | None = None,
+    progress: Progress | None = None,
+) -> Identification:
+    """Find the enrolled badge that a film shows.
+
+    Parameters: layouts: one badge for each layout enrolled.
+    Convention: "found" needs an enrolled id, decoded or told by `PartialWord`, *and* the invariant; "nobody" a
+        readable badge that is not enrolled, or fringes that break the law.
+    Returns: Identification, of the layout that says most.
+    Raises: MediaError where the film cannot be read.
+    Source: `verify` without a claim, a layout at a time.
+    """
+    order = {"found": 0, "nobody": 1, "inconclusive": 2}
+    outcomes = []
+    for layout in layouts:
+        try:
+            report = verify(video, layout, claimed_id=None, focal_px=focal_px, progress=progress)
+        except (SpecError, CodeError) as error:
+            # One badge that nobody can read must not keep all others from being found.
+            text = f"One layout among the enrolled is left out: {error}."
+            reason = Reason("layout", "undecided", None, None, "", text)
+            outcomes.append(Identification("inconclusive", None, (reason,), None))
+            continue
+        outcomes.append(judge(report, enrolled))
+        if outcomes[-1].finding == "found":
+            break
+    if not outcomes:
+        reason = Reason("enrolled", "fail", 0.0, 1.0, "badges", "Nobody is enrolled in this registry yet.")
+        return Identification("nobody", None, (reason,), None)
+    return min(outcomes, key=lambda outcome: order[outcome.finding])
+
+
+def judge(report: Report, enrolled: Enrolled) -> Identification:
+    """The finding of one layout's report, made without a claim."""
+    invariant = report.invariant
+    if invariant.verdict == "reject":
+        text = "The fringes break the motion law, so this is nobody's badge."
+        reason = Reason("genuine", "fail", None, None, "", text)
+        return Identification("nobody", None, (*invariant.reasons, reason), report)
+    found, reason = _whose(report.identity, enrolled)
+    # An absent badge leaves the invariant without reasons; what is known then stands in the report's.
+    reasons = (*(invariant.reasons or report.reasons), reason)
+    if reason.level == "fail":
+        return Identification("nobody", None, reasons, report)
+    if reason.level == "undecided" or invariant.verdict == "inconclusive":
+        return Identification("inconclusive", found, reasons, report)
+    return Identification("found", found, reasons, report)
+
+
+def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
+    """The enrolled id that was read, if any, and the reason."""
+    read = identity.decoded_id
+    if read is None:
+        return _nearest(identity.partial, enrolled)
+    if not enrolled.holds(read):
+        text = f"The badge reads {read}, which nobody holds here: not issued, or revoked."
+        return None, Reason("enrolled", "fail", read, None, "", text)
+    if identity.beats_agree is False:
+        text = f"The line spacing reads {read}, but the beats of the rows are not that badge's."
+        return None, Reason("beats", "fail", read, None, "", text)
+    if identity.beats_agree is None:
+        text = f"The line spacing reads {read}, but the beats of no row can be read beside it."
+        return read, Reason("beats", "undecided", read, None, "", text)
+    for reason in identity.reasons:
+        if reason.code == "cells_move" and reason.level != "pass":
+            return None, reason
+    return read, Reason("enrolled", "pass", read, None, "", f"The badge reads {read}, which is enrolled.")
+
+
+def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, Reason]:
+    """The one enrolled id whose word agrees with the reading so well that chance is excluded."""
+    unread = Reason("identity", "undecided", None, None, "", "No identity can be read off the badge.")
+    if word is None:
+        return None, unread
+    # Whoever was revoked is asked too: else the next best would be named for them.
+    near = {candidate: word.agreeing(bytes.fromhex(candidate)) for candidate in enrolled.alike(word.parts())}
+    near = {candidate: agreeing for candidate, agreeing in near.items() if word.tells(agreeing)}
+    if len(near) != 1:
+        return None, unread
+    found, agreeing = next(iter(near.items()))
+    if word.beats_agree(bytes.fromhex(found)) is not True or not enrolled.holds(found):
+        return None, unread
+    text = (
+        f"Too many symbols are wrong to be mended, but {agreeing} of {len(word.octets)} are those of {found}, who is "
+        f"enrolled; a stranger's would agree so well with a chance of {word.wrong_person(agreeing):.0e} at most."
+    )
+    return found, Reason("enrolled", "pass", found, None, "", text)

@@ -1,0 +1,222 @@
+"""The overlap protocol: does the badge pass before the face, and does the law hold while it does?
+
+A badge beside a face says nothing of the face.  A badge *before* it must be composed with it in every frame: a face
+swap then works on a face that the badge cuts into, and a pasted badge shows at the border.  So the protocol asks that
+both overlap for a while, and that the fringes obey the law through it, frame by frame.
+
+1. Follow the face (`faces`) and the badges in view, and keep the times at which they overlap.
+2. Take the longest of these intervals, of the badge that the verdict is of.
+3. Hold each of its frames against the law, with the film's own gain, and the seconds around it where they move enough.
+
+Convention: the overlap of a frame is the area that badge and face box share, over the smaller one's area.
+Source: the source paper's second mitigation (Qing et al. 2026): overlap of badge and face.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.motion.figures import WINDOW_FRAMES, figures_of
+from moireid.verifier.motion.judge import (
+    GAIN_TOLERANCE,
+    MIN_EXCITATION_RAD,
+    RESIDUAL_FLOOR_RAD,
+    RESIDUAL_SHARE,
+    RESIDUAL_UNTOLD,
+    judge_signals,
+)
+from moireid.verifier.motion.segments import SEGMENT_S, part_of
+from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
+from moireid.verifier.session.chapters import Chapter
+from moireid.verifier.session.faces import Face, FaceFollower
+from moireid.verifier.timeline import Spans
+from moireid.verifier.tracking.badge_tracker import BadgeTracker
+from moireid.verifier.video import Frame
+
+Array = NDArray[np.float64]
+#: Badge and face overlap where they share this much of the smaller one: less is a corner that a false border hides in.
+MIN_SHARE = 0.25
+#: They must do so for this long without a break (`spans`).
+MIN_OVERLAP_S = 1.0
+#: So many of the interval's frames must agree with the law, each within three of its error bars (99.7 % of true ones
+#: do, were errors of neighbouring frames not alike), and so many must tell a phase at all.
+MIN_AGREEING, MIN_TOLD = 0.95, 0.5
+
+
+@dataclass(frozen=True)
+class Overlap:
+    """Outcome of the protocol: findings, when the face was seen, and when the badge was before it.
+
+    agreeing: share of the longest interval's frames that agree with the law, None where none tells.
+    """
+
+    reasons: tuple[Reason, ...]
+    faces: Spans
+    overlaps: Spans
+    agreeing: float | None = None
+
+    @property
+    def verdict(self) -> Verdict:
+        """Of the protocol alone."""
+        return worst(list(self.reasons))
+
+    def to_json(self) -> dict[str, Any]:
+        """As the `overlap` object of `verify --json`."""
+        longest = self.overlaps.longest
+        return {
+            "verdict": self.verdict,
+            "longest_s": json_number(longest[1] - longest[0] if longest else 0.0),
+            "total_s": json_number(float(self.overlaps.total_s)),
+            "face_s": json_number(float(self.faces.total_s)),
+            "agreeing": json_number(self.agreeing),
+            "overlaps": self.overlaps.to_json(),
+            "faces": self.faces.to_json(),
+        }
+
+
+class OverlapWatch:
+    """Keeps when the face was seen and when each badge was before it; memory goes with the number of intervals.
+
+    Raises: MissingExtraError where dlib is not installed.
+    """
+
+    def __init__(self) -> None:
+        self._follower = FaceFollower()
+        self._faces = Spans()
+        # Badges that are given up and forgotten take their times with them.
+        self._overlaps: WeakKeyDictionary[BadgeTracker, Spans] = WeakKeyDictionary()
+        self.face: Face | None = None
+        #: Badges that overlap the face in the present frame.
+        self.over: list[BadgeTracker] = []
+
+    def push(self, frame: Frame, in_view: Sequence[tuple[BadgeTracker, Array]]) -> None:
+        """Take in a frame.  in_view: the badges that are seen in it, with their boards' corners (4, 2) px."""
+        self.face = self._follower.follow(frame.luma, frame.time_s, hidden=bool(self.over))
+        self.over = []
+        if self.face is None:
+            return
+        self._faces.add(frame.time_s)
+        for tracker, corners in in_view:
+            if overlap_share(corners, self.face) >= MIN_SHARE:
+                self.over.append(tracker)
+                self._overlaps.setdefault(tracker, Spans()).add(frame.time_s)
+
+    def judge(self, tracker: BadgeTracker, chapters: Sequence[Chapter]) -> Overlap:
+        """The protocol's outcome for one badge, with the chapters that were judged of it."""
+        overlaps = self._overlaps.get(tracker) or Spans()
+        if not self._follower.seen:
+            return Overlap((_no_face(self._follower.looks),), self._faces, overlaps)
+        long_enough = _long_enough(overlaps)
+        if long_enough.level != "pass":
+            return Overlap((long_enough,), self._faces, overlaps)
+        assert overlaps.longest is not None
+        reason, agreeing = law_through(overlaps.longest, chapters)
+        return Overlap((long_enough, reason), self._faces, overlaps, agreeing)
+
+
+def overlap_share(corners: Array, face: Face) -> float:
+    """Area that a badge (corners (4, 2) px, convex) and a face share, over the smaller one's area; 0 to 1.
+
+    Source: OpenCV's intersection of convex polygons.
+    """
+    x0, y0, x1, y1 = face.box
+    box = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]], np.float32)
+    board = corners.astype(np.float32)
+    if not cv2.isContourConvex(board):
+        return 0.0
+    shared, _ = cv2.intersectConvexConvex(board, box)
+    smaller = min(abs(cv2.contourArea(board)), abs(cv2.contourArea(box)))
+    return float(shared / smaller) if smaller > 0 else 0.0
+
+
+def law_through(interval_s: tuple[float, float], chapters: Sequence[Chapter]) -> tuple[Reason, float | None]:
+    """Whether the law holds in an interval: frame by frame, and around it as a whole where it moves enough to tell.
+
+    Convention: a frame agrees where every grating does that tells its phase; each grating has its chapter's own gain
+    and offset, so an interval that shows another badge's fringes, or none that move, strays.
+    Returns: the finding, and the share of its frames that agree (None where none tells).
+    """
+    frames, told, agreeing = 0, 0, 0
+    broken: Reason | None = None
+    for chapter in chapters:
+        times = chapter.signals[0].times_s if chapter.signals else np.zeros(0)
+        own = (times >= interval_s[0]) & (times <= interval_s[1])
+        if not own.any():
+            continue
+        knows, holds = np.array([_held(signal, own) for signal in chapter.signals]).swapaxes(0, 1)
+        known = knows.any(axis=0)
+        frames, told = frames + int(own.sum()), told + int(known.sum())
+        agreeing += int((known & (holds | ~knows).all(axis=0)).sum())
+        broken = broken or _broken(chapter.signals, times, interval_s)
+    share = agreeing / told if told else None
+    return (broken if broken is not None else _agreement(frames, told, share)), share
+
+
+def _held(signal: GratingSignal, own: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Of each own frame, whether its phase is known, and whether it is what the law says, (2, N)."""
+    figures = figures_of(signal)
+    # The film's own gain, as far as a true badge's may be off; where the film hardly moves that is noise.
+    gain = 1.0
+    if figures.excitation_rad >= MIN_EXCITATION_RAD:
+        gain = min(max(figures.gain_ratio, 1 - GAIN_TOLERANCE), 1 + GAIN_TOLERANCE)
+    strayed = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
+    sd = signal.phase_sd_rad[own]
+    fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * figures.excitation_rad)
+    error = np.hypot(fixed, RESIDUAL_UNTOLD * np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad))
+    return np.array([np.isfinite(sd), strayed <= 3 * error])
+
+
+def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[float, float]) -> Reason | None:
+    """The finding by which the seconds around the interval break the law by themselves, if they do."""
+    middle, half = sum(interval_s) / 2, max(interval_s[1] - interval_s[0], SEGMENT_S) / 2
+    around = np.flatnonzero(np.abs(times - middle) <= half)
+    if len(around) < WINDOW_FRAMES:
+        return None
+    judged = judge_signals([part_of(signal, around) for signal in signals])
+    why = next((reason for reason in judged.reasons if reason.level == "fail"), None)
+    if why is None:
+        return None
+    text = f"While the badge is before the face the law is broken: {why.text}"
+    return Reason("overlap_law", "fail", why.measured, why.limit, why.unit, text)
+
+
+def _agreement(frames: int, told: int, share: float | None) -> Reason:
+    if share is None or told < MIN_TOLD * frames:
+        text = (
+            f"While the badge is before the face its fringes are read in {told} of {frames} frames; let its markers "
+            "stay in view and free of fingers."
+        )
+        return Reason("overlap_law", "undecided", told / max(frames, 1), MIN_TOLD, "share", text)
+    level: Level = "pass" if share >= MIN_AGREEING else "fail"
+    text = f"While the badge is before the face the law holds in {share:.0%} of {told} frames; {MIN_AGREEING:.0%} must."
+    return Reason("overlap_law", level, share, MIN_AGREEING, "share", text)
+
+
+def _no_face(looks: int) -> Reason:
+    text = (
+        f"No face was found in {looks} looks at the film, so nothing overlaps; show the face from the front, at least "
+        "an eighth of the picture wide, and well lit."
+    )
+    return Reason("face", "undecided", 0.0, 1.0, "faces", text)
+
+
+def _long_enough(overlaps: Spans) -> Reason:
+    longest = overlaps.longest
+    seconds = longest[1] - longest[0] if longest else 0.0
+    if seconds >= MIN_OVERLAP_S:
+        text = f"The badge is before the face for {seconds:.1f} s without a break; {MIN_OVERLAP_S:g} s are needed."
+        return Reason("overlap", "pass", seconds, MIN_OVERLAP_S, "s", text)
+    text = (
+        f"The badge is before the face for {seconds:.1f} s at most, {MIN_OVERLAP_S:g} s are needed; hold it so that it "
+        "covers a quarter of the face, with all four markers in view, while it moves."
+    )
+    return Reason("overlap", "undecided", seconds, MIN_OVERLAP_S, "s", text)

@@ -1,0 +1,172 @@
+"""Verifying as frames come: a running verdict for live video, and the final one at the end.
+
+Each pushed frame is followed at once.  About every second the last seconds are judged: that verdict is *causal*, it
+knows nothing of what comes.  `finish` judges the chapter that is still open with all that it holds; it may refine what
+the running verdict said, and it alone is the verdict of the film.
+
+Of several badges in view each is judged by itself, and the verdict is of one of them (`Line.rank`).
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import Executor, Future
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.corners import Corners
+from moireid.verifier.reasons import Reason, Verdict, worst
+from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
+from moireid.verifier.session.by_corners import ByCorners
+from moireid.verifier.session.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, Claim, judge_chapter
+from moireid.verifier.tracking.badge_tracker import BadgeTracker, Track
+from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.video import Frame
+
+#: The running verdict is of so many of the last tracked frames, made anew after so much of the film.
+RUNNING_FRAMES, RUNNING_S = 240, 1.0
+#: A focal length is kept once it errs by so little, as a share of the motion: a kept one has no error bar, and that of
+#: a badge that was held still at first is a guess, by which all that follows would look forged.
+SURE_FOCAL = 0.03
+
+
+@dataclass(frozen=True)
+class Running:
+    """A verdict on the last seconds: causal, and not the film's.
+
+    time_s: of the frame that it was made at; span_s: first and last frame that it rests on.
+    """
+
+    time_s: float
+    span_s: tuple[float, float]
+    verdict: Verdict
+    reasons: tuple[Reason, ...]
+    tracked: int
+
+
+class Verifier:
+    """Takes a film frame by frame; memory does not grow with its length."""
+
+    def __init__(
+        self, claim: Claim, *, running: bool = True, corners: Corners | None = None, aside: Executor | None = None
+    ) -> None:
+        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out; corners: by
+            which the badge is followed in place of its markers (`by_corners`); aside: where running verdicts are made
+            while `push` goes on, so that a camera's frames need not wait half a second: each is then told by a later
+            push, and one at a time is made.
+
+        Raises: SpecError where the badge cannot be read at all.
+        """
+        self._aside = aside
+        self._pending: Future[Running] | None = None
+        self._claim, self._running = claim, running
+        self._view = ByCorners(claim.badge, corners) if corners else BadgesInView(claim.badge)
+        self._lines = [Line(claim, self._view.trackers[0])]
+        #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
+        self._gone, self._gone_read = 0, set[str]()
+        self._kept: Line | None = None
+        self._due_s: float | None = None
+        self._focal_px, self._focal_frames = claim.focal_px, 0
+
+    @property
+    def judged(self) -> Line:
+        """The badge that the verdict is of, as far as it is judged by now."""
+        return min([*self._lines, *([self._kept] if self._kept else [])], key=Line.rank)
+
+    @property
+    def chapters(self) -> list[Chapter]:
+        """Chapters of that badge that are judged by now."""
+        return self.judged.chapters
+
+    @property
+    def in_view(self) -> list[tuple[BadgeTracker, NDArray[np.float64]]]:
+        """The badges seen in the last frame, and their boards' corners (4, 2) px, as `BadgeTracker.corners_px`."""
+        trackers = [line.tracker for line in self._lines]
+        return [(one, one.corners_px(one.place)) for one in trackers if one.place is not None]
+
+    @property
+    def others(self) -> tuple[Reason, ...]:
+        """A note on the badges that the verdict is not of, where there are any."""
+        judged = self.judged
+        beside = [line for line in self._lines if line is not judged and line.tracker.first is not None]
+        read = set[str]().union(self._gone_read, *(line.read() for line in beside))
+        return others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
+
+    def push(self, frame: Frame) -> Running | None:
+        """Take in the next frame; a running verdict where one is due.
+
+        Convention: frames in order, times rising.
+        """
+        self._view.push(frame)
+        self._renew_lines()
+        for line in self._lines:
+            if line.tracker.tracked >= CHAPTER_FRAMES:
+                line.close(OVERLAP_FRAMES)
+        if not self._running:
+            return None
+        if self._due_s is None:
+            self._due_s = frame.time_s + RUNNING_S
+        done = self._pending if self._pending is not None and self._pending.done() else None
+        if done is not None:
+            self._pending = None
+        if frame.time_s >= self._due_s and self._pending is None:
+            self._due_s = frame.time_s + RUNNING_S
+            looks = self._looks()
+            if self._aside is None:
+                return self._judge_last(looks, frame.time_s)
+            self._pending = self._aside.submit(self._judge_last, looks, frame.time_s)
+        return done.result() if done is not None else None
+
+    def finish(self) -> list[Chapter]:
+        """Judge what is still open; all chapters of the badge that the verdict is of, at least one.
+
+        Convention: the chapter that shows most keeps its track.
+        """
+        if self._pending is not None:
+            self._pending.cancel()
+        for line in self._lines:
+            line.finish()
+        return self.chapters
+
+    def _renew_lines(self) -> None:
+        """Judge the badges that were given up, and keep one of them; take up those that were begun."""
+        for tracker in self._view.given_up:
+            line = next(line for line in self._lines if line.tracker is tracker).finish()
+            self._lines.remove(line)
+            self._gone, self._gone_read = self._gone + 1, self._gone_read | set(sorted(line.read())[:1])
+            self._kept = min([line, *([self._kept] if self._kept else [])], key=Line.rank)
+        self._view.given_up.clear()
+        for tracker in self._view.trackers[len(self._lines) :]:
+            self._lines.append(Line(self._claim, tracker))
+
+    def _looks(self) -> list[tuple[Line, Track]]:
+        """The last frames of those badges that are seen now."""
+        lines = [line for line in self._lines if line.tracker.place is not None] or [self.judged]
+        # The largest first: the focal length is solved on it.
+        lines.sort(key=lambda line: -line.tracker.shown)
+        return [(line, line.tracker.look(RUNNING_FRAMES)) for line in lines]
+
+    def _judge_last(self, tracks: list[tuple[Line, Track]], now_s: float) -> Running:
+        """The verdict of the last seconds."""
+        chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
+        if not chapters:
+            most = max(track.tracked for _, track in tracks)
+            text = "The badge is not seen long enough yet; hold it, with its four corner markers, before the camera."
+            reason = Reason("badge_absent", "undecided", float(most), float(MIN_FRAMES), "frames", text)
+            return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
+        line, chapter = min(chapters, key=lambda pair: rank_of([pair[1]], self._claim, pair[0].tracker.shown))
+        read = {other.identity.decoded_id for _, other in chapters if other is not chapter}
+        note = others_note(len(tracks) - 1, {name for name in read if name}, line.region())
+        reasons = reasons_of([chapter]) + note
+        return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
+
+    def _judged_now(self, track: Track) -> Chapter:
+        # Solving for the focal length is half of the work, so what it was is kept until there is twice as much to
+        # solve it on.
+        anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
+        focal_px = None if anew else self._focal_px
+        chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px))
+        if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < SURE_FOCAL:
+            self._focal_px, self._focal_frames = chapter.measurement.camera.focal_px, track.tracked
+        return chapter

@@ -1,0 +1,9 @@
+"""Where the page lies in each frame, and the brightness along its rows.
+
+markers.py         markers found in a picture             page_groups.py     which markers belong to one page
+template.py        the markers as a picture shows them    registration.py    the page aligned to its print
+borders.py         the gratings' borders, where only two markers are seen
+smeared_frames.py  frames that motion smeared             profiles.py        brightness along each row
+even_sample.py     a bounded, even sample of frames       badge_tracker.py   one badge over the frames
+scene_tracker.py   all badges in view
+"""

@@ -1,0 +1,296 @@
+"""The track of one badge: register its page, read its profiles.  One frame in memory at a time.
+
+What is kept of a frame is its homography and the profiles of its uniform rows, 3 kB, until they are taken; profiles of
+phase cells are kept of at most `SAMPLE_FRAMES` frames, evenly spread over a track.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Badge
+from moireid.verifier.tracking.borders import borders_of
+from moireid.verifier.tracking.even_sample import EvenSample
+from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.tracking.page_groups import same_page
+from moireid.verifier.tracking.profiles import ProfileReader, Strip
+from moireid.verifier.tracking.registration import PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.tracking.smeared_frames import ShakenFollower
+from moireid.verifier.video import Frame
+
+Array = NDArray[np.float64]
+#: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
+SNAPSHOT_PX_PER_MM = 3.0
+Progress = Callable[[int, int | None], None]  #: Frames read, and frames expected if the file says.
+
+
+@dataclass(frozen=True)
+class Track:
+    """The badge over the film: T tracked frames of the `frames_read` that were read.
+
+    homographies (T, 3, 3) page mm -> px; correlations (T,) of picture and print; profiles: one array a strip, counts:
+    (T, N) of a uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the
+    board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge
+    mirror-wise (a self-view) and was turned back before it was measured; vague (T, 2): as `Registration.vague`, None
+    where every frame is 1; by_corners: whether the page was followed from corners given by hand (`own_page`).
+    """
+
+    frames_read: int
+    frame_numbers: NDArray[np.int64]
+    times_s: Array
+    homographies: Array
+    correlations: Array
+    profiles: tuple[NDArray[np.float32], ...]
+    cell_frames: NDArray[np.int64]
+    strips: tuple[Strip, ...]
+    image_px: tuple[int, int]
+    mirrored: bool = False
+    snapshot: NDArray[np.uint8] | None = None
+    vague: Array | None = None
+    by_corners: bool = False
+    stages_s: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def tracked(self) -> int:
+        """Number of frames in which the badge was found and registered."""
+        return len(self.times_s)
+
+
+def no_track(frames_read: int, image_px: tuple[int, int]) -> Track:
+    """The track of a film in which no badge was followed."""
+    none, flat = np.zeros(0, np.int64), np.zeros(0)
+    return Track(frames_read, none, flat, np.zeros((0, 3, 3)), flat, (), none, (), image_px)
+
+
+@dataclass(frozen=True)
+class Seen:
+    """A frame in which the badge was: its number, its time, and the page's homography."""
+
+    frame: int
+    time_s: float
+    page: Array
+
+
+class BadgeTracker:
+    """Follows one badge, frame after frame, and hands over what it has seen as tracks.
+
+    Where it is found first, and anew after it was lost, is for `in_view.BadgesInView` to say.
+
+    Convention: homographies as `MarkerFinder.find`; only the badge's layout is looked at, not its pitches or id.
+    Source: `markers`, `register` and `strips`, in that order in each frame.
+    """
+
+    def __init__(self, badge: Badge) -> None:
+        """Raises: SpecError where a row of the badge is too small to be read."""
+        self._badge = badge
+        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
+        self._shaken = ShakenFollower(badge.markers, self._registrar)
+        self._reader = ProfileReader(badge)
+        self._corners_mm = marker_corners_mm(badge.markers)
+        self._middle = self._corners_mm.mean(axis=(0, 1))
+        self._uniform = np.array([strip.uniform for strip in self._reader.strips])
+        self._mirrored, self._by_corners = False, False
+        self._image_px = (0, 0)
+        #: Where it is in the present frame, and the first and last frame and place in which it was seen; None: nowhere.
+        self.place: Array | None = None
+        self.first: Seen | None = None
+        self.last: Seen | None = None
+        #: How large it was shown: its scale squared, summed over all frames in which it was seen, (px / mm)^2.
+        self.shown = 0.0
+        self.frames_read = 0
+        self._numbers: list[int] = []
+        self._times: list[float] = []
+        self._homographies: list[Array] = []
+        self._correlations: list[float] = []
+        self._vague: list[tuple[float, float]] = []
+        self._rows: list[NDArray[np.float32]] = []
+        self._cells = EvenSample()
+        self._snapshot: NDArray[np.uint8] | None = None
+        self._best, self._clock = 0.0, 0.0
+        self._stages = dict.fromkeys(("find", "register", "shaken", "profiles", "snapshot"), 0.0)
+
+    @property
+    def tracked(self) -> int:
+        """Frames of the present track in which the badge was found and registered."""
+        return len(self._times)
+
+    def follow(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
+        """Begin the next frame: the badge near where it must be now; whether it was found there.
+
+        Parameters: luma: of the frame, turned back where the film is mirrored; taken: pages that are other badges'.
+        """
+        self.frames_read += 1
+        self._image_px = (luma.shape[1], luma.shape[0])
+        self._clock = time.perf_counter()
+        # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
+        registration = _followed(self._registrar, luma, self._finder.expected(frame.index))
+        self._lap("register")
+        if registration is None:
+            registration = _clear(self._shaken.find(luma, frame.time_s))
+            self._lap("shaken")
+        return self._taken_in(frame, luma, registration, taken)
+
+    def seek(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
+        """Look for its markers where it was in the frame before; whether it was found there."""
+        self._clock = time.perf_counter()
+        pages = [page for page in self._finder.pages_near(luma) if not self._is_one_of(page, taken)]
+        self._lap("find")
+        # The largest first, but the badge's own where another is beside it.
+        pages.sort(key=lambda page: not (self.last is not None and same_page(page, self.last.page, self._corners_mm)))
+        return bool(pages) and self.begin(frame, luma, pages[0], taken)
+
+    def begin(
+        self, frame: Frame, luma: NDArray[np.uint8], page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
+    ) -> bool:
+        """Take up the badge at a page's place; whether it is there.  mirrored: that the film was turned back."""
+        self._clock = time.perf_counter()
+        self._image_px, self.frames_read = (luma.shape[1], luma.shape[0]), max(self.frames_read, 1)
+        registration = self._registrar.register(luma, page)
+        self._lap("register")
+        self._mirrored = self._mirrored or (mirrored and registration is not None)
+        return self._taken_in(frame, luma, registration, taken)
+
+    def take_in(
+        self, frame: Frame, luma: NDArray[np.uint8], registration: Registration | None, *, mirrored: bool = False
+    ) -> bool:
+        """The next frame, in which the page was followed from corners given by hand; whether it was seen."""
+        self.frames_read, self._by_corners, self._clock = self.frames_read + 1, True, time.perf_counter()
+        self._image_px, self._mirrored, self.place = (luma.shape[1], luma.shape[0]), mirrored, None
+        return self._taken_in(frame, luma, registration, ())
+
+    def lose(self, frame: Frame) -> None:
+        """The badge is not in this frame: do not look for it where it was."""
+        self._finder.follow(None, frame.index)
+
+    def spent(self, seconds: float) -> None:
+        """Count the time of a search of the whole frame as this track's."""
+        self._stages["find"] += seconds
+
+    def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
+        return any(same_page(page, other, self._corners_mm) for other in taken)
+
+    def _taken_in(
+        self, frame: Frame, luma: NDArray[np.uint8], registration: Registration | None, taken: Sequence[Array]
+    ) -> bool:
+        """Read the frame where the page was registered; whether it was, and on no other badge's place."""
+        if registration is None or self._is_one_of(registration.homography, taken):
+            return False
+        self.place = registration.homography
+        self.last = Seen(frame.index, frame.time_s, registration.homography)
+        self.first = self.first or self.last
+        self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
+        self._finder.follow(registration.homography, frame.index)
+        self._shaken.follow(registration.homography, frame.time_s)
+        self._numbers.append(frame.index)
+        self._times.append(frame.time_s)
+        self._homographies.append(registration.homography)
+        self._correlations.append(registration.correlation)
+        self._vague.append(registration.vague)
+        seen = self._reader.read(luma, registration.homography)
+        self._rows.append(seen[self._uniform])
+        self._cells.offer(seen[~self._uniform])
+        self._lap("profiles")
+        # A frame must be clearly better to be straightened anew, or a steady film would do it again and again.
+        if registration.correlation > self._best + 0.003:
+            self._best = registration.correlation
+            self._snapshot = straighten(luma, registration.homography, self._badge)
+            self._lap("snapshot")
+        return True
+
+    def outline_px(self) -> Array | None:
+        """Corners of the board in the first frame in which it was seen, as `corners_px`; None: never."""
+        return self.corners_px(self.first.page) if self.first is not None else None
+
+    def corners_px(self, page: Array) -> Array:
+        """Corners of the board where the page lies so, (4, 2) px of the film as it is.
+
+        Convention: top left, top right, bottom right, bottom left of the upright board.
+        """
+        x0, y0, x1, y1 = self._badge.outline_mm
+        board = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
+        corners = np.asarray(cv2.perspectiveTransform(board, page).reshape(4, 2), float)
+        if self._mirrored:
+            corners[:, 0] = self._image_px[0] - 1 - corners[:, 0]
+        return corners
+
+    def _lap(self, stage: str) -> None:
+        now = time.perf_counter()
+        self._stages[stage] += now - self._clock
+        self._clock = now
+
+    def look(self, last: int | None = None) -> Track:
+        """What was seen since the last `take`, or in its last so many tracked frames; the tracker goes on."""
+        first = 0 if last is None else max(self.tracked - last, 0)
+        places = self._cells.places
+        kept = places >= first
+        cells = [item for item, keep in zip(self._cells.items, kept, strict=True) if keep]
+        return Track(
+            frames_read=self.frames_read,
+            frame_numbers=np.array(self._numbers[first:], np.int64),
+            times_s=np.array(self._times[first:], float),
+            homographies=np.array(self._homographies[first:], float).reshape(-1, 3, 3),
+            correlations=np.array(self._correlations[first:], float),
+            profiles=_by_strip(self._uniform, self._rows[first:], cells, self._reader.samples),
+            cell_frames=places[kept] - first,
+            strips=tuple(self._reader.strips),
+            image_px=self._image_px,
+            mirrored=self._mirrored,
+            snapshot=self._snapshot,
+            vague=np.array(self._vague[first:]) if any(max(pair) > 1 for pair in self._vague[first:]) else None,
+            by_corners=self._by_corners,
+            stages_s=dict(self._stages),
+        )
+
+    def take(self, keep: int = 0) -> Track:
+        """What was seen since the last `take`; then begin anew, with the last `keep` tracked frames.
+
+        Convention: `frames_read` and `stages_s` begin anew too: what was kept is not counted twice.
+        """
+        track = self.look()
+        gone = max(self.tracked - keep, 0)
+        kept_lists = (
+            self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague
+        )  # fmt: skip
+        for kept in kept_lists:
+            del kept[:gone]
+        self._cells.drop(gone)
+        self.frames_read, self._best = 0, 0.0
+        self._stages = dict.fromkeys(self._stages, 0.0)
+        return track
+
+
+def _followed(registrar: PageRegistrar, luma: NDArray[np.uint8], expected: Array | None) -> Registration | None:
+    """The page near where it is expected, if it is seen there clearly."""
+    return _clear(registrar.register(luma, expected) if expected is not None else None)
+
+
+def _clear(found: Registration | None) -> Registration | None:
+    """A page that was followed, if it is seen clearly."""
+    return found if found is not None and found.clear else None
+
+
+def _by_strip(
+    uniform: NDArray[np.bool_], rows: list[NDArray[np.float32]], cells: list[NDArray[np.float32]], samples: int
+) -> tuple[NDArray[np.float32], ...]:
+    """Profiles frame by frame, of uniform strips and of the others, turned into one array a strip."""
+    of_rows = np.array(rows, np.float32).reshape(len(rows), int(uniform.sum()), samples)
+    of_cells = np.array(cells, np.float32).reshape(len(cells), int((~uniform).sum()), samples)
+    places = np.where(uniform, np.cumsum(uniform), np.cumsum(~uniform)) - 1
+    return tuple(
+        (of_rows if is_uniform else of_cells)[:, place] for is_uniform, place in zip(uniform, places, strict=True)
+    )
+
+
+def straighten(luma: NDArray[np.uint8], homography: Array, badge: Badge) -> NDArray[np.uint8]:
+    """The board as seen in a frame, turned upright and flat, `SNAPSHOT_PX_PER_MM`."""
+    x0, y0, x1, y1 = badge.outline_mm
+    to_page = np.array([[1 / SNAPSHOT_PX_PER_MM, 0, x0], [0, 1 / SNAPSHOT_PX_PER_MM, y0], [0, 0, 1.0]])
+    size = (round((x1 - x0) * SNAPSHOT_PX_PER_MM), round((y1 - y0) * SNAPSHOT_PX_PER_MM))
+    flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
+    return np.asarray(cv2.warpPerspective(luma, homography @ to_page, size, flags=flags), np.uint8)

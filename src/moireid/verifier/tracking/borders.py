@@ -1,0 +1,140 @@
+"""The borders of the gratings, which hold the page's place where only two markers are seen.
+
+Two markers alone leave the tilt across them to differences over a marker's own width.  What else is printed in the
+page's plane and known from the badge is where each grating ends; its fringes are of no use, as they move with the very
+motion that is to be tested.  Only the ends that the lens sheet does not magnify are used: those across the lines,
+beyond which the page is white.  Along such a border fringes are dark and bright by turns, so it is cut into short
+segments, each with its own brightness and contrast; a segment whose fringe is as white as the page says nothing.
+
+Convention: what lies under a sheet is seen displaced by the view's slope, print and sheet end within some tenths of a
+millimetre of each other, and codecs move an edge by a tenth of a pixel; so each border's own displacement is solved
+for, and one turn of a sheet against the page.  What is left, and enough, is that the borders are straight and parallel.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import erf
+
+from moireid.badge import Badge, Rect
+from moireid.verifier.tracking.template import BLUR_PX, warp_jacobian
+
+Array = NDArray[np.float64]
+#: How far to either side of a border brightness is looked at; a segment's length and distance from the next, mm.
+REACH_MM, SEGMENT_MM = 2.0, 1.5
+#: Samples along and across a segment.
+ALONG, ACROSS = 2, 9
+#: A segment is seen where it correlates so far with a border and has this share of the markers' contrast.
+SEGMENT_CORRELATION, SEGMENT_GAIN = 0.85, 0.15
+#: Segments that must be seen on a border, and the share of its length that they must span, on two borders at least.
+LEAST_SEGMENTS, LEAST_SPAN = 8, 0.25
+#: A sample beside a border errs by so much more than one of a marker (one over this): fringes are no even grey.
+BORDER_WEIGHT = 0.25
+#: Standard deviations of what displaces a border, mm: a sheet of 1 mm seen at up to 15 degrees, laid down by hand; and
+#: of what turns it, rad: the twist that a sheet may have.
+SHIFT_SD_MM, TURN_SD = 0.3, 0.004
+
+
+@dataclass(frozen=True)
+class Borders:
+    """Segments of all borders: S segments of M samples.
+
+    places (S, M, 2) page mm; inward (S, M): distance from the border towards the grating, mm; normal (S, 2): unit
+    vector inward; border (S,): which border it is part of; freedom (S, K): how far it goes inward, mm, with
+    each of the ways in which borders may be displaced; freedom_sd (K,): their standard deviations.
+    """
+
+    places: Array
+    inward: Array
+    normal: Array
+    border: NDArray[np.int64]
+    freedom: Array
+    freedom_sd: Array
+
+    def equations(
+        self, values: Array, freed: Array, middle: Array, extent: float, px_per_mm: float, contrast: float
+    ) -> tuple[Array, Array] | None:
+        """Rows (N, 8 + K) and right side (N,) of least squares for a warp's step and the freedoms, in units of the
+        markers' contrast; None where too little of the borders is seen.
+
+        Parameters: values (S, M): brightness seen at the places; freed (K,): as found so far; middle, extent: of the
+            template's coordinates; contrast: of the markers, counts.
+        """
+        inward = self.inward - (self.freedom @ freed)[:, None]
+        printed = -0.5 * erf(inward * px_per_mm / BLUR_PX / np.sqrt(2))
+        apart, own = values - values.mean(axis=1, keepdims=True), printed - printed.mean(axis=1, keepdims=True)
+        power = (own**2).sum(axis=1)
+        # A segment far from where it should be shows nothing of a border, and has no gain.
+        gain = (apart * own).sum(axis=1) / np.where(power > 0, power, np.inf)
+        agree = (apart * own).sum(axis=1) / np.maximum(np.sqrt(power * (apart**2).sum(axis=1)), 1e-12)
+        seen = (agree >= SEGMENT_CORRELATION) & (gain >= SEGMENT_GAIN * contrast)
+        if not self._enough(seen):
+            return None
+        share = BORDER_WEIGHT * np.minimum(gain[seen] / contrast, 1.0)[:, None]
+        slope = -np.exp(-0.5 * (inward[seen] * px_per_mm / BLUR_PX) ** 2) * px_per_mm / BLUR_PX / np.sqrt(2 * np.pi)
+        gradient = slope[..., None] * self.normal[seen][:, None, :]
+        place = (self.places[seen] - middle) / extent
+        rows = warp_jacobian(place.reshape(-1, 2), gradient.reshape(-1, 2) * extent)
+        # A border displaced inward shows what the print has further out.
+        freed_rows = (-slope[..., None] * self.freedom[seen][:, None, :]).reshape(len(rows), -1)
+        rows = np.column_stack([rows, freed_rows]).reshape(*slope.shape, -1)
+        free = rows - rows.mean(axis=1, keepdims=True)
+        shape = own[seen][..., None]
+        free -= shape * ((shape * free).sum(axis=1, keepdims=True) / power[seen][:, None, None])
+        residual = apart[seen] / contrast - gain[seen][:, None] / contrast * own[seen]
+        residual *= BORDER_WEIGHT
+        return (share[..., None] * free).reshape(-1, free.shape[-1]), residual.ravel()
+
+    def _enough(self, seen: NDArray[np.bool_]) -> bool:
+        """Whether two borders or more are seen over enough of their length."""
+        held = 0
+        for border in np.unique(self.border):
+            mine = self.border == border
+            along = self.places[mine].mean(axis=1)
+            shown = along[seen[mine]]
+            if len(shown) >= LEAST_SEGMENTS and np.ptp(shown, axis=0).max() >= LEAST_SPAN * np.ptp(along, axis=0).max():
+                held += 1
+        return held >= 2
+
+
+def borders_of(badge: Badge) -> Borders | None:
+    """The borders of a badge that can be used, None where it has none."""
+    rects = [grating.rect_mm for grating in badge.gratings]
+    half = badge.markers.size_mm / 2
+    dark = [*rects, *((x - half, y - half, x + half, y + half) for x, y in badge.markers.centers_mm)]
+    across = (np.arange(ACROSS) + 0.5) / ACROSS * 2 * REACH_MM - REACH_MM
+    along = (np.arange(ALONG) + 0.5) / ALONG * SEGMENT_MM - SEGMENT_MM / 2
+    places, inward, normals, owner = [], [], [], []
+    border = 0
+    for grating in badge.gratings:
+        side = 1 if grating.axis == "x" else 0
+        low, high = grating.rect_mm[1 - side], grating.rect_mm[3 - side]
+        for edge, sign in ((grating.rect_mm[side], 1.0), (grating.rect_mm[side + 2], -1.0)):
+            for middle in np.arange(low + 2 * SEGMENT_MM, high - 2 * SEGMENT_MM, SEGMENT_MM):
+                grid = np.empty((ALONG * ACROSS, 2))
+                lengthwise, crosswise = np.meshgrid(middle + along, across)
+                grid[:, 1 - side], grid[:, side] = lengthwise.ravel(), edge + sign * crosswise.ravel()
+                outside = grid[crosswise.ravel() < 0]
+                if any(_meets(outside, rect) for rect in dark if rect is not grating.rect_mm):
+                    continue
+                places.append(grid)
+                inward.append(crosswise.ravel())
+                normals.append(sign * np.eye(2)[side])
+                owner.append(border)
+            border += 1
+    if not places:
+        return None
+    normal, border_of = np.array(normals), np.array(owner)
+    away = np.array(places).mean(axis=1) - np.asarray(badge.markers.centers_mm).mean(axis=0)
+    turns = normal[:, 1] * away[:, 0] - normal[:, 0] * away[:, 1]
+    freedom = np.column_stack([border_of[:, None] == np.unique(border_of), turns]).astype(float)
+    sd = np.array([*np.full(freedom.shape[1] - 1, SHIFT_SD_MM), TURN_SD])
+    return Borders(np.array(places), np.array(inward), normal, border_of, freedom, sd)
+
+
+def _meets(points: Array, rect: Rect) -> bool:
+    x, y = points.T
+    return bool(np.any((x > rect[0]) & (x < rect[2]) & (y > rect[1]) & (y < rect[3])))

@@ -1,0 +1,222 @@
+"""Finding badges: the four markers of a page in a frame, and those of each page where there are several.
+
+The whole frame is searched until a badge is found; then only its neighbourhood, because a full-frame search costs
+ten times the rest of the work.  Markers of 10 px are found in an enlarged picture alone, which costs some six times as
+much, so the frame is enlarged tile by tile (`tiles_of`).
+
+A film may show the badge mirror-wise.  Squares are found once, and their bits held against the dictionary and against
+its mirror image, which costs half of what a second search of the picture turned round does.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Markers
+from moireid.verifier.tracking.page_groups import pages_of
+
+#: Share of its own size that the badge may move between two frames and still be found in its neighbourhood.
+NEIGHBOURHOOD = 0.5
+#: Finer pictures of the neighbourhood help small markers: below this size in pixels it is enlarged twofold.
+ENLARGE_BELOW_PX = 24.0
+#: Every so many searches look for faded print; once it is found, it is followed without a search.
+FAINT_EVERY = 3
+#: Least difference of faded print from its surroundings, and standard deviation within a marker, counts: at a contrast
+#: of 5 % in good light black and white are 7 counts apart.
+FAINT_COUNTS, FAINT_SD_COUNTS = 1.5, 2.0
+#: A glance looks for markers of this side with one threshold, of this window and so many counts, above most noise,
+#: whose outlines are what a search spends its time on.
+GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS = 14.0, 9, 18.0
+#: Windows of the threshold in an enlarged picture, px: least, most, step; more find little more.
+SMALL_WINDOWS_PX = (7, 27, 10)
+#: How finely bits are read of small and of faint markers, without their rims, where blur and enlarging leave a ramp.
+FINE_CELL_PX, FINE_MARGIN = 8, 0.25
+#: Largest tile that is enlarged, (across, down) px and as a share of the frame, and by how much neighbours overlap at
+#: least: a page whose markers only an enlarged picture shows is some 90 px high.
+TILE_PX, TILE_SHARE, OVERLAP_PX = (1200, 720), 0.625, 120
+
+Array = NDArray[np.float64]
+Box = tuple[int, int, int, int]  #: Left, top, right, bottom, px.
+#: Homographies of the pages in a picture, and of those in its mirror image, in that image's px.
+EitherWay = tuple[list[Array], list[Array]]
+
+
+class MarkerFinder:
+    """Finds the markers of one page, frame after frame."""
+
+    def __init__(self, markers: Markers) -> None:
+        known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
+        self._dictionaries = [known, _mirrored(known)]
+        self._detector = self._searcher()
+        # Faded print differs from its surroundings by less than OpenCV's default of 7 counts, and its black from its
+        # white by less than 10, of which OpenCV reads no bits; asked for always, lower figures would make every search
+        # find more to look at.
+        finely = {"perspectiveRemovePixelPerCell": FINE_CELL_PX, "perspectiveRemoveIgnoredMarginPerCell": FINE_MARGIN}
+        self._faint = self._searcher(adaptiveThreshConstant=FAINT_COUNTS, minOtsuStdDev=FAINT_SD_COUNTS, **finely)
+        least, most, step = SMALL_WINDOWS_PX
+        self._small = self._searcher(
+            adaptiveThreshWinSizeMin=least, adaptiveThreshWinSizeMax=most, adaptiveThreshWinSizeStep=step, **finely
+        )  # fmt: skip
+        self._searches = 0
+        self._markers = markers
+        self._corners_mm = marker_corners_mm(markers)
+        self._last: NDArray[np.float64] | None = None
+        #: The last two frames in which the badge was, with their homographies.
+        self._course: list[tuple[int, NDArray[np.float64]]] = []
+
+    def _searcher(self, **settings: Any) -> cv2.aruco.ArucoDetector:
+        """OpenCV's detector with these settings beside ours."""
+        parameters = cv2.aruco.DetectorParameters()
+        # OpenCV's default refuses a perimeter under 3 % of the picture's width: 14 px a side at 1080p.
+        parameters.minMarkerPerimeterRate = 0.01
+        # Corners are refined against the whole page afterwards (`register`), so none is refined here.
+        parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
+        # The default of 0.6 corrects no bit of DICT_4X4_50, whose words lie at least 4 bits apart.  One bit is
+        # allowed: the four ids and their places on the page, checked below, leave no room for a chance find.
+        parameters.errorCorrectionRate = 1.0
+        for name, value in settings.items():
+            setattr(parameters, name, value)
+        return cv2.aruco.ArucoDetector(self._dictionaries, parameters)
+
+    def find(self, luma: NDArray[np.uint8]) -> NDArray[np.float64] | None:
+        """Homography page mm -> image px from the markers found, or None where fewer than two are.
+
+        Convention: image px of the centre of the top left pixel are (0, 0); returns (3, 3) with h33 = 1.
+        """
+        found = self.pages_near(luma) or self.pages(luma)
+        return found[0] if found else None
+
+    def pages(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
+        """Homographies of all pages in the frame, the largest first.  Convention: as `find`."""
+        return self.either_way(luma)[0]
+
+    def either_way(self, luma: NDArray[np.uint8]) -> EitherWay:
+        """As `pages`, and those that the frame shows mirror-wise."""
+        return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]))
+
+    def enlarged(self, luma: NDArray[np.uint8], box: Box) -> EitherWay:
+        """As `either_way`, for small markers in a part of the frame."""
+        return self._find_in(luma, box, self._small)
+
+    def around(self, page: Array, shape: tuple[int, ...]) -> Box | None:
+        """The neighbourhood of a page whose markers are better sought enlarged; None where they are large."""
+        return self._neighbourhood(shape, page) if self._marker_px(page) < ENLARGE_BELOW_PX else None
+
+    def pages_near(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
+        """As `pages`, in the neighbourhood of the page's place in the frame before; [] where it was not there."""
+        return self._find_in(luma, self._neighbourhood(luma.shape, self._last))[0] if self._last is not None else []
+
+    def glance(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
+        """As `pages`, but for clear markers of `GLANCE_PX` and more, at a small part of the cost."""
+        coarse = self._searcher(
+            adaptiveThreshConstant=GLANCE_COUNTS, adaptiveThreshWinSizeMin=GLANCE_WINDOW_PX,
+            adaptiveThreshWinSizeMax=GLANCE_WINDOW_PX,
+            # OpenCV takes the least perimeter as a share of the picture's longer side.
+            minMarkerPerimeterRate=4 * GLANCE_PX / max(luma.shape),
+        )  # fmt: skip
+        return self._found_by(coarse, luma, 1.0, (0, 0), luma.shape[1])[0]
+
+    def expected(self, frame: int) -> NDArray[np.float64] | None:
+        """The homography of a frame if the badge moves on as it did, None where it was not in the frame before.
+
+        Source: the picture's last motion, page to page, once more.
+        """
+        if self._last is None:
+            return None
+        (before, first), (after, second) = (self._course * 2)[-2:]
+        if frame - after != 1 or after - before != 1:
+            return second
+        moved = second @ np.linalg.inv(first) @ second
+        return np.asarray(moved / moved[2, 2])
+
+    def follow(self, homography: NDArray[np.float64] | None, frame: int) -> None:
+        """Take over the refined homography of this frame as the place to look next; None: the badge was not there."""
+        self._last = homography
+        if homography is not None:
+            self._course = [*self._course[-1:], (frame, homography)]
+
+    def _neighbourhood(self, shape: tuple[int, ...], page: Array) -> Box:
+        corners = cv2.perspectiveTransform(self._corners_mm.reshape(-1, 1, 2), page).reshape(-1, 2)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        grow = NEIGHBOURHOOD * (high - low).max()
+        x0, y0 = np.maximum(np.floor(low - grow), 0).astype(int)
+        x1, y1 = np.minimum(np.ceil(high + grow), (shape[1], shape[0])).astype(int)
+        return int(x0), int(y0), int(x1), int(y1)
+
+    def _find_in(self, luma: NDArray[np.uint8], box: Box, detector: cv2.aruco.ArucoDetector | None = None) -> EitherWay:
+        """Pages in a part of the frame; detector: of small markers, for which the part is enlarged."""
+        x0, y0, x1, y1 = box
+        if x1 - x0 < 16 or y1 - y0 < 16:
+            return [], []
+        crop = np.ascontiguousarray(luma[y0:y1, x0:x1])
+        small = self._last is not None and self._marker_px(self._last) < ENLARGE_BELOW_PX and crop.size < 10**6
+        scale = 2.0 if detector is not None or small else 1.0
+        if scale > 1:
+            crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
+        if detector is None:
+            self._searches += 1
+            detector = self._faint if self._searches % FAINT_EVERY == 0 else self._detector
+        return self._found_by(detector, crop, scale, (x0, y0), luma.shape[1])
+
+    def _found_by(
+        self, detector: cv2.aruco.ArucoDetector, picture: NDArray[np.uint8], scale: float, origin: tuple[int, int],
+        width: int,
+    ) -> EitherWay:  # fmt: skip
+        """Pages in a part of the frame that begins at `origin` and was scaled, told in the frame's own px."""
+        corners, identities, _, which = detector.detectMarkersMultiDict(picture)
+        quads: tuple[list[Array], list[Array]] = ([], [])
+        index: tuple[list[int], list[int]] = ([], [])
+        if identities is None:
+            return [], []
+        for quad, identity, way in zip(corners, np.ravel(identities), np.ravel(which), strict=True):
+            if int(identity) not in self._markers.ids:
+                continue
+            # Scaling keeps pixel edges, not centres, in place: x' + 0.5 = scale (x + 0.5).
+            places = (quad.reshape(4, 2) + 0.5) / scale - 0.5 + origin
+            if way == 1:
+                # In the mirror the picture's left is its right, and so are the marker's corners.
+                places = np.column_stack([width - 1 - places[:, 0], places[:, 1]])[[1, 0, 3, 2]]
+            quads[way].append(places)
+            index[way].append(self._markers.ids.index(int(identity)))
+        straight, turned = (
+            pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
+            for found, ids in zip(quads, index, strict=True)
+        )
+        return straight, turned
+
+    def _marker_px(self, page: Array) -> float:
+        first = cv2.perspectiveTransform(self._corners_mm[:1].reshape(-1, 1, 2), page).reshape(4, 2)
+        return float(np.linalg.norm(first[1] - first[0]))
+
+
+def _mirrored(dictionary: cv2.aruco.Dictionary) -> cv2.aruco.Dictionary:
+    """The same markers as a mirror shows them."""
+    side, words = dictionary.markerSize, dictionary.bytesList
+    bits = [cv2.aruco.Dictionary.getBitsFromByteList(words[k : k + 1], side) for k in range(len(words))]
+    turned = [cv2.aruco.Dictionary.getByteListFromBits(np.ascontiguousarray(word[:, ::-1])) for word in bits]
+    return cv2.aruco.Dictionary(np.concatenate(turned), side, dictionary.maxCorrectionBits)
+
+
+def tiles_of(shape: tuple[int, ...]) -> list[Box]:
+    """Parts of a frame (height, width) that cover it, and overlap by `OVERLAP_PX` at least."""
+    rows, columns = (_spans(size, most) for size, most in zip(shape[:2], reversed(TILE_PX), strict=True))
+    return [(x0, y0, x1, y1) for y0, y1 in rows for x0, x1 in columns]
+
+
+def _spans(size: int, most: int) -> list[tuple[int, int]]:
+    long = max(min(most, round(TILE_SHARE * size)), min(size, 2 * OVERLAP_PX))
+    count = max(1, math.ceil((size - OVERLAP_PX) / (long - OVERLAP_PX))) if size > long else 1
+    starts = np.linspace(0, size - long, count).astype(int).tolist()
+    return [(start, start + long) for start in starts]
+
+
+def marker_corners_mm(markers: Markers) -> NDArray[np.float64]:
+    """Corners of the four black squares, (4, 4, 2): marker; top left, top right, bottom right, bottom left; x, y."""
+    half = markers.size_mm / 2
+    square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+    return np.asarray(markers.centers_mm)[:, None, :] + square

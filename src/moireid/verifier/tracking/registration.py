@@ -1,0 +1,248 @@
+"""Registering the known page: the homography that makes the picture's markers match the printed ones.
+
+Corners alone throw most of a marker away; here every edge of every module counts, which at 1 m places the page to
+some thousandths of a pixel's worth of tilt more than corners do, and goes on where a marker no longer decodes.
+
+Source: inverse compositional alignment (Baker and Matthews, Lucas-Kanade 20 Years On, 2004), with a gain and an
+offset of brightness solved for in each marker.  Deviation: the template is drawn from the badge, not taken from a
+frame, so nothing drifts.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Markers
+from moireid.verifier.tracking.borders import Borders
+from moireid.verifier.tracking.template import Template, TemplatePrinter, without_gains
+
+Array = NDArray[np.float64]
+MAX_STEPS = 12
+#: Standard deviation of a sample at a border, in units of the markers' contrast.
+BORDER_NOISE = 0.05
+#: Steps stop when no point of the page moves by more than this, px.
+STOP_PX = 0.003
+#: Below this correlation between picture and print the frame is not the page.
+MIN_CORRELATION = 0.80
+#: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
+#: left behind.  True pages show 0.93 and more at 3 m.
+FOLLOWED_CORRELATION = 0.90
+#: What a camera's noise and coding leave of a picture, counts: it does not fade with the print, so faint print
+#: correlates by less however well it is placed.  A marker's standard deviation, of the contrast of its black and white.
+NOISE_COUNTS, PRINT_SD = 1.5, 0.48
+#: A marker is seen where it correlates so far with its print; of the four, so many must be.  0.5 would
+#: take a grey patch over a marker, which looks like its outline, for the marker.
+MARKER_CORRELATION, MIN_MARKERS = 0.7, 3
+#: In a smeared frame, which agrees less with its print, leaving a marker out costs more than a poor one does.
+SMEARED_CORRELATION = 0.5
+#: Least contrast of a marker's black and white, in the picture's counts.
+MIN_GAIN = 2.0
+#: The template is drawn anew where the picture's scale changes by more than this factor.
+SCALE_STEP = 1.2
+#: OpenCV's remap takes at most 32767 places in a row.
+MOST_IN_A_ROW = 32767
+
+
+@dataclass(frozen=True)
+class Registration:
+    """Homography page mm -> image px, (3, 3) with h33 = 1; correlation of picture and print over the markers.
+
+    vague: by how many times its tilt along x and y errs more than if all four markers were seen; contrast: of black and
+    white in the clearest marker, in the picture's own unit.
+    """
+
+    homography: Array
+    correlation: float
+    vague: tuple[float, float] = (1.0, 1.0)
+    contrast: float = math.inf
+
+    @property
+    def clear(self) -> bool:
+        """Whether a page that was followed, in a picture in counts, looks as much like the print as noise allows.
+
+        Source: noise of s standard deviations of the print turns a correlation c into c', 1 / c'^2 = 1 / c^2 + s^2.
+        """
+        noise = NOISE_COUNTS / (PRINT_SD * self.contrast)
+        return self.correlation >= 1 / math.hypot(1 / FOLLOWED_CORRELATION, noise)
+
+
+class PageRegistrar:
+    """Registers frames of one page; keeps the template of the last scale."""
+
+    def __init__(self, markers: Markers, borders: Borders | None = None) -> None:
+        """Parameters: borders: of the badge's gratings, which help where two markers alone are seen."""
+        self._borders = borders
+        self._contrast = 1.0  # Of the clearest marker in the last picture looked at, counts.
+        self.printer = TemplatePrinter(markers)
+        self._middle, self._extent = self.printer.middle, self.printer.extent
+        # Warps are solved for in coordinates of about one, where their eight parameters weigh alike.
+        self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
+        self._template: Template | None = None
+
+    def register(self, picture: NDArray[Any], start: Array, template: Template | None = None) -> Registration | None:
+        """Refine `start` on this frame; None where the page does not match.
+
+        Parameters: template: as `template_for` has it, smeared as the frame is; None for a sharp frame's.
+        Convention: as `MarkerFinder.find`.
+        """
+        template = template or self.template_for(start)
+        warp = start @ self._to_page
+        for _ in range(MAX_STEPS):
+            values = sample(picture, warp, template.points)
+            if values is None:
+                return None
+            residual, correlation, seen = self._residual(values, template)
+            # Far from its place a page's markers match badly; then all of them are asked for the way.
+            step = template.solve(seen if sum(seen) >= MIN_MARKERS else (True,) * 4, residual)
+            moved = _stepped(warp, step)
+            if moved is None:
+                return None
+            warp = moved
+            if np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
+                break
+        else:
+            # A last step that was not small may have led anywhere, so what is seen there is looked at once more.
+            values = sample(picture, warp, template.points)
+            if values is None:
+                return None
+            _, correlation, seen = self._residual(values, template)
+        vague = (1.0, 1.0)
+        if sum(seen) < MIN_MARKERS:
+            # Two markers of one side leave the page free to turn about them, and the pose alone is worth nothing.
+            # A smeared border is no straight edge, and its displacement would follow the smear.
+            held = None if template.smeared else self._held_by_borders(picture, warp, template, seen)
+            if held is None:
+                return None
+            warp, correlation, vague = held
+        homography = warp @ np.linalg.inv(self._to_page)
+        if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
+            return None
+        return Registration(homography / homography[2, 2], float(correlation), vague, self._contrast)
+
+    def _held_by_borders(
+        self, picture: NDArray[Any], warp: Array, template: Template, seen: tuple[bool, ...]
+    ) -> tuple[Array, float, tuple[float, float]] | None:
+        """The warp from two markers and the gratings' borders, correlation, and how vague it is; None without them."""
+        borders = self._borders
+        if borders is None or sum(seen) != 2:
+            return None
+        places = ((borders.places - self._middle) / self._extent).reshape(-1, 2)
+        freed, prior = (
+            np.zeros_like(borders.freedom_sd),
+            np.diag([*np.zeros(8), *(BORDER_NOISE / borders.freedom_sd) ** 2]),
+        )
+        used = np.array(seen)[template.marker]
+        free = without_gains(np.where(used[:, None], template.jacobian, 0.0), template.marker, template.values)
+        normal = np.zeros_like(prior)
+        for _ in range(MAX_STEPS):
+            values, edges = sample(picture, warp, template.points), sample(picture, warp, places)
+            if values is None or edges is None:
+                return None
+            residual, correlation, visible = self._residual(values, template)
+            if visible != seen:
+                return None
+            edges = edges.reshape(borders.inward.shape)
+            found = borders.equations(edges, freed, self._middle, self._extent, template.px_per_mm, self._contrast)
+            if found is None:
+                return None
+            rows, right = found
+            normal = prior + rows.T @ rows
+            normal[:8, :8] += free.T @ free
+            side = rows.T @ right - prior @ np.append(np.zeros(8), freed)
+            side[:8] += free.T @ np.where(used, residual, 0.0)
+            step = np.linalg.lstsq(normal, side, rcond=None)[0]
+            moved = _stepped(warp, step[:8])
+            if moved is None:
+                return None
+            warp, freed = moved, freed + step[8:]
+            if np.abs(step[:8]).max() * self._extent * template.px_per_mm < STOP_PX:
+                break
+        return warp, correlation, self._vagueness(normal, template)
+
+    def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
+        """Standard deviations of the two tilts over those with all four markers; noise weighs alike in both."""
+        whole = without_gains(template.jacobian, template.marker, template.values)
+        least = np.diag(np.linalg.pinv(whole.T @ whole))[6:8]
+        ratio = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal))[6:8] / least, 1.0))
+        return float(ratio[0]), float(ratio[1])
+
+    def left_over(
+        self, picture: NDArray[Any], homography: Array, template: Template
+    ) -> tuple[Array | None, tuple[bool, ...]]:
+        """Picture less print where the page lies so, and which of the markers are seen; None outside the picture."""
+        values = sample(picture, homography @ self._to_page, template.points)
+        if values is None:
+            return None, (False,) * 4
+        residual, _, seen = self._residual(values, template)
+        return residual, seen
+
+    def _residual(self, values: Array, template: Template) -> tuple[Array, float, tuple[bool, ...]]:
+        """Picture less print in units of print contrast, their correlation, and which of the markers are seen.
+
+        Gain and offset are fitted a marker.  One that is hidden has no say: what covers it has edges of its own.
+        """
+        first, printed = template.first, template.printed
+        count = np.diff(np.append(first, len(values)))
+        picture = values - np.repeat(np.add.reduceat(values, first) / count, count)
+        power = np.add.reduceat(printed**2, first)
+        along = np.add.reduceat(picture * printed, first)
+        gain, most = along / power, np.sqrt(power * np.add.reduceat(picture**2, first))
+        # A marker that is washed out must not be blown up to full contrast.
+        clear = gain > MIN_GAIN
+        seen = clear & (along >= (SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION) * most)
+        residual = picture * np.repeat(1 / np.where(clear, gain, np.inf), count) - printed * np.repeat(clear, count)
+        self._contrast = float(gain.max())
+        explained, total = float(along[seen].sum()), float(most[seen].sum())
+        return residual, explained / total if total > 0 else 0.0, tuple(seen.tolist())
+
+    def template_for(self, start: Array, smear_mm: Array | None = None) -> Template:
+        """The template at the scale of a homography; smear_mm: as `TemplatePrinter.draw` has it."""
+        px_per_mm, kept = scale_px_per_mm(start, self._middle), self._template
+        if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
+            kept = self._template = self.printer.draw(px_per_mm)
+        return kept if smear_mm is None else self.printer.draw(kept.px_per_mm, smear_mm)
+
+
+def _stepped(warp: Array, step: Array) -> Array | None:
+    """The warp after a step of its eight parameters, h33 = 1; None where the step folds the page."""
+    increment = np.array([[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]])
+    try:
+        moved = warp @ np.linalg.inv(increment)
+    except np.linalg.LinAlgError:
+        return None
+    return np.asarray(moved / moved[2, 2])
+
+
+def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
+    """Pixels to the millimetre around a place of the page: the root of the area scale."""
+    x, y = place_mm
+    w = homography[2] @ (x, y, 1.0)
+    # The Jacobian determinant of a homography is det(H) / w^3.
+    return float(np.sqrt(abs(np.linalg.det(homography) / w**3)))
+
+
+def sample(luma: NDArray[Any], warp: Array, points: Array) -> Array | None:
+    """Bilinear brightness at warp(points), (N,); None where one lies outside the picture.
+
+    Source: OpenCV's remap of a float picture, which from OpenCV 5 on takes places as they are; before, it rounded them
+    to 1/32 pixel, which is more than registration resolves (a test holds it).
+    """
+    mapped = warp[:, :2] @ points.T + warp[:, 2:]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x, y = mapped[:2] / mapped[2]
+    if not (x.min() >= 0 and y.min() >= 0 and x.max() < luma.shape[1] - 1 and y.max() < luma.shape[0] - 1):
+        return None
+    # Counted from a corner nearby, because single precision resolves no more than 1e-4 px at 2000 px.
+    left, top = int(x.min()), int(y.min())
+    near = luma[top : int(y.max()) + 2, left : int(x.max()) + 2].astype(np.float32)
+    rows = -(-x.size // MOST_IN_A_ROW)
+    places = np.zeros((2, rows * -(-x.size // rows)), np.float32)
+    places[0, : x.size], places[1, : x.size] = x - left, y - top
+    across, down = places.reshape(2, rows, -1)
+    return np.asarray(cv2.remap(near, across, down, cv2.INTER_LINEAR), float).ravel()[: x.size]

@@ -1,0 +1,190 @@
+"""Following a badge through frames that motion has smeared, where no marker decodes and the sharp print does not match.
+
+1. Where must the page be?  Its last motion once more, for a few frames at most.
+2. How is it smeared?  Along that motion; how far in proportion is the exposure, which a film keeps, so it is learnt.
+3. The smeared markers are sought around that place in the picture laid flat, all four by one shift.
+4. The page is registered with them; what is left tells how the smear should be longer, shorter or turned, and step 4 is
+   taken anew until that is settled.
+
+Convention: smears are page mm, marker by marker, symmetric about the middle of the exposure, so that a frame's pose is
+that of its middle.
+Source: normalised cross-correlation for step 3; step 4 as `register`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Markers
+from moireid.verifier.tracking.profiles import LINEAR_COUNTS
+from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, PageRegistrar, Registration
+from moireid.verifier.tracking.template import Template, without_gains
+
+Array = NDArray[np.float64]
+#: A badge that was lost for longer is found anew by its markers.
+LOST_S = 0.25
+#: How far from its expected place it is sought, in modules, how much farther for each frame that it was lost, and how
+#: far at most: `LOST_S` at 30 frames a second.  A file may repeat its times, and then counts a million frames lost.
+REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
+#: Mean correlation of the four sought markers below which another smear is tried, and the page given up.
+UNSURE, SOUGHT = 0.65, 0.4
+#: Longest smear, in modules: beyond it a marker of six modules is a grey spot.
+MOST_MODULES = 3.0
+#: Exposures that are tried while none is known, as a share of the time between two frames.
+FIRST_SHARES = (0.15, 0.35, 0.7)
+#: Share of a new frame's exposure in what is learnt, and steps of step 4.
+LEARNT, STEPS = 0.3, 3
+#: Largest change of a smear's length (as a share) and of its direction (rad) in one step of step 4.
+MOST_CHANGE = 0.4
+#: Smaller changes of a smear move nothing.
+SETTLED = 0.1
+PROBE = 0.1
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A frame in which the page was registered."""
+
+    time_s: float
+    homography: Array
+
+
+class ShakenFollower:
+    """Follows one page through smeared frames."""
+
+    def __init__(self, markers: Markers, registrar: PageRegistrar) -> None:
+        self._registrar = registrar
+        self._centers = np.asarray(markers.centers_mm, float)
+        self._module_mm = registrar.printer.module_mm
+        self._course: list[_Seen] = []
+        self.exposure_s: float | None = None  #: Learnt of the film so far.
+
+    def follow(self, homography: Array, time_s: float) -> None:
+        """Take over where the page was in a frame."""
+        self._course = [*self._course[-2:], _Seen(time_s, homography)]
+
+    def find(self, luma: NDArray[np.uint8], time_s: float) -> Registration | None:
+        """The page in a smeared frame, None where it is not seen near its expected place."""
+        if len(self._course) < 2 or not 0 < time_s - self._course[-1].time_s <= LOST_S:
+            return None
+        light = np.asarray(cv2.LUT(luma, LINEAR_COUNTS))
+        expected, lost = self._expected(time_s)
+        frame_s = (time_s - self._course[-1].time_s) / lost
+        tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
+        found = [self._registered(light, expected, exposure_s, time_s, lost) for exposure_s in tried]
+        best, exposure_s = max(found, key=lambda one: one[0].correlation if one[0] else 0.0)
+        if best is not None and best.correlation >= FOLLOWED_CORRELATION:
+            before = self.exposure_s or exposure_s
+            self.exposure_s = (1 - LEARNT) * before + LEARNT * exposure_s
+        return best
+
+    def _expected(self, time_s: float) -> tuple[Array, int]:
+        """Where the page is if it moves on as it did, and how many frames ago it was seen."""
+        first, second = self._course[-2:]
+        between = max(second.time_s - first.time_s, 1e-6)
+        lost = max(1, round((time_s - second.time_s) / between))
+        moved = second.homography
+        # A hand turns back within some frames, so motion goes on for two at most.
+        for _ in range(min(lost, 2)):
+            moved = moved @ np.linalg.inv(first.homography) @ second.homography
+        return np.asarray(moved / moved[2, 2]), lost
+
+    def _velocity(self, homography: Array, time_s: float) -> Array:
+        """Velocity (4, 2) of the markers in the page's own measure, mm/s, if the page is so placed now."""
+        before, last = self._course[-2:]
+        now = self._way(last.homography, homography) / (time_s - last.time_s)
+        then = self._way(before.homography, last.homography) / max(last.time_s - before.time_s, 1e-6)
+        # Differences tell the velocity half a frame late; it goes on changing as it did.
+        return np.asarray(1.5 * now - 0.5 * then) if time_s - last.time_s < 0.1 else now
+
+    def _way(self, one: Array, other: Array) -> Array:
+        """Way of the markers from one frame to another, (4, 2) page mm."""
+        back = np.linalg.inv(other) @ one
+        return np.asarray(
+            self._centers - cv2.perspectiveTransform(self._centers.reshape(-1, 1, 2), back).reshape(-1, 2)
+        )
+
+    def _registered(
+        self, light: NDArray[np.float32], expected: Array, exposure_s: float, time_s: float, lost: int
+    ) -> tuple[Registration | None, float]:
+        """Steps 3 and 4 with one exposure; the page, and the exposure that its smear tells."""
+        reach, place = min(REACH_MODULES + REACH_MORE * (lost - 1), MOST_REACH), expected
+        for _ in range(2):
+            # Where it is found tells how fast it came there, and so how it is smeared.
+            smear = self._limited(exposure_s * self._velocity(place, time_s))
+            score, place = self._sought(light, expected, self._registrar.template_for(expected, smear), reach)
+            if score < UNSURE:
+                still = self._sought(light, expected, self._registrar.template_for(expected), reach)
+                score, place = max((score, place), still, key=lambda found: found[0])
+        if score < SOUGHT:
+            return None, exposure_s
+        smear = self._limited(exposure_s * self._velocity(place, time_s))
+        best: Registration | None = None
+        told_s, tried_s = exposure_s, exposure_s
+        for _ in range(STEPS):
+            template = self._registrar.template_for(place, smear)
+            found = self._registrar.register(light, place, template)
+            if found is None or (best is not None and found.correlation <= best.correlation):
+                break
+            best, place, told_s = found, found.homography, tried_s
+            growth, turn = self._change(light, place, template, smear)
+            if max(abs(growth), abs(turn)) < SETTLED:
+                break
+            c, s = math.cos(turn), math.sin(turn)
+            smear, tried_s = self._limited((1 + growth) * smear @ np.array([[c, s], [-s, c]])), (1 + growth) * tried_s
+        return best, told_s
+
+    def _limited(self, smear: Array) -> Array:
+        longest = float(np.linalg.norm(smear, axis=1).max())
+        return np.asarray(smear * min(1.0, MOST_MODULES * self._module_mm / max(longest, 1e-9)))
+
+    def _sought(
+        self, light: NDArray[np.float32], expected: Array, template: Template, reach_modules: float
+    ) -> tuple[float, Array]:
+        """How well the smeared markers match where they match best, and that place, shifted along the page."""
+        printer = self._registrar.printer
+        pitch = 1 / template.px_per_mm
+        reach = math.ceil(reach_modules * self._module_mm / pitch)
+        points = template.points * printer.extent + printer.middle
+        total = np.zeros((2 * reach + 1, 2 * reach + 1), np.float32)
+        for index in range(4):
+            here = template.marker == index
+            corner = points[here].min(axis=0)
+            side = round(math.sqrt(int(here.sum())))
+            count = max(round(float(np.ptp(points[here][:, 0])) / pitch), 8)
+            printed = template.values[here].reshape(side, side).astype(np.float32)
+            printed = np.asarray(cv2.resize(printed, (count, count), interpolation=cv2.INTER_AREA))
+            corner = corner - reach * pitch
+            to_page = np.array([[pitch, 0, corner[0]], [0, pitch, corner[1]], [0, 0, 1.0]])
+            size = (count + 2 * reach, count + 2 * reach)
+            flat = cv2.warpPerspective(light, expected @ to_page, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+            total += np.clip(cv2.matchTemplate(flat, printed, cv2.TM_CCOEFF_NORMED), 0, None)
+        row, column = np.unravel_index(int(np.argmax(total)), total.shape)
+        shift = np.array([[1, 0, (column - reach) * pitch], [0, 1, (row - reach) * pitch], [0, 0, 1.0]])
+        place = expected @ shift
+        return float(total[row, column]) / 4, np.asarray(place / place[2, 2])
+
+    def _change(
+        self, light: NDArray[np.float32], place: Array, template: Template, smear: Array
+    ) -> tuple[float, float]:
+        """By which share the smear should be longer, and by how much turned, rad."""
+        residual, seen = self._registrar.left_over(light, place, template)
+        if residual is None:
+            return 0.0, 0.0
+        turned = smear @ np.array([[math.cos(PROBE), math.sin(PROBE)], [-math.sin(PROBE), math.cos(PROBE)]])
+        draw = self._registrar.printer.draw
+        others = [draw(template.px_per_mm, other) for other in ((1 + PROBE) * smear, turned)]
+        if any(len(other.values) != len(template.values) for other in others):
+            return 0.0, 0.0
+        columns = np.column_stack([(other.values - template.values) / PROBE for other in others])
+        used = np.array(seen)[template.marker]
+        columns = np.where(used[:, None], without_gains(columns, template.marker, template.values), 0.0)
+        normal = columns.T @ columns
+        change = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2) + 1e-12 * np.eye(2), columns.T @ residual)
+        change = np.clip(change, -MOST_CHANGE, MOST_CHANGE)
+        return float(change[0]), float(change[1])

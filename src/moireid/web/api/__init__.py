@@ -1,0 +1,5 @@
+"""The API.
+
+films.py   verify and identify             registry.py  look up, revoke, audit
+issue.py   badges and captures             schema.py    what /openapi.json says
+"""

@@ -1,0 +1,167 @@
+"""The API: what the commands say, as the same JSON.
+
+Under /api an error is `{"code", "text"}`.  A verdict is no error: a film that is rejected is answered with 200.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import zipfile
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Query, Request
+from fastapi import Path as InPath
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import JSONResponse, Response, StreamingResponse
+from pydantic import BaseModel
+
+from moireid import __version__
+from moireid.web.api.schema import IDENTIFICATION, REPORT, answers, form
+from moireid.web.auth.roles import Visitor, anyone, require
+from moireid.web.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
+from moireid.web.jobs.events import events_of
+from moireid.web.jobs.queue import Job, State
+from moireid.web.problems import Problem, Refusal, problem_responses
+from moireid.web.studio import studio_of
+
+router = APIRouter(prefix="/api")
+
+Verifier = Annotated[Visitor, require("verifier")]
+JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$")]
+UPLOAD = problem_responses(400, 401, 403, 404, 408, 409, 413, 415, 422, 503)
+#: What went wrong with a film that was taken: its fault, or the machine's.
+OUR_FAULT = frozenset({"stopped", "system"})
+
+
+class Health(BaseModel):
+    """Whether the studio is up."""
+
+    status: Literal["ok"]
+    moireid: str
+
+
+class Frames(BaseModel):
+    """Frames read so far, and as many as the film says that it has."""
+
+    read: int
+    expected: int | None
+
+
+class JobStatus(BaseModel):
+    """How far a job has come; `result` is what the command prints, `problem` why there is none."""
+
+    id: str
+    kind: str
+    state: State
+    frames: Frames
+    result: dict[str, Any] | None
+    problem: Problem | None
+    report: bool
+
+
+def status_of(job: Job) -> JobStatus:
+    """What is told of a job."""
+    return JobStatus(
+        id=job.id, kind=job.kind, state=job.state, frames=Frames(read=job.frames[0], expected=job.frames[1]),
+        result=job.result if job.over else None, problem=Problem(code=job.problem[0], text=job.problem[1])
+        if job.problem else None, report=job.over and bool(job.kept),
+    )  # fmt: skip
+
+
+@router.get("/health", dependencies=[anyone])
+def health() -> Health:
+    """Whether the studio is up."""
+    return Health(status="ok", moireid=__version__)
+
+
+@router.post(
+    "/verify", openapi_extra=form(*VERIFY_FIELDS),
+    responses=UPLOAD | answers(REPORT, "what `moireid verify --json` prints"),
+)  # fmt: skip
+async def verify(request: Request, visitor: Verifier) -> Response:
+    """Check that a film shows the claimed badge; answers once it is judged."""
+    return await _result(request, visitor, "verify")
+
+
+@router.post(
+    "/identify", openapi_extra=form(*IDENTIFY_FIELDS),
+    responses=UPLOAD | answers(IDENTIFICATION, "what `moireid identify --json` prints"),
+)  # fmt: skip
+async def identify(request: Request, visitor: Verifier) -> Response:
+    """Say whose badge a film shows, if anybody's in the registry; answers once it is judged."""
+    return await _result(request, visitor, "identify")
+
+
+async def _result(request: Request, visitor: Visitor, kind: str) -> Response:
+    """Judge a film while the visitor waits, and leave nothing behind."""
+    job = await start_job(request, visitor, kind=kind, report=False)
+    try:
+        await asyncio.wrap_future(job.finished)
+    finally:
+        studio_of(request).jobs.remove(job)
+    if job.problem:
+        raise Refusal(503 if job.problem[0] in OUR_FAULT else 422, *job.problem)
+    return JSONResponse(job.result)
+
+
+@router.post(
+    "/jobs", status_code=202, openapi_extra=form("kind", *VERIFY_FIELDS),
+    responses=UPLOAD,
+)  # fmt: skip
+async def create_job(request: Request, response: Response, visitor: Verifier) -> JobStatus:
+    """As verify or identify, but answers at once: the job tells its progress, and keeps its report for a while."""
+    job = await start_job(request, visitor, report=True)
+    response.headers["Location"] = f"/api/jobs/{job.id}"
+    return status_of(job)
+
+
+@router.get("/jobs/{job_id}", responses=problem_responses(401, 403, 404, 422))
+async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobStatus:
+    """How far a job has come, and its result."""
+    return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
+
+
+@router.get(
+    "/jobs/{job_id}/events", response_class=StreamingResponse,
+    responses=problem_responses(401, 403, 404, 422)
+    | {200: {"description": "events `progress`, and one `end`", "content": {"text/event-stream": {}}}},
+)  # fmt: skip
+async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> StreamingResponse:
+    """Server-sent events: `progress` with state and frames as they change, and `end` once the job is over."""
+    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
+    return StreamingResponse(events_of(job), media_type="text/event-stream")
+
+
+@router.get(
+    "/jobs/{job_id}/report", response_class=Response,
+    responses=problem_responses(401, 403, 404, 409, 422)
+    | {200: {"description": "a file to keep", "content": {"text/html": {}, "application/zip": {}}}},
+)  # fmt: skip
+async def job_report(
+    request: Request, job_id: JobId, visitor: Verifier, format: Annotated[Literal["html", "zip"], Query()] = "html"
+) -> Response:
+    """The report of a film that was verified, to keep: one page, or a zip of page, JSON and signals."""
+    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
+    if not job.over:
+        raise Refusal(409, "not_ready", "This film is not judged yet.")
+    if not job.kept:
+        raise Refusal(404, "no_report", "There is no report on this film.")
+    names = ["report.html"] if format == "html" else ["report.html", "report.json", "signals.csv"]
+    try:
+        files = {name: await run_in_threadpool((job.folder / name).read_bytes) for name in names}
+    except OSError as error:
+        raise Refusal(404, "no_report", "This report was removed already.") from error
+    if format == "html":
+        content, kind = files["report.html"], "text/html; charset=utf-8"
+    else:
+        packed = io.BytesIO()
+        with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name, text in files.items():
+                archive.writestr(name, text)
+        content, kind = packed.getvalue(), "application/zip"
+    name = f'attachment; filename="moireid-{job.id[:8]}.{format}"'
+    # The page bears its own style; it is made by us, and may still run and load nothing.
+    policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'; sandbox"
+    headers = {"Content-Disposition": name, "Content-Security-Policy": policy}
+    return Response(content, media_type=kind, headers=headers)

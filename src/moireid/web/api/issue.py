@@ -1,0 +1,142 @@
+"""The API of issuing and enrolling: what the pages do, for programs."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Path, Request
+from fastapi.concurrency import run_in_threadpool
+from fastapi.responses import FileResponse, StreamingResponse
+from pydantic import BaseModel, Field
+
+from moireid.web.api.films import JobStatus, status_of
+from moireid.web.api.schema import form
+from moireid.web.auth.roles import Visitor, require
+from moireid.web.forms import ShortRoute
+from moireid.web.jobs.events import events_of
+from moireid.web.jobs.issue_jobs import keep, package_of, start_badge, start_capture
+from moireid.web.jobs.orders import Order, checked
+from moireid.web.problems import Refusal, problem_responses
+from moireid.web.studio import studio_of
+from moireid.web.uploads import receive
+
+router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
+Issuer = Annotated[Visitor, require("issuer")]
+JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="As the answer that began the job says.")]
+BadgeId = Annotated[str, Path(pattern="^[0-9a-fA-F]{4,64}$", description="A badge's identity, hex digits.")]
+KINDS = ("badge", "event", "capture")
+
+
+class Link(BaseModel):
+    """The link budget at one distance."""
+
+    distance_m: float
+    cell_px: float
+    phase_error_rad: float
+    decode_probability: float
+
+
+class CheckAnswer(BaseModel):
+    """A badge that can be made; nothing is issued."""
+
+    id: str
+    name: str
+    already_issued: bool = Field(description="This very badge is in the registry already.")
+    namesakes: list[str] = Field(description="Ids of other badges of that name.")
+    explain: dict[str, str]
+    link_budget: list[Link]
+    files: list[str] = Field(description="Files of the mount.")
+    left_out: dict[str, str] = Field(description="Which of the two mounts cannot be made, and why.")
+    note: str | None
+    badge: dict[str, Any] = Field(description="badge.json.")
+
+
+class AsBuiltAnswer(BaseModel):
+    """A badge's figures as they are kept from now on."""
+
+    id: str
+    name: str
+    as_built_at: str
+    as_built: dict[str, Any]
+
+
+@router.post("/check", responses=problem_responses(400, 413))
+def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
+    """What would be made of an order: the badge, its link budget, and what could not be made."""
+    found = checked(order, studio_of(request).registry)
+    links = [
+        Link(distance_m=metres, cell_px=link.cell_px, phase_error_rad=link.phase_error_rad,
+             decode_probability=link.decode_probability)
+        for metres, link in found.links
+    ]  # fmt: skip
+    return CheckAnswer(
+        id=found.badge.id or "", name=found.badge.name, already_issued=found.holder is not None,
+        namesakes=[record.id for record in found.namesakes], explain=dict(found.rows), link_budget=links,
+        files=list(found.files), left_out=found.left_out, note=found.note, badge=json.loads(found.badge.to_json()),
+    )  # fmt: skip
+
+
+@router.post("", status_code=202, responses=problem_responses(400, 413, 503))
+def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
+    """Issue a badge and make its package: a job, whose end offers package.zip."""
+    studio = studio_of(request)
+    # What can be refused is refused now.
+    checked(order, studio.registry)
+    return status_of(start_badge(studio, order, visitor.id))
+
+
+@router.get("/jobs/{job_id}", responses=problem_responses(404))
+def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
+    """How far a job of yours has come."""
+    return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
+
+
+@router.get("/jobs/{job_id}/events", responses=problem_responses(404) | {
+    200: {"content": {"text/event-stream": {}}, "description": "events `progress`, and one `end`"}
+}, response_class=StreamingResponse)  # fmt: skip
+async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
+    """The same as server-sent events, one for each change, until the job is over."""
+    return StreamingResponse(
+        events_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS)), media_type="text/event-stream"
+    )
+
+
+@router.get("/jobs/{job_id}/package.zip", responses=problem_responses(404) | {
+    200: {"content": {"application/zip": {}}, "description": "everything that was made"}
+}, response_class=FileResponse)  # fmt: skip
+def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
+    """Everything that a job has made, as one archive."""
+    path, name = package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
+    return FileResponse(path, media_type="application/zip", filename=name)
+
+
+@router.post(
+    "/{badge_id}/captures", status_code=202, responses=problem_responses(400, 404, 408, 413, 415, 503),
+    openapi_extra=form(),
+)  # fmt: skip
+async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobStatus:
+    """Measure a badge as built from a film of it: a job, whose end offers the figures; they are not kept yet."""
+    studio = studio_of(request)
+    record = await run_in_threadpool(studio.registry.by_id, badge_id)
+    if record is None:
+        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    with studio.jobs.receiving("capture", visitor.id) as begun:
+        sent = await receive(request, begun.folder, studio.settings.limits, fields=())
+        if sent.video is None:
+            raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
+        return status_of(start_capture(studio, begun, sent.video, record))
+
+
+@router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(404, 409))
+def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Issuer) -> AsBuiltAnswer:
+    """Keep what a capture measured as the badge's figures; again changes nothing."""
+    studio = studio_of(request)
+    found = studio.jobs.find(job_id, visitor.id, "capture")
+    if found.result is not None and found.result["id"] != badge_id.lower():
+        raise Refusal(404, "no_job", "There is no such job of this badge.")
+    record = keep(studio, found)
+    assert record.as_built is not None and record.as_built_at is not None
+    return AsBuiltAnswer(
+        id=record.id, name=record.name, as_built_at=record.as_built_at, as_built=json.loads(record.as_built)
+    )

@@ -1,0 +1,139 @@
+"""The registry by API: who holds which badge; issuers revoke and audit."""
+
+from __future__ import annotations
+
+import json
+import threading
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query, Request
+from fastapi import Path as InPath
+from pydantic import BaseModel, Field
+
+from moireid.registry import Audit, Record
+from moireid.web.auth.roles import Visitor, require
+from moireid.web.forms import ShortRoute
+from moireid.web.problems import Refusal, problem_responses
+from moireid.web.studio import Studio, studio_of
+
+router = APIRouter(prefix="/api/registry", route_class=ShortRoute)
+
+Reader = Annotated[Visitor, require("issuer", "verifier")]
+Issuer = Annotated[Visitor, require("issuer")]
+BadgeId = Annotated[str, InPath(pattern="^[0-9a-fA-F]{4,64}$")]
+MOST = 100
+#: An audit walks over everything: one at a time.
+_auditing = threading.Lock()
+
+
+class Held(BaseModel):
+    """One record, as `moireid registry list --json` tells it."""
+
+    id: str
+    name: str
+    issued_at: str
+    revoked_at: str | None
+    revoked_reason: str | None
+
+
+class Holders(BaseModel):
+    """Those that were found, by name."""
+
+    badges: list[Held]
+
+
+class Shown(Held):
+    """One record whole, as `moireid registry show --json` tells it."""
+
+    fingerprint: str
+    badge: dict[str, Any]
+    as_built_at: str | None
+    as_built: dict[str, Any] | None
+
+
+class Reason(BaseModel):
+    """Why a badge is revoked, in plain words on a single line."""
+
+    reason: str = Field(min_length=1, max_length=1000)
+
+
+class Noted(BaseModel):
+    """A head noted earlier (SEQUENCE:HASH), which the log must still contain; empty: none was."""
+
+    expected_head: str = Field(default="", max_length=200)
+
+
+class Finding(BaseModel):
+    """What does not hold, and the id or the entry that it is about."""
+
+    code: str
+    text: str
+    subject: str | None
+
+
+class Audited(BaseModel):
+    """What an audit saw, as `moireid registry audit --json` tells it."""
+
+    sound: bool
+    fingerprint: str
+    badges: int
+    revoked: int
+    entries: int
+    head: str | None
+    findings: list[Finding]
+    found: int
+
+
+def audited(studio: Studio, expected_head: str) -> Audit:
+    """What an audit sees.  Raises: RegistryError where the head is none; Refusal 503 where another one runs."""
+    if not _auditing.acquire(blocking=False):
+        raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
+    try:
+        return studio.registry.audit(expected_head.strip() or None)
+    finally:
+        _auditing.release()
+
+
+def _held(record: Record) -> dict[str, Any]:
+    return {
+        "id": record.id, "name": record.name, "issued_at": record.issued_at, "revoked_at": record.revoked_at,
+        "revoked_reason": record.revoked_reason,
+    }  # fmt: skip
+
+
+@router.get("", responses=problem_responses(401, 403, 422))
+def search(
+    request: Request, visitor: Reader, search: Annotated[str, Query(max_length=200)] = "",
+    limit: Annotated[int, Query(ge=1, le=MOST)] = 20,
+) -> Holders:  # fmt: skip
+    """Whose name holds a text, or whose id begins with it; by name."""
+    found = studio_of(request).registry.search(search, limit)
+    return Holders(badges=[Held(**_held(record)) for record in found])
+
+
+@router.get("/{badge_id}", responses=problem_responses(401, 403, 404, 422))
+def show(request: Request, badge_id: BadgeId, visitor: Reader) -> Shown:
+    """The record of one badge, by id."""
+    registry = studio_of(request).registry
+    record = registry.by_id(badge_id)
+    if record is None:
+        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    return Shown(
+        **_held(record), fingerprint=registry.fingerprint, badge=json.loads(record.badge.to_json()),
+        as_built_at=record.as_built_at, as_built=None if record.as_built is None else json.loads(record.as_built),
+    )  # fmt: skip
+
+
+@router.post("/{badge_id}/revoke", responses=problem_responses(400, 401, 403, 404, 408, 413, 422))
+def revoke(request: Request, badge_id: BadgeId, why: Reason, visitor: Issuer) -> Held:
+    """Revoke a badge for good."""
+    registry = studio_of(request).registry
+    if registry.by_id(badge_id) is None:
+        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    return Held(**_held(registry.revoke(badge_id, why.reason)))
+
+
+@router.post("/audit", responses=problem_responses(400, 401, 403, 408, 413, 422, 503))
+def audit(request: Request, noted: Noted, visitor: Issuer) -> Audited:
+    """Hold every signature and the whole log against each other."""
+    return Audited(**audited(studio_of(request), noted.expected_head).to_json())

@@ -1,0 +1,88 @@
+"""Who may do what.  Every route names its rule; a test walks over all routes and fails where one has none.
+
+    router = APIRouter(dependencies=[require("issuer")])        a whole file of routes
+    @router.get("/x", dependencies=[require("verifier")])       or one
+    def x(visitor: Annotated[Visitor, require("issuer", "verifier")])   where the route asks who it is
+
+`issuer` issues, enrolls, revokes and audits; `verifier` verifies, identifies and checks live; `admin` may do both.
+Pages that tell nothing of anybody are for `anyone`.  WebSocket routes take the same rules.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from fastapi import Depends, WebSocketException
+from fastapi.routing import APIRoute, APIWebSocketRoute
+from starlette.requests import HTTPConnection
+
+from moireid.web.auth.tokens import Role
+from moireid.web.problems import Refusal
+from moireid.web.studio import studio_of
+
+COOKIE = "moireid_token"
+
+
+@dataclass(frozen=True)
+class Visitor:
+    """Who asks: the id of their token (or "loopback", where none is asked for), and their role."""
+
+    id: str
+    role: Role
+
+    def may(self, *roles: Role) -> bool:
+        """Whether one of these roles is theirs; an admin has all."""
+        return self.role == "admin" or self.role in roles
+
+
+@dataclass(frozen=True)
+class Rule:
+    """The rule of a route: the roles that may use it; none stands for anyone."""
+
+    roles: tuple[Role, ...]
+
+    def __call__(self, connection: HTTPConnection) -> Visitor | None:
+        visitor = visitor_of(connection)
+        if not self.roles:
+            return visitor
+        if visitor is not None and visitor.may(*self.roles):
+            return visitor
+        if visitor is None:
+            refusal = Refusal(
+                401, "token", "Sign in with a token to use this; whoever runs this studio gives you one.",
+                headers={"WWW-Authenticate": "Bearer"},
+            )  # fmt: skip
+        else:
+            needed = " or ".join(self.roles)
+            refusal = Refusal(403, "role", f"Your token is of the role {visitor.role}; this asks for {needed}.")
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1008, refusal.text)
+        raise refusal
+
+
+def require(*roles: Role) -> Any:
+    """The dependency that lets these roles pass, and admins."""
+    if not roles:
+        raise ValueError("name a role; what is open to all says `anyone`")
+    return Depends(Rule(roles))
+
+
+#: The dependency of what needs no token; the visitor is None where nobody is signed in.
+anyone: Any = Depends(Rule(()))
+
+
+def rules_of(route: APIRoute | APIWebSocketRoute) -> list[Rule]:
+    """The rules that a route names; one that names none is a fault, which a test looks for."""
+    return [depends.call for depends in route.dependant.dependencies if isinstance(depends.call, Rule)]
+
+
+def visitor_of(connection: HTTPConnection) -> Visitor | None:
+    """Who asks, by the token in the header (programs) or in the cookie (browsers)."""
+    studio = studio_of(connection)
+    if not studio.settings.auth:
+        return Visitor("loopback", "admin")
+    kind, _, secret = connection.headers.get("authorization", "").partition(" ")
+    secret = secret.strip() if kind.lower() == "bearer" else connection.cookies.get(COOKIE, "")
+    token = studio.tokens.find(secret) if secret else None
+    return Visitor(token.id, token.role) if token else None

@@ -1,0 +1,66 @@
+"""Orders handed to the studio's jobs, and what became of them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from moireid.asbuilt import AsBuilt, as_built_from_json
+from moireid.registry import Record
+from moireid.registry.canonical import canonical_json
+from moireid.web.jobs.issue_work import PACKAGE
+from moireid.web.jobs.orders import Order, Wish
+from moireid.web.jobs.queue import Job
+from moireid.web.problems import Refusal
+from moireid.web.studio import Studio
+
+
+def start_badge(studio: Studio, order: Order, owner: str) -> Job:
+    """A job that makes one badge's package.  Raises: Refusal 503 where too many wait."""
+    return _start(studio, "badge", owner, order.name, order.model_dump_json().encode())
+
+
+def start_event(studio: Studio, people_csv: bytes, wish: Wish, owner: str) -> Job:
+    """A job that makes an event's package.  Raises: Refusal 503 where too many wait."""
+    return _start(studio, "event", owner, "an event", people_csv, wish=wish.model_dump())
+
+
+def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:
+    """Let the job that holds an uploaded film measure the badge of `record`."""
+    job.label = record.name
+    studio.jobs.submit(job, video, badge_json=record.badge.to_json())
+    return job
+
+
+def _start(studio: Studio, kind: str, owner: str, label: str, order: bytes, **arguments: Any) -> Job:
+    """A job of what it is given as a file, which is removed when it ends as an uploaded film is."""
+    job = studio.jobs.admit(kind, owner)
+    job.label = label
+    try:
+        (job.folder / "order").write_bytes(order)
+    except OSError as error:
+        studio.jobs.remove(job)
+        raise Refusal(503, "disk", f"The order cannot be stored ({error.strerror}); try again later.") from error
+    studio.jobs.submit(job, job.folder / "order", **studio.for_children, **arguments)
+    return job
+
+
+def package_of(job: Job) -> tuple[Path, str]:
+    """A finished job's archive, and the name it is offered by.  Raises: Refusal 404 where it is not there (yet)."""
+    path = job.folder / PACKAGE
+    if job.state != "done" or job.result is None or not path.is_file():
+        raise Refusal(404, "no_package", "This package is not made yet, or was removed already; issue the badge again.")
+    return path, f"badge-{job.result['id']}.zip" if job.kind == "badge" else "event.zip"
+
+
+def as_built_of(job: Job) -> AsBuilt:
+    """What a finished job measured.  Raises: Refusal 409 where it did not, or has not yet."""
+    if job.state != "done" or job.result is None:
+        raise Refusal(409, "not_measured", "This capture is not measured; wait for it, or film the badge again.")
+    return as_built_from_json(canonical_json(job.result["as_built"]))
+
+
+def keep(studio: Studio, job: Job) -> Record:
+    """Store what a job measured as the badge's figures; again changes nothing.  Raises: Refusal 409; RegistryError."""
+    found = as_built_of(job)
+    return studio.registry.store_as_built(found.badge_id, found.to_json())

@@ -1,0 +1,127 @@
+"""Making packages: what the studio's child processes do, so that build123d and its memory never enter the server.
+
+The functions are called as `work.WORK` has it: with the file of what was ordered, for progress, and to tell what came
+of it; they write to the folder that they are in.  A badge is issued together with its files, as by `print-your-badge
+--registry`; where a child dies between that and its archive, the same order again issues nothing new and makes it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import zipfile
+from collections.abc import Callable
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from moireid.designer.free import free_badge
+from moireid.designer.people import badges_of, design_people, parse_people
+from moireid.errors import SpecError
+from moireid.registry import Registry, open_registry
+from moireid.registry.keys import KEYS_VARIABLE
+from moireid.web.jobs.orders import Order, Wish
+
+PACKAGE = "package.zip"
+#: An event's badges are made one after the other in one child; a larger one is for the command line.
+MOST_AT_AN_EVENT = 300
+Progress = Callable[[int, int | None], None]
+Tell = Callable[[dict[str, Any]], None]
+
+
+def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str) -> None:
+    """Make one badge's package, and issue the badge; `order_file` holds the JSON of an `Order`.
+
+    Raises: as `orders.checked`, and FabricationError where a file fails its check.
+    """
+    from moireid.fabrication.package import file_names, print_badge
+    from moireid.fabrication.parts import plan_parts
+
+    order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
+    folder, steps = Path("badge"), count(1)
+    with server_registry(registry_url, keys) as registry:
+        badge, holder = free_badge(order.request(order.name), order.chosen(), registry.by_id)
+        most = len(file_names(plan_parts(badge, order.mount)))
+        printed = print_badge(
+            badge, folder, mount=order.mount, before_moving=lambda: registry.enroll(badge),
+            progress=lambda file: progress(next(steps), most),
+        )  # fmt: skip
+    _pack(folder, f"badge-{badge.id}")
+    tell({"result": {
+        "kind": "badge", "id": badge.id, "name": badge.name, "files": list(printed.files),
+        "already_issued": holder is not None, "left_out": printed.left_out, "mount_mass_g": printed.mount_mass_g,
+    }})  # fmt: skip
+
+
+def issue_event(
+    people_csv: Path, progress: Progress, tell: Tell, *, wish: dict[str, Any], registry_url: str, keys: str
+) -> None:
+    """Make the package of an event: sheets, a folder for each person, a summary; and issue all badges.
+
+    Raises: the fault of the first row that has one, and FabricationError where a file fails its check.
+    """
+    from moireid.fabrication.event import print_event
+
+    wanted, folder = Wish.model_validate(wish), Path("event")
+    with server_registry(registry_url, keys) as registry:
+        badges = badges_of(design_people(parse_people(people_csv.read_bytes()), wanted.request("Everybody")))
+        event = print_event(
+            badges, folder, mount=wanted.mount, before_moving=lambda: registry.enroll_many(badges), progress=progress,
+        )  # fmt: skip
+    _pack(folder, "event")
+    tell({"result": {
+        "kind": "event", "people": [{"id": badge.id, "name": badge.name} for badge in badges],
+        "sheets": event.sheet_count, "boards_to_a_sheet": event.boards_to_a_sheet, "left_out": event.left_out,
+        "mount_mass_g": event.mount_mass_g,
+    }})  # fmt: skip
+
+
+def server_registry(url: str, keys: str) -> Registry:
+    """The registry, with the authority's private key from the folder `keys`.
+
+    The child is forked from a process that may be older than the server's registry, and works in another folder.
+    """
+    os.environ[KEYS_VARIABLE] = keys
+    return open_registry(url, create=False)
+
+
+def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[str, Any]]:
+    """What a list was understood to say, row by row: row, name, id (None where there is a fault), fault, note.
+
+    Raises: SpecError where the list as a whole cannot be read, or names too many.
+    """
+    people = parse_people(people_csv)
+    if len(people) > MOST_AT_AN_EVENT:
+        raise SpecError(
+            f"the list names {len(people)} people, and {MOST_AT_AN_EVENT} can be issued from a page at once; split it, "
+            "or use print-your-badge --people"
+        )
+    return [
+        _row(one.person.row, one.person.name, one.badge, str(one.fault) if one.fault else None, registry)
+        for one in design_people(people, wish.request("Everybody"))
+    ]
+
+
+def _row(row: int, name: str, badge: Any, fault: str | None, registry: Registry) -> dict[str, Any]:
+    """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too."""
+    note = None
+    if badge is not None:
+        holder = registry.by_id(badge.id)
+        if holder is not None and holder.revoked_at is not None:
+            fault = f"row {row} ({name[:40]!r}): badge {badge.id} was revoked; give another payload in that row"
+        elif holder is not None and holder.badge != badge:
+            fault = (
+                f"row {row} ({name[:40]!r}): badge {badge.id} is held by {holder.name!r} and is another badge; give "
+                "another payload in that row"
+            )
+        elif holder is not None:
+            note = f"issued already on {holder.issued_at[:10]}; its files are made again"
+    return {"row": row, "name": name, "id": None if fault or badge is None else badge.id, "fault": fault, "note": note}
+
+
+def _pack(folder: Path, top: str) -> None:
+    """Put a folder's files into `PACKAGE` under `top`, and take the folder away."""
+    with zipfile.ZipFile(PACKAGE, "w", zipfile.ZIP_DEFLATED) as packed:
+        for path in sorted(path for path in folder.rglob("*") if path.is_file()):
+            packed.write(path, f"{top}/{path.relative_to(folder).as_posix()}")
+    shutil.rmtree(folder)

@@ -1,0 +1,206 @@
+"""Films that wait, are judged, or were judged: a bounded queue, two workers, and results that are kept for a while.
+
+Every job has a folder of its own.  The film lies there from its first byte on, and is removed when the job ends; so is
+the whole folder, unless its report is to be kept, which then goes after `keep_s`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import queue
+import re
+import secrets
+import shutil
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from moireid.web.jobs.child import Lost, run_task, warm_up
+from moireid.web.jobs.task import Task
+from moireid.web.problems import Refusal
+from moireid.web.settings import Limits
+
+State = Literal["receiving", "waiting", "working", "done", "failed"]
+#: How often old results are looked for.
+SWEEP_S = 10.0
+#: One visitor may take all places but one of so many, which are left to others.
+LEFT_TO_OTHERS = 4
+
+
+@dataclass
+class Job:
+    """One film: whose it is, how far it has come, and what came of it.
+
+    result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence.
+    """
+
+    id: str
+    kind: str
+    owner: str
+    folder: Path
+    label: str = ""
+    state: State = "receiving"
+    frames: tuple[int, int | None] = (0, None)
+    result: dict[str, Any] | None = None
+    kept: dict[str, Any] = field(default_factory=dict)
+    problem: tuple[str, str] | None = None
+    ended_s: float = 0.0
+    finished: Future[None] = field(default_factory=Future)
+
+    @property
+    def over(self) -> bool:
+        """Whether nothing more will come."""
+        return self.state in ("done", "failed")
+
+
+class Jobs:
+    """The jobs of one studio; safe to use from any thread."""
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self._folder, self._limits = folder, limits
+        self._jobs: dict[str, Job] = {}
+        self._lock = threading.Lock()
+        self._queue: queue.Queue[tuple[Job, Task]] = queue.Queue()
+        self._stopping = threading.Event()
+        self._threads: list[threading.Thread] = []
+
+    def start(self) -> None:
+        """Begin to work; what a server that was killed has left in the folder is removed."""
+        self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        self._clear()
+        self._stopping.clear()
+        # Nobody waits for this one: a film that comes sooner does by itself.
+        threading.Thread(target=warm_up, daemon=True).start()
+        works = [self._work] * self._limits.workers
+        self._threads = [threading.Thread(target=work, daemon=True) for work in (*works, self._sweep)]
+        for thread in self._threads:
+            thread.start()
+
+    def stop(self) -> None:
+        """End all work, and remove all films."""
+        self._stopping.set()
+        for thread in self._threads:
+            thread.join()
+        for job in list(self._jobs.values()):
+            self.remove(job)
+        self._clear()
+        # A folder with something of somebody else's in it stays.
+        with contextlib.suppress(OSError):
+            self._folder.rmdir()
+
+    def _clear(self) -> None:
+        """Remove the folders of jobs, and nothing else: the folder may be somebody's own."""
+        for entry in self._folder.iterdir() if self._folder.is_dir() else ():
+            if re.fullmatch("[0-9a-f]{32}", entry.name):
+                shutil.rmtree(entry, ignore_errors=True)
+
+    def admit(self, kind: str, owner: str) -> Job:
+        """A new job, with a folder for its film.  Raises: Refusal 503 where too many wait already."""
+        places = self._limits.workers + self._limits.waiting
+        with self._lock:
+            owners = Counter(job.owner for job in self._jobs.values() if not job.over)
+            if owners.total() >= places or owners[owner] >= places - places // LEFT_TO_OTHERS:
+                raise Refusal(
+                    503, "busy", "Too many films wait to be judged; try again in a minute.",
+                    headers={"Retry-After": "60"},
+                )  # fmt: skip
+            job_id = secrets.token_hex(16)
+            job = self._jobs[job_id] = Job(job_id, kind, owner, self._folder / job_id)
+        try:
+            job.folder.mkdir(mode=0o700)
+        except OSError as error:
+            self.remove(job)
+            raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
+        return job
+
+    @contextlib.contextmanager
+    def receiving(self, kind: str, owner: str) -> Iterator[Job]:
+        """As `admit`, for as long as its film comes in: what has come is removed where anything goes wrong meanwhile.
+
+        That is also where the visitor goes away, by which the route is cancelled.
+        """
+        job = self.admit(kind, owner)
+        try:
+            yield job
+        except BaseException:
+            self.remove(job)
+            raise
+
+    def submit(self, job: Job, video: Path, **arguments: Any) -> None:
+        """Let a job begin as soon as a worker is free; the arguments are those of its kind of work."""
+        seconds = int(self._limits.job_s * 4) + 1
+        task = Task(job.kind, job.folder, video.name, self._limits.memory_bytes, seconds, arguments)
+        job.state = "waiting"
+        self._queue.put((job, task))
+
+    def find(self, job_id: str, owner: str, *kinds: str) -> Job:
+        """The job of that id, if it is theirs and of one of these kinds, where some are named.
+
+        Raises: Refusal 404 else.
+        """
+        job = self._jobs.get(job_id)
+        if job is None or job.owner != owner or (kinds and job.kind not in kinds):
+            raise Refusal(404, "no_job", "There is no such job, or its results were removed already.")
+        return job
+
+    def remove(self, job: Job) -> None:
+        """Forget a job, with all that lies in its folder."""
+        with self._lock:
+            self._jobs.pop(job.id, None)
+        shutil.rmtree(job.folder, ignore_errors=True)
+
+    def _work(self) -> None:
+        while not self._stopping.is_set():
+            try:
+                job, task = self._queue.get(timeout=0.2)
+            except queue.Empty:
+                continue
+            self._do(job, task)
+
+    def _do(self, job: Job, task: Task) -> None:
+        job.state = "working"
+        problem = None
+        try:
+            run_task(
+                task, lambda said: self._heard(job, said), wall_s=self._limits.job_s, stopping=self._stopping.is_set
+            )
+        except Lost as lost:
+            problem = (lost.code, lost.text)
+        except OSError as error:
+            problem = ("system", f"No process could be started ({error.strerror}); try again later.")
+        # A verdict that was reached stands, even where its report could not be drawn.
+        if job.result is None:
+            job.problem = problem or ("crash", "The process that read this film ended without a result.")
+        (job.folder / task.video).unlink(missing_ok=True)
+        if job.result is None:
+            shutil.rmtree(job.folder, ignore_errors=True)
+        job.ended_s = time.monotonic()
+        job.state = "done" if job.result is not None else "failed"
+        if not job.finished.done():
+            job.finished.set_result(None)
+
+    def _heard(self, job: Job, message: dict[str, Any]) -> None:
+        if "progress" in message:
+            done, of = message["progress"]
+            job.frames = (int(done), None if of is None else int(of))
+        elif "result" in message:
+            job.result = message["result"]
+        else:
+            job.kept = message
+
+    def _sweep(self) -> None:
+        """Remove what was kept long enough, and the oldest of what is too much."""
+        while not self._stopping.wait(SWEEP_S):
+            with self._lock:
+                over = sorted((job for job in self._jobs.values() if job.over), key=lambda job: -job.ended_s)
+            old, seen = time.monotonic() - self._limits.keep_s, Counter[str]()
+            for job in over:
+                # Counted by owner: what one sends in removes nothing of another's.
+                seen[job.owner] += 1
+                if job.ended_s < old or seen[job.owner] > self._limits.kept:
+                    self.remove(job)

@@ -1,0 +1,36 @@
+"""A piece of work as it is handed to a process of its own, and the way into that process.
+
+The server loads this and not `work.py`, whose packages it has no use for itself.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from moireid.badge import Lens
+from moireid.lenticule import ViewLaw
+
+#: A lens, a pitch (mm) and their law.
+Law = tuple[Lens, float, ViewLaw]
+
+
+@dataclass(frozen=True)
+class Task:
+    """What to do (a key of `work.WORK`), with the film of that name in its folder, within these limits."""
+
+    kind: str
+    folder: Path
+    video: str
+    memory_bytes: int
+    cpu_s: int
+    arguments: dict[str, Any] = field(default_factory=dict)
+
+
+def begin(pipe: Connection, task: Task) -> None:
+    """Do a task in this process."""
+    from moireid.web.jobs.work import run
+
+    run(pipe, task)

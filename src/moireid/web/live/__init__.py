@@ -1,0 +1,4 @@
+"""The live check.
+
+routes.py  its page and its socket         worker.py  the process behind one session
+"""

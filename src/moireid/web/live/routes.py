@@ -1,0 +1,233 @@
+"""The live check: a page, and the WebSocket that its camera's pictures come through.
+
+Pictures go on to a process of their own (`live_worker`), events come back.  Nothing is kept: a session ends with its
+connection.  The browser may have a few pictures on the way; what it cannot send it drops, with its time, and what comes
+too fast waits in the network, not here.
+
+Messages of the browser: first JSON with "claim"; then pictures (eight bytes of its clock in ms as a big-endian float,
+then a JPEG), and JSON {"do": "challenge"} or {"do": "end"}.  All answers are the events of `verifier.live`, and: ready,
+taken, error.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import math
+import os
+import struct
+import sys
+import time
+from collections import Counter
+from collections.abc import Callable, MutableMapping
+from typing import Any
+
+import anyio
+from fastapi import APIRouter, Request, Response, WebSocket, WebSocketDisconnect
+from starlette.concurrency import run_in_threadpool
+
+from moireid.errors import MoireIdError, RegistryError
+from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
+from moireid.web.auth.roles import require, visitor_of
+from moireid.web.checks import find_claimed
+from moireid.web.live.worker import ASK, END, FRAME, HEADER, START
+from moireid.web.pages.render import render
+from moireid.web.problems import Refusal, sentence
+from moireid.web.studio import Studio, studio_of
+
+router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
+#: Sessions at a time, and with one token, so that others find a place; seconds of one, without a message until it is
+#: given up, and for its process to go by itself.
+MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S, LEAVE_S = 4, 3, 300.0, 30.0, 3.0
+#: Bytes of a picture at most, letters of a message, and pictures a second.
+MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
+#: A session's token is looked up anew so often, s.
+LOOK_S = 5.0
+CLOCK = struct.Struct(">d")
+BUSY = "Other live checks are running, as many as this machine can do; try again in a minute."
+Prompts = Callable[[float], list[Prompt]]
+
+
+@router.get("/live")
+def page(request: Request, claim: str = "") -> Response:
+    """The camera, the running verdict, and the challenge."""
+    return render(request, "live.html.j2", claim=claim[:200], moves=MOVES, hold_s=HOLD_S, face=FACE)
+
+
+@router.websocket("/live/socket")
+async def socket(connection: WebSocket) -> None:
+    """One session.  Prompts are drawn at random; a test puts its own in their place."""
+    await connection.accept()
+    sessions, visitor = _sessions(studio_of(connection)), visitor_of(connection)
+    owner = visitor.id if visitor else ""
+    if sessions.total() >= MOST_SESSIONS or sessions[owner] >= MOST_OF_ONE:
+        await _refuse(connection, BUSY)
+        return
+    sessions[owner] += 1
+    try:
+        async with asyncio.timeout(SESSION_S):
+            await _session(connection, getattr(connection.app.state, "live_prompts", draw_prompts))
+    except TimeoutError:
+        await _refuse(connection, "This session has come to its end; begin another.")
+    except WebSocketDisconnect:
+        pass
+    finally:
+        # In place, and without those who have none left.
+        sessions -= Counter((owner,))
+        # Who has gone, or was told already, needs no closing.
+        with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+            await connection.close()
+
+
+def _sessions(studio: Studio) -> Counter[str]:
+    """How many sessions are open in a studio, by token."""
+    found: Counter[str] = studio.__dict__.setdefault("live_sessions", Counter())
+    return found
+
+
+async def _session(connection: WebSocket, prompts: Prompts) -> None:
+    first: MutableMapping[str, Any] = await asyncio.wait_for(connection.receive(), IDLE_S)
+    claim = _message(first).get("claim")
+    if not isinstance(claim, str) or not claim.strip():
+        await _refuse(connection, "Name the person whose badge is to be seen.")
+        return
+    try:
+        start = await run_in_threadpool(_start, studio_of(connection), claim.strip())
+    except MoireIdError as error:
+        await _refuse(connection, sentence(studio_of(connection), error))
+        return
+    except Refusal as refusal:
+        await _refuse(connection, refusal.text)
+        return
+    worker = await asyncio.create_subprocess_exec(
+        # -P: what lies in the present folder is not taken for a package.
+        sys.executable, "-P", "-m", "moireid.web.live.worker", stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL, limit=1 << 20,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    assert worker.stdin is not None and worker.stdout is not None
+    tasks: list[asyncio.Task[None]] = []
+    try:
+        await _send(worker.stdin, START, json.dumps(start).encode())
+        coming = asyncio.create_task(_pictures(connection, worker.stdin, prompts))
+        going = asyncio.create_task(_events(connection, worker.stdout))
+        tasks = [coming, going]
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
+        if coming.done() and coming.exception() is None:
+            # The browser has asked for the end; what is still to be told is the verdict.
+            await asyncio.wait({going})
+    finally:
+        # Whatever ends the session, its process ends with it.
+        with anyio.CancelScope(shield=True):
+            await _leave(worker, tasks)
+    for task in tasks:
+        why = None if task.cancelled() else task.exception()
+        if why is not None and not isinstance(why, WebSocketDisconnect):
+            raise why
+
+
+async def _leave(worker: asyncio.subprocess.Process, tasks: list[asyncio.Task[None]]) -> None:
+    """End the tasks and the process of a session."""
+    assert worker.stdin is not None and worker.stdout is not None
+    for task in tasks:
+        task.cancel()
+    await asyncio.gather(*tasks, return_exceptions=True)
+    # Its input's end ends it; one that is busy judging for nobody is ended.
+    worker.stdin.close()
+    try:
+        await asyncio.wait_for(worker.wait(), LEAVE_S)
+    except TimeoutError:
+        worker.kill()
+        await worker.wait()
+    # Read to its end a pipe is closed; one that is not outlives the loop.
+    await worker.stdout.read()
+
+
+def _start(studio: Studio, claim: str) -> dict[str, Any]:
+    """What the worker must know of the claim.
+
+    Raises: Refusal where nobody is called so, or more than one is; RegistryError where it was revoked.
+    """
+    found = find_claimed(studio.registry, claim)
+    if found.revoked is not None:
+        raise RegistryError(f"the badge of {found.badge.name} was revoked ({found.revoked}); issue another")
+    as_built = found.as_built.to_json() if found.as_built else None
+    return {"badge": found.badge.to_json(), "claimed_id": found.badge.id, "as_built": as_built}
+
+
+async def _pictures(connection: WebSocket, worker: asyncio.StreamWriter, prompts: Prompts) -> None:
+    """What the browser sends, on to the worker, with the time of its arrival; ends where the end is asked for."""
+    asked, room, last_s = False, MOST_RATE, time.monotonic()
+    looked_s = last_s
+    while True:
+        message: MutableMapping[str, Any] = await asyncio.wait_for(connection.receive(), IDLE_S)
+        now_s = time.monotonic()
+        if now_s - looked_s > LOOK_S:
+            # A token that was revoked meanwhile ends the session.
+            looked_s = now_s
+            if await run_in_threadpool(visitor_of, connection) is None:
+                raise WebSocketDisconnect(1008)
+        data = message.get("bytes")
+        room = min(room + (now_s - last_s) * MOST_RATE, MOST_RATE) - 1
+        last_s = now_s
+        if room < 0:
+            # Faster than any camera's page sends.
+            raise WebSocketDisconnect(1009)
+        if data is None:
+            wish = _message(message).get("do")
+            if wish == "end":
+                await _send(worker, END)
+                return
+            if wish == "challenge" and not asked:
+                asked = True
+                drawn = [(prompt.move, prompt.at_s) for prompt in prompts(0.0)]
+                await _send(worker, ASK, json.dumps(drawn).encode(), now_s)
+            continue
+        if len(data) > MOST_BYTES or len(data) <= CLOCK.size:
+            raise WebSocketDisconnect(1009)
+        claimed_ms = CLOCK.unpack_from(data)[0]
+        claimed_s = claimed_ms / 1000 if math.isfinite(claimed_ms) else math.nan
+        await _send(worker, FRAME, data[CLOCK.size :], now_s, claimed_s)
+
+
+async def _events(connection: WebSocket, worker: asyncio.StreamReader) -> None:
+    """What the worker tells, on to the browser; ends with its end."""
+    told = False
+    while line := await worker.readline():
+        event = json.loads(line)
+        told = told or event["event"] in ("verdict", "error")
+        await connection.send_json(event)
+    if not told:
+        await connection.send_json({"event": "error", "text": "The check broke off; begin again."})
+    await connection.close()
+
+
+async def _send(
+    worker: asyncio.StreamWriter, kind: bytes, body: bytes = b"", arrival_s: float = 0.0, claimed_s: float = 0.0
+) -> None:
+    # A worker that has come to its end reads no more; its last words are on their way.
+    with contextlib.suppress(BrokenPipeError, ConnectionResetError):
+        worker.write(HEADER.pack(kind, arrival_s, claimed_s, len(body)) + body)
+        await worker.drain()
+
+
+def _message(message: MutableMapping[str, Any]) -> dict[str, Any]:
+    """A text message's JSON object; raises WebSocketDisconnect where it is none."""
+    if message["type"] == "websocket.disconnect":
+        raise WebSocketDisconnect(message.get("code", 1000))
+    text = message.get("text")
+    if text is None or len(text) > MOST_LETTERS:
+        raise WebSocketDisconnect(1003)
+    try:
+        found = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise WebSocketDisconnect(1003) from error
+    return found if isinstance(found, dict) else {}
+
+
+async def _refuse(connection: WebSocket, text: str) -> None:
+    # Who has gone need not be told.
+    with contextlib.suppress(RuntimeError, WebSocketDisconnect):
+        await connection.send_json({"event": "error", "text": text})
+        await connection.close()

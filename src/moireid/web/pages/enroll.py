@@ -1,0 +1,79 @@
+"""The Enroll pages: a film of a finished badge, what was measured of it, and keeping that."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Request
+from fastapi.responses import RedirectResponse, Response
+
+from moireid.errors import MoireIdError
+from moireid.registry import Record
+from moireid.web.auth.roles import Visitor, require
+from moireid.web.jobs.issue_jobs import as_built_of, keep, start_capture
+from moireid.web.jobs.queue import Job
+from moireid.web.pages.built_words import measured_words
+from moireid.web.pages.render import render
+from moireid.web.problems import Refusal, sentence
+from moireid.web.studio import studio_of
+from moireid.web.uploads import receive
+
+router = APIRouter(include_in_schema=False)
+Issuer = Annotated[Visitor, require("issuer")]
+
+
+@router.get("/enroll")
+def enroll_page(request: Request, visitor: Issuer, badge: str = "") -> Response:
+    """The empty form, or one for the badge that a link names."""
+    return _form(request, badge[:200])
+
+
+@router.post("/enroll")
+async def enroll(request: Request, visitor: Issuer) -> Response:
+    """Take a film in, and let it be measured."""
+    studio = studio_of(request)
+    claim = ""
+    try:
+        with studio.jobs.receiving("capture", visitor.id) as job:
+            form = await receive(request, job.folder, studio.settings.limits, fields=("claim",))
+            claim = form.fields.get("claim", "").strip()
+            if form.video is None:
+                raise Refusal(422, "no_film", "No film was sent; choose one, or record one.")
+            start_capture(studio, job, form.video, studio.registry.find(claim))
+    except MoireIdError as error:
+        return _form(request, claim, problem=sentence(studio, error), status=422)
+    except Refusal as refusal:
+        return _form(request, claim, problem=refusal.text, status=refusal.status)
+    return RedirectResponse(f"/enroll/{job.id}", 303)
+
+
+@router.get("/enroll/{job_id}")
+def enroll_job(request: Request, job_id: str, visitor: Issuer) -> Response:
+    """Progress, then what was measured."""
+    studio = studio_of(request)
+    job = studio.jobs.find(job_id, visitor.id, "capture")
+    if job.state != "done":
+        problem = sentence(studio, job.problem[1]) if job.problem else None
+        return render(request, "making.html.j2", job=job, again="/enroll", problem=problem)
+    record = studio.registry.by_id(as_built_of(job).badge_id)
+    if record is None:
+        raise Refusal(404, "no_badge", "This badge is in the registry no longer.")
+    return _measured(request, job, record, kept=False)
+
+
+@router.post("/enroll/{job_id}/keep")
+def enroll_keep(request: Request, job_id: str, visitor: Issuer) -> Response:
+    """Store what was measured."""
+    studio = studio_of(request)
+    job = studio.jobs.find(job_id, visitor.id, "capture")
+    return _measured(request, job, keep(studio, job), kept=True)
+
+
+def _form(request: Request, claim: str, *, problem: str | None = None, status: int = 200) -> Response:
+    most_mb = studio_of(request).settings.limits.upload_bytes >> 20
+    return render(request, "enroll.html.j2", status=status, claim=claim, problem=problem, most_mb=most_mb)
+
+
+def _measured(request: Request, job: Job, record: Record, *, kept: bool) -> Response:
+    figures = measured_words(as_built_of(job), record.badge)
+    return render(request, "enrolled.html.j2", job=job.id, record=record, figures=figures, kept=kept)

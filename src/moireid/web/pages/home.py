@@ -1,0 +1,57 @@
+"""The first page, help, and signing in and out."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Form, Request
+from fastapi.responses import RedirectResponse, Response
+
+from moireid.web.auth.roles import COOKIE, anyone
+from moireid.web.forms import ShortRoute
+from moireid.web.pages.render import NAVIGATION, render
+from moireid.web.problems import Refusal
+from moireid.web.studio import studio_of
+
+router = APIRouter(dependencies=[anyone], include_in_schema=False, route_class=ShortRoute)
+
+
+@router.get("/")
+def home(request: Request) -> Response:
+    """What can be done here."""
+    return render(request, "home.html.j2")
+
+
+@router.get("/help")
+def help_page(request: Request) -> Response:
+    """How to film, what a verdict says, and the API."""
+    limits = studio_of(request).settings.limits
+    return render(request, "help.html.j2", limits=limits, here_url=str(request.base_url))
+
+
+@router.get("/login")
+def login_page(request: Request) -> Response:
+    """Sign in with a token."""
+    return render(request, "login.html.j2", problem=None)
+
+
+@router.post("/login")
+def login(request: Request, token: Annotated[str, Form(max_length=200)], back: Annotated[str, Form()] = "") -> Response:
+    """Set the cookie that bears the token; scripts cannot read it, and no other site can have it sent."""
+    if studio_of(request).tokens.find(token.strip()) is None:
+        raise Refusal(401, "token", "This token is unknown or was revoked; ask whoever runs this studio for another.")
+    # Only to places that are known: where to go next comes from the visitor.
+    known = {place.path for place in NAVIGATION}
+    answer = RedirectResponse(back if back in known else "/", 303)
+    answer.set_cookie(
+        COOKIE, token.strip(), path="/", httponly=True, samesite="strict", secure=request.url.scheme == "https"
+    )
+    return answer
+
+
+@router.post("/logout")
+def logout() -> Response:
+    """Forget the token."""
+    answer = RedirectResponse("/", 303)
+    answer.delete_cookie(COOKIE, path="/", httponly=True, samesite="strict")
+    return answer

@@ -1,0 +1,77 @@
+"""Registry: look somebody up, see the record, revoke it with a reason, audit the whole."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Form, Query, Request
+from fastapi.responses import RedirectResponse, Response
+
+from moireid.registry import Record, Registry
+from moireid.web.api.registry import audited
+from moireid.web.auth.roles import Visitor, require
+from moireid.web.forms import ShortRoute
+from moireid.web.pages.render import render
+from moireid.web.problems import Refusal
+from moireid.web.studio import studio_of
+
+router = APIRouter(prefix="/registry", include_in_schema=False, route_class=ShortRoute)
+
+Reader = Annotated[Visitor, require("issuer", "verifier")]
+Issuer = Annotated[Visitor, require("issuer")]
+SHOWN = 50
+
+
+@router.get("")
+def search(request: Request, visitor: Reader, search: Annotated[str, Query(max_length=200)] = "") -> Response:
+    """Who holds a badge: all, or those that the text finds."""
+    registry = studio_of(request).registry
+    found = registry.search(search, SHOWN + 1)
+    return render(
+        request, "registry.html.j2", search=search, found=found[:SHOWN], more=len(found) > SHOWN, count=registry.count()
+    )
+
+
+@router.get("/audit")
+def audit_form(request: Request, visitor: Issuer) -> Response:
+    """What an audit is, and the button that begins one."""
+    return render(request, "audit.html.j2", seen=None, head="")
+
+
+@router.post("/audit")
+def audit(request: Request, visitor: Issuer, head: Annotated[str, Form(max_length=200)] = "") -> Response:
+    """Hold every signature and the whole log against each other."""
+    seen = audited(studio_of(request), head)
+    return render(request, "audit.html.j2", seen=seen, head=head.strip())
+
+
+@router.get("/{badge_id}")
+def show(request: Request, badge_id: str, visitor: Reader) -> Response:
+    """One record."""
+    registry = studio_of(request).registry
+    record = _record(registry, badge_id)
+    return render(
+        request, "record.html.j2", record=record, fingerprint=registry.fingerprint, may_revoke=visitor.may("issuer"),
+        may_verify=visitor.may("verifier"),
+    )  # fmt: skip
+
+
+@router.post("/{badge_id}/revoke")
+def revoke(
+    request: Request, badge_id: str, visitor: Issuer, reason: Annotated[str, Form(max_length=1000)],
+    sure: Annotated[bool, Form()] = False,
+) -> Response:  # fmt: skip
+    """Revoke a badge for good, and show the record."""
+    registry = studio_of(request).registry
+    record = _record(registry, badge_id)
+    if not sure:
+        raise Refusal(422, "not_sure", "Tick that you are sure: a revocation cannot be taken back.")
+    registry.revoke(record.id, reason)
+    return RedirectResponse(f"/registry/{record.id}", 303)
+
+
+def _record(registry: Registry, badge_id: str) -> Record:
+    record = registry.by_id(badge_id)
+    if record is None:
+        raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    return record

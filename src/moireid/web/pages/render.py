@@ -1,0 +1,51 @@
+"""Templates into pages.  Jinja2 escapes all that is put into them, and knows no name that was not given."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import jinja2
+from fastapi import Request
+from fastapi.responses import HTMLResponse
+
+from moireid import __version__
+from moireid.web.auth.roles import visitor_of
+from moireid.web.auth.tokens import Role
+from moireid.web.studio import studio_of
+
+
+@dataclass(frozen=True)
+class Place:
+    """An entry of the navigation, shown to those who may go there; without roles to everybody."""
+
+    path: str
+    label: str
+    roles: tuple[Role, ...] = ()
+
+
+NAVIGATION = (
+    Place("/issue", "Issue", ("issuer",)),
+    Place("/enroll", "Enroll", ("issuer",)),
+    Place("/verify", "Verify", ("verifier",)),
+    Place("/live", "Live", ("verifier",)),
+    Place("/registry", "Registry", ("issuer", "verifier")),
+    Place("/help", "Help"),
+)
+
+_environment = jinja2.Environment(
+    loader=jinja2.PackageLoader("moireid.web"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
+    lstrip_blocks=True,
+)  # fmt: skip
+
+
+def render(request: Request, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
+    """The page that `templates/TEMPLATE` makes of `context`; base.html.j2 also gets navigation and visitor."""
+    visitor = visitor_of(request)
+    path = request.url.path
+    shown = [place for place in NAVIGATION if not place.roles or (visitor is not None and visitor.may(*place.roles))]
+    page = _environment.get_template(template).render(
+        navigation=shown, here=path, visitor=visitor, auth=studio_of(request).settings.auth, version=__version__,
+        **context,
+    )  # fmt: skip
+    return HTMLResponse(page, status)

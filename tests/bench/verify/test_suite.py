@@ -1,0 +1,177 @@
+"""The verifier's bench: its arithmetic on figures made up, and some extreme motions.  Beside each: what it catches."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from moireid.archive.engine import Task
+from moireid.archive.worker import Done
+from moireid.bench import rows as bench_rows
+from moireid.bench.output import PLOTS, TABLES
+from moireid.bench.verify import motion_extremes
+from moireid.bench.verify import suite as verify
+from moireid.bench.verify.films import KINDS, Filmed, Kind, Truth, phase_error_rad
+from moireid.bench.verify.judged import judge_frames
+from moireid.bench.verify.motion_extremes import cases, outcome_of, read_extreme
+from moireid.cli.main import moireid
+from moireid.verifier.fringes import signals as measure
+from moireid.verifier.session.chapters import Claim
+from moireid.verifier.video import Film, Frame
+
+
+def row_of(kind: Kind, setting: verify.Setting, *, phase: float, cpu_ms: float, right: bool = True) -> dict:
+    return {
+        "film": kind.name, "forge": kind.forge, "setting": verify.asdict(setting), "phase_rad": phase, "right": right,
+        "pose_rad": phase, "gain_error": -phase, "verdict": "accept" if right == (kind.forge is None) else "reject",
+        "ms": [9.0, 10.0, 30.0], "cpu_ms": [cpu_ms] * 3, "decode_ms": 5.0, "decode_cpu_ms": 2.0,
+    }  # fmt: skip
+
+
+def test_the_phase_error_counts_what_lies_between_the_frames_used():
+    """Catches: an error over the frames used alone, which would call leaving frames out free; an offset that counts."""
+    clock = np.arange(0, 4, 1 / 30)
+    true = np.sin(2 * math.pi * clock)
+    assert phase_error_rad(clock, true + 0.7, clock, true) == pytest.approx(0, abs=1e-12)
+    # A straight line over a step h misses a sine by up to (w h)^2 / 8; the mean square of arch times sine is 4 / 15.
+    coarse = phase_error_rad(clock[::4], true[::4], clock, true)
+    assert coarse == pytest.approx((2 * math.pi * 4 / 30) ** 2 / 8 * math.sqrt(4 / 15), rel=0.15)
+    assert phase_error_rad(clock[:1], true[:1], clock, true) is None
+    assert phase_error_rad(clock[:0], true[:0], clock, true) is None
+
+
+def test_a_setting_leaves_out_and_shrinks_frames_as_a_film_of_them_would_have_them():
+    """Catches: numbers with gaps, which stop the page from being followed; pictures shifted by half a pixel."""
+    ramp = np.add.outer(np.zeros(60), np.arange(80)).astype(np.uint8) * 2
+    frames = [Frame(k, k / 30, ramp) for k in range(8)]
+    used = list(verify.used_frames(frames, verify.Setting(3, 1 / 2)))
+    assert [frame.index for frame in used] == [0, 1, 2] and [frame.time_s for frame in used] == [0, 0.1, 0.2]
+    assert used[0].luma.shape == (30, 40)
+    # The middle of the picture stays the middle: a pixel of the half size is the mean of its four.
+    assert used[0].luma.mean() == pytest.approx(ramp.mean(), abs=0.6) and used[0].luma[0, 0] == 1
+    assert list(verify.used_frames(frames, verify.DEFAULT)) == frames
+
+
+def test_the_knee_is_the_least_error_times_time_of_what_is_right_on_all_films():
+    """Catches: a knee at a setting that accepts a forgery, at another estimator, or by the time of one run alone."""
+    made = {
+        verify.DEFAULT: (0.010, 8.0, True), verify.Setting(2): (0.011, 4.0, True),
+        verify.Setting(4): (0.012, 2.0, False),
+        verify.Setting(estimator="published"): (0.001, 0.1, True),
+    }  # fmt: skip
+    films = [
+        row_of(kind, setting, phase=phase, cpu_ms=ms, right=right or kind.forge is None)
+        for kind in KINDS for setting, (phase, ms, right) in made.items()
+    ]  # fmt: skip
+    work = [verify._summary(setting, films) for setting in made]
+    knee = verify.knee_of(work)
+    assert knee is not None and knee["setting"] == verify.asdict(verify.Setting(2)) and not knee["default"]
+    assert work[2]["accepted_forged"] == sum(kind.forge is not None for kind in KINDS) and work[2]["rejected_true"] == 0
+    assert work[0]["ms"] == 10.0 and work[0]["ms_to_decoding"] == 2.0 and work[0]["cpu_ms_to_decoding"] == 4.0
+    assert work[0]["gain_error"] == pytest.approx(0.010)
+    result = {"suite": "verify", "work": work, "knee": knee, "extremes": []}
+    assert "the knee is at every 2nd frame: 0.0156 rad in 4.00 CPU ms" in TABLES["verify"](result)
+    assert len(PLOTS["verify"](result).axes) == 3
+    assert verify.knee_of([row | {"right": 0} for row in work]) is None
+
+
+def test_rows_that_are_kept_are_not_measured_again(tmp_path, monkeypatch):
+    """Catches: a run that begins anew, or that takes the rows of another film, length or program."""
+    kept, rows = tmp_path / "verify.jsonl", {}
+    monkeypatch.setattr(verify, "shoot", lambda *args: None)
+    monkeypatch.setattr(verify, "timed", lambda filmed, setting, runs: {"every": setting.every, "runs": runs})
+    first = verify.sweep(KINDS[0], quick=True, seed=0, kept=kept, rows=rows)
+    assert len(kept.read_text().splitlines()) == len(first) == len(verify.settings(quick=True))
+    monkeypatch.setattr(verify, "shoot", None)
+    assert verify.sweep(KINDS[0], quick=True, seed=0, kept=kept, rows=verify.kept_rows(kept)) == first
+    for other in ({"seed": 1}, {"quick": False}):
+        with pytest.raises(TypeError):
+            verify.sweep(KINDS[0], **({"quick": True, "seed": 0} | other), kept=kept, rows=verify.kept_rows(kept))
+
+
+def in_place(work: Callable[[Any], Any], tasks: Sequence[Task], **_: Any) -> Iterator[tuple[int, Done]]:
+    """The engine without its processes."""
+    for place, task in enumerate(tasks):
+        yield place, Done((work(task.jobs[0]),), "here")
+
+
+def test_the_suite_runs_by_its_command(tmp_path, monkeypatch):
+    """Catches: a suite that no command runs, figures that JSON cannot hold, extremes that are left out of the table."""
+    made = [row_of(verify.KINDS[0], setting, phase=0.01, cpu_ms=5.0) for setting in verify.settings(quick=True)]
+    monkeypatch.setattr(verify, "sweep", lambda kind, **options: made)
+    extreme = {
+        "name": "one frame", "expected": "badge_absent", "verdict": "inconclusive", "outcome": "right", "reasons": [],
+        "why": "none", "true_excitation_rad": None, "correlation": None, "gain_ratio": None, "gain_sd": None,
+        "residual_rad": None, "tracked": 0, "frames": 1,
+    }  # fmt: skip
+    monkeypatch.setattr(motion_extremes, "read_extreme", lambda case, seed: extreme | {"name": case.name})
+    monkeypatch.setattr(bench_rows, "run_tasks", in_place)
+    outcome = CliRunner().invoke(moireid, ["bench", "verify", "--quick", "--out", str(tmp_path), "--json"])
+    assert outcome.exit_code == 0, outcome.output
+    document = json.loads(outcome.stdout)
+    kept = (tmp_path / "verify.jsonl").read_text().splitlines()
+    assert len(document["extremes"]) == len(kept) == len(motion_extremes.chosen(quick=True))
+    assert document["knee"] is not None and "over half a turn" in TABLES["verify"](document)
+    assert (tmp_path / "verify.json").exists() and (tmp_path / "verify.svg").stat().st_size > 1000
+
+
+def test_the_bench_measures_the_verifier_on_a_film_made_outside(films, prototype):
+    """Catches: signs of phase or gain turned, a step put aside for good, other estimators than were asked for."""
+    frames = list(Film(films / "genuine_1.0m.mp4").frames())[:90]
+    times = np.array([frame.time_s for frame in frames])
+    found = judge_frames(frames, Claim(prototype))
+    signal = found.chapters[0].measurement.gratings[0]
+    filmed = Filmed(
+        Kind("", 1.0), prototype, 1450.0, frames, Truth(times, signal.measured_rad, signal.predicted_rad), 1, 1
+    )
+    own = measure.smooth_camera
+    plain = verify.timed(filmed, verify.DEFAULT, 1)
+    assert plain["right"] and plain["verdict"] == found.verdict == "accept" and found.finite
+    assert plain["phase_rad"] == pytest.approx(0, abs=1e-9) and plain["pose_rad"] == pytest.approx(0, abs=1e-9)
+    assert abs(plain["gain_error"]) < 0.02 and len(plain["ms"]) == 1
+    rough = verify.timed(filmed, verify.Setting(estimator="poses not smoothed"), 1)
+    assert rough["phase_rad"] < 0.005 < rough["pose_rad"] and measure.smooth_camera is own
+    published = verify.timed(filmed, verify.Setting(estimator="published"), 1)
+    assert published["pose_rad"] is None and 0 < published["phase_rad"] < 1.0 and published["tracked"] == 90
+
+
+@pytest.mark.parametrize(
+    ("expected", "verdict", "codes", "outcome"),
+    [
+        ("accept", "accept", [], "right"), ("accept", "inconclusive", ["gain"], "open"),
+        ("accept", "reject", ["gain"], "wrong"), ("motion", "inconclusive", ["motion", "identity"], "right"),
+        ("motion", "inconclusive", ["identity"], "open"), ("motion", "accept", [], "wrong"),
+        ("motion", "reject", ["motion", "cells"], "wrong"), ("accept or open", "inconclusive", ["gain"], "right"),
+        ("accept or open", "reject", ["correlation"], "wrong"),
+    ],
+)  # fmt: skip
+def test_a_true_film_that_is_rejected_is_wrong_and_one_left_open_a_shortfall(expected, verdict, codes, outcome):
+    """Catches: a rejection excused, an acceptance without motion called right, any reason taken for the right one."""
+    assert outcome_of(expected, verdict, codes) == outcome
+
+
+@pytest.mark.parametrize("name", ["turned in the picture's plane", "one frame", "first frame smeared"])
+def test_extreme_motions_come_out_as_physics_expects(name):
+    """Catches: a true film rejected or accepted for nothing, a figure that is not finite, a row JSON cannot hold."""
+    (case,) = [case for case in cases() if case.name == name]
+    row = read_extreme(case, 0)
+    assert row["outcome"] == "right" and json.dumps(row, allow_nan=False)
+    assert name in TABLES["verify"]({"work": [], "knee": None, "extremes": [row]})
+
+
+def test_frames_of_nothing_are_absent_badges_and_no_more(ada):
+    """Catches: a crash or a NaN where no badge was ever seen, a film of no frame among them."""
+    (case,) = [case for case in cases() if case.motion is None]
+    from moireid.bench.verify.motion_extremes import _nothing
+
+    for count in (0, 3):
+        found = judge_frames(islice(_nothing(case, 0), count), Claim(ada, ada.id))
+        assert found.verdict == "inconclusive" and found.finite and found.tracked == 0 and found.read == count
+        assert found.why[0].code == "badge_absent"

@@ -1,0 +1,193 @@
+"""The guides are true: what they say to type works, what they show comes out, and the site is whole by itself."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import click
+import pytest
+
+from kit.guiding import Block, Session, blocks_of, commands_of, unseen
+from kit.places import ROOT
+from moireid.cli.main import moireid
+
+DOCS = ROOT / "docs"
+PAGES = sorted(DOCS.glob("*.md"))
+FIRST = DOCS / "index.md"
+#: Blocks that may be left unrun: each needs minutes, a camera or a second machine, and says so.
+MOST_UNRUN = 3
+#: What makes a browser fetch something; a link that somebody has to click is no such thing.
+FETCHES = {
+    "link": "href",
+    "script": "src",
+    "img": "src",
+    "iframe": "src",
+    "source": "src",
+    "video": "src",
+    "use": "href",
+}
+ELSEWHERE = re.compile(r"^\s*(?:[a-z]+:)?//", re.IGNORECASE)
+
+
+@pytest.fixture(scope="module")
+def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The first page's walk, and what it leaves: the files by which the other pages go on."""
+    folder = tmp_path_factory.mktemp("walked")
+    with Session(folder) as session:
+        session.follow(FIRST)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The site as `make docs` builds it."""
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--quiet", "--strict", "--site-dir", str(folder)]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=200, check=False)
+    assert done.returncode == 0, done.stderr
+    return folder
+
+
+@pytest.mark.slow
+def test_every_block_runs_as_its_page_says(walked: Path, tmp_path: Path) -> None:
+    """Catches: a command that was renamed, an option that is gone, an exit code or a line shown that does not come.
+
+    All pages are one test, so that the walk by which they begin is made once.
+    """
+    for page in PAGES:
+        if page != FIRST:
+            folder = tmp_path / page.stem
+            shutil.copytree(walked, folder)
+            with Session(folder) as session:
+                session.follow(page)
+
+
+def test_hardly_any_block_is_left_unrun() -> None:
+    """Catches: a guide that is made to pass by taking its blocks out of the test."""
+    blocks = [block for page in PAGES for block in blocks_of(page)]
+    assert sum(block.why is not None for block in blocks) <= MOST_UNRUN
+    assert sum(block.kind in ("console", "python") and block.why is None for block in blocks) >= 20
+    fences = sum(page.read_text(encoding="utf-8").count("\n```") for page in PAGES)
+    assert fences == 2 * len(blocks), "a fence is written otherwise than the others, and nobody would run its block"
+    assert {block.kind for block in blocks} <= {"console", "python", "text"}
+
+
+def test_every_command_is_one() -> None:
+    """Catches: a command or option in running text, or in a block that is not run, which the programs do not have."""
+    wrong = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        said = re.findall(r"`((?:moireid|print-your-badge) [^`\n]+)`", text)
+        said += [typed for block in blocks_of(page) if block.kind == "console" for typed, _ in commands_of(block)]
+        wrong += [f"{page.name}: {each}" for each in said if not _is_command(each)]
+    assert wrong == []
+
+
+def _is_command(typed: str) -> bool:
+    """Whether the programs have this command with these options; true of what is no command of ours."""
+    words = shlex.split(typed, comments=True)
+    if not words or words[0] not in ("moireid", "print-your-badge"):
+        return True
+    command: click.Command = moireid
+    rest = words[1:] if words[0] == "moireid" else ["print", *words[1:]]
+    while isinstance(command, click.Group) and rest and not rest[0].startswith("-"):
+        if rest[0] not in command.commands:
+            return False
+        command, rest = command.commands[rest[0]], rest[1:]
+    options = {name for parameter in command.params for name in (*parameter.opts, "--help", "--version")}
+    return all(word.split("=")[0] in options for word in rest if word.startswith("--"))
+
+
+def test_a_page_that_shows_what_does_not_come_is_told() -> None:
+    """Catches: a runner that compares nothing, so that every page would pass."""
+    assert unseen(["ACCEPT: …", "done"], "ACCEPT: it\nmore\ndone\n") is None
+    assert unseen(["done", "ACCEPT: …"], "ACCEPT: it\nmore\ndone\n") == "ACCEPT: …"
+    assert unseen(["ACCEPT"], "ACCEPT: it\n") == "ACCEPT"
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        "```console\n$ false\n```\n",
+        "```console\n$ true   # exit code 1\n```\n",
+        "```console\n$ echo one\ntwo\n```\n",
+        "```python\nraise SystemExit(0)\n```\n",
+        "```python\nprint(1)\n```\n\n```text\n2\n```\n",
+        "```python\none = 1\n```\n\n```text\n1\n```\n",
+    ],
+)
+def test_a_page_that_is_wrong_fails(page: str, tmp_path: Path) -> None:
+    """Catches: a runner that passes over exit codes, output, or what Python raises."""
+    wrong = tmp_path / "page.md"
+    wrong.write_text(page)
+    with Session(tmp_path) as session, pytest.raises(AssertionError, match=r"page\.md, line [15]"):
+        session.follow(wrong)
+
+
+def test_a_session_lasts_for_its_page(tmp_path: Path) -> None:
+    """Catches: a new shell or Python for each block, or a block with a reason that is run all the same."""
+    page = tmp_path / "page.md"
+    page.write_text(
+        "```console\n$ cd / && here=1\n```\n```python\none = 1\n```\n<!-- not run: why -->\n```console\n$ false\n```\n"
+        "```console\n$ pwd; echo $here\n/\n1\n```\n```python\nprint(one + 1)\n```\n```text\n2\n```\n"
+    )
+    with Session(tmp_path) as session:
+        session.follow(page)
+    assert blocks_of(page)[2] == Block("console", "$ false\n", 8, "why")
+
+
+class _Fetched(HTMLParser):
+    """What a page makes a browser fetch."""
+
+    def __init__(self, page: Path) -> None:
+        super().__init__()
+        self.found: list[str] = []
+        self.feed(page.read_text(encoding="utf-8"))
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        told = dict(attrs)
+        if tag == "link" and told.get("rel") in ("canonical", "next", "prev"):
+            return
+        self.found += [value for name in (FETCHES.get(tag), "srcset", "poster") if name and (value := told.get(name))]
+        self.found += re.findall(r"url\(['\"]?([^)'\"]+)", told.get("style") or "")
+
+
+def test_the_site_is_built_strictly_and_asks_nothing_of_outside(site: Path) -> None:
+    """Catches: a dead link, a page nobody leads to, and a font, script or picture from another host."""
+    pages = sorted(site.glob("*.html"))
+    assert {page.stem for page in pages} >= {page.stem for page in PAGES} | {"commands"}
+    for page in pages:
+        fetched = _Fetched(page).found
+        assert fetched
+        assert [each for each in fetched if ELSEWHERE.match(each)] == [], page.name
+        if page.name != "404.html":
+            gone = [
+                each for each in fetched if not each.startswith("data:") and not (site / each.split("?")[0]).exists()
+            ]
+            assert gone == [], page.name
+    for sheet in site.rglob("*.css"):
+        asked = re.findall(r"(?:url\(|@import)\s*['\"]?([^)'\"]+)", sheet.read_text(encoding="utf-8"))
+        assert [each for each in asked if ELSEWHERE.match(each)] == [], sheet.name
+
+
+def test_every_command_has_its_help_on_the_site(site: Path) -> None:
+    """Catches: a page of commands that was written once and forgot the commands that came after."""
+    text = (site / "commands.html").read_text(encoding="utf-8")
+    for name, command in moireid.commands.items():
+        assert f">moireid {name}<" in text
+        for each in command.commands if isinstance(command, click.Group) else ():
+            assert f">moireid {name} {each}<" in text
+
+
+def test_pictures_are_small_and_used() -> None:
+    """Catches: a gallery that outgrows the repository, and pictures that no page shows."""
+    pictures = [path for path in (DOCS / "gallery").iterdir() if path.suffix != ".md"]
+    assert sum(path.stat().st_size for path in pictures) < 1_000_000
+    shown = "".join(path.read_text(encoding="utf-8") for path in DOCS.rglob("*.md"))
+    assert [path.name for path in pictures if f"gallery/{path.name}" not in shown] == []

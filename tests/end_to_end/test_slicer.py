@@ -1,0 +1,96 @@
+"""Every mount through a stock slicer, which must find nothing to repair.
+
+PrusaSlicer shares no code with the packages that wrote and checked the files.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.fabrication.printed.mount import KINDS, MountReport, write_mount
+
+#: What `--info` tells only of a mesh that it had to mend.
+MENDED = ("open_edges", "facets_removed", "facets_reversed", "backwards_edges", "degenerate", "edges_fixed", "repaired")
+#: Extruded plastic over the solid's volume: three tenths with walls and a sparse core, more with skirt and support.
+LEAST_SHARE, MOST_SHARE = 0.25, 1.3
+
+
+@pytest.fixture(scope="module")
+def slicer() -> str:
+    """The slicer's path."""
+    found = shutil.which("prusa-slicer")
+    if found is None:
+        if "CI" in os.environ:
+            pytest.fail("CI is set, and PrusaSlicer is not installed (Debian package prusa-slicer)")
+        pytest.skip("PrusaSlicer is not installed")
+    return found
+
+
+@pytest.fixture(scope="module")
+def badges() -> dict[str, Badge]:
+    """A badge with a lens sheet, and one with a mask whose rim has steps."""
+    plain = Request("Slice", size_mm=(100.0, 120.0), range_m=(0.5, 0.9))
+    mask = Request("Slice", front="mask", gap_mm=3.0, size_mm=(100.0, 120.0), range_m=(0.5, 0.9))
+    return {"lens": design_badge(plain, bytes(8)), "mask": design_badge(mask, bytes(8))}
+
+
+def made(badge: Badge, kind: str, folder: Path) -> MountReport:
+    return write_mount(badge, folder, kind=kind)
+
+
+def sliced(slicer: str, *arguments: str, home: Path) -> str:
+    """What the slicer says; its settings are those of a new user."""
+    # The slicer keeps its settings below the home folder, and would read another user's there.
+    environment = os.environ | {"HOME": str(home), "XDG_CONFIG_HOME": str(home), "LC_ALL": "C"}
+    environment.pop("DISPLAY", None)
+    done = subprocess.run(
+        [slicer, *arguments], capture_output=True, text=True, timeout=120, env=environment, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("kind", "front"), [*((kind, "lens") for kind in KINDS), ("stand", "mask")])
+def test_a_stock_slicer_finds_nothing_to_repair(
+    kind: str, front: str, slicer: str, badges: dict[str, Badge], tmp_path: Path
+) -> None:
+    """Catches: a mesh with holes, turned or flat facets, bodies that a slicer merges, another unit, an empty layer."""
+    report = made(badges[front], kind, tmp_path)
+    bodies = 1 if kind == "lanyard" else 2
+    for path in (report.stl, report.three_mf):
+        told = sliced(slicer, "--info", str(path), home=tmp_path)
+        meshes = re.findall(r"^manifold = (\w+)$", told, re.MULTILINE)
+        # An STL is one mesh of two parts, a 3MF has an object for each body.
+        assert meshes == ["yes"] * (bodies if path == report.three_mf else 1), told
+        assert sum(map(int, re.findall(r"number_of_parts = +(\d+)", told))) == bodies, told
+        assert not [word for word in MENDED if word in told], told
+        volume = sum(map(float, re.findall(r"^volume = ([\d.]+)$", told, re.MULTILINE)))
+        assert volume == pytest.approx(report.volume_mm3, rel=0.005)
+        gcode = tmp_path / f"{path.suffix[1:]}.gcode"
+        told = sliced(slicer, "--export-gcode", "--output", str(gcode), str(path), home=tmp_path)
+        assert not re.search(r"repair|empty layer|error|outside", told, re.IGNORECASE), told
+        used = re.search(r"filament used \[mm\] = ([\d.]+)", gcode.read_text())
+        assert used is not None
+        # Stock filament is 1.75 mm thick.
+        share = float(used.group(1)) * 3.14159 * 0.875**2 / report.volume_mm3
+        assert LEAST_SHARE < share < MOST_SHARE, share
+
+
+def test_a_faulty_mesh_is_told(slicer: str, badges: dict[str, Badge], tmp_path: Path) -> None:
+    """Catches: a slicer's output that is read for words it never says."""
+    import numpy as np
+    import trimesh
+
+    mesh = trimesh.load_mesh(made(badges["lens"], "lanyard", tmp_path).stl)
+    mesh.update_faces(np.arange(len(mesh.faces)) % 40 != 7)
+    mesh.export(tmp_path / "holes.stl")
+    told = sliced(slicer, "--info", str(tmp_path / "holes.stl"), home=tmp_path)
+    assert "manifold = no" in told and [word for word in MENDED if word in told], told

@@ -1,0 +1,358 @@
+"""The acrylic parts as a laser cuts them: kerf, fits, register, view, and which drawings are refused.
+
+The drawings are read here with ezdxf and with the SVG's own words, and held against the badge's page coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import ezdxf
+import ezdxf.path
+import manifold3d
+import numpy as np
+import pytest
+
+from kit.mounting import board_of, framed, sight_volume
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge, payload_for_name
+from moireid.errors import FabricationError
+from moireid.fabrication.acrylic import cutting, dxf, svg
+from moireid.fabrication.acrylic.contour import Contour
+from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
+from moireid.fabrication.process import AcrylicProcess
+from moireid.fabrication.sight import sheet_rects
+
+
+@pytest.fixture(scope="module")
+def badge() -> Badge:
+    """Ada's badge with its sheet 3 mm above the middle, so that a cover turned upside down does not fit."""
+    issued = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    x0, y0, x1, y1 = issued.gratings[0].rect_mm
+    return replace(issued, gratings=(replace(issued.gratings[0], rect_mm=(x0, y0 - 3, x1, y1 - 3)),))
+
+
+@pytest.fixture(scope="module")
+def plan(badge: Badge) -> AcrylicPlan:
+    return plan_acrylic(badge)
+
+
+def written(plan: AcrylicPlan, kerf_mm: float, folder: Path) -> tuple[Path, Path, cutting.Drawing]:
+    drawing = cutting.draw(plan, kerf_mm)
+    files = folder / "acrylic.dxf", folder / "acrylic.svg"
+    dxf.write_dxf(drawing, files[0])
+    svg.write_svg(drawing, files[1])
+    dxf.check_dxf(files[0], drawing, kerf_mm)
+    svg.check_svg(files[1], drawing, kerf_mm)
+    return *files, drawing
+
+
+def polygons(path: Path) -> dict[str, list[np.ndarray]]:
+    """Every cutting path of a DXF file as a polygon, by plate name, outline first."""
+    found: dict[str, list[np.ndarray]] = {}
+    for entity in ezdxf.readfile(path).modelspace().query("LWPOLYLINE"):
+        points = [(p.x, p.y) for p in ezdxf.path.make_path(entity).flattening(0.001)]
+        found.setdefault(entity.dxf.layer.split("-")[1].lower(), []).append(np.array(points))
+    return found
+
+
+def extent(points: np.ndarray) -> np.ndarray:
+    return np.ptp(points, axis=0)
+
+
+@pytest.mark.parametrize("kerf", [0.0, 0.15, 1.0])
+def test_kerf_makes_outlines_larger_and_openings_smaller(kerf: float, plan: AcrylicPlan, tmp_path: Path) -> None:
+    """Catches: kerf on the wrong side, the whole instead of half of it, and openings forgotten."""
+    path, _, _ = written(plan, kerf, tmp_path)
+    parts = polygons(path)
+    for name in ("base", "frame", "cover"):
+        # 146 + 2 x 0.14 of air + 2 x 10 of rim; the burnt line takes half its width off each side again.
+        assert extent(parts[name][0]) - kerf == pytest.approx([166.28, 180.28], abs=1e-3)
+    assert extent(parts["frame"][1]) + kerf - (146, 160) == pytest.approx([0.28, 0.28], abs=1e-3)
+    holes = [p for p in parts["base"][1:] if extent(p)[0] < 5]
+    assert len(holes) == 6
+    for hole in holes:
+        assert extent(hole) + kerf == pytest.approx([3.4, 3.4], abs=2e-3)
+        middle = (hole.max(axis=0) + hole.min(axis=0)) / 2
+        assert np.linalg.norm(hole - middle, axis=1) == pytest.approx((3.4 - kerf) / 2, abs=2e-3)
+    # Between the lips the cover is 146 - 2 x 2 mm wide, along the sheet's 88.88 mm.
+    window = manifold3d.CrossSection([parts["cover"][1]])
+    area = (146.28 - kerf) * (160.28 - kerf) - 2 * (2.14) * (88.88 + kerf)
+    # Rounded corners: four of the window inwards, four at the lips' tips, and four at their roots.
+    assert window.area() == pytest.approx(area, abs=12 * 1.1**2)
+
+
+def test_contours_keep_their_corners_centres() -> None:
+    """Catches: a radius that grows where it must shrink, a miter on the wrong side, an arc that turns the wrong way."""
+    path = Contour(((0, 0), (10, 0), (10, 4), (6, 4), (6, 8), (0, 8)), (1.0, 1.0, 1.0, 1.0, 0.0, 1.0))
+    grown = path.grown(0.5)
+    wanted = [(-0.5, -0.5), (10.5, -0.5), (10.5, 4.5), (6.5, 4.5), (6.5, 8.5), (-0.5, 8.5)]
+    assert np.array(grown.corners) == pytest.approx(np.array(wanted))
+    assert grown.radii_mm == (1.5, 1.5, 1.5, 0.5, 0.0, 1.5)
+    assert np.array(grown.grown(-0.5).corners) == pytest.approx(np.array(path.corners))
+    flat = manifold3d.CrossSection([cutting.flat(path.vertices(), 200)])
+    # Four outer quarter circles lack 1 - pi/4 each, the inner one gives as much back.
+    assert flat.area() == pytest.approx(64 - 3 * (1 - math.pi / 4), abs=1e-3)
+    with pytest.raises(FabricationError, match=r"radius 1 mm cannot be moved by 1\.2 mm; give a smaller kerf_mm"):
+        path.grown(1.2)
+
+
+def test_files_agree_and_say_what_they_are(plan: AcrylicPlan, tmp_path: Path) -> None:
+    """Catches: an SVG in pixels or upside down, colours or layers of another trade, and a scale bar that is none."""
+    dxf_path, svg_path, _ = written(plan, 0.15, tmp_path)
+    document = ezdxf.readfile(dxf_path)
+    colours = {layer.dxf.name: layer.color for layer in document.layers}
+    cuts = ["CUT-BASE-3MM", "CUT-FRAME-1MM", "CUT-COVER-1.5MM"]
+    assert [colours[name] for name in (*cuts, "ENGRAVE-SCALE", "NOTE")] == [1, 1, 1, 5, 8]
+    lines = [line for line in document.modelspace().query("LINE") if line.dxf.layer == "ENGRAVE-SCALE"]
+    assert max(line.dxf.start.distance(line.dxf.end) for line in lines) == pytest.approx(100.0)
+    words = " ".join(text.dxf.text for text in document.modelspace().query("TEXT"))
+    assert "kerf 0.15 mm" in words and "COVER: 1.5 mm" in words and "100 mm" in words
+    text = svg_path.read_text()
+    width, height, view = re.search(r'width="([\d.]+)mm" height="([\d.]+)mm" viewBox="0 0 ([\d. ]+)"', text).groups()
+    assert f"{width} {height}" == view
+    assert text.count('stroke="#ff0000"') == 3 and text.count('stroke="#0000ff"') == 1
+    # The first point of the SVG's frame is that of the DXF's, with y turned round.
+    first = re.search(r'id="CUT-FRAME-1MM".*?d="M ([\d.]+) ([\d.]+)', text).groups()
+    vertex = next(e for e in document.modelspace().query("LWPOLYLINE") if e.dxf.layer == cuts[1]).get_points("xy")[0]
+    assert (float(first[0]), float(height) - float(first[1])) == pytest.approx(vertex, abs=1e-4)
+    again = tmp_path / "again"
+    again.mkdir()
+    assert [path.read_bytes() for path in written(plan, 0.15, again)[:2]] == [
+        p.read_bytes() for p in (dxf_path, svg_path)
+    ]
+
+
+def test_register_keeps_page_and_lens_within_the_twist(plan: AcrylicPlan) -> None:
+    """Catches: a bound for one of the two pieces alone, in radians, or from the width; solved here without it."""
+
+    def most_turn(width: float, height: float) -> float:
+        """The angle at which a rectangle touches both upright edges."""
+        low, high = 0.0, 0.1
+        for _ in range(60):
+            middle = (low + high) / 2
+            wide = width * math.cos(middle) + height * math.sin(middle)
+            low, high = (middle, high) if wide < width + 2 * plan.clearance_mm else (low, middle)
+        return math.degrees(low)
+
+    together = most_turn(146.0, 160.0) + most_turn(146.0, 88.88)
+    assert together == pytest.approx(plan.twist_deg, rel=0.01)
+    assert 0.27 < together < 0.3
+    assert plan.clearance_mm == 0.14
+
+
+def test_clearance_follows_the_board_or_is_refused(badge: Badge) -> None:
+    """Catches: one clearance for all boards, and a loose one let through."""
+    small = design_badge(Request("A", size_mm=(60.0, 66.0), range_m=(0.6, 0.7)), payload_for_name("A"))
+    assert plan_acrylic(small).clearance_mm == 0.05 and plan_acrylic(small).twist_deg < 0.3
+    assert plan_acrylic(board_of(badge, 300.0, 300.0)).clearance_mm == 0.15
+    with pytest.raises(
+        FabricationError, match=r"edges with 0\.2 mm of air .* by 0\.40 degrees, allowed are 0\.3; .* 0\.149 or less"
+    ):
+        plan_acrylic(badge, AcrylicProcess(clearance_mm=0.2))
+    with pytest.raises(
+        FabricationError, match=r"0\.05 mm of air that a laser needs let page and lens turn by 0\.\d\d degrees"
+    ):
+        plan_acrylic(board_of(badge, 30.0, 40.0))
+
+
+def test_page_and_lens_are_clamped_without_air(plan: AcrylicPlan) -> None:
+    """Catches: a frame as thick as the stack or thicker, so that the cover rests on it and not on the sheet."""
+    assert (plan.base.thickness_mm, plan.frame.thickness_mm, plan.cover.thickness_mm) == (3.0, 1.0, 1.5)
+    assert plan.cover.low_mm == pytest.approx(0.3 + 1.0)
+    assert plan.squeeze_mm == pytest.approx(0.3)
+    assert plan.screw_mm == pytest.approx(3.0 + 1.3 + 1.5 + 2.4)
+
+
+@pytest.mark.parametrize(
+    ("lens_mm", "frame"), [(0.5, 0.5), (0.67, 0.8), (0.84, 1.0), (1.25, 1.0), (3.0, 3.0), (6.0, 6.0)]
+)
+def test_frame_is_the_thickest_on_sale_below_the_stack(lens_mm: float, frame: float, badge: Badge) -> None:
+    """Catches: a frame thicker than page and sheet, or too thin to hold the sheet's edge."""
+    thick = plan_acrylic(board_of(badge, 146.0, 160.0, margin=10.0, lens_mm=lens_mm))
+    assert thick.frame.thickness_mm == frame
+    assert thick.squeeze_mm >= 0.1 - 1e-9
+
+
+@pytest.mark.parametrize(
+    ("lens_mm", "margin", "words"),
+    [
+        (
+            0.2,
+            5.0,
+            r"too thin for a frame .* 0\.4 mm or thinner; give a lens sheet .--lens. of 0\.3 mm or more",
+        ),
+        (6.0, 5.0, r"cover's lip leaves 3\.40 mm beside marker \d, .* give a lens sheet .--lens. of 2\.35 mm or less"),
+        (
+            14.0,
+            40.0,
+            r"14\.3 mm thick, and frames are sold up to 10 mm; give a lens sheet .--lens. of 10\.8 mm or less",
+        ),
+    ],
+)
+def test_sheets_that_no_frame_holds_are_refused(lens_mm: float, margin: float, words: str, badge: Badge) -> None:
+    """Catches: a stack that cannot be built, or one whose cover hides the markers."""
+    with pytest.raises(FabricationError, match=words):
+        plan_acrylic(board_of(badge, 200.0, 200.0, margin=margin, lens_mm=lens_mm))
+
+
+def test_fringes_and_markers_stay_in_sight_of_cover_and_screws(badge: Badge, plan: AcrylicPlan, tmp_path: Path) -> None:
+    """Catches: a lip over the fringes, a cover too thick, a window upside down; on the paths as a laser finds them."""
+    path, _, _ = written(plan, 0.0, tmp_path)
+    parts = polygons(path)
+    outer = parts["cover"][0]
+    middle = (outer.max(axis=0) + outer.min(axis=0)) / 2
+    cut = [manifold3d.CrossSection([points - middle]) for points in parts["cover"]]
+    solid = cut[0]
+    for opening in cut[1:]:
+        solid -= opening
+    cover = manifold3d.Manifold.extrude(solid, 1.5).translate((0, 0, 1.3))
+    heads = [manifold3d.Manifold.cylinder(1.65, 2.85).translate((x, y, 2.8)) for x, y in plan.screws]
+    half = badge.markers.size_mm / 2
+    views = [sight_volume(framed(badge.gratings[0].rect_mm, badge), 1.3, 60, up_and_down=True)]
+    views += [
+        sight_volume(framed((x - half, y - half, x + half, y + half), badge), 0.3, 45, up_and_down=True)
+        for x, y in badge.markers.centers_mm
+    ]
+    for view in views:
+        for dx, dy in ((0.14, 0), (-0.14, 0), (0, 0.14), (0, -0.14)):
+            assert all((view.translate((dx, dy, 0)) ^ thing).volume() == 0.0 for thing in (cover, *heads))
+    # Screws stand higher than the cover, so where lips and rim are narrow a screw is the first to be in the way.
+    with pytest.raises(FabricationError, match=r"screw leaves 4\.15 mm beside grating 0, but 4\.59 mm"):
+        plan_acrylic(board_of(badge, 146.0, 160.0, margin=3.0), AcrylicProcess(rim_mm=8.0, lip_reach_mm=0.5))
+    # The next plate on sale would hide a fringe, and a wider margin lets a thicker one through.
+    thicker = manifold3d.Manifold.extrude(solid, 2.0).translate((0, 0, 1.3))
+    assert (views[0].translate((0.14, 0, 0)) ^ thicker).volume() > 0.01
+    assert plan_acrylic(board_of(badge, 146.0, 160.0, margin=9.0)).cover.thickness_mm == 3.0
+
+
+def test_two_axes_have_two_sheets_that_meet(badge: Badge) -> None:
+    """Catches: sheets cut to the striped fields, which no lip would reach, or one sheet for two directions."""
+    both = design_badge(Request("A", axes="xy", range_m=(0.5, 1.0)), payload_for_name("A"))
+    left, right = sheet_rects(both)
+    assert (left[0], right[2]) == (-73.0, 73.0)
+    assert (left[2], right[0]) == pytest.approx((-0.05, 0.05))
+    assert left[1::2] == right[1::2]
+    assert plan_acrylic(both).sheets == (left, right)
+    assert np.array(sheet_rects(badge)) == pytest.approx(np.array([(-73.0, -41.44, 73.0, 47.44)]), abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("figures", "words"),
+    [
+        ({"kerf_mm": -0.1}, r"kerf_mm=-0\.1 is no laser's kerf, allowed is 0 to 1"),
+        ({"kerf_mm": math.nan}, r"kerf_mm=nan"),
+        ({"kerf_mm": 2.0}, r"kerf_mm=2 is no laser's kerf, allowed is 0 to 1 mm; cut a square"),
+        ({"base_mm": 0.0}, r"base_mm=0\.0 must be positive"),
+        ({"base_mm": 25.0}, r"base_mm=25 is no base plate, allowed is 2 to 10 mm"),
+        ({"clearance_mm": -1.0}, r"clearance_mm=-1"),
+        ({"rim_mm": 6.0}, r"rim of 6 mm leaves 1\.00 mm beside its openings, 2 mm are needed; give a rim_mm of 8 or"),
+        ({"hole_mm": 2.5}, r"hole_mm=2\.5 lets no M3 screw through; give 3\.1 or more"),
+        ({"lip_reach_mm": 4.5}, r"cover's lip leaves 0\.36 mm beside grating 0, but 1\.73 mm"),
+    ],
+)
+def test_impossible_figures_are_named(figures: dict[str, float], words: str, badge: Badge) -> None:
+    """Catches: a figure that ends in a traceback, or in a drawing that cannot be cut."""
+    with pytest.raises(FabricationError, match=words):
+        plan_acrylic(badge, AcrylicProcess(**figures))
+
+
+def cutting_paths(document: Any) -> list[Any]:
+    return [e for e in document.modelspace() if e.dxf.layer == "CUT-FRAME-1MM"]
+
+
+def one_open(document: Any) -> None:
+    cutting_paths(document)[1].close(False)
+
+
+def one_twice(document: Any) -> None:
+    document.modelspace().add_entity(cutting_paths(document)[0].copy())
+
+
+def one_gone(document: Any) -> None:
+    document.modelspace().delete_entity(cutting_paths(document)[2])
+
+
+def one_moved(document: Any) -> None:
+    cutting_paths(document)[1].translate(0.01, 0, 0)
+
+
+def in_inches(document: Any) -> None:
+    document.units = ezdxf.units.IN
+
+
+def in_a_line_type_of_no_name(document: Any) -> None:
+    cutting_paths(document)[1].dxf.linetype = "NOWHERE"
+
+
+def in_blue(document: Any) -> None:
+    document.layers.get("CUT-FRAME-1MM").color = 5
+
+
+@pytest.mark.parametrize(
+    ("damage", "complaint"),
+    [
+        (one_open, "open path on CUT-FRAME-1MM"),
+        (one_twice, "has 10 paths on CUT-FRAME-1MM, allowed is 9"),
+        (one_gone, "has 8 paths"),
+        (one_moved, "another path on CUT-FRAME-1MM"),
+        (in_inches, "counts in unit 1"),
+        (in_blue, "in colour 5"),
+        (in_a_line_type_of_no_name, "has 1 faults in its audit"),
+    ],
+)
+def test_damaged_dxf_is_refused(
+    damage: Callable[[Any], None], complaint: str, plan: AcrylicPlan, tmp_path: Path
+) -> None:
+    """Catches: a check that looks at less than the whole file."""
+    path, _, drawing = written(plan, 0.15, tmp_path)
+    document = ezdxf.readfile(path)
+    damage(document)
+    document.saveas(path)
+    with pytest.raises(FabricationError, match=complaint):
+        dxf.check_dxf(path, drawing, 0.15)
+    whole = path.read_bytes()
+    for share in (0.0, 0.001, 0.5, 0.99):
+        path.write_bytes(whole[: int(share * len(whole))])
+        with pytest.raises(FabricationError, match="DXF cannot be read back, allowed is a readable file"):
+            dxf.check_dxf(path, drawing, 0.15)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        (r'width="[\d.]+mm"', 'width="100mm"', "one unit a mm"),
+        (r" Z M ", " M ", "paths on CUT"),
+        (r"#ff0000", "#00ff00", "has the cutting layers"),
+        (r" 0 0 0 ", " 0 0 1 ", "another path"),
+        (r"</svg>", "", "cannot be read back"),
+    ],
+)
+def test_damaged_svg_is_refused(old: str, new: str, complaint: str, plan: AcrylicPlan, tmp_path: Path) -> None:
+    """Catches: a check that looks at less than the whole file."""
+    _, path, drawing = written(plan, 0.15, tmp_path)
+    text, count = re.subn(old, new, path.read_text(), count=1)
+    assert count == 1
+    path.write_text(text)
+    with pytest.raises(FabricationError, match=complaint):
+        svg.check_svg(path, drawing, 0.15)
+
+
+def test_paths_that_overlap_or_nearly_meet_are_refused(plan: AcrylicPlan) -> None:
+    """Catches: a hole that breaks into another, or through the outline, and a bridge thinner than 2 mm."""
+    hole = plan.frame.openings[1]
+    for shift, fine in ((0.0, True), (1.2, True), (2.0, False), (4.0, False), (8.0, False)):
+        openings = (plan.frame.openings[0], hole.moved(-shift, 0.0), *plan.frame.openings[2:])
+        moved = replace(plan, frame=replace(plan.frame, openings=openings))
+        if fine:
+            cutting.draw(moved, 0.15)
+            continue
+        with pytest.raises(
+            FabricationError, match="CUT-FRAME-1MM that overlap or nearly meet, allowed is 2 mm of plate"
+        ):
+            cutting.draw(moved, 0.15)

@@ -1,0 +1,170 @@
+"""The acrylic stack put together, and all files of a mount as `print_badge` writes them."""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from moireid.badge import Badge
+from moireid.cli.print_cmd import print_command
+from moireid.errors import FabricationError, SpecError
+from moireid.fabrication import package, parts
+from moireid.fabrication.acrylic import stack
+from moireid.fabrication.acrylic.plates import AcrylicPlan, plan_acrylic
+from moireid.fabrication.printed.mount import KINDS
+from moireid.fabrication.process import mount_figures
+
+
+@pytest.fixture(scope="module")
+def plan(ada: Badge) -> AcrylicPlan:
+    return plan_acrylic(ada)
+
+
+def test_solver_puts_every_part_where_it_was_planned(plan: AcrylicPlan) -> None:
+    """Catches: a part on the wrong face, one turned over, and heights that the solver was never asked for."""
+    placed = {part.name: part for part in stack.assemble(plan)}
+    lows = {"base": -3.0, "page": 0.0, "frame": 0.0, "sheet": 0.3, "cover": 1.3, "screw-0": 2.8}
+    for name, low in lows.items():
+        box = placed[name].shape.BoundingBox()
+        assert placed[name].low_mm == pytest.approx(low, abs=1e-3)
+        assert box.zmin == pytest.approx(low if name != "screw-0" else -3.0, abs=1e-3)
+        if name in ("base", "frame", "cover"):
+            assert (box.xmin, box.ymax) == pytest.approx((-83.14, 90.14), abs=1e-3)
+    # The lanyard's slot shows which way is up: it is cut out of the top rim of all three plates.
+    for name in ("base", "frame", "cover"):
+        shape = placed[name].shape
+        assert shape.Center().y < -0.005
+    apart = {part.name: part.low_mm for part in stack.assemble(plan, spread_mm=10.0)}
+    assert [apart[name] for name in lows] == pytest.approx([-3.0, 10.0, 10.0, 20.3, 31.3, 42.8], abs=1e-3)
+
+
+def test_parts_that_share_volume_are_refused(plan: AcrylicPlan) -> None:
+    """Catches: a check of bounding boxes, of neighbours only, or none: each fault is in another pair."""
+    stack.check_stack(plan)
+    tight = replace(plan.frame, openings=(plan.frame.openings[0].grown(-0.3), *plan.frame.openings[1:]))
+    with pytest.raises(FabricationError, match=r"frame and page share .* mm³, allowed is none"):
+        stack.check_stack(replace(plan, frame=tight))
+    with pytest.raises(FabricationError, match=r"sheet and frame share|cover and frame share"):
+        stack.check_stack(replace(plan, frame=replace(plan.frame, thickness_mm=1.5)))
+    narrow = replace(plan.base, openings=tuple(hole.grown(-0.3) for hole in plan.base.openings))
+    with pytest.raises(FabricationError, match=r"screw-0 and base share"):
+        stack.check_stack(replace(plan, base=narrow))
+
+
+@pytest.fixture(scope="module")
+def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, package.Printed, list[str]]:
+    """Everything for one badge with a clip, as the command line orders it."""
+    told: list[str] = []
+    place = tmp_path_factory.mktemp("ada")
+    figures = mount_figures(["kerf_mm=0.2", "base_mm=4"])
+    return place, package.print_badge(ada, place, mount="clip", figures=figures, progress=told.append), told
+
+
+def test_every_promised_file_is_there(folder: tuple[Path, package.Printed, list[str]]) -> None:
+    """Catches: a file of the contract left out, left over, or told of under another name."""
+    place, printed, told = folder
+    names = {"badge.json", "badge.pdf", "preview.png", "assembly.pdf", "mount.step", "mount.stl", "mount.3mf"}
+    names |= {"acrylic.dxf", "acrylic.svg", "stack.glb"}
+    assert {path.name for path in place.iterdir()} == set(printed.files) == names
+    assert {name for line in told for name in line.replace(",", " ").split() if "." in name} == names - {"badge.json"}
+    assert printed.mount_mass_g is not None and 40 < printed.mount_mass_g < 70
+    figures = printed.mount_figures
+    assert (figures["kerf_mm"], figures["base_mm"], figures["frame_mm"]) == (0.2, 4.0, 1.0)
+    assert max(figures["twist_deg"], figures["acrylic_twist_deg"]) < 0.3
+    assert "CUT-BASE-4MM" in printed.files["acrylic.dxf"].read_text()
+
+
+def test_glb_shows_stack_and_mount(folder: tuple[Path, package.Printed, list[str]]) -> None:
+    """Catches: millimetres for glTF's metres, parts on top of each other, an opaque lens, a page without its print."""
+    path = folder[1].files["stack.glb"]
+    data = path.read_bytes()
+    magic, version, length, head = struct.unpack("<4sIII", data[:16])
+    assert (magic, version, length) == (b"glTF", 2, len(data))
+    document = json.loads(data[20 : 20 + head])
+    materials = {m["name"]: m for m in document["materials"]}
+    assert {"base", "page", "sheet", "frame", "cover", "screw", "tray", "clip", "print"} <= set(materials)
+    assert materials["sheet"]["alphaMode"] == "BLEND" and materials["base"].get("alphaMode", "OPAQUE") == "OPAQUE"
+    assert len(document["images"]) >= 1
+    scene = trimesh.load(path, force="scene")
+    assert np.ptp(scene.geometry["base"].bounds, axis=0) == pytest.approx((0.16628, 0.18028, 0.004), abs=1e-5)
+    lows = {name: mesh.bounds[0][2] for name, mesh in scene.geometry.items()}
+    assert lows["base"] < lows["page"] < lows["sheet"] < lows["cover"] < lows["screw-0"] + 0.02
+    assert lows["tray"] > lows["clip"]
+    assert (lows["page-held"], lows["sheet-held-0"]) == pytest.approx((0.0, 0.0003), abs=1e-6)
+    assert scene.geometry["tray"].bounds[0][0] > scene.geometry["cover"].bounds[1][0]
+
+
+def test_damaged_glb_is_refused(folder: tuple[Path, package.Printed, list[str]], tmp_path: Path) -> None:
+    """Catches: a check that does not read, and one that counts parts without looking at them."""
+    path = folder[1].files["stack.glb"]
+    scene = trimesh.load(path, force="scene")
+    volumes = {}
+    for name, mesh in scene.geometry.items():
+        if not name.startswith("picture"):
+            mesh.merge_vertices(merge_tex=True, merge_norm=True)
+            volumes[name] = float(mesh.volume) * 1e9
+    stack.check_glb(path, volumes)
+    with pytest.raises(FabricationError, match=r"stack\.glb holds cover with"):
+        stack.check_glb(path, volumes | {"cover": 1.1 * volumes["cover"]})
+    with pytest.raises(FabricationError, match=r"stack\.glb holds the parts"):
+        stack.check_glb(path, volumes | {"hat": 1.0})
+    cut = tmp_path / "cut.glb"
+    cut.write_bytes(path.read_bytes()[:9000])
+    with pytest.raises(FabricationError, match=r"stack\.glb cannot be read back"):
+        stack.check_glb(cut, volumes)
+
+
+def test_assembly_sheet_lists_what_the_mount_needs(folder: tuple[Path, package.Printed, list[str]]) -> None:
+    """Catches: a lanyard for a clip, plates or screws of another badge, a line that runs off the page."""
+    import pypdfium2 as pdfium
+
+    document = pdfium.PdfDocument(folder[1].files["assembly.pdf"])
+    text = document[0].get_textpage()
+    words = text.get_text_range()
+    right = max(text.get_charbox(k)[2] for k in range(text.count_chars()))
+    width = document[0].get_size()[0]
+    document.close()
+    assert "with its clip" in words and "lanyard" not in words
+    assert "base 4 mm, frame 1 mm, cover 1.5 mm" in words and "6 button-head screws M3 × 10" in words
+    assert "0.14 mm of air" in words and right < width - 40
+
+
+def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a badge.pdf beside a mount that does not fit it, and a late refusal of what could be known at once."""
+    told: list[str] = []
+    thin = replace(ada, lens=replace(ada.lens, thickness_mm=0.2, radius_mm=1.0))
+    with pytest.raises(FabricationError, match="too thin for a frame"):
+        package.print_badge(thin, tmp_path, figures=mount_figures(["kerf_mm=0.2"]), progress=told.append)
+    assert told == [] and list(tmp_path.iterdir()) == []
+    package.print_badge(thin, tmp_path / "plain", mount="none")
+
+    def broken(*_: Any, **__: Any) -> None:
+        raise FabricationError("no room")
+
+    monkeypatch.setattr(stack, "check_stack", broken)
+    (tmp_path / "here").mkdir()
+    with pytest.raises(FabricationError, match="no room"):
+        package.print_badge(ada, tmp_path / "here")
+    assert list((tmp_path / "here").iterdir()) == []
+    (tmp_path / "here" / "acrylic.svg").write_text("mine")
+    with pytest.raises(SpecError, match=r"acrylic\.svg exists already"):
+        package.print_badge(ada, tmp_path / "here")
+
+
+def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None:
+    """Catches: an unknown word taken for a lanyard, or a KeyError."""
+    with pytest.raises(FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand, none"):
+        package.print_badge(ada, tmp_path, mount="magnet")
+
+
+def test_command_line_workshop_and_package_know_the_same_mounts() -> None:
+    """Catches: a mount that --mount does not offer, or offers and nobody can make (the list is written three times)."""
+    option = next(entry for entry in print_command.params if entry.name == "mount")
+    assert tuple(option.type.choices) == parts.MOUNTS == (*KINDS, "none")

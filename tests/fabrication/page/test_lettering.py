@@ -1,0 +1,240 @@
+"""Names of any script on the page, in the preview and in an event's folders.
+
+What is asserted of shaping needs no font but the one that comes with the program, which has Arabic and Hebrew.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+import unicodedata
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pypdfium2 as pdfium
+import pytest
+from click.testing import CliRunner
+from PIL import Image, features
+
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge
+from moireid.designer.request import clean_name
+from moireid.errors import SpecError
+from moireid.fabrication.event import folder_name, print_event
+from moireid.fabrication.page import lettering, preview
+from moireid.fabrication.page.artwork import font_file
+from moireid.fabrication.page.lettering import font_for, font_letters, lines_for, missing_note, name_picture, printable
+from moireid.fabrication.page.pdf import write_badge_pdf
+
+#: Names that a plain row of glyphs would spell wrong, though the badge's own font has their letters.
+SHAPED = ["محمد بن سلمان", "שלום", "Ada שלום", "x̂ ỹ"]
+#: No font has these: private use and a script of no living writer.
+NOWHERE = "\U000e0f00\U0001f9ff"
+
+
+@pytest.fixture(scope="module")
+def badge() -> Badge:
+    return design_badge(Request("Ada Lovelace"), bytes(range(8)))
+
+
+@pytest.fixture
+def only_own_font(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """A machine that has no fonts of its own."""
+    lettering._first_with.cache_clear()
+    monkeypatch.setattr(lettering, "system_fonts", lambda: ())
+    yield
+    lettering._first_with.cache_clear()
+
+
+def between_markers(badge: Badge, folder: Path) -> tuple[np.ndarray, str]:
+    """The page between the upper markers at 300 dpi, grey, and its words."""
+    write_badge_pdf(badge, folder / "n.pdf")
+    document = pdfium.PdfDocument(folder / "n.pdf")
+    picture = np.asarray(document[0].render(scale=300 / 72, grayscale=True).to_pil())
+    words = document[0].get_textpage().get_text_range()
+    document.close()
+    (x0, y), (x1, _) = badge.markers.centers_mm[:2]
+    half = badge.markers.size_mm / 2
+    box = [round(v / 25.4 * 300) for v in (x0 + half + 1, y - half, x1 - half - 1, y + half)]
+    return picture[box[1] : box[3], box[0] : box[2]], words
+
+
+def test_plain_letters_are_text_and_the_rest_is_not() -> None:
+    """Catches: a check so strict that nobody's name is text; Hebrew and Arabic from left to right and unjoined; accents
+    beside their letters."""
+    assert features.check("raqm"), "Pillow's wheels bring Raqm; without it most scripts cannot be set"
+    assert printable("Zoë O'Brien-Łukasz Ωμέγα Владимир 2nd")
+    assert not any(printable(name) for name in [*SHAPED, "山田太郎", "ﻡحمد", "श्री"])
+
+
+@pytest.mark.parametrize("name", SHAPED)
+def test_scripts_that_join_or_turn_round_are_laid_out_by_a_shaper(
+    badge: Badge, name: str, only_own_font: None, tmp_path: Path
+) -> None:
+    """Catches: the id in place of a name that could be set; letters in the order of the file, which spell another
+    word; a picture turned upside down, in negative, or over the markers."""
+    named = replace(badge, name=name)
+    assert font_for(name) == font_file(bold=True) and missing_note([named]) is None
+    drawn, words = between_markers(named, tmp_path)
+    assert words.count(f"moireid {badge.id}") == 1
+    dark = drawn < 128
+    assert 0.005 < dark.mean() < 0.3 and not dark[:20].any() and not dark[:, :10].any() and not dark[:, -10:].any()
+    rows, columns = np.flatnonzero(dark.any(axis=1)), np.flatnonzero(dark.any(axis=0))
+    cut = dark[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+    own = np.asarray(name_picture(name, font_file(bold=True), (88.0, 26.0), 20.0, 300)) < 128
+    seen = [np.flatnonzero(own.any(axis=k)) for k in (1, 0)]
+    own = own[seen[0][0] : seen[0][-1] + 1, seen[1][0] : seen[1][-1] + 1]
+    # Advances are whole pixels, so a picture of another resolution is some pixels wider.
+    assert np.abs(np.subtract(cut.shape, own.shape)).max() <= max(4, 0.02 * own.shape[1])
+    size = own.shape[1], own.shape[0]
+    same = np.asarray(Image.fromarray(cut).resize(size)) == own
+    turned = np.asarray(Image.fromarray(cut[:, ::-1]).resize(size)) == own
+    assert same.mean() > 0.9 > turned.mean()
+
+
+def test_letters_are_set_from_right_to_left_and_joined() -> None:
+    """Catches: a shaper that is not asked, or asked for one direction: the first letter would stand at the left."""
+
+    def dark(words: str) -> np.ndarray:
+        picture = np.asarray(name_picture(words, font_file(bold=True), (500.0, 50.0), 20.0, 300)) < 128
+        rows, columns = np.flatnonzero(picture.any(axis=1)), np.flatnonzero(picture.any(axis=0))
+        return picture[rows[0] : rows[-1] + 1, columns[0] : columns[-1] + 1]
+
+    joined, apart = dark("محمد"), dark("\u200c".join("محمد"))
+    assert joined.shape[1] < apart.shape[1] and joined.shape[0] < 0.9 * apart.shape[0]
+    first, word = dark("א"), dark("אל")
+    assert (word[-first.shape[0] :, -first.shape[1] :] == first).all()
+
+
+@pytest.mark.parametrize("name", ["山田太郎", NOWHERE, "Ada 山田"])
+def test_a_name_that_no_font_has_is_told_and_left_to_the_id(
+    badge: Badge, name: str, only_own_font: None, tmp_path: Path
+) -> None:
+    """Catches: boxes in place of letters, or a badge without a name that nobody is told of."""
+    named = replace(badge, name=name)
+    _, words = between_markers(named, tmp_path)
+    assert words.replace("\r\n", " ").count("moireid") == 2 and badge.id is not None and words.count(badge.id) == 2
+    note = missing_note([named, badge, replace(badge, name="李")])
+    assert note is not None and repr(name) in note and "1 more" in note and "install" in note
+    assert missing_note([badge]) is None
+
+
+def test_letters_that_the_machine_s_own_fonts_have_are_taken_from_there(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Catches: folders that are never looked into; a font that has some of the letters alone; a broken font file."""
+    bold, regular = font_letters(font_file(bold=True)), font_letters(font_file())
+    lacking = next(chr(code) for code in sorted(regular - bold) if unicodedata.category(chr(code)) == "Lo")
+    (tmp_path / "deep").mkdir()
+    (tmp_path / "Aaa-Sans-Bold.ttf").write_bytes(b"no font")
+    (tmp_path / "deep/Machine-Sans.ttf").write_bytes(font_file().read_bytes())
+    monkeypatch.setattr(lettering, "FONT_FOLDERS", (str(tmp_path), str(tmp_path / "absent")))
+    for cached in (lettering.system_fonts, lettering._first_with):
+        cached.cache_clear()
+    try:
+        assert font_for("A" + lacking) == tmp_path / "deep/Machine-Sans.ttf"
+        assert font_for(lacking + "\U000e0f00") is None
+    finally:
+        for cached in (lettering.system_fonts, lettering._first_with):
+            cached.cache_clear()
+
+
+def test_the_preview_shows_the_name_as_the_page_does(badge: Badge, only_own_font: None) -> None:
+    """Catches: a preview that promises another name than is printed."""
+    pictures = [np.asarray(preview.draw_preview(replace(badge, name=name))) for name in ("محمد", "שלום", "山田", "李")]
+    top = [picture[60:160, 200:-200] for picture in pictures]
+    assert (top[0] != top[1]).any() and (top[1] != top[2]).any() and (top[2] == top[3]).all()
+    assert all((picture < 100).any() for picture in top)
+
+
+def test_long_names_are_broken_between_words_and_kept_large() -> None:
+    """Catches: two hundred letters in one line that nobody can read; a short name or an id broken needlessly; a word
+    that is cut where it would fit."""
+    room = 88.0, 26.0
+
+    def width(line: str) -> float:
+        return 4.5 * len(line)
+
+    assert lines_for("Ada Lovelace", width, room, 8.8) == (["Ada Lovelace"], 1.0)
+    name = "Maximiliana Theodora von und zu Hohenstaufen Wittelsbach the Third"
+    lines, share = lines_for(name, width, room, 8.8)
+    assert len(lines) > 1 and " ".join(lines) == name and share > 2.5 * room[0] / width(name)
+    lines, share = lines_for("W" * 200, width, room, 8.8)
+    assert "".join(lines) == "W" * 200 and share > 2.5 * room[0] / width("W" * 200)
+    assert lines_for("moireid 0001020304050607", width, (60.0, 26.0), 8.8)[0] == ["moireid", "0001020304050607"]
+
+
+@pytest.mark.parametrize(
+    "name", ["a\u200fb", "a\u202eb", "a\0b", "a\nb", "\u200d", "\ud800", "x" * 1000, "a\u2028b", "\ue000", " \t "]
+)
+def test_names_that_are_none_are_refused_in_one_sentence(name: str) -> None:
+    """Catches: marks that turn text round, so that a badge reads as another; NUL; half a surrogate; a name too long."""
+    with pytest.raises(SpecError, match="name") as refused:
+        clean_name(name)
+    assert "\n" not in str(refused.value) and len(str(refused.value)) < 200
+
+
+def test_names_from_a_list_make_safe_and_distinct_folders(tmp_path: Path) -> None:
+    """Catches: a name that leaves the folder; two people in one folder; folders that sort unlike the list."""
+    names = [
+        "..",
+        "../../etc/passwd",
+        "CON",
+        "Ada",
+        "ADA",
+        "Ada.",
+        "a/b",
+        "a\\b",
+        "李",
+        "李明",
+        "~",
+        "-rf",
+        "محمد",
+        "😀",
+    ]
+    base = Request("Somebody", size_mm=(60.0, 66.0), range_m=(0.3, 1.0))
+    badges = [design_badge(replace(base, name=name), bytes([k + 1]) * 8) for k, name in enumerate(names)]
+    event = print_event(badges[:3], tmp_path / "event")
+    assert {path.name for path in tmp_path.iterdir()} == {"event"}
+    assert all(path.parent == tmp_path / "event" and path.is_dir() for path in event.folders)
+    folders = [folder_name(number, one) for number, one in enumerate(badges, 1)]
+    assert len({folder.casefold() for folder in folders}) == len(names) and folders == sorted(folders)
+    assert all(set(folder) <= set("abcdefghijklmnopqrstuvwxyz0123456789-") for folder in folders)
+    assert folder_name(7, badges[3], 5) == "00007-ada"
+
+
+def test_a_list_of_hostile_names_is_refused_by_row_or_printed(tmp_path: Path) -> None:
+    """Catches: a name with a line separator or a quoted line end taken for two people; NUL that ends in a traceback."""
+    for text in ("name\nAda\nBo\u2028b\n", 'name\nAda\n"Bo\nb"\n', "name\nAda\nB\0b\n", "name\nAda\n" + "x" * 1000):
+        (tmp_path / "people.csv").write_text(text, encoding="utf-8", newline="")
+        arguments = ["print", "--people", str(tmp_path / "people.csv"), "--out", str(tmp_path / "event")]
+        outcome = CliRunner().invoke(moireid, arguments)
+        assert outcome.exit_code == 2 and outcome.stderr.count("error:") == 1, outcome.output
+        assert not (tmp_path / "event").exists()
+
+
+def test_the_command_tells_of_a_name_that_it_cannot_set(tmp_path: Path, only_own_font: None) -> None:
+    """Catches: a note on stdout, where JSON goes; no note at all; a name that is changed in badge.json."""
+    arguments = ["print", "山田太郎", "--mount", "none", "--json", "--out", str(tmp_path / "a")]
+    outcome = CliRunner().invoke(moireid, arguments)
+    assert outcome.exit_code == 0, outcome.output
+    assert "note: no font" in outcome.stderr and json.loads(outcome.stdout)["name"] == "山田太郎"
+
+
+def test_the_same_name_gives_the_same_bytes_in_another_process(badge: Badge, tmp_path: Path) -> None:
+    """Catches: a font or a layout that depends on the order of a set or of a folder's files."""
+    code = (
+        "import sys; from pathlib import Path; from dataclasses import replace\n"
+        "from moireid.designer import Request, design_badge\n"
+        "from moireid.fabrication.page.pdf import write_badge_pdf\n"
+        "badge = replace(design_badge(Request('Ada Lovelace'), bytes(range(8))), name='محمد बि 山')\n"
+        "write_badge_pdf(badge, Path(sys.argv[1]))\n"
+    )
+    for number, seed in enumerate("01"):
+        command = [sys.executable, "-c", code, str(tmp_path / f"{number}.pdf")]
+        subprocess.run(command, check=True, env={"PYTHONHASHSEED": seed, "PYTHONPATH": ":".join(sys.path)})
+    assert (tmp_path / "0.pdf").read_bytes() == (tmp_path / "1.pdf").read_bytes()

@@ -1,0 +1,529 @@
+"""The printed mounts as things: what fits, what slides, what stays in sight, and which files are refused.
+
+The stack and the sight lines are laid out here from the badge's page coordinates alone, on a badge whose sheet is not
+in the middle, and held against the STL with manifold3d.
+"""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+import zipfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import manifold3d
+import numpy as np
+import pytest
+import trimesh
+
+from kit.mounting import board_of, box, framed, sight_volume
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge, payload_for_name
+from moireid.errors import FabricationError, MissingExtraError, SpecError
+from moireid.fabrication import meshes, solids
+from moireid.fabrication.printed import mount
+from moireid.fabrication.printed.mount import MountProcess, MountReport, lanyard_mount, write_mount
+
+CARD_MM, LENS_MM, PLAY_MM, CARD_ROOM_MM = 0.3, 1.0, 0.3, 0.1
+#: Where the numbers meet exactly, float32 vertices leave overlaps thinner than 1e-5 mm.
+TOUCH_MM3 = 0.01
+
+
+@pytest.fixture(scope="module")
+def badge() -> Badge:
+    """Ada's badge with its sheet 3 mm above the middle, so that a mount turned upside down does not fit."""
+    issued = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    x0, y0, x1, y1 = issued.gratings[0].rect_mm
+    return replace(issued, gratings=(replace(issued.gratings[0], rect_mm=(x0, y0 - 3, x1, y1 - 3)),))
+
+
+@pytest.fixture(scope="module")
+def report(badge: Badge, tmp_path_factory: pytest.TempPathFactory) -> MountReport:
+    return write_mount(badge, tmp_path_factory.mktemp("mount"))
+
+
+def manifold(mesh: Any) -> Any:
+    return manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
+
+
+@pytest.fixture(scope="module")
+def sprung(report: MountReport) -> Any:
+    """The mount as a slicer sees it, its springs at rest."""
+    return manifold(trimesh.load_mesh(report.stl))
+
+
+#: Where springs may touch the card: 71 to 72.2 mm from the middle, below the lips, at their tongues' lower ends.
+PADS = [(side * 71.6, y) for side in (-1, 1) for y in (-19.22 - 8.5, 25.22 - 8.5)]
+
+
+@pytest.fixture(scope="module")
+def printed(sprung: Any) -> Any:
+    """The mount with its springs bent back by card and sheet: what stands of the pads above the floor is gone."""
+    bent = sprung
+    for x, y in PADS:
+        bent -= manifold3d.Manifold.cube((1.21, 3.02, 0.25), True).translate((x, y, 0.125))
+    return bent
+
+
+def card_and_sheet(badge: Badge, *, up: float = 0.0) -> tuple[Any, Any]:
+    card = framed(badge.outline_mm, badge)
+    rows = framed(badge.gratings[0].rect_mm, badge)
+    sheet = (card[0], rows[1], card[2], rows[3])
+    return box(card, 0.0, CARD_MM, up=up), box(sheet, CARD_MM, CARD_MM + LENS_MM, up=up)
+
+
+def overlap_mm3(one: Any, other: Any) -> float:
+    return (one ^ other).volume()
+
+
+def test_card_and_sheet_lie_in_the_tray_and_cannot_leave_but_upwards(badge: Badge, printed: Any) -> None:
+    card, sheet = card_and_sheet(badge)
+    for piece, sideways in ((card, 0.29), (sheet, 0.29)):
+        for dx, dy in ((0, 0), (sideways, 0), (-sideways, 0), (0, -0.29)):
+            assert overlap_mm3(piece.translate((dx, dy, 0)), printed) < TOUCH_MM3
+        # Clearance is 0.3 mm left, right and below: a wider one is as wrong as a narrower one.
+        for dx, dy in ((0.35, 0), (-0.35, 0), (0, -0.35)):
+            assert overlap_mm3(piece.translate((dx, dy, 0)), printed) > 0.01
+    # The floor lies right under the card, but for slits of 0.8 mm round three sides of four tongues of 4 x 20 mm.
+    slits = 4 * (2 * 0.8 * 20 + 0.8 * (4 + 2 * 0.8))
+    assert overlap_mm3(card.translate((0, 0, -0.05)), printed) == pytest.approx((146 * 160 - slits) * 0.05, rel=1e-3)
+    # Two feet, 2 mm of each under the sheet, carry it 0.3 mm lower; they begin 0.1 mm above the card.
+    assert overlap_mm3(sheet.translate((0, -0.35, 0)), printed) == pytest.approx(2 * 2 * 0.05 * 0.9, rel=0.01)
+    # The lips begin 0.1 mm above the sheet and reach 2 mm over it, left and right, along all its 88.88 mm.
+    assert overlap_mm3(sheet.translate((0, 0, 0.09)), printed) < TOUCH_MM3
+    assert overlap_mm3(sheet.translate((0, 0, 0.15)), printed) == pytest.approx(2 * 2 * 88.88 * 0.05, rel=0.01)
+    assert overlap_mm3(card.translate((0, 0, 0.09)), printed) < TOUCH_MM3
+
+
+def test_card_and_sheet_slide_in_from_the_top(badge: Badge, printed: Any) -> None:
+    card, sheet = card_and_sheet(badge, up=250.0)
+    assert overlap_mm3(card, printed) < TOUCH_MM3
+    assert overlap_mm3(sheet, printed) < TOUCH_MM3
+    # Nothing stands higher than the rim above the sheet's rows, nor below its feet.
+    x0, y0, x1, y1 = framed(badge.gratings[0].rect_mm, badge)
+    for rect in ((x0 - 20, y1 + 0.01, x1 + 20, y1 + 200), (x0 - 20, y0 - 200, x1 + 20, y0 - 2.31)):
+        assert overlap_mm3(box(rect, 1.401, 10), printed) == 0.0
+    # The lanyard's slot goes through: a strap of 14 x 3 mm, with the tab all round it.
+    top = (badge.outline_mm[3] - badge.outline_mm[1]) / 2
+    assert overlap_mm3(box((-7.0, top + 4.5, 7.0, top + 7.5), -5, 5), printed) == 0.0
+    for rect in ((-7.5, top + 8.2, 7.5, top + 11), (-7.5, top + 0.5, 7.5, top + 3.5), (8.5, top + 5, 9.5, top + 7)):
+        assert overlap_mm3(box(rect, -5, 5), printed) > 1.0
+
+
+def test_fringes_and_markers_stay_in_sight(badge: Badge, printed: Any) -> None:
+    fringes = sight_volume(framed(badge.gratings[0].rect_mm, badge), CARD_MM + LENS_MM, 60, up_and_down=False)
+    half = badge.markers.size_mm / 2
+    rects = [framed((x - half, y - half, x + half, y + half), badge) for x, y in badge.markers.centers_mm]
+    views = [fringes, *(sight_volume(rect, CARD_MM, 45, up_and_down=True) for rect in rects)]
+    for view in views:
+        for dx, dy in ((PLAY_MM, 0), (-PLAY_MM, 0), (0, -PLAY_MM)):
+            assert overlap_mm3(view.translate((dx, dy, 0)), printed) == 0.0
+    flat = sight_volume(framed(badge.gratings[0].rect_mm, badge), CARD_MM + LENS_MM, 80, up_and_down=False)
+    assert overlap_mm3(flat, printed) > 0.01
+
+
+def test_mount_that_hides_something_is_refused(badge: Badge) -> None:
+    with pytest.raises(FabricationError, match=r"lip leaves 4\.30 mm beside grating 0, but .* 60 degrees") as caught:
+        lanyard_mount(badge, MountProcess(lip_mm=3.2))
+    # Lip 3.2 mm, chamfered by half of it: its upper edge stands 3.3 mm above the sheet and hides more than the lower.
+    assert caught.value.details["need_mm"] == pytest.approx(3.3 * math.sqrt(3))
+    assert lanyard_mount(badge, MountProcess(lip_mm=2.0)).is_valid
+    with pytest.raises(FabricationError, match=r"lip leaves 3\.75 mm") as caught:
+        lanyard_mount(badge, MountProcess(lip_mm=2.1))
+    assert caught.value.details["need_mm"] == pytest.approx(2.2 * math.sqrt(3))
+    x0, y0, x1, y1 = badge.gratings[0].rect_mm
+    wide_on_the_right = replace(badge, gratings=(replace(badge.gratings[0], rect_mm=(x0, y0, x1 + 2, y1)),))
+    with pytest.raises(FabricationError, match="beside grating 0"):
+        lanyard_mount(wide_on_the_right)
+    centers = badge.markers.centers_mm
+    low = replace(badge.markers, centers_mm=(*centers[:3], (centers[3][0], centers[3][1] + 4.5)))
+    with pytest.raises(FabricationError, match=r"rim leaves .* beside marker 3"):
+        lanyard_mount(replace(badge, markers=low))
+
+
+def test_report_and_files_agree(report: MountReport) -> None:
+    # 146 + 2 (0.3 + 2.0); 160 + 0.3 + 2.0 and a tab of 12; 1.6 + 0.3 + 1.0 + 0.1 + 1.2.
+    assert report.size_mm == pytest.approx((150.6, 174.3, 4.2))
+    mesh = trimesh.load_mesh(report.stl)
+    assert np.ptp(mesh.bounds, axis=0) == pytest.approx(report.size_mm, abs=0.02)
+    assert mesh.bounds[0] == pytest.approx((-75.3, -82.3, -1.6), abs=0.02)
+    assert mesh.volume == pytest.approx(report.volume_mm3, rel=0.001)
+    assert report.triangles == len(mesh.faces)
+    assert report.mass_g == pytest.approx(report.volume_mm3 * 0.00124)
+    assert {path.name for path in report.step.parent.iterdir()} == {"mount.step", "mount.stl", "mount.3mf"}
+
+
+def test_mount_follows_size_and_sheet_of_another_badge() -> None:
+    request = Request("Grace Hopper", lens="40lpi", size_mm=(110.0, 130.0), range_m=(0.8, 1.2))
+    other = design_badge(request, payload_for_name("Grace Hopper"))
+    part = lanyard_mount(other, MountProcess(wall_mm=3.0, slot_mm=(20.0, 5.0)))
+    box_ = part.bounding_box()
+    assert tuple(box_.min) == pytest.approx((-58.3, -68.3, -1.6), abs=1e-4)
+    assert tuple(box_.max) == pytest.approx((58.3, 65 + 17, 0.3 + 1.25 + 0.1 + 1.2), abs=1e-4)
+    assert len(part.solids()) == 1 and part.is_valid
+
+
+def one_triangle_gone(mesh: Any) -> None:
+    mesh.update_faces(np.arange(len(mesh.faces)) != 7)
+
+
+def one_triangle_turned(mesh: Any) -> None:
+    faces = mesh.faces.copy()
+    faces[7] = faces[7, ::-1]
+    mesh.faces = faces
+
+
+def inside_out(mesh: Any) -> None:
+    mesh.faces = mesh.faces[:, ::-1].copy()
+
+
+def one_tenth_too_high(mesh: Any) -> None:
+    mesh.apply_translation((0, 0, 0.1))
+
+
+def shrunk(mesh: Any) -> None:
+    mesh.vertices = mesh.vertices * 0.998
+
+
+def twice(mesh: Any) -> None:
+    # The same surface over itself bounds nothing for a slicer, though each copy is closed.
+    mesh.vertices, mesh.faces = mesh.vertices, np.vstack([mesh.faces, mesh.faces])
+
+
+@pytest.mark.parametrize(
+    ("damage", "complaint"),
+    [
+        (one_triangle_gone, "holes"),
+        (one_triangle_turned, "face both ways"),
+        (inside_out, "-.* mm³"),
+        (one_tenth_too_high, "reaches from"),
+        (shrunk, "mm³"),
+        (twice, "holes"),
+    ],
+)
+def test_damaged_mesh_is_refused(
+    damage: Callable[[Any], None], complaint: str, report: MountReport, tmp_path: Path
+) -> None:
+    expected = solids.Expected(report.volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 2.6))
+    assert solids.check_stl(report.stl, expected) == report.triangles
+    mesh = trimesh.load_mesh(report.stl)
+    damage(mesh)
+    mesh.export(tmp_path / "damaged.stl")
+    with pytest.raises(FabricationError, match=complaint):
+        solids.check_stl(tmp_path / "damaged.stl", expected)
+
+
+def test_manifold3d_refuses_on_its_own(report: MountReport) -> None:
+    mesh = trimesh.load_mesh(report.stl)
+    with pytest.raises(FabricationError, match=r"as manifold3d reads it holds"):
+        solids._check_manifold(mesh, 1.01 * mesh.volume)
+    one_triangle_gone(mesh)
+    with pytest.raises(FabricationError, match=r"no manifold \(NotManifold\)"):
+        solids._check_manifold(mesh, mesh.volume)
+
+
+def test_file_that_breaks_off_is_refused(report: MountReport, tmp_path: Path) -> None:
+    expected = solids.Expected(report.volume_mm3, (-75.3, -82.3, -1.6), (75.3, 92.0, 2.6))
+    for path, check in ((report.stl, solids.check_stl), (report.step, solids.check_step)):
+        for share in (0.0, 0.5):
+            cut = tmp_path / path.name
+            cut.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+            with pytest.raises(FabricationError, match=r"allowed is"):
+                check(cut, expected)
+
+
+@pytest.mark.parametrize("kind", ["step", "stl"])
+def test_nothing_is_left_of_a_failure(kind: str, badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    export = getattr(solids, f"export_{kind}")
+
+    def another_part(part: Any, path: Path, **options: float) -> None:
+        import build123d
+
+        export(build123d.Box(150.6, 174.3, 4.2), path, **options)
+
+    monkeypatch.setattr(mount, f"export_{kind}", another_part)
+    with pytest.raises(FabricationError, match=rf"{kind.upper()} file holds 110248\.2 mm³, allowed is 414.* mm³"):
+        write_mount(badge, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+    (tmp_path / "mount.stl").write_text("the older one")
+    with pytest.raises(SpecError, match=r"mount\.stl exists already"):
+        write_mount(badge, tmp_path)
+    with pytest.raises(FabricationError):
+        write_mount(badge, tmp_path, overwrite=True)
+    assert [path.name for path in tmp_path.iterdir()] == ["mount.stl"]
+    assert (tmp_path / "mount.stl").read_text() == "the older one"
+
+
+def test_same_badge_gives_the_same_bytes(badge: Badge, report: MountReport, tmp_path: Path) -> None:
+    again = write_mount(badge, tmp_path)
+    assert again.step.read_bytes() == report.step.read_bytes()
+    assert again.stl.read_bytes() == report.stl.read_bytes()
+    assert again.three_mf.read_bytes() == report.three_mf.read_bytes()
+
+
+@pytest.mark.parametrize("package", ["build123d", "trimesh", "manifold3d", "lib3mf"])
+def test_missing_package_says_what_to_install(
+    package: str, badge: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, package, None)
+    with pytest.raises(MissingExtraError, match=rf"{package}.*pip install moireid\[cad\]"):
+        write_mount(badge, tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_importing_the_mount_costs_no_cad_package() -> None:
+    heavy = "{'build123d', 'OCP', 'trimesh', 'manifold3d'}"
+    code = f"import sys, moireid.fabrication.printed.mount; print(sorted({heavy} & set(sys.modules)))"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.strip() == "[]"
+
+
+def test_impossible_figures_are_named() -> None:
+    with pytest.raises(FabricationError, match="wall_mm=-2"):
+        MountProcess(wall_mm=-2.0)
+    with pytest.raises(FabricationError, match="slot_mm"):
+        MountProcess(slot_mm=(16.0, math.nan))
+
+
+# What presses page and lens on each other, and keeps them from turning.
+
+
+def test_springs_press_card_and_sheet_on_the_lips_and_nowhere_else(sprung: Any, printed: Any) -> None:
+    """Catches: a pocket with air between lens and page, and a spring away from a lip, which would bow the sheet."""
+    # The room is 0.1 mm, and each pad stands 0.2 mm high: 0.1 mm more than there is room for.
+    for x, y in PADS:
+        below = sprung ^ box((x - 1, y - 3, x + 1, y + 3), 0.01, 1.0)
+        assert below.bounding_box()[5] == pytest.approx(CARD_ROOM_MM + 0.1, abs=0.005)
+        assert below.bounding_box()[0] == pytest.approx(x - 0.6, abs=0.01)
+        # A lip stands straight before it.
+        assert overlap_mm3(box((x - 0.6, y - 1.5, x + 0.6, y + 1.5), 1.5, 1.6), sprung) == pytest.approx(0.36, rel=0.01)
+    # Elsewhere the floor is flat, and round each tongue a slit goes right through the plate.
+    floor = box((-72.9, -79.9, 72.9, 79.9), 0.01, 0.29)
+    assert overlap_mm3(floor, printed) < TOUCH_MM3
+    for x, y in PADS:
+        inner = np.sign(x) * (abs(x) - 4.0)
+        assert overlap_mm3(box((inner - 0.1, y, inner + 0.1, y + 10), -2, 0.5), sprung) == 0.0
+        assert overlap_mm3(box((x - 0.2, y - 2.1, x + 0.2, y - 1.7), -2, 0.5), sprung) == 0.0
+
+
+def test_pocket_is_wider_than_the_board_by_the_stated_clearance(printed: Any, badge: Badge, tmp_path: Path) -> None:
+    """Catches: a clearance taken once for two sides, or lost in the facets: measured on the mesh within 0.02 mm."""
+    assert pocket_mm(printed, 0.7) - 146.0 == pytest.approx(2 * 0.3, abs=0.02)
+    tight = write_mount(badge, tmp_path, kind="stand", process=MountProcess(clearance_mm=0.15, card_mm=0.5))
+    body = manifold(min(trimesh.load_mesh(tight.stl).split(), key=lambda piece: piece.bounds[0][0]))
+    assert pocket_mm(body, 0.7) - 146.0 == pytest.approx(2 * 0.15, abs=0.02)
+    # Floor to lip: card, sheet, and 0.1 mm to slide in by.
+    under = body ^ box((71.5, 20, 72, 21), 0.05, 5.0)
+    assert under.bounding_box()[2] == pytest.approx(0.5 + 1.0 + 0.1, abs=0.02)
+
+
+def pocket_mm(solid: Any, level: float) -> float:
+    """Free width of the pocket near the top, between left and right rim."""
+    strip = solid ^ box((-100, 70, 100, 71), level, level + 0.1)
+    left, right = sorted((piece.bounding_box() for piece in strip.decompose()), key=lambda b: b[0])
+    return float(right[0] - left[3])
+
+
+def test_register_edges_bound_the_twist(badge: Badge, report: MountReport) -> None:
+    """Catches: a bound in radians, one for a single edge, and none at all."""
+    # Two edges 0.05 mm off in opposite ways, 144 mm apart, and the same again would be two parts' errors.
+    assert report.twist_deg == pytest.approx(math.degrees(math.atan(0.1 / 144)))
+    assert report.press_mm == 0.1
+    with pytest.raises(FabricationError, match=r"turns the sheet by 0\.40 degrees, allowed are 0\.3") as caught:
+        lanyard_mount(badge, MountProcess(seat_mm=0.5))
+    assert caught.value.details["twist_deg"] == pytest.approx(math.degrees(math.atan(1.0 / 144)))
+
+
+# Clip and stand.
+
+
+@pytest.fixture(scope="module")
+def held(badge: Badge, tmp_path_factory: pytest.TempPathFactory) -> dict[str, MountReport]:
+    return {kind: write_mount(badge, tmp_path_factory.mktemp(kind), kind=kind) for kind in ("clip", "stand")}
+
+
+def in_use(report: MountReport) -> list[Any]:
+    """The mount's bodies in their places, as meshes of the CAD shapes."""
+    solids_ = []
+    for body in report.bodies:
+        vertices, faces = body.used.tessellate(0.02)
+        solids_.append(manifold(trimesh.Trimesh([tuple(v) for v in vertices], faces)))
+    return solids_
+
+
+@pytest.mark.parametrize("kind", ["clip", "stand"])
+def test_holder_is_a_second_body_beside_the_tray_in_every_file(kind: str, held: dict[str, MountReport]) -> None:
+    """Catches: a holder that is fused with the tray, left out of a file, buried in it, or above the bed."""
+    report = held[kind]
+    mesh = trimesh.load_mesh(report.stl)
+    bodies = sorted(mesh.split(), key=lambda piece: piece.bounds[0][0])
+    assert len(bodies) == 2 and all(piece.is_watertight for piece in bodies)
+    assert bodies[1].bounds[0][0] - bodies[0].bounds[1][0] == pytest.approx(8.0, abs=0.02)
+    assert [piece.bounds[0][2] for piece in bodies] == pytest.approx([-1.6, -1.6], abs=1e-3)
+    assert sum(piece.volume for piece in bodies) == pytest.approx(report.volume_mm3, rel=0.002)
+    for body, piece in zip(report.bodies, bodies, strict=True):
+        assert piece.volume == pytest.approx(body.expected.volume_mm3, rel=0.003)
+    assert [name for name, _, _ in read_3mf(report.three_mf)] == ["tray", kind]
+    tray, holder = in_use(report)
+    assert overlap_mm3(tray, holder) < TOUCH_MM3
+
+
+def test_clip_goes_in_from_behind_and_the_bar_rests_in_its_hook(held: dict[str, MountReport]) -> None:
+    """Catches: a hook too large for the slot, one that does not hold, and a clip that nothing can be clipped with."""
+    tray, clip = in_use(held["clip"])
+    for back in (0.0, 1.0, 2.0, 3.0, 4.0):
+        assert overlap_mm3(clip.translate((0, -2.0, -back)), tray) < TOUCH_MM3
+    # The tray hangs: it can sink 0.05 mm and no more, and swing neither forward nor back.
+    for shift in ((0, -0.2, 0), (0, 0, 0.5), (0, 0, -0.5), (3.0, 0, 0)):
+        assert overlap_mm3(clip, tray.translate(shift)) > (0.01 if shift[0] == 0 else -1)
+    assert overlap_mm3(clip, tray.translate((0, -0.04, 0))) < TOUCH_MM3
+    low, high = clip.bounding_box()[:3], clip.bounding_box()[3:]
+    assert high[0] - low[0] == pytest.approx(12.0, abs=1e-3)
+    # Cloth of 2 mm fits between the arms below their bend, and is pinched to 0.4 mm at the bump.
+    spine = -1.6 - 0.3 - 2.0
+    assert overlap_mm3(box((-6, 70, 6, 90), spine - 2.2, spine - 0.2), clip) == 0.0
+    assert overlap_mm3(box((-6, 58, 6, 59), spine - 2.2, spine - 0.2), clip) > 10.0
+    assert overlap_mm3(box((-6, 50, 6, 90), spine - 0.35, spine - 0.05), clip) == 0.0
+
+
+def test_stand_leans_the_badge_back_and_does_not_fall_over(badge: Badge, held: dict[str, MountReport]) -> None:
+    """Catches: a badge that leans to the viewer, lies flat, tips backwards, or is hidden by the stand's wall."""
+    tray, stand = in_use(held["stand"])
+    turn = np.eye(4)[:3]
+    angle = math.radians(-12)
+    turn[1:, 1:3] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    # Leaning back by 12 degrees: up of the tray goes away from the viewer, and then the foot is level.
+    table = stand.transform(turn).bounding_box()
+    foot = stand.transform(turn) ^ box((-200, table[1] - 1, 200, table[1] + 0.01), -200, 200)
+    depth = foot.bounding_box()[5] - foot.bounding_box()[2]
+    assert foot.volume() == pytest.approx(0.01 * depth * (table[3] - table[0]), rel=0.02)
+    card, sheet = card_and_sheet(badge)
+    weights = [(tray, 1.24), (stand, 1.24), (card, 0.8), (sheet, 1.3)]
+    middle = [centroid(solid.transform(turn)) for solid, _ in weights]
+    mass = [solid.volume() * density for solid, density in weights]
+    centre = sum(m * c[2] for m, c in zip(mass, middle, strict=True)) / sum(mass)
+    assert foot.bounding_box()[2] + 10 < centre < foot.bounding_box()[5] - 10
+    half = badge.markers.size_mm / 2
+    for x, y in badge.markers.centers_mm:
+        view = sight_volume(framed((x - half, y - half, x + half, y + half), badge), CARD_MM, 45, up_and_down=True)
+        assert overlap_mm3(view.translate((0, -PLAY_MM, 0)), stand) == 0.0
+
+
+def centroid(solid: Any) -> np.ndarray:
+    mesh = solid.to_mesh()
+    return trimesh.Trimesh(mesh.vert_properties[:, :3], mesh.tri_verts).center_mass
+
+
+def test_stand_needs_no_tab_and_so_takes_a_narrow_board(badge: Badge) -> None:
+    """Catches: a tab on a tray that stands, and a narrow board refused for a tab that nobody needs."""
+    tiny = board_of(badge, 30.0, 40.0)
+    with pytest.raises(FabricationError, match=r"25 mm wide is narrower than the lanyard's tab; give one of 25\.4 mm"):
+        lanyard_mount(board_of(badge, 25.0, 40.0))
+    tray, stand = mount.mount_bodies(tiny, "stand")
+    assert tuple(tray.laid.bounding_box().max)[:2] == pytest.approx((17.3, 20.0), abs=1e-4)
+    assert stand.laid.is_valid and len(stand.laid.solids()) == 1
+    with pytest.raises(FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand"):
+        mount.mount_bodies(tiny, "magnet")
+
+
+# The extremes.
+
+
+@pytest.mark.parametrize(
+    ("size", "kind"), [((300.0, 300.0), "lanyard"), ((60.0, 66.0), "clip"), ((30.0, 40.0), "stand")]
+)
+def test_large_and_small_boards(size: tuple[float, float], kind: str, badge: Badge, tmp_path: Path) -> None:
+    """Catches: figures of the default board in the shape, and a file that only its checks would have refused."""
+    report = write_mount(board_of(badge, *size), tmp_path, kind=kind)
+    tray = min(trimesh.load_mesh(report.stl).split(), key=lambda piece: piece.bounds[0][0])
+    assert tray.bounds[1][0] - tray.bounds[0][0] == pytest.approx(size[0] + 4.6, abs=0.02)
+    assert len(read_3mf(report.three_mf)) == (1 if kind == "lanyard" else 2)
+
+
+def test_thin_and_thick_sheets(badge: Badge) -> None:
+    """Catches: a lip at a fixed height, and a thick sheet whose rim hides the markers."""
+    thin = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=0.2))
+    top_mm = thin.bounding_box().max.Z
+    assert top_mm == pytest.approx(0.3 + 0.2 + 0.1 + 1.2, abs=1e-4)
+    thick = lanyard_mount(board_of(badge, 146.0, 160.0, lens_mm=6.0))
+    top_mm = thick.bounding_box().max.Z
+    assert top_mm == pytest.approx(0.3 + 6.0 + 0.1 + 1.2, abs=1e-4)
+    with pytest.raises(FabricationError, match=r"lip leaves .* beside marker .*; take a smaller lip_reach_mm"):
+        lanyard_mount(board_of(badge, 60.0, 40.0, lens_mm=6.0))
+
+
+def test_what_no_printer_can_make_is_refused(badge: Badge) -> None:
+    """Catches: walls thinner than a nozzle, a pocket that rattles, a part larger than any bed, a spring too short."""
+    with pytest.raises(FabricationError, match=r"back_mm=0\.4 is thinner than a printed wall; give 0\.8 mm or more"):
+        MountProcess(back_mm=0.4)
+    with pytest.raises(FabricationError, match=r"clearance_mm=3\.0 .* at most 1 mm"):
+        MountProcess(clearance_mm=3.0)
+    with pytest.raises(FabricationError, match=r"tray is 372 mm long, and common printers reach 350 mm"):
+        lanyard_mount(board_of(badge, 300.0, 358.0 - 0.3))
+    with pytest.raises(FabricationError, match=r"springs of 5\.2 mm, and 6 mm are needed"):
+        lanyard_mount(board_of(badge, 60.0, 34.0))
+
+
+def test_thin_wall_in_a_mesh_is_found() -> None:
+    """Catches: a check that looks at the design's figures alone, and one that takes a corner's tip for a wall."""
+    plate = box((0.0, 0.0, 20.0, 20.0), 0.0, 5.0)
+    meshes.check_walls(plate, [2.5], 0.8, "plate")
+    thin = plate + box((19.0, 5.0, 30.0, 5.6), 0.0, 5.0)
+    with pytest.raises(FabricationError, match=r"plate has walls thinner than 0\.8 mm at z = 2\.50 mm"):
+        meshes.check_walls(thin, [2.5], 0.8, "plate")
+    meshes.check_walls(plate + box((19.0, 5.0, 30.0, 5.81), 0.0, 5.0), [2.5], 0.8, "plate")
+
+
+# The 3MF file, read here by the standard library alone.
+
+
+def read_3mf(path: Path) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Name, vertices and triangles of each object in a 3MF file."""
+    core = "{http://schemas.microsoft.com/3dmanufacturing/core/2015/02}"
+    with zipfile.ZipFile(path) as archive:
+        root = ElementTree.fromstring(archive.read("3D/3dmodel.model"))
+    assert root.get("unit") == "millimeter"
+    assert len(root.findall(f"{core}build/{core}item")) == len(root.findall(f"{core}resources/{core}object"))
+    found = []
+    for thing in root.iter(f"{core}object"):
+        vertices = np.array([[float(v.get(k, "")) for k in "xyz"] for v in thing.iter(f"{core}vertex")])
+        faces = np.array([[int(t.get(k, "")) for k in ("v1", "v2", "v3")] for t in thing.iter(f"{core}triangle")])
+        found.append((thing.get("name", ""), vertices, faces))
+    return found
+
+
+def test_3mf_holds_the_same_bodies_as_the_stl(held: dict[str, MountReport]) -> None:
+    """Catches: another unit, a place lost, vertices rounded away, and a file that differs from run to run."""
+    report = held["stand"]
+    solids_ = sorted(trimesh.load_mesh(report.stl).split(), key=lambda piece: piece.bounds[0][0])
+    for (name, vertices, faces), piece in zip(read_3mf(report.three_mf), solids_, strict=True):
+        mesh = trimesh.Trimesh(vertices, faces)
+        assert mesh.is_watertight, name
+        assert mesh.volume == pytest.approx(piece.volume, rel=1e-5)
+        assert mesh.bounds == pytest.approx(piece.bounds, abs=1e-3)
+
+
+def test_damaged_3mf_is_refused(held: dict[str, MountReport], tmp_path: Path) -> None:
+    """Catches: a check that does not read, one that trusts the number of bodies, and one that ignores a hole."""
+    report = held["clip"]
+    wanted = [body.expected for body in report.bodies]
+    meshes.check_3mf(report.three_mf, wanted)
+    named = [(name, trimesh.Trimesh(v, f)) for name, v, f in read_3mf(report.three_mf)]
+    path = tmp_path / "damaged.3mf"
+    meshes.export_3mf(named[:1], path)
+    with pytest.raises(FabricationError, match="3MF file holds 1 bodies, allowed is exactly 2"):
+        meshes.check_3mf(path, wanted)
+    meshes.export_3mf(named[::-1], path)
+    with pytest.raises(FabricationError, match=r"3MF file holds .* mm³"):
+        meshes.check_3mf(path, wanted)
+    one_triangle_gone(named[0][1])
+    meshes.export_3mf(named, path)
+    with pytest.raises(FabricationError, match="3MF file"):
+        meshes.check_3mf(path, wanted)
+    path.write_bytes(report.three_mf.read_bytes()[:5000])
+    with pytest.raises(FabricationError, match="3MF file cannot be read back"):
+        meshes.check_3mf(path, wanted)

@@ -1,0 +1,194 @@
+"""Badges for many people.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import csv
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pypdfium2 as pdfium
+import pytest
+from click.testing import CliRunner, Result
+
+from kit.drawn import geometry
+from moireid.badge import load_badge
+from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer.people import read_people
+from moireid.errors import FabricationError
+from moireid.fabrication.event import GUTTER_MM, folder_name, places_mm, write_sheets_pdf
+from moireid.registry import open_registry
+
+SMALL = Request("Somebody", size_mm=(90.0, 110.0), range_m=(0.5, 0.9))
+OPTIONS = ["--size", "90x110", "--range", "0.5-0.9"]
+
+
+def listed(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def run(people: Path, out: Path, *more: str) -> Result:
+    return CliRunner().invoke(moireid, ["print", "--people", str(people), "--out", str(out), *OPTIONS, *more])
+
+
+def test_boards_lie_apart_and_on_the_paper():
+    """Catches: crop marks of one board on the next, boards over the rim, one board where four fit."""
+    small, default = design_badge(SMALL, bytes(8)), design_badge(Request("A"), bytes(8))
+    places = places_mm(small)
+    assert len(places) == 4 and len(places_mm(default)) == 1
+    for x, y in places:
+        assert x >= 12 and x + 90 <= 203 and y >= 7 and y + 110 <= 282
+    assert places[1][0] - places[0][0] == pytest.approx(90 + GUTTER_MM) and places[1][1] == places[0][1]
+    assert places[2][1] - places[0][1] == pytest.approx(110 + GUTTER_MM) and places[2][0] == places[0][0]
+
+
+#: Boards that fill their paper, and how many of them are on it.
+FULL = [
+    ("a4", (90.0, 110.0), (0.5, 0.9), 4), ("a4", (90.0, 85.0), (0.5, 0.9), 6), ("letter", (60.0, 80.0), (0.3, 1.0), 9),
+    ("a4", (186.0, 273.0), (0.8, 2.5), 1), ("letter", (191.9, 255.4), (0.8, 2.5), 1),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("paper", "size", "metres", "count"), FULL)
+def test_full_sheets_have_both_scale_bars_clear_of_all_else(paper, size, metres, count, tmp_path):
+    """Catches: sheets that show a printer's scale in one direction alone; bars on boards or among crop marks, off the
+    paper or in the rim that printers leave white; a second sheet without bars; boards lost for room not needed."""
+    wish = Request("A", size_mm=size, range_m=metres, paper=paper)
+    badges = [design_badge(wish, bytes([k]) * 8) for k in range(count + 1)]
+    assert write_sheets_pdf(badges, tmp_path / "badges.pdf") == (2, count)
+    page_mm = badges[0].page_mm
+    boards = [(x, y, x + size[0], y + size[1]) for x, y in places_mm(badges[0])]
+    for number, shown in ((0, boards), (1, boards[:1])):
+        strokes = geometry(tmp_path / "badges.pdf", number).strokes
+        spans = [(min(ax, bx), min(ay, by), max(ax, bx), max(ay, by)) for ax, ay, bx, by in strokes]
+        across = [s for s in spans if s[2] - s[0] == pytest.approx(150, abs=1e-3)]
+        down = [s for s in spans if s[3] - s[1] == pytest.approx(150, abs=1e-3)]
+        assert len(across) == len(down) == 1
+        for x0, y0, x1, y1 in spans:
+            assert x0 >= 2.99 and y0 >= 2.99 and x1 <= page_mm[0] - 2.99 and y1 <= page_mm[1] - 2.99
+            assert all(x1 <= b[0] or x0 >= b[2] or y1 <= b[1] or y0 >= b[3] for b in boards)
+        # A crop mark lies along an edge of a board; the rest are bars and ticks, which keep half a millimetre off.
+        level, upright = (
+            {round(b[k], 2) for b in shown for k in (1, 3)},
+            {round(b[k], 2) for b in shown for k in (0, 2)},
+        )
+        marks = [
+            s for s in spans if not (s[0] <= across[0][2] and s[2] >= across[0][0] and s[1] >= across[0][1] - 0.01)
+            and not (s[1] <= down[0][3] and s[3] >= down[0][1] and s[2] <= down[0][0] + 0.01)
+        ]  # fmt: skip
+        assert len(marks) == 8 * len(shown)
+        for x0, y0, x1, y1 in marks:
+            assert round(y0, 2) in level or round(x0, 2) in upright
+            assert max(x1 - x0, y1 - y0) >= 1.9
+            assert not (x0 < down[0][0] + 0.4 and y1 > down[0][1] - 0.9 and y0 < down[0][3] + 0.9)
+
+
+def test_every_board_is_on_the_sheets_once(tmp_path):
+    """Catches: the last sheet left out, a board drawn twice, markers of a board off its place."""
+    badges = [design_badge(replace(SMALL, name=f"Person {k}"), payload_for_name(f"Person {k}")) for k in range(6)]
+    assert write_sheets_pdf(badges, tmp_path / "badges.pdf") == (2, 4)
+    document = pdfium.PdfDocument(tmp_path / "badges.pdf")
+    assert len(document) == 2
+    texts = [page.get_textpage().get_text_range() for page in document]
+    for k, badge in enumerate(badges):
+        assert sum(text.count(f"moireid {badge.id}") for text in texts) == 1 and f"Person {k}" in texts[k // 4]
+    finder = cv2.aruco.ArucoDetector(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50))
+    for page, boards in zip(document, (4, 2), strict=True):
+        picture = np.asarray(page.render(scale=2, grayscale=True).to_pil())
+        corners, ids, _ = finder.detectMarkers(picture)
+        assert sorted(np.ravel(ids).tolist()) == sorted([0, 1, 2, 3] * boards)
+        middles = {tuple(np.round(quad.reshape(4, 2).mean(axis=0) / 2 * 25.4 / 72).astype(int)) for quad in corners}
+        for left, top in places_mm(badges[0])[:boards]:
+            for x, y in badges[0].markers.centers_mm:
+                place = left + x - badges[0].outline_mm[0], top + y - badges[0].outline_mm[1]
+                assert any(abs(place[0] - mx) <= 1 and abs(place[1] - my) <= 1 for mx, my in middles)
+    document.close()
+    with pytest.raises(FabricationError, match="one size"):
+        write_sheets_pdf([badges[0], design_badge(Request("A"), bytes(8))], tmp_path / "mixed.pdf")
+    assert not (tmp_path / "mixed.pdf").exists()
+
+
+def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
+    """Catches: people in another order, a payload column that is not read, records of some of them only."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    people = listed(tmp_path / "people.csv", "\ufeffName, payload\nZoë,\nAda,0f5ac3962d784be1\n\nßÄ/..,\n")
+    url = f"sqlite:///{tmp_path}/r.sqlite3"
+    outcome = run(people, tmp_path / "event", "--registry", url, "--json")
+    assert outcome.exit_code == 0, outcome.output
+    document = json.loads(outcome.stdout)
+    assert [one["name"] for one in document["people"]] == ["Zoë", "Ada", "ßÄ/.."]
+    assert document["people"][1]["id"] == "0f5ac3962d784be1" and document["sheets"] == 1
+    summary = list(csv.DictReader((tmp_path / "event" / "summary.csv").open(encoding="utf-8")))
+    assert [row["name"] for row in summary] == ["Zoë", "Ada", "ßÄ/.."]
+    with open_registry(url, create=False) as registry:
+        for row in summary:
+            folder = tmp_path / "event" / row["folder"]
+            badge = load_badge(folder / "badge.json")
+            assert badge.id == row["id"] and registry.find(row["name"]).badge == badge
+            assert {"badge.pdf", "preview.png", "assembly.pdf"} <= {
+                p.name for p in (tmp_path / "event" / row["folder"]).iterdir()
+            }
+    again = run(people, tmp_path / "event", "--registry", url)
+    assert again.exit_code == 2 and "--overwrite" in again.stderr
+
+
+def test_folder_names_are_plain_and_sort_as_the_list_does():
+    """Catches: a slash or a dot that leaves the folder; a name of nothing; names longer than a file system takes."""
+    badge = design_badge(SMALL, bytes(8))
+    named = [
+        folder_name(k, replace(badge, name=name)) for k, name in enumerate(("Zoë B.", "../..", "李", "a" * 300), 1)
+    ]
+    assert named[:3] == ["001-zoe-b", f"002-{badge.id}", f"003-{badge.id}"] and len(named[3]) < 60
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", "no column name"),
+        ("who\nAda\n", "no column name"),
+        ("name\n", "names 0 people"),
+        ("name\nAda\nAda\n", "rows 2 and 3"),
+        ("name,payload\nAda,xyz\n", "row 2"),
+        ("name\n\x07\n", "row 2"),
+        ('name\n"Ada\n', "CSV"),
+        ("name\nLovelace, Ada\n", "quotes"),
+        ("name,payload\nGrace,,x\n", "row 2"),
+        ("name,name\nAda,Grace\n", "2 columns name"),
+    ],
+)
+def test_lists_that_cannot_be_used_are_refused_whole(text, words, tmp_path):
+    """Catches: a traceback, a row that is passed over, folders of the people before the bad row."""
+    outcome = run(listed(tmp_path / "people.csv", text), tmp_path / "event")
+    assert outcome.exit_code == 2 and words in outcome.stderr and outcome.stderr.count("error:") == 1
+    assert not (tmp_path / "event").exists() or not list((tmp_path / "event").iterdir())
+
+
+def test_cells_that_are_empty_are_no_part_of_a_name(tmp_path):
+    """Catches: a list refused for the empty columns that a spreadsheet writes behind the last one."""
+    people = listed(tmp_path / "people.csv", 'name\n"Lovelace, Ada",,\n,,\nGrace,\n')
+    assert [person.name for person in read_people(people)] == ["Lovelace, Ada", "Grace"]
+
+
+def test_the_mask_of_an_event_is_no_single_badges(tmp_path):
+    """Catches: one person's id on the film that all get, and an organiser who prints one film for many."""
+    people = listed(tmp_path / "people.csv", "name\nAda\nGrace\nEve\n")
+    outcome = run(people, tmp_path / "event", "--front", "mask")
+    assert outcome.exit_code == 0 and "print it 3 times" in outcome.output
+    words = pdfium.PdfDocument(tmp_path / "event" / "badges.pdf")[1].get_textpage().get_text_bounded()
+    assert "Mask of 3 badges: print 3 times" in words and "page 1" not in words
+    alone = pdfium.PdfDocument(tmp_path / "event" / "001-ada" / "badge.pdf")[1].get_textpage().get_text_bounded()
+    assert "Mask of moiré badge" in alone and "page 1" in alone
+
+
+def test_one_person_or_many(tmp_path):
+    """Catches: a NAME that is dropped in silence where a list is given too."""
+    people = listed(tmp_path / "people.csv", "name\nAda\n")
+    for arguments in (["Ada", "--people", str(people)], [], ["--people", str(people), "--payload", "00" * 8]):
+        outcome = CliRunner().invoke(moireid, ["print", *arguments, "--out", str(tmp_path / "o")])
+        assert outcome.exit_code == 2 and "error:" in outcome.stderr
+    absent = run(tmp_path / "absent.csv", tmp_path / "o")
+    assert absent.exit_code == 2 and "absent.csv" in absent.stderr

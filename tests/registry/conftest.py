@@ -1,0 +1,69 @@
+"""Each test has its own folder for private keys; most run once on SQLite and once on a real PostgreSQL server."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from kit.registries import Server, badge_of, running_server, url_of
+from moireid.registry import Registry, open_registry
+
+
+@pytest.fixture(autouse=True)
+def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Where private keys go; child processes inherit it."""
+    folder = tmp_path / "private" / "keys"
+    monkeypatch.setenv("MOIREID_KEYS", str(folder))
+    return folder
+
+
+@pytest.fixture(scope="session")
+def postgres() -> Iterator[Server]:
+    with running_server() as server:
+        yield server
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """An SQLite file, the only one in its folder."""
+    folder = tmp_path / "registry"
+    folder.mkdir()
+    return folder / "people.sqlite3"
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def url(request: pytest.FixtureRequest, path: Path) -> str:
+    """An empty database of each kind."""
+    return url_of(path) if request.param == "sqlite" else request.getfixturevalue("postgres").fresh()
+
+
+@pytest.fixture
+def registry(url: str) -> Iterator[Registry]:
+    with open_registry(url, create=True) as opened:
+        yield opened
+
+
+@pytest.fixture
+def full(registry: Registry) -> Registry:
+    """Three badges, one of them revoked and one measured."""
+    for name in ("Ada", "Bo", "Zo\u00eb"):
+        registry.enroll(badge_of(name))
+    registry.store_as_built(registry.find("Ada").id, '{"tilt_rad": 0.01, "at": [1, 2.5]}')
+    registry.revoke("Bo", "lost on the train — twice")
+    return registry
+
+
+@pytest.fixture
+def exported(full: Registry, tmp_path: Path) -> Path:
+    assert full.export_json(tmp_path / "out" / "people.json") == 3
+    return tmp_path / "out" / "people.json"
+
+
+@pytest.fixture(params=["sqlite", "postgresql"])
+def target(request: pytest.FixtureRequest, tmp_path: Path) -> str:
+    """The URL of an empty database to import into, of each kind."""
+    if request.param == "sqlite":
+        return url_of(tmp_path / "target.sqlite3")
+    return request.getfixturevalue("postgres").fresh()

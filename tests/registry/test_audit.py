@@ -1,0 +1,218 @@
+"""The audit: each kind of tampering, and what it is found by.  What cannot be found is pinned here as well."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from kit.registries import badge_of, rows_of, tamper, url_of
+from moireid.errors import RegistryError
+from moireid.registry import Registry, audit, open_registry
+from moireid.registry.log import Head, entry_hash
+
+
+@pytest.fixture
+def ids(registry: Registry) -> dict[str, str]:
+    """A registry of five entries: the key, Ada, Bo, figures of Ada, Bo revoked.  Returns the ids by name."""
+    ids = {name: registry.enroll(badge_of(name)).id for name in ("Ada", "Bo")}
+    registry.store_as_built(ids["Ada"], '{"tilt_rad": 0.01}')
+    registry.revoke("Bo", "lost")
+    return ids
+
+
+def found(registry: Registry, expected_head: str | None = None) -> list[tuple[str, str | None]]:
+    """The findings as (code, subject), and that the report agrees with itself."""
+    seen = registry.audit(expected_head)
+    assert seen.sound == (not seen.findings) and seen.found == len(seen.findings)
+    assert all(finding.text for finding in seen.findings)
+    return [(finding.code, finding.subject) for finding in seen.findings]
+
+
+def test_sound_registry(registry, ids, url):
+    """Catches: findings where there are none; counts of something else; a head that is not the last entry."""
+    steps = []
+    seen = registry.audit(progress=lambda done, total: steps.append((done, total)))
+    assert seen.sound and seen.findings == () and seen.fingerprint == registry.fingerprint
+    assert (seen.records, seen.revoked, seen.entries) == (2, 1, 5)
+    assert steps == [(5, 7), (7, 7)]
+    entries = rows_of(url, "SELECT * FROM log ORDER BY seq")
+    assert [entry["action"] for entry in entries] == ["init", "enroll", "enroll", "as_built", "revoke"]
+    assert [entry["subject"] for entry in entries[1:]] == [ids["Ada"], ids["Bo"], ids["Ada"], ids["Bo"]]
+    assert seen.head == registry.head() == f"5:{entries[-1]['hash']}"
+    for entry in entries:
+        assert found(registry, f"{entry['seq']}:{entry['hash']}") == []
+
+
+def test_empty_registry(registry):
+    """Catches: a registry without records that cannot be audited."""
+    seen = registry.audit()
+    assert seen.sound and (seen.records, seen.entries) == (0, 1)
+
+
+def test_pages(registry, monkeypatch):
+    """Catches: an entry or a record lost or seen twice at a page's edge."""
+    monkeypatch.setattr(audit, "PAGE", 3)
+    registry.enroll_many(badge_of("Ada", bytes([k, 0, 0])) for k in range(7))
+    seen = registry.audit()
+    assert seen.sound and (seen.records, seen.entries) == (7, 8)
+
+
+RECORDS: list[tuple[str, set[tuple[str, str | None]]]] = [
+    ("UPDATE badges SET name_nfc = 'Eve' WHERE name_nfc = 'Ada'", {("record_signature", "Ada")}),
+    ("UPDATE badges SET revoked_at = NULL, revoked_reason = NULL WHERE name_nfc = 'Bo'", {("record_signature", "Bo")}),
+    ("UPDATE badges SET as_built = NULL", {("record_signature", "Ada")}),
+    ("UPDATE badges SET badge = :junk WHERE name_nfc = 'Bo'", {("record_damaged", "Bo")}),
+    ("DELETE FROM badges WHERE name_nfc = 'Ada'", {("record_missing", "Ada")}),
+    ("DELETE FROM badges", {("record_missing", "Ada"), ("record_missing", "Bo")}),
+]
+LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
+    ("UPDATE log SET time = '2001-01-01T00:00:00Z' WHERE seq = 3", {("entry_hash", "3")}),
+    ("UPDATE log SET record_sha256 = 'x' WHERE seq = 3", {("entry_hash", "3")}),
+    ("UPDATE log SET record_sha256 = 'x' WHERE seq = 5", {("entry_hash", "5"), ("record_stale", "Bo")}),
+    ("UPDATE log SET previous = 'x' WHERE seq = 3", {("entry_chain", "3")}),
+    ("UPDATE log SET signature = 'x' WHERE seq = 3", {("entry_signature", "3")}),
+    ("UPDATE log SET hash = 'x' WHERE seq = 3", {("entry_hash", "3"), ("entry_chain", "4")}),
+    ("UPDATE log SET hash = 'x' WHERE seq = 5", {("entry_hash", "5"), ("head_hash", None)}),
+    ("UPDATE log SET seq = 9 WHERE seq = 3", {("entry_missing", "4"), ("entry_missing", "9"), ("log_longer", None),
+                                              ("record_stale", "Bo")}),
+    ("DELETE FROM log WHERE seq = 4", {("entry_missing", "5"), ("record_stale", "Ada")}),
+    ("DELETE FROM log WHERE seq = 1", {("entry_missing", "2")}),
+    ("DELETE FROM log", {("log_cut", None), ("record_unlogged", "Ada"), ("record_unlogged", "Bo")}),
+    ("DELETE FROM log WHERE seq = 5", {("log_cut", None), ("record_stale", "Bo")}),
+    ("UPDATE authority SET head_hash = 'x'", {("head_signature", None)}),
+    ("UPDATE authority SET head_seq = 4", {("head_signature", None)}),
+    ("UPDATE authority SET head_signature = ''", {("head_signature", None)}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("change", "codes"), RECORDS + LOG, ids=lambda case: case if isinstance(case, str) else "")
+def test_each_kind_of_tampering_is_found(url, registry, ids, change, codes):
+    """Catches: a part that is not checked; one fault that buries the others, or breeds more."""
+    assert tamper(url, change, junk=b"junk") >= 1
+    expected = {(code, ids.get(str(subject), subject)) for code, subject in codes}
+    assert set(found(registry)) == expected
+
+
+def without_last(url: str, signature: object) -> None:
+    """Cut the last entry, Bo's revocation, and put Bo's first record back, as an attacker who kept it would."""
+    tamper(url, "DELETE FROM log WHERE seq = 5")
+    tamper(
+        url,
+        "UPDATE badges SET revoked_at = NULL, revoked_reason = NULL, signature = :signature WHERE name_nfc = :name",
+        name="Bo", signature=signature,
+    )  # fmt: skip
+
+
+def test_cut_tail_is_found_unless_the_head_is_cut_too(url, registry):
+    """Catches: a log whose last entries, and their records, can be dropped without a trace."""
+    for name in ("Ada", "Bo"):
+        registry.enroll(badge_of(name))
+    registry.store_as_built(registry.find("Ada").id, "{}")
+    (bo,) = rows_of(url, "SELECT signature FROM badges WHERE name_nfc = 'Bo'")
+    (old,) = rows_of(url, "SELECT * FROM authority")
+    noted = registry.head()
+    registry.revoke("Bo", "lost")
+    newest = registry.head()
+    without_last(url, bo["signature"])
+    assert found(registry) == [("log_cut", None)]
+    # The signature of the entry that is last now does not make it the head.
+    (last,) = rows_of(url, "SELECT * FROM log WHERE seq = 4")
+    forge = "UPDATE authority SET head_seq = 4, head_hash = :hash, head_signature = :signature"
+    tamper(url, forge, hash=last["hash"], signature=last["signature"])
+    assert found(registry) == [("head_signature", None)]
+    # Whoever kept the head of that moment has put back the whole of an earlier state, which was sound.
+    tamper(url, forge, hash=old["head_hash"], signature=old["head_signature"])
+    assert found(registry) == [] and registry.find("Bo").revoked_at is None
+    # Only what is known elsewhere tells.
+    assert found(registry, noted) == []
+    assert found(registry, newest) == [("rolled_back", "5")]
+
+
+def test_whole_file_put_back_is_found_by_a_noted_head_alone(path):
+    """Catches: an expected head that is compared with the newest entry, so that it expires at each enrolment."""
+    old = path.with_suffix(".old")
+    with open_registry(url_of(path), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+        early = registry.head()
+        shutil.copy(path, old)
+        registry.revoke("Ada", "stolen")
+        late = registry.head()
+        registry.enroll(badge_of("Bo"))
+        assert found(registry, early) == found(registry, late) == []
+    shutil.copy(old, path)
+    with open_registry(url_of(path), create=False) as back:
+        assert found(back) == found(back, early) == []
+        assert found(back, late) == [("rolled_back", "3")]
+        back.enroll(badge_of("Cy"))
+        assert found(back, late) == [("head_expected", "3")]
+
+
+def test_registry_made_anew_under_another_key_is_found_by_a_noted_head(registry, tmp_path):
+    """Catches: a first entry that does not name the key."""
+    registry.enroll(badge_of("Ada"))
+    with open_registry(url_of(tmp_path / "eve.sqlite3"), create=True) as other:
+        other.enroll(badge_of("Ada"))
+        assert found(other) == []
+        assert found(other, registry.head()) == [("head_expected", "2")]
+        assert other.fingerprint != registry.fingerprint
+
+
+def test_chain_made_anew_without_the_key_is_found(url, registry, ids):
+    """Catches: trusting hashes alone: anyone can compute those, and here somebody has, from entry 3 on."""
+    entries = rows_of(url, "SELECT * FROM log ORDER BY seq")
+    before = entries[1]["hash"]
+    for entry in entries[2:]:
+        changed = entry | {"previous": before, "time": "2001-01-01T00:00:00Z"}
+        before = changed["hash"] = entry_hash(changed)
+        tamper(url, "UPDATE log SET time = :time, previous = :previous, hash = :hash WHERE seq = :seq", **changed)
+    codes = [("entry_signature", "3"), ("entry_signature", "4"), ("entry_signature", "5"), ("head_hash", None)]
+    assert found(registry) == codes
+
+
+def test_public_key_put_in_another_ones_place_is_found(url, registry, ids, tmp_path):
+    """Catches: a key that nothing binds to the log."""
+    with open_registry(url_of(tmp_path / "eve.sqlite3"), create=True) as other:
+        forged = other._ledger.authority.public_hex
+    tamper(url, "UPDATE authority SET public_key = :key", key=forged)
+    with open_registry(url, create=False) as opened:
+        codes = [code for code, _ in found(opened)]
+    assert codes == ["entry_signature"] * 5 + ["head_signature"] + ["record_signature"] * 2
+    # The one that was open goes on with the key it knows, and tells.
+    assert found(registry) == [("public_key", None)]
+
+
+def test_findings_are_counted_beyond_those_kept(url, registry, monkeypatch):
+    """Catches: a list that grows with the damage."""
+    registry.enroll_many(badge_of("Ada", bytes([k, 0, 0])) for k in range(6))
+    tamper(url, "UPDATE badges SET name_nfc = 'Eve'")
+    monkeypatch.setattr(audit, "KEPT", 4)
+    seen = registry.audit()
+    assert (len(seen.findings), seen.found, seen.sound) == (4, 6, False)
+
+
+@pytest.mark.parametrize("text", ["", "5", "0:" + "a" * 64, "5:" + "a" * 63, "5:" + "g" * 64, "٥:" + "a" * 64])
+def test_expected_head_that_is_none(registry, text):
+    """Catches: a mistyped head that is taken for a registry rolled back, or for none expected."""
+    with pytest.raises(RegistryError, match=r"is none; give what `moireid registry audit` printed"):
+        registry.audit(text)
+    assert str(Head.parse(f" 5:{'AB' * 32}\n")) == "5:" + "ab" * 32
+
+
+@pytest.mark.parametrize("at", [1, 2])
+def test_audit_while_others_enroll(url, registry, monkeypatch, at):
+    """Catches: a finding that is an artefact of two queries at two moments."""
+    monkeypatch.setattr(audit, "PAGE", 2)
+    registry.enroll_many(badge_of("Ada", bytes([k, 0, 0])) for k in range(0, 12, 2))
+    calls: list[int] = []
+
+    def meanwhile(done: int, total: int | None) -> None:
+        calls.append(done)
+        if len(calls) % at == 0 and len(calls) < 9:
+            with open_registry(url, create=False) as other:
+                other.enroll(badge_of("Bo", bytes([2 * len(calls) + 1, 0, 0])))
+                other.store_as_built("000000", f'{{"n": {len(calls)}}}')
+
+    seen = registry.audit(progress=meanwhile)
+    assert seen.findings == () and len(calls) >= 7
+    assert registry.audit().sound and isinstance(seen, audit.Audit)

@@ -1,0 +1,243 @@
+"""Many badges at once.  Beside each test stands the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+
+import pytest
+from sqlalchemy import event
+
+from kit.registries import badge_of, state_of
+from moireid.badge import Badge
+from moireid.errors import RegistryError, SpecError
+from moireid.registry import Batch, Registry, batch, open_registry
+from moireid.registry.batch import Issuer
+from moireid.registry.record import new_record
+
+DAY = "2030-01-02T03:04:05Z"
+
+
+@pytest.fixture
+def small_chunks(monkeypatch):
+    monkeypatch.setattr(batch, "CHUNK", 4)
+
+
+def people(count: int, **request: object) -> list[Badge]:
+    return [badge_of(f"Al {k:02}", bytes([k, 7, 255 - k]), **request) for k in range(count)]
+
+
+# The mould.
+
+
+def issued_alike(badges: list[Badge]) -> None:
+    """That the cheap way makes the records that the whole way makes."""
+    issuer = Issuer("x")
+    for badge in badges:
+        assert issuer.record(badge, DAY) == new_record(badge, "x", DAY)
+
+
+def test_mould_makes_what_the_whole_way_makes():
+    """Catches: a figure of the mould's badge left in the next one's; a field that the mould forgets; a layout key of
+    another layout."""
+    some = people(3)
+    issued_alike(some)
+    issued_alike(people(2) + people(2, lens="60lpi") + people(2, size_mm=(170.0, 180.0)) + people(3))
+    grating = some[0].gratings[0]
+    uncoded = [replace(badge, gratings=(replace(badge.gratings[0], code=None),)) for badge in some]
+    issued_alike(uncoded)
+    assert len({Issuer("x").record(badge, DAY).layout_key for badge in uncoded}) == 3
+    issued_alike([replace(badge, gratings=(badge.gratings[0], grating)) for badge in some])
+    printed = [replace(badge, print={"dpi": dpi}) for badge, dpi in zip(some, (600, 1200, 1200.0), strict=True)]
+    issued_alike([*printed, *some, *(replace(badge, print=None) for badge in some)])
+    issued_alike([replace(badge, range_m=(0.5, far)) for badge, far in zip(some, (1.0, 2.0, 2), strict=True)])
+
+
+def test_mould_is_used(monkeypatch):
+    """Catches: a mould that never fits, and a batch that takes an hour."""
+    calls = []
+    monkeypatch.setattr(batch, "new_record", lambda *args: calls.append(args) or new_record(*args))
+    issuer = Issuer("x")
+    for badge in people(9) + people(9, lens="60lpi") + people(9):
+        issuer.record(badge, DAY)
+    assert len(calls) == 2
+    monkeypatch.setattr(batch, "MOULDS", 1)
+    issued_alike(people(3) + people(3, lens="60lpi") + people(3))
+
+
+@pytest.mark.parametrize("text", ["\x00", "\x000", "\x005", '"\x005', "\x0099", "\\u00005", '"'])
+def test_badge_whose_text_looks_like_a_gap(text):
+    """Catches: another's name poured into a remark."""
+    issued_alike([replace(badge, print={"by": text}) for badge in people(3)])
+    issued_alike([replace(badge, name=f"Al \u2028 {text}") for badge in people(3) if "\x00" not in text])
+
+
+def whole_numbers(badge: Badge) -> Badge:
+    """The badge with one line edge that is a whole number, and no float: 105.0 in JSON."""
+    grating = badge.gratings[0]
+    cells = (replace(grating.cells[0], edge_mm=105), *grating.cells[1:])
+    return replace(badge, page_mm=(210, 297), gratings=(replace(grating, cells=cells),))
+
+
+def test_whole_numbers_are_written_as_read_back():
+    """Catches: 105 where the whole way has 105.0, and so two signatures for one badge."""
+    some = people(3)
+    issued_alike([some[0], *map(whole_numbers, some)])
+    issued_alike([*map(whole_numbers, some), *some])
+
+
+def with_cell(badge: Badge, **figures: object) -> Badge:
+    grating = badge.gratings[0]
+    return replace(
+        badge, gratings=(replace(grating, cells=(*grating.cells[:-1], replace(grating.cells[-1], **figures))),)
+    )
+
+
+@pytest.mark.parametrize(
+    ("wrong", "error"),
+    [
+        (lambda badge: replace(badge, id="ABCDEF"), SpecError),
+        (lambda badge: replace(badge, id="abc"), SpecError),
+        (lambda badge: replace(badge, id=None), RegistryError),
+        (lambda badge: replace(badge, id="12345\n"), SpecError),
+        (lambda badge: replace(badge, name=" "), RegistryError),
+        (lambda badge: replace(badge, name="a\ud800"), RegistryError),
+        (lambda badge: replace(badge, name="a" * 1001), SpecError),
+        (lambda badge: with_cell(badge, pitch_mm=-0.5), SpecError),
+        (lambda badge: with_cell(badge, pitch_mm=1e9), SpecError),
+        (lambda badge: with_cell(badge, pitch_mm=math.nan), (RegistryError, SpecError)),
+        (lambda badge: with_cell(badge, edge_mm=math.inf), SpecError),
+        (lambda badge: with_cell(badge, edge_mm=-1e5), SpecError),
+        (lambda badge: with_cell(badge, edge_mm="x"), SpecError),
+        (lambda badge: with_cell(badge, edge_mm=True), SpecError),
+        (lambda badge: with_cell(badge, duty=2.0), SpecError),
+        (lambda badge: with_cell(badge, rect_mm=[1.0, 2.0, 3.0, 4.0]), SpecError),
+        (lambda badge: replace(badge, gratings=(replace(badge.gratings[0], pitch_mm=0.0),)), SpecError),
+        (lambda badge: replace(badge, print={"by": "\ud800"}), RegistryError),
+    ],
+)
+def test_bad_badge_is_refused_however_many_good_ones_came_before(wrong, error):
+    """Catches: a mould that lets through what a single enrolment refuses, and signs it."""
+    issuer = Issuer("x")
+    for badge in people(3):
+        issuer.record(badge, DAY)
+        with pytest.raises(error):
+            new_record(wrong(badge), "x", DAY)
+        with pytest.raises(error):
+            issuer.record(wrong(badge), DAY)
+
+
+# The batch.
+
+
+def test_batch_is_the_same_as_one_by_one(registry: Registry, tmp_path, small_chunks):
+    """Catches: a batch that signs, logs or orders otherwise."""
+    badges = people(10)
+    steps = []
+    assert registry.enroll_many(badges, lambda *step: steps.append(step)) == Batch(10, 0, 0)
+    assert steps == [(4, 10), (8, 10), (10, 10)]
+    with open_registry(f"sqlite:///{tmp_path / 'one.sqlite3'}", create=True) as single:
+        for badge in badges:
+            single.enroll(badge)
+        ours, theirs = list(registry.records()), list(single.records())
+    assert [replace(record, issued_at=DAY) for record in ours] == [replace(record, issued_at=DAY) for record in theirs]
+    seen = registry.audit()
+    assert seen.sound and seen.entries == 11
+
+
+def test_batch_can_be_run_again(registry, small_chunks):
+    """Catches: a second date of issue; a revocation undone; an iterator without a length."""
+    badges = people(10)
+    registry.enroll_many(badges[:5])
+    registry.revoke("Al 01", "lost")
+    head = registry.head()
+    assert registry.enroll_many(iter(badges[:5])) == Batch(0, 5, 1)
+    assert registry.head() == head
+    steps = []
+    assert registry.enroll_many(iter(badges), lambda *step: steps.append(step)) == Batch(5, 5, 1)
+    assert steps == [(4, None), (8, None), (10, None)]
+    assert registry.find("Al 01").revoked_reason == "lost" and registry.audit().sound
+    assert registry.enroll_many([]) == Batch(0, 0, 0)
+
+
+def test_same_badge_twice_in_one_batch(registry):
+    """Catches: a unique id broken within one transaction."""
+    ada = badge_of("Ada")
+    assert registry.enroll_many([ada, badge_of("Bo"), ada]) == Batch(2, 1, 0)
+    assert registry.audit().sound
+
+
+@pytest.mark.parametrize("kind", ["conflict within", "conflict before", "bad badge", "iterator"])
+@pytest.mark.parametrize("at", [0, 3, 4, 6])
+def test_batch_stops_at_the_first_that_cannot_be_issued(registry, small_chunks, kind, at):
+    """Catches: losing those before it; going on after it; half a chunk without its log."""
+    badges = people(9)
+    wrong = {
+        "conflict within": replace(badges[0], name="Eve"),
+        "conflict before": badge_of("Eve", bytes(3)),
+        "bad badge": replace(badges[0], id=None),
+    }.get(kind)
+    if kind == "conflict before" or (kind, at) == ("conflict within", 0):
+        registry.enroll(badge_of("Zed", bytes(3)) if kind == "conflict before" else badges[0])
+    before = registry.count()
+
+    def source():
+        yield from badges[:at]
+        if wrong is None:
+            raise OSError("the list cannot be read on")
+        yield wrong
+        yield from badges[at:]
+
+    error = OSError if wrong is None else RegistryError
+    with pytest.raises(error, match=r"is issued already|has no id|cannot be read on"):
+        registry.enroll_many(source())
+    whole = at - at % 4 if kind == "iterator" else at
+    assert registry.count() == before + whole and registry.audit().sound
+    names = [badge.name for badge in badges[:whole]]
+    assert [record.name for record in registry.records()][: len(names)] == names
+
+
+def test_failed_chunk_leaves_the_chunks_before_it(url, registry, small_chunks):
+    """Catches: records without their entries where the transaction is cut."""
+    made = []
+
+    def fail_at_third(connection, cursor, statement, *rest):
+        if statement.startswith("INSERT INTO log"):
+            made.append(statement)
+            if len(made) == 3:
+                raise RegistryError("the power is gone")
+
+    event.listen(registry._ledger.engine, "before_cursor_execute", fail_at_third)
+    with pytest.raises(RegistryError, match="power is gone"):
+        registry.enroll_many(people(12))
+    event.remove(registry._ledger.engine, "before_cursor_execute", fail_at_third)
+    assert registry.count() == 8 and len(state_of(url)["log"]) == 9 and registry.audit().sound
+    assert registry.enroll_many(people(12)) == Batch(4, 8, 0)
+
+
+def test_layouts_are_found_without_walking_over_the_records(path):
+    """Catches: GROUP BY over a table of a million for a handful of layouts."""
+    with open_registry(f"sqlite:///{path}", create=True) as registry:
+        registry.enroll_many([*people(20), badge_of("Bo", b"abc", lens="60lpi")])
+        plans = []
+
+        def explain(connection, cursor, statement, parameters, *rest):
+            if statement.startswith("WITH"):
+                cursor.execute("EXPLAIN QUERY PLAN " + statement, parameters)
+                plans.extend(row[3] for row in cursor.fetchall())
+
+        event.listen(registry._ledger.engine, "before_cursor_execute", explain)
+        assert len(registry.layouts()) == 2
+    scans = [step for step in plans if step.startswith("SCAN") and step not in ("SCAN keys", "SCAN CONSTANT ROW")]
+    assert plans and scans == []
+
+
+def test_batch_takes_milliseconds_a_badge_not_more(path):
+    """Catches: the schema's pass over each badge, or a transaction each; the figures are in benchmarks."""
+    first = badge_of("Ada")
+    badges = [replace(first, id=f"{k:06x}", name=f"Al {k}") for k in range(1000)]
+    with open_registry(f"sqlite:///{path}", create=True) as registry:
+        begun = time.process_time()
+        registry.enroll_many(badges)
+        assert time.process_time() - begun < 1.0

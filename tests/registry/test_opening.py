@@ -1,0 +1,219 @@
+"""Opening a registry, and a database that fails.  Beside each test stands the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+import sys
+import threading
+
+import pytest
+
+from kit.registries import badge_of, tamper, url_of
+from moireid.errors import RegistryError
+from moireid.registry import default_url, open_registry
+
+
+def test_default_url_is_in_the_users_data_folder(tmp_path, monkeypatch):
+    """Catches: a default in the working folder; a path whose odd letters do not survive the URL."""
+    home = tmp_path / "dät a"
+    monkeypatch.setattr("moireid.registry.url.user_data_path", lambda name, appauthor: home / name)
+    assert default_url().startswith("sqlite:///")
+    with pytest.raises(RegistryError, match="there is no registry"):
+        open_registry(None, create=False)
+    assert not home.exists()
+    open_registry(None, create=True).close()
+    assert (home / "moireid" / "registry.sqlite3").is_file()
+
+
+def test_absent_file_is_not_made(path):
+    """Catches: SQLite's habit of making what it opens."""
+    with pytest.raises(RegistryError, match=r"enroll someone first, or run `moireid registry init`"):
+        open_registry(url_of(path), create=False)
+    assert list(path.parent.iterdir()) == []
+
+
+def test_create_makes_folders_and_keeps_what_is_there(tmp_path):
+    """Catches: a create that empties an existing registry."""
+    url = url_of(tmp_path / "a" / "b" / "people.sqlite3")
+    with open_registry(url, create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+    with open_registry(url, create=True) as registry:
+        assert registry.find("Ada").name == "Ada"
+
+
+def test_relative_path_is_that_of_the_opening(path, monkeypatch):
+    """Catches: a registry that follows the working folder about."""
+    monkeypatch.chdir(path.parent)
+    registry = open_registry("sqlite:///people.sqlite3", create=True)
+    elsewhere = path.parent / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.chdir(elsewhere)
+    registry.close()
+    registry.enroll(badge_of("Ada"))
+    registry.close()
+    assert list(elsewhere.iterdir()) == []
+
+
+def test_registry_stays_one_file(path):
+    """Catches: a write-ahead log, without which a copy of the file would lack the last enrolments."""
+    with open_registry(url_of(path), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+    assert [entry.name for entry in path.parent.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize(
+    ("url", "message"),
+    [
+        ("people.sqlite3", "no database URL; give one such as sqlite:///people.sqlite3"),
+        ("/tmp/people.sqlite3", "no database URL; give one such as sqlite:///people.sqlite3"),
+        ("", "no database URL"),
+        ("sqlite:///\udcff", "no database URL"),
+        ("sqlite://people.sqlite3", "three slashes"),
+        ("sqlite://", "names no file"),
+        ("sqlite:///:memory:", "names no file"),
+        ("nosuch://host/people", "nosuch"),
+        ("sqlite+nosuch:///people.sqlite3", "nosuch"),
+        ("sqlite:///people.sqlite3?tiemout=3", "options"),
+        ("sqlite:///people.sqlite3?timeout=soon", "soon"),
+        ("sqlite:///peo\x00ple.sqlite3", "null"),
+        ("sqlite:///" + "n" * 300, "n cannot be used"),
+    ],
+)
+def test_bad_url(url, message, tmp_path, monkeypatch):
+    """Catches: SQLAlchemy's and Python's own exceptions reaching the user, and a file made on the way."""
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(RegistryError, match=re.escape(message)) as caught:
+        open_registry(url, create=True)
+    assert "\n" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_driver_that_is_not_installed(monkeypatch):
+    """Catches: a traceback of ModuleNotFoundError."""
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    with pytest.raises(RegistryError, match=r"needs the Python package 'psycopg'"):
+        open_registry("postgresql+psycopg://localhost/people", create=False)
+
+
+@pytest.mark.parametrize("url", ["postgresql+psycopg://ada:s3cret@h/p?sslpassword=s3cret", "pg://ada:s3cret@h:port/p"])
+def test_password_is_not_told(url, monkeypatch):
+    """Catches: a password in an error message, from where it reaches logs."""
+    monkeypatch.setitem(sys.modules, "psycopg", None)
+    with pytest.raises(RegistryError) as caught:
+        open_registry(url, create=False)
+    assert "s3cret" not in str(caught.value)
+
+
+@pytest.mark.parametrize("create", [False, True])
+def test_text_file_is_no_registry_and_stays_as_it_is(path, create):
+    """Catches: sqlite3.DatabaseError reaching the user; a text file overwritten by a database."""
+    path.write_text("Ada, Bo, Cy\n", encoding="utf-8")
+    with pytest.raises(RegistryError, match="not a database") as caught:
+        open_registry(url_of(path), create=create)
+    assert caught.value.__cause__ is not None
+    assert path.read_text(encoding="utf-8") == "Ada, Bo, Cy\n"
+
+
+@pytest.mark.parametrize("create", [False, True])
+def test_folder_is_no_registry(tmp_path, create):
+    """Catches: an OperationalError where the path is a folder."""
+    with pytest.raises(RegistryError, match="unable to open"):
+        open_registry(url_of(tmp_path), create=create)
+
+
+def test_folder_that_cannot_be_made(path):
+    """Catches: an OSError where the parent is a file."""
+    path.write_text("in the way", encoding="utf-8")
+    with pytest.raises(RegistryError, match="cannot be made"):
+        open_registry(url_of(path / "people.sqlite3"), create=True)
+
+
+@pytest.mark.parametrize("create", [False, True])
+def test_database_of_another_program_is_left_alone(path, create):
+    """Catches: our tables in somebody's photo library."""
+    with sqlite3.connect(path) as raw:
+        raw.execute("CREATE TABLE photos (taken TEXT)")
+    with pytest.raises(RegistryError, match="not one of moireid's"):
+        open_registry(url_of(path), create=create)
+    with sqlite3.connect(path) as raw:
+        assert raw.execute("SELECT name FROM sqlite_master").fetchall() == [("photos",)]
+
+
+def test_empty_file_is_no_registry_until_it_is_made_one(path):
+    """Catches: a registry half made, by a process that was killed, that can neither be read nor finished."""
+    path.touch()
+    with pytest.raises(RegistryError, match="registry init"):
+        open_registry(url_of(path), create=False)
+    with open_registry(url_of(path), create=True) as registry:
+        assert registry.count() == 0
+
+
+@pytest.mark.parametrize(("change", "found"), [("UPDATE schema_version SET version = 3", "3"),
+                                               ("DELETE FROM schema_version", "none")])  # fmt: skip
+@pytest.mark.parametrize("create", [False, True])
+def test_other_schema_version_is_refused(url, change, found, create):
+    """Catches: reading tables of a later version by the rules of this one."""
+    open_registry(url, create=True).close()
+    tamper(url, change)
+    with pytest.raises(RegistryError, match=f"schema version {found}, and this moireid reads version 2"):
+        open_registry(url, create=create)
+
+
+@pytest.mark.parametrize("create", [False, True])
+def test_version_1_is_told_what_to_do(path, create):
+    """Catches: taking the unsigned registry of before for another program's, or making it half a signed one."""
+    with sqlite3.connect(path) as raw:
+        raw.execute("CREATE TABLE badges (id TEXT PRIMARY KEY, badge_json TEXT)")
+        raw.execute("CREATE TABLE schema_version (version INTEGER PRIMARY KEY)")
+        raw.execute("INSERT INTO schema_version VALUES (1)")
+    with pytest.raises(RegistryError, match=r"schema version 1.*enroll the badges anew in another registry"):
+        open_registry(url_of(path), create=create)
+    with sqlite3.connect(path) as raw:
+        assert len(raw.execute("SELECT name FROM sqlite_master WHERE type = 'table'").fetchall()) == 2
+
+
+def test_schema_version_is_written_once(path):
+    """Catches: a version row for each opening."""
+    for _ in range(2):
+        open_registry(url_of(path), create=True).close()
+    with sqlite3.connect(path) as raw:
+        assert raw.execute("SELECT version FROM schema_version").fetchall() == [(2,)]
+
+
+# Faults of the database.
+
+
+def test_locked_database_is_one_sentence(path):
+    """Catches: OperationalError reaching the user on opening or on enrolling."""
+    open_registry(url_of(path), create=True).close()
+    url = url_of(path, timeout=0.05)
+    holder = sqlite3.connect(path, isolation_level=None)
+    try:
+        with open_registry(url, create=False) as registry:
+            holder.execute("BEGIN EXCLUSIVE")
+            with pytest.raises(RegistryError, match=r"locked.*another program holds it"):
+                registry.enroll(badge_of("Ada"))
+            with pytest.raises(RegistryError, match=r"locked.*another program holds it"):
+                open_registry(url, create=False)
+    finally:
+        holder.close()
+
+
+def test_enroll_waits_for_another_writer(path):
+    """Catches: giving up at once, or Python's 5 s overruled by 0, where another process is merely writing."""
+    holder_done = threading.Event()
+    with open_registry(url_of(path), create=True) as registry:
+        holder = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
+        holder.execute("BEGIN IMMEDIATE")
+
+        def let_go() -> None:
+            holder_done.set()
+            holder.execute("COMMIT")
+
+        timer = threading.Timer(0.3, let_go)
+        timer.start()
+        registry.enroll(badge_of("Ada"))
+        assert holder_done.is_set()
+        timer.join()
+        holder.close()

@@ -1,0 +1,306 @@
+"""The registry: who was issued which badge.  Beside each test stands the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import json
+import re
+import sqlite3
+import time
+from dataclasses import FrozenInstanceError, replace
+from datetime import UTC, datetime
+
+import pytest
+from sqlalchemy import event
+
+import moireid.registry
+from kit.registries import badge_of, url_of
+from moireid.badge import badge_from_json
+from moireid.errors import RegistryError, SpecError
+from moireid.registry import claims, open_registry, store
+
+ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
+
+
+def test_exported_names():
+    names = (
+        "Audit Batch Claimed Finding Import People Record Registry claimed default_url import_registry open_registry"
+    )
+    assert moireid.registry.__all__ == names.split()
+
+
+# What comes out is what went in.
+
+
+def test_record_survives_reopening(url):
+    """Catches: no commit; a badge that loses figures on its way through the database."""
+    badge = badge_of("Ada")
+    with open_registry(url, create=True) as first:
+        enrolled = first.enroll(badge)
+    with open_registry(url, create=False) as again:
+        found = again.find("Ada")
+    assert found == enrolled
+    assert found.badge == badge and json.loads(found.badge.to_json()) == json.loads(badge.to_json())
+    assert (found.id, found.name, found.layout_key) == (badge.id, "Ada", badge.layout_key())
+    with pytest.raises(FrozenInstanceError):
+        found.name = "Eve"  # type: ignore[misc]
+
+
+def test_issued_at_is_utc_now_to_the_second(registry, monkeypatch):
+    """Catches: local time, microseconds, a stamp without its zone."""
+    monkeypatch.setenv("TZ", "Asia/Kolkata")
+    time.tzset()
+    try:
+        before = datetime.now(UTC).replace(microsecond=0)
+        stamp = registry.enroll(badge_of("Ada")).issued_at
+        after = datetime.now(UTC)
+    finally:
+        monkeypatch.undo()
+        time.tzset()
+    assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ", stamp)
+    assert before <= datetime.fromisoformat(stamp) <= after
+
+
+def test_enroll_is_idempotent(registry, monkeypatch):
+    """Catches: a second row, an error, a second date of issue, or a second log entry for the very same badge."""
+    first = registry.enroll(badge_of("Ada"))
+    head = registry.head()
+    monkeypatch.setattr(store, "utc_now", lambda: "2099-02-03T04:05:06Z")
+    assert registry.enroll(badge_from_json(first.badge.to_json())) == first
+    assert registry.count() == 1 and registry.head() == head
+
+
+def test_idempotent_where_json_writes_a_number_otherwise(registry):
+    """Catches: comparing JSON texts, in which 210 and 210.0 differ although the badge is the same."""
+    badge = badge_of("Ada")
+    whole = replace(badge, page_mm=(210, 297))
+    as_floats = replace(badge, page_mm=(210.0, 297.0))
+    assert whole.to_json() != as_floats.to_json()
+    assert registry.enroll(whole) == registry.enroll(as_floats)
+    assert len(registry.layouts()) == 1
+
+
+# Whose id it is.
+
+
+def test_id_of_somebody_else_is_refused(registry):
+    """Catches: overwriting, ignoring a conflict, or a message that does not say who holds the id."""
+    ada = badge_of("Ada")
+    kept = registry.enroll(ada)
+    with pytest.raises(RegistryError, match=r"is issued already to 'Ada'.*'Grace' cannot") as caught:
+        registry.enroll(badge_of("Grace", bytes.fromhex(ada.id)))
+    assert caught.value.details["holder"] == "Ada" and caught.value.details["id"] == ada.id
+    assert list(registry.records()) == [kept]
+
+
+def test_another_badge_of_the_same_name_and_id_is_refused(registry):
+    """Catches: idempotence by id and name alone, which would let a badge of another pitch stand for the issued one."""
+    kept = registry.enroll(badge_of("Ada"))
+    with pytest.raises(RegistryError, match=r"already to 'Ada' with another badge"):
+        registry.enroll(badge_of("Ada", lens="60lpi"))
+    assert registry.find("Ada") == kept
+
+
+def test_badge_without_id_is_refused(registry):
+    """Catches: a NULL or the word None as an id."""
+    with pytest.raises(RegistryError, match="has no id"):
+        registry.enroll(replace(badge_of("Ada"), id=None))
+    assert registry.count() == 0
+
+
+@pytest.mark.parametrize("name", ["", "  ", "A\x00da", "A\nda", "A\ud800da"])
+def test_name_that_nobody_can_claim_is_refused(registry, name):
+    """Catches: a UnicodeEncodeError of the driver; an entry that no claim would ever find."""
+    with pytest.raises(RegistryError, match="plain name"):
+        registry.enroll(replace(badge_of("Ada"), name=name))
+
+
+def test_text_that_is_not_unicode_is_refused(registry):
+    """Catches: a lone surrogate, which JSON may spell, reaching the driver."""
+    with pytest.raises(RegistryError, match="not Unicode"):
+        registry.enroll(replace(badge_of("Ada"), print={"by": "\ud800"}))
+
+
+def test_badge_that_could_not_be_read_back_is_refused(registry):
+    """Catches: writing first and finding out at verification: this id is upper case, which the schema forbids."""
+    with pytest.raises(SpecError, match="id"):
+        registry.enroll(replace(badge_of("Ada"), id="ABCDEF"))
+    assert registry.count() == 0
+
+
+# Claims.
+
+
+@pytest.mark.parametrize(("enrolled", "claimed"), [(ZOE_NFC, ZOE_NFD), (ZOE_NFD, ZOE_NFC)])
+def test_names_match_after_nfc(registry, enrolled, claimed):
+    """Catches: comparing code points, on either side."""
+    assert enrolled != claimed
+    registry.enroll(replace(badge_of("Zoe"), name=enrolled))
+    assert registry.find(claimed).name == ZOE_NFC
+
+
+@pytest.mark.parametrize("claim", ["ada", "ADA", " Ada", "Ada ", "Ad", "Ada%", "Ad_", "", "Ada\x00", "Ada\udcff"])
+def test_names_match_exactly(registry, claim):
+    """Catches: folding case, trimming, LIKE, and a driver's error on what no database can hold."""
+    registry.enroll(badge_of("Ada"))
+    with pytest.raises(RegistryError, match="moireid registry list") as caught:
+        registry.find(claim)
+    assert repr(claim) in str(caught.value)
+
+
+def test_ligatures_and_wide_letters_stay_apart(registry):
+    """Catches: NFKC, under which two different names would be one."""
+    registry.enroll(badge_of("\uff21da"))
+    with pytest.raises(RegistryError, match="nobody named"):
+        registry.find("Ada")
+
+
+def test_ids_match_in_any_case(registry):
+    """Catches: ids compared as typed."""
+    record = registry.enroll(badge_of("Ada", bytes.fromhex("abcdef")))
+    assert registry.find("ABCDEF") == registry.find("abcdef") == registry.by_id("AbCdEf") == record
+    assert registry.is_taken("ABCDEF") and not registry.is_taken("abcdee") and not registry.is_taken("Ada")
+    assert registry.by_id("abcdee") is None and registry.by_id("Ada") is None and registry.by_id("\udcff") is None
+
+
+def test_two_people_of_one_name(registry):
+    """Catches: taking the first that comes."""
+    ids = ["0a0a0a", "f0f0f0"]
+    for badge_id in reversed(ids):
+        registry.enroll(badge_of("Ada", bytes.fromhex(badge_id)))
+    with pytest.raises(RegistryError, match=r"2 people are named 'Ada', with ids 0a0a0a, f0f0f0") as caught:
+        registry.find("Ada")
+    assert caught.value.details["ids"] == ids
+    assert registry.find("f0f0f0").id == "f0f0f0"
+
+
+def test_many_people_of_one_name_are_counted_not_all_listed(registry):
+    """Catches: a message of a thousand ids; and a count that is off by one."""
+    for number in range(claims.LISTED + 3):
+        registry.enroll(badge_of("Ada", number.to_bytes(3, "big")))
+    with pytest.raises(RegistryError, match=r"13 people .* 000009 and 3 more;") as caught:
+        registry.find("Ada")
+    assert len(caught.value.details["ids"]) == 13
+
+
+def test_id_of_one_that_is_the_name_of_another(registry):
+    """Catches: preferring one kind of claim, so that somebody can take a name that is another's id."""
+    registry.enroll(badge_of("Ada", bytes.fromhex("abcdef")))
+    registry.enroll(badge_of("ABCDEF", bytes.fromhex("123456")))
+    with pytest.raises(RegistryError, match=r"is the id of 'Ada' and also the name on 123456") as caught:
+        registry.find("ABCDEF")
+    assert caught.value.details["ids"] == ["123456", "abcdef"]
+    assert registry.find("abcdef").name == "Ada"  # Names keep their case, so this one is an id alone.
+    assert registry.find("123456").name == "ABCDEF" and registry.find("Ada").id == "abcdef"
+
+
+def test_name_that_is_its_own_id(registry):
+    """Catches: counting one record twice where both of its columns match."""
+    registry.enroll(badge_of("abcdef", bytes.fromhex("abcdef")))
+    assert registry.find("abcdef").id == "abcdef"
+
+
+# Lists.
+
+
+def test_records_are_ordered_and_complete_across_pages(registry, monkeypatch):
+    """Catches: paging by name alone, which drops or repeats people of one name at a page's edge."""
+    monkeypatch.setattr(store, "PAGE", 3)
+    names = ["Bo"] * 5 + ["Al"] * 2 + ["Cy"] * 2
+    pairs = [(name, bytes([200 - k, 0, k])) for k, name in enumerate(names)]
+    for name, payload in pairs:
+        registry.enroll(badge_of(name, payload))
+    listed = [(record.name, record.id) for record in registry.records()]
+    assert listed == sorted((name, payload.hex()) for name, payload in pairs)
+    assert registry.count() == len(pairs)
+
+
+def test_records_are_streamed(registry, monkeypatch):
+    """Catches: reading the whole table for the first record."""
+    monkeypatch.setattr(store, "PAGE", 2)
+    for k in range(6):
+        registry.enroll(badge_of("Ada", bytes([0, 0, k])))
+    queries = []
+    event.listen(registry._ledger.engine, "before_cursor_execute", lambda *args: queries.append(args[2]))
+    stream = registry.records()
+    assert next(stream).id == "000000"
+    assert len([query for query in queries if query.startswith("SELECT badges")]) == 1
+    assert len(list(stream)) == 5
+
+
+def test_enrolling_while_listing(path):
+    """Catches: a list that holds a lock as long as its reader takes, and so blocks every enrolment."""
+    with open_registry(url_of(path, timeout=0.5), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+        stream = registry.records()
+        next(stream)
+        registry.enroll(badge_of("Bo"))
+        assert [record.name for record in stream] in ([], ["Bo"])
+
+
+def test_layouts_are_one_badge_each(registry):
+    """Catches: a badge per record, or layouts told apart by name or id."""
+    assert registry.layouts() == []
+    wide = {"size_mm": (170.0, 180.0)}
+    enrolled = [badge_of("Ada"), badge_of("Bo"), badge_of("Cy", **wide), badge_of("Di", **wide), badge_of("Ed")]
+    for badge in enrolled:
+        registry.enroll(badge)
+    layouts = registry.layouts()
+    assert {badge.layout_key() for badge in layouts} == {badge.layout_key() for badge in enrolled}
+    assert len(layouts) == 2 and all(badge in enrolled for badge in layouts)
+    lowest = [min(badge.id for badge in of_one) for of_one in (enrolled[:2] + enrolled[4:], enrolled[2:4])]
+    assert [badge.id for badge in layouts] == sorted(lowest)
+
+
+# Ids that a spoilt reading is like.
+
+
+def test_ids_alike_share_a_part_in_its_place(registry):
+    """Catches: a part found anywhere in the id; parts that must all agree; an index that the query does not use."""
+    ids = ["0123456789abcdef", "ffff456700000000", "4567ffff11111111", "2222222222222222"]
+    for number, badge_id in enumerate(ids):
+        registry.enroll(badge_of(f"Person {number}", bytes.fromhex(badge_id)))
+    assert registry.ids_alike({1: "4567"}) == [ids[0], ids[1]]
+    assert registry.ids_alike({0: "4567", 3: "cdef"}) == sorted([ids[2], ids[0]])
+    assert registry.ids_alike({0: "0123", 1: "4567", 2: "89ab", 3: "cdef"}) == sorted([ids[0], ids[1]])
+    assert registry.ids_alike({2: "beef"}) == registry.ids_alike({}) == []
+
+
+def test_ids_alike_are_found_by_indexes(path):
+    """Catches: a scan of a million records for each spoilt reading."""
+    url = url_of(path)
+    with open_registry(url, create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+        statements = []
+        event.listen(registry._ledger.engine, "before_cursor_execute", lambda *given: statements.append(given[2:4]))
+        registry.ids_alike(dict.fromkeys(range(4), "0123"))
+    ((query, values),) = [given for given in statements if "substr" in given[0]]
+    connection = sqlite3.connect(path)
+    plan = [row[3] for row in connection.execute("EXPLAIN QUERY PLAN " + query, values)]
+    connection.close()
+    assert sum("USING INDEX badges_by_part" in step for step in plan) == 3
+    assert not [step for step in plan if step.startswith("SCAN")]
+
+
+def test_parts_that_very_many_share_tell_nobody(registry, monkeypatch):
+    """Catches: a million ids that were counted up, all of them compared with one spoilt reading."""
+    monkeypatch.setattr(store, "MOST_ALIKE", 2)
+    for number in range(3):
+        registry.enroll(badge_of(f"Person {number}", number.to_bytes(8, "big")))
+    assert registry.ids_alike({0: "0000"}) == [] and registry.ids_alike({3: "0002"}) == ["0000000000000002"]
+
+
+def test_search_finds_parts_of_names_and_beginnings_of_ids(registry):
+    """Catches: signs of a pattern that act as such, a search that skips or repeats, one without a bound."""
+    names = ("Ada Lovelace", "Grace Hopper", "100 % Ada_", "Ágnes Keleti")
+    held = {name: registry.enroll(badge_of(name)) for name in names}
+
+    def found(text: str, limit: int = 10) -> set[str]:
+        return {record.name for record in registry.search(text, limit)}
+
+    assert found("") == found("  ") == set(names)
+    assert found("ada") == {"Ada Lovelace", "100 % Ada_"}
+    assert found("%") == {"100 % Ada_"} and found("a_") == {"100 % Ada_"}
+    assert found("A\u0301gnes") == {"Ágnes Keleti"}
+    assert found(held["Grace Hopper"].id[:9].upper()) == {"Grace Hopper"}
+    assert found("nobody") == found("' OR 1=1 --") == found("a\x00") == set()
+    assert [record.name for record in registry.search("", 2)] == sorted(names)[:2]

@@ -1,0 +1,132 @@
+"""Exports that are cut, changed or none.  Beside each test stands the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+from kit.registries import state_of, url_of
+from moireid.errors import RegistryError
+from moireid.registry import import_registry, open_registry
+from moireid.registry.transfer import merge
+
+
+def test_file_cut_anywhere_changes_nothing(exported, target):
+    """Catches: taking what could be read before the end; a registry made for a file that is none."""
+    content = exported.read_bytes()
+    for end in np.linspace(0, len(content.rstrip()) - 1, 40).astype(int):
+        exported.write_bytes(content[:end])
+        with pytest.raises(RegistryError, match="cut, damaged or none"):
+            import_registry(exported, target)
+    with pytest.raises(RegistryError, match=r"no registry|empty"):
+        open_registry(target, create=False)
+
+
+def test_file_changed_anywhere_changes_nothing(full, exported, tmp_path, rng):
+    """Catches: a byte of the file that nothing checks: whatever goes through is the same registry."""
+    content = exported.read_bytes()
+    expected = list(full.records())
+    refused = 0
+    for number, at in enumerate(rng.integers(0, len(content), 150)):
+        new = rng.choice(list(b'0a9Z"{}[],: \\-.\xff')).item()
+        exported.write_bytes(content[:at] + bytes([new]) + content[at + 1 :])
+        url = url_of(tmp_path / f"{number}.sqlite3")
+        try:
+            import_registry(exported, url)
+        except RegistryError as error:
+            refused += 1
+            assert "\n" not in str(error) and len(str(error)) < 600
+            assert not (tmp_path / f"{number}.sqlite3").exists()
+        else:
+            with open_registry(url, create=False) as copy:
+                assert list(copy.records()) == expected and copy.head() == full.head()
+    assert refused > 120
+
+
+def _without(document, key):
+    del document[key]
+
+
+EDITS = {
+    "name": lambda d: d["records"][0].update(name_nfc="Eve"),
+    "badge": lambda d: d["records"][0]["badge"].update(name="Eve"),
+    "unrevoked": lambda d: [item.update(revoked_at=None, revoked_reason=None) for item in d["records"]],
+    "figures": lambda d: [item.update(as_built={"tilt_rad": 0}) for item in d["records"]],
+    "record dropped": lambda d: d["records"].pop(),
+    "record twice": lambda d: d["records"].append(d["records"][0]),
+    "record of nobody": lambda d: d["records"].append({}),
+    "record no object": lambda d: d["records"].append(7),
+    "key too many": lambda d: d["records"][0].update(more=1),
+    "number for text": lambda d: d["records"][0].update(issued_at=7),
+    "text for badge": lambda d: d["records"][0].update(badge="x"),
+    "surrogate": lambda d: d["records"][0].update(name_nfc="\ud800"),
+    "entry dropped": lambda d: d["log"].pop(),
+    "first entry dropped": lambda d: d["log"].pop(0),
+    "entries swapped": lambda d: d["log"].reverse(),
+    "entry twice": lambda d: d["log"].append(d["log"][-1]),
+    "entry of text": lambda d: d["log"][0].update(seq="1"),
+    "entry too far": lambda d: d["log"][0].update(seq=2**70),
+    "log and head cut": lambda d: (d["log"].pop(), d["authority"]["head"].update(seq=5, hash=d["log"][-1]["hash"])),
+    "no log": lambda d: _without(d, "log"),
+    "no records": lambda d: _without(d, "records"),
+    "no authority": lambda d: _without(d, "authority"),
+    "no head": lambda d: _without(d["authority"], "head"),
+    "another key": lambda d: d["authority"].update(public_key="00" * 32),
+    "no key": lambda d: d["authority"].update(public_key="x"),
+    "fingerprint": lambda d: d["authority"].update(fingerprint="0" * 32),
+    "version": lambda d: d.update(version=2),
+    "format": lambda d: d.update(format="x"),
+}
+
+
+@pytest.mark.parametrize("edit", EDITS)
+def test_edited_file_changes_nothing(full, exported, target, edit):
+    """Catches: a part of the file that is believed; half of it imported; an error of the parser or the driver."""
+    with open_registry(target, create=True) as other:
+        other.export_json(exported.with_name("empty.json"))
+    before = state_of(target)
+    document = json.loads(exported.read_text(encoding="utf-8"))
+    EDITS[edit](document)
+    exported.write_text(json.dumps(document))
+    with pytest.raises(RegistryError, match=r"nothing was imported") as caught:
+        import_registry(exported, target)
+    assert "\n" not in str(caught.value)
+    assert state_of(target) == before
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "x", "[]", "7", "{}", '{"format":NaN}', "{" * 9999, '{"a":' + "[" * 99999, '{"a":1}x', "{1:2}", '{"a" 1}'],
+)
+def test_file_that_is_no_export(tmp_path, target, text):
+    """Catches: json's and Python's own exceptions."""
+    (tmp_path / "x.json").write_text(text)
+    with pytest.raises(RegistryError, match="cut, damaged or none"):
+        import_registry(tmp_path / "x.json", target)
+    (tmp_path / "x.json").write_bytes(b'{"format": "\xff"}')
+    with pytest.raises(RegistryError, match="not UTF-8"):
+        import_registry(tmp_path / "x.json", target)
+    with pytest.raises(RegistryError, match="cannot be read"):
+        import_registry(tmp_path / "absent.json", target)
+
+
+def test_database_that_fails_halfway_keeps_the_old_state(full, exported, target, monkeypatch):
+    """Catches: an import in several transactions."""
+    with open_registry(target, create=True) as copy:
+        before = state_of(target)
+        monkeypatch.setattr(merge, "CHUNK", 1)
+        copied = merge._copy
+
+        def failing(there, here, table, key, *condition):
+            count = copied(there, here, table, key, *condition)
+            if table.name == "badges":
+                raise RegistryError("the disk is full")
+            return count
+
+        monkeypatch.setattr(merge, "_copy", failing)
+        with pytest.raises(RegistryError, match="disk is full"):
+            copy.import_json(exported)
+        assert state_of(target) == before
+        monkeypatch.undo()

@@ -1,0 +1,244 @@
+"""Export and import.  Beside each test stands the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from kit.registries import badge_of, state_of, tamper, url_of
+from moireid.errors import RegistryError, SpecError
+from moireid.registry import Import, Registry, import_registry, ledger, open_registry, store
+
+# Export.
+
+
+def test_export_is_plain_json_with_everything_in_it(full, exported):
+    """Catches: a file that only we can read; figures lost on the way; something private in it."""
+    document = json.loads(exported.read_text(encoding="utf-8"))
+    assert list(document) == ["format", "version", "authority", "records", "log"]
+    assert (document["format"], document["version"]) == ("moireid registry", 1)
+    assert document["authority"]["fingerprint"] == full.fingerprint
+    head = document["authority"]["head"]
+    assert f"{head['seq']}:{head['hash']}" == full.head()
+    by_id = {record.id: record for record in full.records()}
+    assert [item["id"] for item in document["records"]] == sorted(by_id)
+    for item in document["records"]:
+        record = by_id[item["id"]]
+        assert item["badge"] == json.loads(record.badge.to_json())
+        assert item["as_built"] == (json.loads(record.as_built) if record.as_built else None)
+        times = (item["issued_at"], item["revoked_at"], item["as_built_at"])
+        assert times == (record.issued_at, record.revoked_at, record.as_built_at)
+        assert (item["name_nfc"], item["revoked_reason"]) == (record.name, record.revoked_reason)
+    assert [entry["seq"] for entry in document["log"]] == [1, 2, 3, 4, 5, 6]
+    assert "PRIVATE" not in exported.read_text(encoding="utf-8")
+
+
+def test_export_replaces_nothing_unless_told(full, exported):
+    """Catches: an older export overwritten without a word."""
+    before = exported.read_bytes()
+    with pytest.raises(SpecError, match="--overwrite"):
+        full.export_json(exported)
+    assert exported.read_bytes() == before
+    full.enroll(badge_of("Di"))
+    told = []
+    assert full.export_json(str(exported), overwrite=True, progress=lambda *step: told.append(step)) == 4
+    assert len(json.loads(exported.read_text(encoding="utf-8"))["records"]) == 4
+    assert [entry.name for entry in exported.parent.iterdir()] == [exported.name]
+
+
+@pytest.mark.parametrize(
+    "change",
+    ["UPDATE badges SET name_nfc = 'Eve'", "UPDATE log SET time = 'x' WHERE seq = 4", "DELETE FROM log WHERE seq = 6",
+     "UPDATE authority SET head_seq = 4"],
+)  # fmt: skip
+def test_unsound_registry_is_not_exported(url, full, tmp_path, change):
+    """Catches: a backup that nobody can restore; half a file."""
+    tamper(url, change)
+    with pytest.raises(RegistryError, match="tampered with or is damaged"):
+        full.export_json(tmp_path / "out" / "people.json")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_export_is_one_state(url, full, tmp_path, monkeypatch):
+    """Catches: records of one moment and a log of another, where somebody enrolls between two pages."""
+    if url.startswith("sqlite"):
+        url = url.replace("people.sqlite3", "people.sqlite3?timeout=0.05")
+    monkeypatch.setattr(ledger, "PAGE", 2)
+    monkeypatch.setattr("moireid.registry.transfer.export.STEP", 1)
+    refused = []
+
+    def meanwhile(done: int, total: int | None) -> None:
+        with open_registry(url, create=False) as other:
+            try:
+                other.enroll(badge_of("Bo", bytes([done, 0, 0])))
+            except RegistryError as error:
+                refused.append(str(error))
+
+    full.export_json(tmp_path / "people.json", progress=meanwhile)
+    assert import_registry(tmp_path / "people.json", url_of(tmp_path / "copy.sqlite3")) == Import(3, 0, 0)
+    # SQLite lets the writers wait, PostgreSQL lets them write.
+    assert all("locked" in text for text in refused) and full.count() + len(refused) == 6
+
+
+# Import into an empty registry.
+
+
+@pytest.mark.parametrize("prepared", ["absent", "of another key", "awaiting"])
+def test_import_makes_a_copy(url, full, exported, target, prepared):
+    """Catches: signing anew on import; a registry that must not exist, or must; records without their history."""
+    if prepared != "absent":
+        open_registry(target, create=True, make_authority=prepared == "of another key").close()
+    assert import_registry(exported, target) == Import(3, 0, 0)
+    assert state_of(target) == state_of(url)
+    with open_registry(target, create=False) as copy:
+        assert list(copy.records()) == list(full.records()) and copy.audit(full.head()).sound
+        assert copy.fingerprint == full.fingerprint
+
+
+def test_import_json_of_an_open_registry(full, exported, target):
+    """Catches: an open registry that goes on checking with the key it had before."""
+    with open_registry(target, create=True) as copy:
+        assert copy.fingerprint != full.fingerprint
+        assert copy.import_json(exported) == Import(3, 0, 0)
+        assert copy.fingerprint == full.fingerprint and list(copy.records()) == list(full.records())
+        assert copy.import_json(exported) == Import(0, 0, 3)
+        copy.enroll(badge_of("Di"))
+        assert copy.audit(full.head()).sound
+
+
+def test_import_without_the_private_key_can_be_read(full, exported, target, monkeypatch, tmp_path):
+    """Catches: a key made on import; an import that needs one."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "elsewhere"))
+    import_registry(exported, target)
+    assert not (tmp_path / "elsewhere").exists()
+    with open_registry(target, create=True) as copy:
+        assert copy.find("Bo").revoked_reason == "lost on the train — twice" and len(copy.layouts()) == 1
+        with pytest.raises(RegistryError, match="elsewhere"):
+            copy.enroll(badge_of("Di"))
+        assert copy.audit().sound
+
+
+def test_registry_that_awaits_an_import(target):
+    """Catches: an empty, half-made registry that reads as one without people, or cannot be finished."""
+    with open_registry(target, create=True, make_authority=False) as waiting:
+        assert waiting.count() == 0
+        with pytest.raises(RegistryError, match="no authority yet"):
+            waiting.enroll(badge_of("Ada"))
+    with pytest.raises(RegistryError, match="registry init"):
+        open_registry(target, create=False)
+    with open_registry(target, create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+        assert registry.audit().sound
+
+
+def test_file_written_otherwise_is_the_same_export(full, exported, target, tmp_path):
+    """Catches: a reader of our own layout of lines; signatures over white space or the order of keys."""
+    document = json.loads(exported.read_text(encoding="utf-8"))
+    for number, text in enumerate((json.dumps(document), json.dumps(document, indent=7, ensure_ascii=False))):
+        other = tmp_path / f"{number}.json"
+        other.write_text(text, encoding="utf-8")
+        import_registry(other, target)
+    document["records"] = [dict(sorted(item.items(), reverse=True)) for item in document["records"]]
+    exported.write_text(json.dumps(document, sort_keys=False))
+    assert import_registry(exported, target) == Import(0, 0, 3)
+
+
+# Import into a registry that holds something.
+
+
+def test_another_authoritys_export_is_refused(full, exported, target):
+    """Catches: records under a key that does not sign them; a registry replaced by another."""
+    with open_registry(target, create=True) as other:
+        other.enroll(badge_of("Di"))
+        before = state_of(target)
+        with pytest.raises(RegistryError, match=f"of {full.fingerprint}; import it into an empty registry"):
+            other.import_json(exported)
+        assert state_of(target) == before
+
+
+def test_import_into_its_own_registry_changes_nothing(url, full, exported):
+    """Catches: entries for nothing; a state put back to that of the export."""
+    before = state_of(url)
+    assert full.import_json(exported) == Import(0, 0, 3)
+    assert state_of(url) == before
+    full.enroll(badge_of("Di"))
+    grown = state_of(url)
+    assert full.import_json(exported) == Import(0, 0, 3)
+    assert state_of(url) == grown
+
+
+def test_copy_catches_up_without_the_private_key(url, full, exported, target, monkeypatch, tmp_path):
+    """Catches: a copy that can never be brought up to date where the key is not; entries signed anew."""
+    import_registry(exported, target)
+    full.enroll(badge_of("Di"))
+    full.revoke("Ada", "left")
+    full.export_json(exported, overwrite=True)
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "elsewhere"))
+    assert import_registry(exported, target) == Import(1, 1, 2)
+    assert state_of(target) == state_of(url)
+    assert import_registry(exported, target) == Import(0, 0, 4)
+
+
+def apart(full: Registry, exported: Path, target: str, monkeypatch: pytest.MonkeyPatch) -> Registry:
+    """A copy, and both grown on their own: new people here and there, revocations and figures of the same badges."""
+    import_registry(exported, target)
+    copy = open_registry(target, create=False)
+    for day, registry, new in ((1, full, "Di"), (2, copy, "Ed")):
+        monkeypatch.setattr(store, "utc_now", lambda day=day: f"2030-01-0{day}T00:00:00Z")
+        registry.enroll(badge_of(new))
+        registry.enroll(badge_of("Flo"))
+        registry.revoke("Ada", f"on day {day}")
+        registry.store_as_built(registry.find("Bo").id, f'{{"day": {day}}}')
+    full.revoke("Zo\u00eb", "here alone")
+    return copy
+
+
+def test_both_grown_apart_are_united(full, exported, target, tmp_path, monkeypatch):
+    """Catches: a revocation undone by importing an older state; a result that depends on who imports first."""
+    with apart(full, exported, target, monkeypatch) as copy:
+        full.export_json(tmp_path / "a.json")
+        copy.export_json(tmp_path / "b.json")
+        assert full.import_json(tmp_path / "b.json") == Import(1, 1, 3)
+        assert copy.import_json(tmp_path / "a.json") == Import(1, 3, 1)
+        assert list(full.records()) == list(copy.records())
+        assert [record.name for record in full.records()] == ["Ada", "Bo", "Di", "Ed", "Flo", "Zo\u00eb"]
+        ada, bo, _, _, flo, zoe = full.records()
+        assert (ada.revoked_at, ada.revoked_reason) == ("2030-01-01T00:00:00Z", "on day 1")
+        assert (bo.as_built, bo.as_built_at) == ('{"day":2}', "2030-01-02T00:00:00Z")
+        assert bo.revoked_reason == "lost on the train — twice" and zoe.revoked_reason == "here alone"
+        assert flo.issued_at == "2030-01-01T00:00:00Z"
+        assert full.audit().sound and copy.audit().sound
+        heads = full.head(), copy.head()
+        assert full.import_json(tmp_path / "b.json") == Import(0, 0, 5)
+        assert copy.import_json(tmp_path / "a.json") == Import(0, 0, 5)
+        assert (full.head(), copy.head()) == heads
+
+
+def test_uniting_needs_the_private_key(full, exported, target, tmp_path, monkeypatch):
+    """Catches: a half-united registry; records taken unsigned."""
+    with apart(full, exported, target, monkeypatch) as copy:
+        copy.export_json(tmp_path / "b.json")
+    shutil.rmtree(full.key_path.parent)
+    with open_registry(target, create=False) as copy:
+        full.export_json(tmp_path / "a.json")
+        before = state_of(target)
+        with pytest.raises(RegistryError, match="private key"):
+            copy.import_json(tmp_path / "a.json")
+        assert state_of(target) == before
+
+
+def test_one_id_with_two_badges_is_not_united(full, exported, target, tmp_path):
+    """Catches: one of two people losing the badge; half of the import."""
+    import_registry(exported, target)
+    with open_registry(target, create=False) as copy:
+        copy.enroll(badge_of("Abe", bytes([0, 0, 1])))
+        copy.enroll(badge_of("Gus", bytes.fromhex("abcdef")))
+        full.enroll(badge_of("Hal", bytes.fromhex("abcdef")))
+        full.export_json(tmp_path / "a.json")
+        before = state_of(target)
+        with pytest.raises(RegistryError, match="already to 'Gus'"):
+            copy.import_json(tmp_path / "a.json")
+        assert state_of(target) == before

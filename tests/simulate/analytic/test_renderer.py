@@ -1,0 +1,348 @@
+"""The fast renderer, held against the closed form of the optics.  Beside each test: what it would catch.
+
+Frames are noise-free and seen from straight in front, so that each pixel's place on the lens plane is known without a
+pose.  A fringe's phase is then read off by demodulating the picture with the law itself: what is left is the error.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+import pytest
+
+from moireid import optics
+from moireid.badge import Badge, Cell, Grating, load_badge
+from moireid.lenticule import view_law
+from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.motion import Poses
+from moireid.simulate.scene import Build, Camera, Instant, Scene
+
+CAMERA = Camera()
+#: Rays across and along a pixel in these tests; the default of (8, 2) has an error of its own, tested apart.
+FINE = (32, 2)
+
+
+def instant(camera_mm, last_mm=None, shown_mm=None) -> Instant:
+    """A camera that looks straight along the board's normal."""
+    first = np.array([camera_mm], float)
+    last = first if last_mm is None else np.array([last_mm], float)
+    shown = (first[0] + last[0]) / 2 if shown_mm is None else np.asarray(shown_mm, float)
+    eye = np.eye(3)[None]
+    return Instant(Poses(first, eye), Poses(last, eye), shown)
+
+
+def render(badge: Badge, at: Instant, build: Build | None = None, rays=FINE, camera=CAMERA) -> Rendered:
+    shot = AnalyticRenderer(Scene(badge, build or Build(), camera), rays=rays).render(at)
+    assert shot is not None
+    return shot
+
+
+@dataclass(frozen=True)
+class View:
+    """The grating in a frame: brightness (rows, columns), and the places x, y of its pixels on the lens plane."""
+
+    brightness: np.ndarray
+    x_mm: np.ndarray
+    y_mm: np.ndarray
+
+
+def view(badge: Badge, camera_mm, build: Build | None = None, rays=FINE, shown_mm=None) -> View:
+    """The inner grating of a frame taken from straight in front, 3 mm clear of its border."""
+    shot = render(badge, instant(camera_mm, shown_mm=shown_mm), build, rays)
+    depth = -camera_mm[2] - badge.lens.thickness_mm
+    columns = shot.left + np.arange(shot.radiance.shape[1])
+    rows = shot.top + np.arange(shot.radiance.shape[0])
+    x = (columns - (CAMERA.width - 1) / 2) / CAMERA.focal_px * depth + camera_mm[0]
+    y = (rows - (CAMERA.height - 1) / 2) / CAMERA.focal_px * depth + camera_mm[1]
+    x0, y0, x1, y1 = np.array(badge.gratings[0].rect_mm) - np.tile(middle(badge), 2)
+    across, down = (x > x0 + 3) & (x < x1 - 3), (y > y0 + 3) & (y < y1 - 3)
+    return View(shot.radiance[np.ix_(down, across)].astype(float), x[across], y[down])
+
+
+def middle(badge: Badge) -> np.ndarray:
+    x0, y0, x1, y1 = badge.outline_mm
+    return np.array([(x0 + x1) / 2, (y0 + y1) / 2])
+
+
+def line_phase(badge: Badge) -> float:
+    """Phase of the page's lines at the board's centre: 0 would be a dark line's middle there."""
+    cell = badge.gratings[0].cells[0]
+    return -2 * math.pi * (cell.edge_mm - middle(badge)[0] + cell.duty * cell.pitch_mm / 2) / cell.pitch_mm
+
+
+def law_phase(badge: Badge, seen: View, camera_mm) -> np.ndarray:
+    """psi(x) = 2 pi x (1/p_r - 1/p_f) + view, with the constant that the lines' edges give; (rows, columns)."""
+    depth = -camera_mm[2] - badge.lens.thickness_mm
+    pitch = badge.gratings[0].cells[0].pitch_mm
+    tan_x = (seen.x_mm[None, :] - camera_mm[0]) / depth
+    tan_y = (seen.y_mm[:, None] - camera_mm[1]) / depth
+    beat = 2 * math.pi * seen.x_mm * (1 / pitch - 1 / badge.lens.pitch_mm)
+    return beat[None, :] + view_law(badge.lens, pitch).phase_rad(tan_x, tan_y) + line_phase(badge)
+
+
+def left_over(seen: View, phase: np.ndarray) -> float:
+    """Mean phase of the fringes beyond `phase`, rad; dark where a dark line is shown, hence the sign."""
+    level = seen.brightness - seen.brightness.mean(axis=1, keepdims=True)
+    taper = np.hanning(level.shape[1])
+    return float(np.angle(-(taper * level * np.exp(-1j * phase)).sum()))
+
+
+def steepness(seen: View, phase: np.ndarray, axis: int) -> float:
+    """Slope of the phase left over along y (axis 0) or x (axis 1), rad/mm."""
+    level = seen.brightness - seen.brightness.mean(axis=1, keepdims=True)
+    turned = -level * np.exp(-1j * phase)
+    if axis == 0:
+        rows = (turned * np.hanning(turned.shape[1])).sum(axis=1)
+        return float(np.polyfit(seen.y_mm, np.unwrap(np.angle(rows)), 1)[0])
+    half = turned.shape[1] // 2
+    sums = [(part * np.hanning(half)).sum() for part in (turned[:, :half], turned[:, -half:])]
+    gap_mm = seen.x_mm[-half] - seen.x_mm[0]
+    return float(np.angle(sums[1] / sums[0]) / gap_mm)
+
+
+# Against the closed form.
+
+
+@pytest.mark.parametrize(("distance_mm", "limit_rad"), [(1001.0, 0.005), (2001.0, 0.02)])
+@pytest.mark.parametrize("u", [0.0, 0.3, -0.3])
+def test_fringe_phase_follows_the_view_law(prototype, distance_mm, limit_rad, u):
+    """Catches: the sign of u; lenses on the page's plane; a shift of g/n; edges taken for middles; a dropped g/D.
+
+    The limits are the picture's, not the law's: at 2 m a pixel covers 2.7 lenses, whose pitch aliases against it.
+    """
+    camera = (u * (distance_mm - 1), 40.0, -distance_mm)
+    seen = view(prototype, camera)
+    assert abs(left_over(seen, law_phase(prototype, seen, camera))) < limit_rad
+
+
+def test_the_default_rays_keep_the_phase(prototype):
+    """Catches: a jitter that is not centred on the pixel, which would move the fringes by half a ray."""
+    camera = (250.0, -60.0, -1001.0)
+    seen = view(prototype, camera, rays=(8, 2))
+    assert abs(left_over(seen, law_phase(prototype, seen, camera))) < 0.005
+
+
+def test_a_line_mask_in_air_follows_the_straight_ray(films):
+    """Catches: a mask that is refracted; openings and bars exchanged (half a fringe); the lens's law used for it."""
+    mask = load_badge(films / "badge_mask.json")
+    assert mask.lens.refractive_index == 1.0
+    for u in (0.0, 0.4, -0.25):
+        camera = (u * 1400.0, 30.0, -1401.0)
+        seen = view(mask, camera)
+        tangent = (seen.x_mm - camera[0]) / 1400.0
+        cell = mask.gratings[0].cells[0]
+        beat = 2 * math.pi * seen.x_mm * (1 / cell.pitch_mm - 1 / mask.lens.pitch_mm)
+        straight = beat + 2 * math.pi * mask.lens.thickness_mm * tangent / cell.pitch_mm + line_phase(mask)
+        # At 1.4 m a pixel covers 1.9 openings; the beat of pixels against openings leaves some hundredths.
+        assert abs(left_over(seen, np.broadcast_to(straight, seen.brightness.shape))) < 0.03
+
+
+def test_a_mask_under_glass_follows_the_slab_law(films):
+    """Catches: a slab without Snell; tan / n in place of the exact law (0.35 rad apart at this angle)."""
+    mask = load_badge(films / "badge_mask.json")
+    mask = replace(mask, lens=replace(mask.lens, refractive_index=1.5, thickness_mm=2.0))
+    camera = (0.6 * 1000.0, 200.0, -1002.0)
+    seen = view(mask, camera)
+    tan_x, tan_y = (seen.x_mm[None, :] - camera[0]) / 1000.0, (seen.y_mm[:, None] - camera[1]) / 1000.0
+    cell = mask.gratings[0].cells[0]
+    shift = optics.slab_shift_mm(2.0, 1.5, tan_x, tan_y)
+    beat = 2 * math.pi * seen.x_mm * (1 / cell.pitch_mm - 1 / mask.lens.pitch_mm)
+    phase = beat[None, :] + 2 * math.pi * shift / cell.pitch_mm + line_phase(mask)
+    assert abs(left_over(seen, phase)) < 0.03
+
+
+def test_a_sheet_laid_over_by_a_tenth_turns_the_phase(prototype):
+    """Catches: the offset's sign; an offset of the page; 2 pi d / p_r in place of 2 pi d / p_f (0.03 rad)."""
+    camera = (100.0, 0.0, -1001.0)
+    seen = view(prototype, camera, Build(lens_offset_mm=0.1))
+    turned = left_over(seen, law_phase(prototype, seen, camera))
+    assert turned == pytest.approx(2 * math.pi * 0.1 / prototype.lens.pitch_mm, abs=0.006)
+
+
+def test_print_scale_changes_the_beat(prototype):
+    """Catches: scale applied to the lens; 1/s for s; a scale that forgets the lines.  0.3 % is 12.7 % of this beat."""
+    camera, scale = (0.0, 0.0, -1001.0), 1.003
+    seen = view(prototype, camera, Build(print_scale=scale))
+    pitch = prototype.gratings[0].cells[0].pitch_mm
+    more = 2 * math.pi * (1 / (scale * pitch) - 1 / pitch)
+    assert steepness(seen, law_phase(prototype, seen, camera), axis=1) == pytest.approx(more, rel=0.02)
+
+
+def test_lens_scale_changes_the_beat_the_other_way(prototype):
+    """Catches: both scales bound together, which would cancel."""
+    camera, scale = (0.0, 0.0, -1001.0), 1.003
+    seen = view(prototype, camera, Build(lens_scale=scale))
+    pitch = prototype.lens.pitch_mm
+    more = -2 * math.pi * (1 / (scale * pitch) - 1 / pitch)
+    assert steepness(seen, law_phase(prototype, seen, camera), axis=1) == pytest.approx(more, rel=0.02)
+
+
+@pytest.mark.parametrize("degrees", [0.25, -0.1])
+def test_a_twisted_sheet_tilts_the_fringes(prototype, degrees):
+    """Catches: the sense of the twist; degrees; a twist of the page.  2 pi a / p_f per mm, falling along y."""
+    camera, twist = (0.0, 0.0, -1001.0), math.radians(degrees)
+    seen = view(prototype, camera, Build(twist_rad=twist))
+    tilt = steepness(seen, law_phase(prototype, seen, camera), axis=0)
+    assert tilt == pytest.approx(-2 * math.pi * twist / prototype.lens.pitch_mm, rel=0.02)
+
+
+def test_a_forged_place_moves_the_fringes_and_nothing_else(prototype):
+    """Catches: the forgery's place used for the page too, which would make the film genuine again."""
+    camera, false = (100.0, 20.0, -1001.0), (-150.0, 90.0, -1001.0)
+    seen = view(prototype, camera, shown_mm=false)
+    assert abs(left_over(seen, law_phase(prototype, seen, false))) < 0.01
+    assert abs(left_over(seen, law_phase(prototype, seen, camera))) > 0.5
+    true, forged = (render(prototype, instant(camera, shown_mm=place)) for place in (camera, false))
+    assert np.array_equal(true.coverage, forged.coverage)
+    corner = slice(0, 40)
+    assert np.array_equal(true.radiance[corner, corner], forged.radiance[corner, corner])
+
+
+# Symmetry.
+
+
+def transposed(badge: Badge) -> Badge:
+    """The board with x and y exchanged, for boards that are square; the markers stay, as they have no axis."""
+    gratings = tuple(
+        Grating(swap(g.rect_mm), "y" if g.axis == "x" else "x", g.pitch_mm, g.family,
+                tuple(Cell(swap(c.rect_mm), c.pitch_mm, c.edge_mm, c.duty) for c in g.cells))
+        for g in badge.gratings
+    )  # fmt: skip
+    return replace(badge, gratings=gratings)
+
+
+def swap(rect):
+    return (rect[1], rect[0], rect[3], rect[2])
+
+
+def square_frame(badge: Badge, camera_mm, build: Build | None = None) -> np.ndarray:
+    """Pixels of the grating near the middle of a square picture, where board and transposed board both have it."""
+    camera = Camera(width=400, height=400, focal_px=1450.0)
+    # The grid of rays is sheared and so not symmetric itself; this many make it as good as.
+    shot = render(badge, instant(camera_mm), build, rays=(16, 16), camera=camera)
+    picture = np.zeros((400, 400))
+    picture[shot.top : shot.top + shot.radiance.shape[0], shot.left : shot.left + shot.radiance.shape[1]] = (
+        shot.radiance
+    )
+    return picture[172:210, 172:210]
+
+
+@pytest.mark.parametrize("build", [Build(), Build(lens_offset_mm=0.13, print_scale=1.002, lens_scale=0.999)])
+def test_an_axis_of_y_is_that_of_x_transposed(prototype, build):
+    """Catches: a y grating read along x; its offset left out; the camera's other coordinate used for its view."""
+    upright = square_frame(prototype, (30.0, -20.0, -1001.0), build)
+    lying = square_frame(transposed(prototype), (-20.0, 30.0, -1001.0), build)
+    assert upright.std() > 0.1
+    # Measured 0.006 to 0.02; a picture of other fringes is 0.4 away.
+    assert np.sqrt(np.mean((upright - lying.T) ** 2)) < 0.04
+
+
+def test_a_twist_turns_all_sheets_of_a_board_one_way(prototype):
+    """Catches: a y grating's sheet turned against an x grating's.  Transposing a board mirrors it, which turns the
+    sense of a twist round: from x towards y becomes from y towards x.
+    """
+    twist = math.radians(0.3)
+    upright = square_frame(prototype, (30.0, -20.0, -1001.0), Build(twist_rad=twist))
+    lying = square_frame(transposed(prototype), (-20.0, 30.0, -1001.0), Build(twist_rad=-twist))
+    assert np.sqrt(np.mean((upright - lying.T) ** 2)) < 0.04
+
+
+def test_moving_camera_and_shutter_together_moves_nothing_else(prototype):
+    """Catches: principal point or crop box that enters the rays: a whole pixel's move must be exact."""
+    one_px_mm = 1001.0 / CAMERA.focal_px
+    here = render(prototype, instant((0.0, 0.0, -1001.0)))
+    there = render(prototype, instant((one_px_mm * 3, -one_px_mm * 2, -1001.0)))
+    assert (there.left, there.top) == (here.left - 3, here.top + 2)
+    corner = slice(5, 40)
+    assert np.allclose(here.radiance[corner, corner], there.radiance[corner, corner], atol=1e-6)
+
+
+# The page and the board's outline.
+
+
+def test_markers_decode_where_the_pinhole_puts_them(prototype):
+    """Catches: a mirrored or turned page; ids exchanged; markers on the lens plane (0.5 px off at this slant)."""
+    camera_mm = np.array([300.0, -25.0, -900.0])
+    shot = render(prototype, instant(camera_mm), rays=(16, 16))
+    frame = np.full((CAMERA.height, CAMERA.width), 0.4)
+    rows, columns = (slice(a, a + n) for a, n in zip((shot.top, shot.left), shot.radiance.shape, strict=True))
+    frame[rows, columns] += shot.coverage * (shot.radiance - 0.4)
+    dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, prototype.markers.dictionary))
+    corners, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers((255 * frame).astype(np.uint8))
+    assert sorted(ids.ravel()) == sorted(prototype.markers.ids)
+    for quad, identity in zip(corners, ids.ravel(), strict=True):
+        wanted = marker_px(prototype, prototype.markers.ids.index(identity), camera_mm)
+        assert np.abs(quad[0] - wanted).max() < 2.0
+        # An edge lies where the dark along a line across it ends: the black border's middle, outside to inside.
+        (left, top), (right, bottom) = wanted[0], wanted[2]
+        column, row = round(left + (right - left) / 12), round(top + (bottom - top) / 12)
+        assert dark_from(frame[:, column], top) == pytest.approx(top, abs=0.06)
+        assert dark_from(frame[::-1, column], CAMERA.height - 1 - bottom) == pytest.approx(
+            CAMERA.height - 1 - bottom, abs=0.06
+        )
+        assert dark_from(frame[row], left) == pytest.approx(left, abs=0.06)
+        assert dark_from(frame[row, ::-1], CAMERA.width - 1 - right) == pytest.approx(
+            CAMERA.width - 1 - right, abs=0.06
+        )
+
+
+def marker_px(badge: Badge, index: int, camera_mm: np.ndarray) -> np.ndarray:
+    """Corners of a marker's black square in the picture of a camera that looks straight on; centres are integers."""
+    half = badge.markers.size_mm / 2
+    square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
+    seen = (badge.markers.centers_mm[index] - middle(badge) + square - camera_mm[:2]) / -camera_mm[2]
+    return seen * CAMERA.focal_px + [(CAMERA.width - 1) / 2, (CAMERA.height - 1) / 2]
+
+
+def dark_from(line: np.ndarray, near: float) -> float:
+    """Where a line of pixels turns from paper to ink, within four pixels of `near`, to a fraction of a pixel."""
+    first = round(near) - 4
+    part = line[first : first + 8]
+    dark = (part.max() - part) / np.ptp(part)
+    return first + 8 - 0.5 - dark.sum()
+
+
+def test_coverage_is_the_board_s_area(ada):
+    """Catches: the page rendered in place of the board; pixels lost at the crop's border; a scale of print left out."""
+    x0, y0, x1, y1 = ada.outline_mm
+    for scale in (1.0, 1.01):
+        shot = render(ada, instant((37.0, 11.0, -1300.0)), Build(print_scale=scale), rays=(16, 16))
+        area_px = (x1 - x0) * (y1 - y0) * (scale * CAMERA.focal_px / 1300.0) ** 2
+        assert shot.coverage.sum() == pytest.approx(area_px, rel=5e-4)
+        assert shot.coverage.max() == 1.0 and np.all(shot.radiance[shot.coverage == 0] == 0)
+
+
+def test_a_rolling_shutter_shears_the_board(prototype):
+    """Catches: first and last row exchanged; the shutter counted over the badge's rows, not the picture's."""
+    way_mm = 40.0
+    rolled = render(prototype, instant((-way_mm / 2, 0.0, -1000.0), (way_mm / 2, 0.0, -1000.0)), rays=(16, 16))
+    width_px = prototype.page_mm[0] * CAMERA.focal_px / 1000.0
+    rows = np.arange(8, rolled.coverage.shape[0] - 8)
+    share = rolled.coverage[rows]
+    assert share.sum(axis=1) == pytest.approx(np.full(len(rows), width_px), abs=0.1)
+    centre = (share @ np.arange(share.shape[1])) / share.sum(axis=1) + rolled.left
+    fraction = (rows + rolled.top - (CAMERA.height - 1) / 2) / CAMERA.height
+    wanted = (CAMERA.width - 1) / 2 - fraction * way_mm * CAMERA.focal_px / 1000.0
+    assert centre == pytest.approx(wanted, abs=0.05)
+
+
+def test_no_board_in_view_is_no_picture(prototype):
+    """Catches: a board behind the camera seen through it; an empty crop."""
+    renderer = AnalyticRenderer(Scene(prototype))
+    assert renderer.render(instant((0.0, 0.0, 900.0))) is None
+    assert renderer.render(instant((5000.0, 0.0, -900.0))) is None
+
+
+def test_more_rays_come_nearer_the_truth(prototype):
+    """Catches: rays that repeat one another's places; a grid that leaves out part of the pixel."""
+    at = instant((80.0, 15.0, -1200.0))
+    truth = render(prototype, at, rays=(48, 6)).radiance
+    errors = [
+        float(np.sqrt(np.mean((render(prototype, at, rays=rays).radiance - truth) ** 2)))
+        for rays in ((2, 1), (8, 2), (24, 4))
+    ]
+    assert errors[0] > 1.5 * errors[1] > 2.0 * errors[2]
+    assert errors[1] < 0.05

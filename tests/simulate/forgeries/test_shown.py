@@ -1,0 +1,271 @@
+"""What forged films show, and the truth that is written of it.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import csv
+import math
+
+import numpy as np
+import pytest
+
+from moireid.badge import Badge
+from moireid.errors import SpecError
+from moireid.lenticule import view_law
+from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.film import _seen, film, truth_path
+from moireid.simulate.forgeries.courses import FIELDS, KINDS
+from moireid.simulate.forgeries.flat import PHOTO_PX_PER_MM, SquaredUp, held_frames
+from moireid.simulate.forgeries.patches import CLOCK_S, PATCHES, Generative, OwnClocks, parallax
+from moireid.simulate.forgeries.shown import Shown, shown_in
+from moireid.simulate.motion import Poses
+from moireid.simulate.recording.shutter import opened
+from moireid.simulate.scene import Build, Camera, Instant, Scene
+from moireid.simulate.truth import shown_phase_rad
+
+FPS = 30.0
+TINY = Camera(width=160, height=96, focal_px=100.0)
+#: The board fills the picture at 600 mm: 0.6 px to the millimetre.
+NEAR = Camera(width=400, height=400, focal_px=1450.0, shutter_s=0.0)
+
+
+def frontal_swing(times_s: np.ndarray) -> Poses:
+    """A camera that slides sideways and up and never turns: the board keeps its shape in the picture."""
+    times_s = np.atleast_1d(times_s)
+    camera = np.column_stack([70 * np.sin(2 * times_s), 20 * np.sin(3 * times_s), np.full_like(times_s, -900.0)])
+    return Poses(camera, np.tile(np.eye(3), (len(times_s), 1, 1)))
+
+
+def seen(badge: Badge, kind: str | None, *frames: int) -> tuple[list[Rendered], Shown]:
+    """What some frames of a film of 60 show of the board."""
+    scene = Scene(badge, Build(), NEAR)
+    shown = shown_in(kind, scene, frontal_swing, frontal_swing(np.arange(60) / FPS).camera_mm, FPS, 3)
+    render, boards = AnalyticRenderer(scene).render, []
+    for frame in frames:
+        opening = opened(frontal_swing, NEAR, scene.board_half_mm, frame / FPS, FPS)[1]
+        board, _ = _seen(render, opening, shown, frame)
+        assert board is not None
+        boards.append(board)
+    return boards, shown
+
+
+def fringe_phase(badge: Badge, board: Rendered, pose: Poses, camera: Camera = NEAR) -> float:
+    """Phase of the middle rows' fringe at the board's centre, page plane, from a picture whose camera looks along z.
+
+    A cosine of the beat that the picture's own distance gives is fitted to 9 mm of rows about the centre.
+    """
+    focal, (x, y, z) = camera.focal_px, pose.camera_mm[0]
+    columns = np.arange(board.radiance.shape[1]) + board.left
+    rows = np.arange(board.radiance.shape[0]) + board.top
+    place_x = (columns - camera.matrix[0, 2]) * abs(z) / focal + x
+    place_y = (rows - camera.matrix[1, 2]) * abs(z) / focal + y
+    within = np.abs(place_x) < 30
+    profile = board.radiance[np.abs(place_y) < 4.5][:, within].mean(axis=0)
+    place_x = place_x[within]
+    pitch, lens = badge.gratings[0].pitch_mm, badge.lens
+    best = (-1.0, 0.0)
+    for beat in np.linspace(0.5, 1.5, 201) * (1 / pitch - 1 / lens.pitch_mm):
+        turn = 2 * math.pi * beat * place_x
+        basis = np.column_stack([np.cos(turn), np.sin(turn), np.ones_like(turn)])
+        weights, *_ = np.linalg.lstsq(basis, profile, rcond=None)
+        power = 1 - ((basis @ weights - profile) ** 2).mean() / profile.var()
+        if power > best[0]:
+            best = (power, math.atan2(-weights[1], weights[0]))
+    return best[1]
+
+
+# The truth is what the picture shows.
+
+
+@pytest.mark.parametrize("kind", [None, "gain_low", "reversed", "wobble", "generative", "photo", "screen", "frozen"])
+def test_the_truth_s_phase_moves_as_the_picture_s(prototype, kind):
+    """Catches: the true phase beside a forged film; a forged phase that forgets that the sheet lies above the page
+    (3.7 % of the true motion); a picture whose fringes do not move as its truth says; a sign.
+    """
+    frames, measured, told = (0, 9, 20, 31, 42, 55), [], []
+    boards, shown = seen(prototype, kind, *frames)
+    for frame, board in zip(frames, boards, strict=True):
+        measured.append(fringe_phase(prototype, board, frontal_swing(np.array([frame / FPS]))))
+        field = shown.field(frame)
+        centre = np.zeros(2) if field is None else field[field.shape[0] // 2, field.shape[1] // 2]
+        told.append(
+            shown_phase_rad(prototype, prototype.gratings[0], shown.camera_mm[frame], shown.sight_mm[frame], centre)
+        )
+    off = np.array([math.remainder(m - t, 2 * math.pi) for m, t in zip(measured, told, strict=True)])
+    off = np.array([math.remainder(value - off[0], 2 * math.pi) for value in off])
+    assert np.abs(off).max() < 0.05, off
+    if kind in (None, "gain_low", "reversed"):
+        assert np.ptp(told) > 0.4
+
+
+def test_half_the_gain_is_half_the_phase_on_the_lens(prototype, tmp_path):
+    """Catches: a truth whose phase is not that shown.  0.5 of the lens plane's motion, and all of the page plane's."""
+    phases = {}
+    for kind in (None, "gain_low"):
+        path = tmp_path / f"{kind}.mp4"
+        film(Scene(prototype, Build(), TINY), frontal_swing, path, frames=40, fps=FPS, forge=kind)
+        with truth_path(path).open(encoding="utf-8") as stream:
+            rows = list(csv.DictReader(stream))
+        phases[kind] = np.array([float(row["phase_rad"]) for row in rows])
+        sideways = np.array([float(row["parallax_x"]) for row in rows])
+        shown = np.array([float(row["shown_x"]) for row in rows])
+        assert np.polyfit(sideways, shown, 1)[0] == pytest.approx(1.0 if kind is None else 0.5, abs=1e-4)
+    lens, pitch = prototype.lens, prototype.gratings[0].pitch_mm
+    page = 2 * math.pi * lens.thickness_mm * (1 / pitch - 1 / lens.pitch_mm)
+    sheet = -2 * math.pi * view_law(lens, pitch).effective_gap_mm(pitch) / pitch
+    slopes = [np.polyfit(sideways, phases[kind], 1)[0] for kind in (None, "gain_low")]
+    # The law bends by 1 % over these tangents of 0.08.
+    assert slopes == pytest.approx([sheet + page, 0.5 * sheet + page], rel=0.01)
+
+
+# Parts with clocks of their own.
+
+
+def test_each_patch_shows_the_true_motion_at_another_time():
+    """Catches: random courses; one clock for all; patches that drift together; a field in millimetres."""
+    clocks = OwnClocks(frontal_swing, seed=4)
+    times = np.arange(0, 3, 0.1)
+    fields = np.stack([clocks.at(float(t)) for t in times])
+    assert fields.shape == (len(times), *PATCHES, 2)
+    true = parallax(frontal_swing(times).camera_mm)
+    late = []
+    for i in range(PATCHES[0]):
+        for j in range(PATCHES[1]):
+            shown = true + fields[:, i, j]
+            misfit = [
+                np.abs(parallax(frontal_swing(times + lag).camera_mm) - shown).max()
+                for lag in np.arange(-CLOCK_S, CLOCK_S, 0.002)
+            ]
+            assert min(misfit) < 1e-3
+            late.append(-CLOCK_S + 0.002 * int(np.argmin(misfit)))
+    assert np.std(late) > 0.4 and np.abs(late).max() <= CLOCK_S
+
+
+def test_a_patch_of_the_board_shows_its_own_course(prototype):
+    """Catches: a field that is mirrored, transposed or shifted on the board; one that is ignored."""
+    scene, pose = Scene(prototype, Build(), NEAR), frontal_swing(np.zeros(1))
+    renderer = AnalyticRenderer(scene)
+    field = np.zeros((4, 4, 2))
+    field[1, 2] = [0.06, 0.0]
+    plain = renderer.render(Instant(pose, pose, pose.camera_mm[0]))
+    patched = renderer.render(Instant(pose, pose, pose.camera_mm[0], field))
+    elsewhere = renderer.render(Instant(pose, pose, pose.camera_mm[0] + [0.06 * 900, 0.0, 0.0]))
+    assert plain is not None and patched is not None and elsewhere is not None
+    # 146 mm of board at 1450/900 px to the millimetre, centred in the picture.
+    per_mm = NEAR.focal_px / 900
+    x = (np.arange(plain.radiance.shape[1]) + plain.left - NEAR.matrix[0, 2]) / per_mm / 146 * 4 + 2
+    y = (np.arange(plain.radiance.shape[0]) + plain.top - NEAR.matrix[1, 2]) / per_mm / 146 * 4 + 2
+    inside = np.outer((y > 1.05) & (y < 1.95), (x > 2.05) & (x < 2.95))
+    outside = ~np.outer((y > 0.95) & (y < 2.05), (x > 1.95) & (x < 3.05))
+    assert np.array_equal(patched.radiance[outside], plain.radiance[outside])
+    assert np.abs(patched.radiance[inside] - plain.radiance[inside]).max() > 0.2
+    # In float32 one ray of sixteen may fall on the other side of a line's edge.
+    off = np.abs(patched.radiance[inside] - elsewhere.radiance[inside])
+    assert off.max() < 0.06 and np.mean(off > 0.01) < 0.02
+
+
+def test_a_generative_film_begins_true_and_then_wanders(prototype):
+    """Catches: a first frame that is forged already; a pitch that stands still; a spread that gives it away."""
+    camera = frontal_swing(np.arange(90) / FPS).camera_mm
+    made_up = Generative(prototype, camera, FPS, seed=2)
+    assert np.array_equal(made_up.camera_mm[0], camera[0]) and not made_up.at(0).any()
+    true, walk = parallax(camera), parallax(made_up.camera_mm)
+    assert walk.std(axis=0) == pytest.approx(true.std(axis=0))
+    assert abs(np.corrcoef(true[:, 0], walk[:, 0])[0, 1]) < 0.9
+    stretch = np.array([np.ptp(made_up.at(frame)[0, :, 0]) for frame in range(90)])
+    assert stretch[0] == 0 and stretch.max() > 0.05
+    (true_first, true_later), _ = seen(prototype, None, 0, 50)
+    (first, later), _ = seen(prototype, "generative", 0, 50)
+    assert np.array_equal(first.radiance, true_first.radiance)
+    assert np.abs(later.radiance - true_later.radiance).max() > 0.2
+
+
+# Flat pictures.
+
+
+def test_a_photograph_looks_true_from_where_it_was_taken(prototype):
+    """Catches: a photograph shifted, mirrored or of another size; markers that lie elsewhere.
+
+    What may differ is the photograph's own grain of 1/8 mm: steep edges move by half of it.
+    """
+    scene, place = Scene(prototype, Build(print_scale=1.004), NEAR), np.array([0.0, 0.0, -900.0])
+    pose = Poses(place[None], np.eye(3)[None])
+    renderer = AnalyticRenderer(scene)
+    true = renderer.render(Instant(pose, pose, place))
+    flat = renderer.render(Instant(pose, pose, place, None, SquaredUp(scene, PHOTO_PX_PER_MM).picture(place)))
+    assert true is not None and flat is not None
+    assert np.array_equal(true.coverage, flat.coverage)
+    off = flat.radiance - true.radiance
+    assert np.sqrt((off**2).mean()) < 0.02 and abs(off.mean()) < 0.002
+
+
+def test_a_picture_from_the_side_is_squared_up(prototype):
+    """Catches: a viewpoint's shift with the wrong sign.  The page stays, the fringes move."""
+    scene = Scene(prototype, Build(), NEAR)
+    square = SquaredUp(scene, 4.0)
+    front, side = (square.picture(np.array([x, 0.0, -900.0])) for x in (0.0, 80.0))
+    pose = Poses(np.array([[80.0, 0.0, -900.0]]), np.eye(3)[None])
+    true = AnalyticRenderer(Scene(prototype, Build(), NEAR)).render(Instant(pose, pose, pose.camera_mm[0]))
+    assert true is not None
+    x0, y0, x1, y1 = (round(4 * value) for value in prototype.gratings[0].rect_mm)
+    assert np.abs(front[: y0 - 8] - side[: y0 - 8]).max() < 1e-6
+    assert np.abs(front[y0:y1, x0:x1] - side[y0:y1, x0:x1]).max() > 0.2
+
+
+def test_a_photograph_never_changes_and_a_screen_does(prototype):
+    """Catches: a photograph that is taken anew; a screen that holds one frame for ever, or plays at the film's rate."""
+    scene = Scene(prototype, Build(), NEAR)
+    camera = frontal_swing(np.arange(30) / 60.0).camera_mm
+    photo = shown_in("photo", scene, frontal_swing, camera, 60.0, 3)
+    assert photo.picture(0) is photo.picture(29) and np.ptp(photo.camera_mm, axis=0).max() == 0
+    screen = shown_in("screen", scene, frontal_swing, camera, 60.0, 3)
+    assert np.array_equal(screen.picture(10), screen.picture(11))
+    assert np.abs(screen.picture(10) - screen.picture(25)).max() > 0.1
+    assert held_frames(8, 60.0).tolist() == [0, 0, 2, 2, 4, 4, 6, 6]
+    assert held_frames(5, 24.0).tolist() == [0, 1, 2, 3, 4]
+
+
+# Every kind.
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_kind_keeps_page_and_markers_true(prototype, kind):
+    """Catches: a forgery that moves, blurs or repaints what lies outside the sheet."""
+    ((true,), _), ((forged,), _) = seen(prototype, None, 30), seen(prototype, kind, 30)
+    assert np.array_equal(true.coverage, forged.coverage)
+    per_mm, y = NEAR.focal_px / 900, frontal_swing(np.ones(1)).camera_mm[0, 1]
+    top = (np.arange(true.radiance.shape[0]) + true.top - NEAR.matrix[1, 2]) / per_mm + y + 73
+    above = top < prototype.gratings[0].rect_mm[1] - 2
+    off = forged.radiance[above] - true.radiance[above]
+    # A flat picture has a grain; the others show the page itself.
+    limit = 0.1 if kind in ("photo", "screen") else 0.0
+    assert np.sqrt((off**2).mean()) <= limit
+    assert np.abs(forged.radiance[~above] - true.radiance[~above]).max() > 0.1
+
+
+def test_unknown_kinds_are_refused(prototype):
+    """Catches: a mistyped kind filmed as a genuine badge; a list that leaves somebody out."""
+    with pytest.raises(SpecError, match="patchy, generative, photo, screen"):
+        shown_in("magic", Scene(prototype), frontal_swing, np.zeros((3, 3)), FPS, 0)
+    assert set(FIELDS) < set(KINDS) and len(set(KINDS)) == len(KINDS) == 13
+
+
+def test_a_seed_makes_one_forgery(prototype):
+    """Catches: a global random state; a seed without effect."""
+    camera = frontal_swing(np.arange(40) / FPS).camera_mm
+    for kind in ("splice", "wobble", "generative", "screen", "randomwalk"):
+        one, again, other = (
+            shown_in(kind, Scene(prototype), frontal_swing, camera, FPS, seed).camera_mm for seed in (3, 3, 4)
+        )
+        assert np.array_equal(one, again) and np.abs(one - other).max() > 0.5, kind
+    assert np.abs(OwnClocks(frontal_swing, 3).at(0.0) - OwnClocks(frontal_swing, 4).at(0.0)).max() > 1e-3
+
+
+def test_the_truth_says_nothing_where_the_law_is_not_traced(prototype):
+    """Catches: the edge of the law's table told as the truth, with which a verifier of the same table agrees."""
+    grating, centre = prototype.gratings[0], np.zeros(2)
+    phases = [
+        shown_phase_rad(prototype, grating, place, place, centre)
+        for place in (np.array([1000.0 * u, 0.0, -1000.0]) for u in (1.5, 1.8, 2.2))
+    ]
+    # The law still climbs by about 4 rad for each unit of the tangent there.
+    assert phases[0] - phases[1] == pytest.approx(1.3, abs=0.15) and np.isnan(phases[2])

@@ -1,0 +1,321 @@
+"""Mitsuba's frame against the analytic one and the phase law, and the search for a variant that runs.
+
+Measured here (scalar_rgb, 64 rays, Ada Lovelace's eleven bands at 1 m, rad: mean over the bands +- their scatter):
+
+| u   | Mitsuba - analytic | analytic - law, against u = 0 | Mitsuba - law, against u = 0 |
+|-----|--------------------|-------------------------------|------------------------------|
+| 0   | -0.0001 +- 0.0006  | 0                             | 0                            |
+| 0.3 | -0.0025 +- 0.0013  | +0.0029 +- 0.0033             | +0.0006 +- 0.0031            |
+| 0.6 | -0.0159 +- 0.0020  | +0.0078 +- 0.0025             | -0.0080 +- 0.0027            |
+
+Mitsuba weighs each ray by how much of it passes into the lens, which the other two do not: that alone is -0.0029 rad
+at u = 0.3 and -0.0142 at 0.6, by `fresnel_turn_rad` below.
+"""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from kit.rendered_frames import (
+    REFERENCE_RAYS,
+    Crop,
+    analytic_frame,
+    beyond_law_rad,
+    cut,
+    pixels_of,
+    seen_from,
+    turn_rad,
+)
+from moireid.badge import Badge, Lens
+from moireid.designer import Request, design_badge, payload_for_name
+from moireid.errors import MissingExtraError, SpecError
+from moireid.lenticule import landing_mm
+from moireid.simulate.analytic.renderer import Rendered
+from moireid.simulate.mitsuba import variant as mitsuba_variant
+from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+from moireid.simulate.scene import Build, Instant, Scene
+
+BUILT = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.4), print_scale=1.003, lens_scale=0.998)
+
+
+@pytest.fixture(scope="module")
+def badge() -> Badge:
+    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace", family="pitch"))
+
+
+@pytest.fixture
+def unsearched() -> Iterator[None]:
+    """No variant known yet, before the test and after it."""
+    for known in (mitsuba_variant.choose_variant, mitsuba_variant.working_llvm):
+        known.cache_clear()
+    yield
+    for known in (mitsuba_variant.choose_variant, mitsuba_variant.working_llvm):
+        known.cache_clear()
+
+
+def mitsuba_frame(scene: Scene, instant: Instant, crop: Crop | None = None, *, seed: int = 0) -> Rendered:
+    frame = MitsubaRenderer(scene, variant="scalar_rgb", seed=seed).render(instant, crop=crop)
+    assert frame is not None
+    return frame
+
+
+def fresnel_turn_rad(lens: Lens, rear_pitch_mm: float, tan_x: float) -> float:
+    """What weighing each ray by its transmittance (unpolarised) adds to the phase of the traced law."""
+    assert lens.radius_mm is not None
+    n, radius = lens.refractive_index, lens.radius_mm
+    start = ((np.arange(4096) + 0.5) / 4096 - 0.5) * lens.pitch_mm
+    landed = landing_mm(lens, start, np.array(tan_x), np.array(0.0))
+    # The ray meets its own circle, or passes over it and meets the next lens's.
+    cosine = np.full(start.shape, np.nan)
+    for lenticule in range(3):
+        offset = start - lenticule * math.copysign(lens.pitch_mm, tan_x)
+        a, b, c = 1 + tan_x**2, offset * tan_x - radius, offset**2
+        depth = c / (-b + np.sqrt(np.maximum(b**2 - a * c, 0)))
+        hit = offset + tan_x * depth
+        new = np.isnan(cosine) & (b**2 >= a * c) & (np.abs(hit) <= lens.pitch_mm / 2)
+        cosine = np.where(new, (radius - depth - tan_x * hit) / radius / math.sqrt(a), cosine)
+    inner = np.sqrt(1 - (1 - cosine**2) / n**2)
+    reflected = (
+        ((cosine - n * inner) / (cosine + n * inner)) ** 2 + ((n * cosine - inner) / (n * cosine + inner)) ** 2
+    ) / 2
+    wave = np.exp(2j * math.pi * landed / rear_pitch_mm)
+    return float(np.angle(np.mean((1 - reflected) * wave) / np.mean(wave)))
+
+
+@pytest.mark.parametrize("band", [0, 10])
+def test_three_routes_to_the_phase_agree(badge: Badge, band: int) -> None:
+    """Mitsuba, the analytic renderer and the phase law, straight on and at 17 degrees, rad.
+
+    Mitsuba's own error is told by three seeds.  Beyond it, and beyond what its weighing of rays by their transmittance
+    adds, the two renderers are let differ by 0.002 rad, and the law from both by 0.01.
+    Catches: an offset of 2 um between lens and page, a law for another effective gap, a lost Fresnel share.
+    """
+    scene, cell = Scene(badge), badge.gratings[0].cells[band]
+    beyond, error = {}, {}
+    for u in (0.0, 0.3):
+        instant = seen_from((1000 * u, 0, -1000))
+        crop = pixels_of(scene, instant, cell.rect_mm)
+        renderer = MitsubaRenderer(scene, variant="scalar_rgb")
+        traced = [renderer.render(instant, crop=crop) for _ in range(3)]
+        phases = [beyond_law_rad(frame, scene, instant, cell) for frame in traced if frame is not None]
+        assert len(phases) == 3
+        analytic = beyond_law_rad(analytic_frame(scene, instant, (16, 4)), scene, instant, cell)
+        weighed = fresnel_turn_rad(badge.lens, cell.pitch_mm, -u)
+        # Phases about half a turn have two names, so they are counted from one of their own.
+        beside = [turn_rad(phase, analytic + weighed) for phase in phases]
+        error[u] = float(np.std(beside, ddof=1)) / math.sqrt(3)
+        beyond[u] = [analytic + float(np.mean(beside)), analytic]  # without that weight
+    apart = [turn_rad(*beyond[u]) for u in (0.0, 0.3)]
+    from_law = [turn_rad(beyond[0.3][k], beyond[0.0][k]) for k in (0, 1)]
+    told = f"Mitsuba - analytic {apart}, Mitsuba's error {error} rad at u = 0, 0.3; from u = 0 on, - law: {from_law}"
+    assert max(error.values()) < 0.002, told
+    assert all(abs(gap) < 0.002 + 3 * err for gap, err in zip(apart, error.values(), strict=True)), told
+    assert np.abs(from_law).max() < 0.01, told
+
+
+def test_only_the_transmittance_sets_it_apart_at_31_degrees(badge: Badge) -> None:
+    """At u = 0.6 the two renderers differ by what Fresnel's law says, and so not by Mitsuba's ray offset.
+
+    Without the page's depth taken back they would differ by 0.010 rad less.
+    """
+    scene, instant = Scene(badge), seen_from((600, 0, -1000), (25, 0, 0))
+    mitsuba = mitsuba_frame(scene, instant, pixels_of(scene, instant, badge.gratings[0].rect_mm))
+    analytic = analytic_frame(scene, instant)
+    cells = badge.gratings[0].cells
+    apart = [turn_rad(*(beyond_law_rad(p, scene, instant, cell) for p in (mitsuba, analytic))) for cell in cells]
+    # The camera at +x looks along negative tangents.
+    expected = np.mean([fresnel_turn_rad(badge.lens, cell.pitch_mm, -0.6) for cell in cells])
+    assert expected < -0.01
+    assert np.mean(apart) == pytest.approx(expected, abs=0.004)
+
+
+def turned(badge: Badge) -> Badge:
+    """The same grating turned by a quarter, so that its fringes sense y."""
+    grating, (cx, cy) = badge.gratings[0], (badge.page_mm[0] / 2, badge.page_mm[1] / 2)
+
+    def swap(rect: tuple[float, float, float, float]) -> tuple[float, float, float, float]:
+        return rect[1] - cy + cx, rect[0] - cx + cy, rect[3] - cy + cx, rect[2] - cx + cy
+
+    cells = tuple(replace(c, rect_mm=swap(c.rect_mm), edge_mm=c.edge_mm - cx + cy) for c in grating.cells)
+    return replace(badge, gratings=(replace(grating, axis="y", rect_mm=swap(grating.rect_mm), cells=cells),))
+
+
+@pytest.mark.parametrize("kind", ["lens", "lens along x", "mask", "mask in air"])
+def test_pictures_agree_pixel_by_pixel(badge: Badge, kind: str) -> None:
+    """A badge built askew, seen askew: the pictures differ by little more than Mitsuba's own noise.
+
+    The noise is measured with two seeds; it is 3 % of the fringes' contrast under a lens, 13 % under a mask.  Measured
+    apart: 1.2 and 1.0 times the noise (a lens has 16 segments and transmits unevenly, and the reference has 512 rays).
+    A shift by half a pixel makes it 8 and 2.7 times.
+    """
+    rays = REFERENCE_RAYS
+    if kind == "lens along x":
+        badge, rays = turned(badge), (8, 64)
+    elif kind.startswith("mask"):
+        index, clear = (1.56, None) if kind == "mask" else (1.0, 0.4)
+        badge = replace(badge, lens=Lens("mask", 0.508, 1.0, index, open_fraction=clear))
+    scene, instant = Scene(badge, BUILT), seen_from((150, -60, -1000), (-8, -3, 2))
+    # A part of the grating that lies off the badge's middle, both ways.
+    crop = pixels_of(scene, instant, (110.0, 120.0, 145.0, 145.0))
+    first, second = (mitsuba_frame(scene, instant, crop, seed=seed).radiance.astype(float) for seed in (1, 2))
+    reference = cut(analytic_frame(scene, instant, rays), crop)
+    noise = float(np.sqrt(np.mean((first - second) ** 2) / 2))
+    apart = float(np.sqrt(np.mean((first - reference) ** 2)))
+    assert noise / reference.std() < 0.15
+    assert apart < 1.5 * noise, f"{apart:.4f} apart, noise {noise:.4f}, contrast {reference.std():.3f}"
+    assert abs(np.mean(first - reference)) < 0.002
+
+
+def test_markers_and_the_boards_edge_agree(badge: Badge) -> None:
+    """The corner with a marker, whose bits have no symmetry, and the coverage of the pixels at the board's edge."""
+    scene, instant = Scene(badge, BUILT), seen_from((-200, 90, -700), (-10, -4, -5))
+    x, y = badge.markers.centers_mm[1]
+    crop = pixels_of(scene, instant, (x - 14, y - 18, badge.outline_mm[2] - 1, y + 14))
+    mitsuba, analytic = mitsuba_frame(scene, instant, crop), analytic_frame(scene, instant, (16, 16))
+    apart = mitsuba.radiance - cut(analytic, crop)
+    cover = cut(Rendered(analytic.coverage, analytic.coverage, analytic.left, analytic.top), crop)
+    assert 0 < np.mean((cover > 0) & (cover < 1)) < np.mean(cover == 1) < 1
+    np.testing.assert_allclose(mitsuba.coverage, cover, atol=1 / 16)
+    # The texture has 12 px to the mm, 0.04 of a pixel of this picture: that, and 64 rays, blur a marker's edge.
+    assert np.sqrt(np.mean(apart[cover == 1] ** 2)) < 0.02
+    # The two sample a pixel's area at different places, so each may see a sliver that the other does not.
+    assert mitsuba.coverage[cover == 0].max() < 1 / 32 and np.all(mitsuba.radiance[mitsuba.coverage == 0] == 0)
+
+
+def test_frame_of_a_moving_camera_shows_the_middle_pose(badge: Badge) -> None:
+    """First and last row's poses 4 mm and 1 degree apart give the same picture as the pose between them."""
+    scene, still = Scene(badge), seen_from((50, 20, -900), (3, 0, 0))
+    first, last = seen_from((48, 20, -900), (2.5, 0, 0)).first, seen_from((52, 20, -900), (3.5, 0, 0)).first
+    crop = pixels_of(scene, still, (100.0, 140.0, 110.0, 146.0))
+    moving = mitsuba_frame(scene, Instant(first, last, still.shown_from_mm), crop)
+    np.testing.assert_allclose(moving.radiance, mitsuba_frame(scene, still, crop).radiance, atol=1e-3)
+
+
+def test_frame_takes_the_boards_own_pixels(badge: Badge) -> None:
+    """Without a crop: the box that the analytic renderer takes; no frame where the board is behind the camera."""
+    scene, instant = Scene(badge), seen_from((80, -30, -4000))
+    mitsuba, analytic = mitsuba_frame(scene, instant), analytic_frame(scene, instant, (4, 4))
+    assert (mitsuba.left, mitsuba.top, mitsuba.radiance.shape) == (analytic.left, analytic.top, analytic.radiance.shape)
+    assert mitsuba.radiance.dtype == mitsuba.coverage.dtype == np.float32
+    assert MitsubaRenderer(scene, variant="scalar_rgb").render(seen_from((0, 0, 500))) is None
+
+
+def test_what_cannot_be_rendered_is_refused(badge: Badge) -> None:
+    scene, instant = Scene(badge), seen_from((0, 0, -1000))
+    forged = replace(instant, shown_from_mm=np.array([20.0, 0, -1000]))
+    with pytest.raises(SpecError, match="shown from 20 mm beside the camera") as refused:
+        MitsubaRenderer(scene, variant="scalar_rgb").render(forged)
+    assert refused.value.details["apart_mm"] == pytest.approx(20)
+    for crop in ((0, 0, 1921, 10), (-1, 0, 10, 10), (10, 0, 10, 10)):
+        with pytest.raises(SpecError, match="within the picture's 1920 x 1080 px"):
+            MitsubaRenderer(scene, variant="scalar_rgb").render(instant, crop=crop)
+    with pytest.raises(SpecError, match="samples=3"):
+        MitsubaRenderer(scene, variant="scalar_rgb", samples=3)
+    for variant in ("scalar_spectral", "scalar_mono"):
+        with pytest.raises(SpecError, match=r"choose one of .*scalar_rgb"):
+            MitsubaRenderer(scene, variant=variant)
+
+
+def test_the_variant_that_is_chosen_renders_the_same(badge: Badge) -> None:
+    """Whatever this machine runs agrees with the plain variant, and the caller's own variant stays set."""
+    import mitsuba as mi
+
+    scene, instant = Scene(badge), seen_from((0, 0, -1000))
+    crop = pixels_of(scene, instant, (90.0, 130.0, 120.0, 150.0))
+    mi.set_variant("scalar_spectral")
+    chosen = MitsubaRenderer(scene, seed=1).render(instant, crop=crop)
+    assert mi.variant() == "scalar_spectral"
+    plain = [mitsuba_frame(scene, instant, crop, seed=seed).radiance for seed in (2, 3)]
+    assert chosen is not None
+    assert np.std(chosen.radiance - plain[0]) < 1.2 * np.std(plain[0] - plain[1])
+
+
+def test_rendering_says_nothing_on_stdout(badge: Badge, capfd: pytest.CaptureFixture[str]) -> None:
+    """Five samples make the sampler warn that it takes six; a command with --json has no room for that."""
+    scene, instant = Scene(badge), seen_from((0, 0, -4000))
+    MitsubaRenderer(scene, variant="scalar_rgb", samples=5).render(instant)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_importing_does_not_load_mitsuba() -> None:
+    code = (
+        "import sys, moireid.simulate.mitsuba.renderer, moireid.simulate.mitsuba.variant\n"
+        "assert not {'mitsuba', 'drjit'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_missing_package_is_named_with_its_extra(badge: Badge, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "mitsuba", None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'moireid\[simulate\]'"):
+        MitsubaRenderer(Scene(badge))
+
+
+DEATHS = {
+    "no library": None,
+    "abort": "import os; os.abort()",
+    "endless": "import time; time.sleep(60)",
+    "wrong picture": "assert 1.0 == 2.0",
+}
+
+
+@pytest.mark.parametrize("death", DEATHS)
+def test_falls_back_where_the_child_dies(
+    death: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsearched: None, badge: Badge
+) -> None:
+    """A file that is no library, a child that aborts, hangs or renders badly: the plain variant, and nothing set."""
+    bogus = tmp_path / "libLLVM-19.so"
+    bogus.write_text("not a library")
+    monkeypatch.delenv(mitsuba_variant.LIBRARY_VARIABLE, raising=False)
+    monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
+    if DEATHS[death] is not None:
+        monkeypatch.setattr(mitsuba_variant, "TRIAL", DEATHS[death])
+        monkeypatch.setattr(mitsuba_variant, "TRIAL_TIMEOUT_S", 2.0)
+    assert mitsuba_variant.llvm_candidates() == [bogus]
+    assert mitsuba_variant.choose_variant() == "scalar_rgb"
+    assert mitsuba_variant.LIBRARY_VARIABLE not in mitsuba_variant.os.environ
+    with pytest.raises(SpecError, match="no libLLVM on this machine"):
+        MitsubaRenderer(Scene(badge), variant="llvm_ad_rgb")
+
+
+def test_takes_the_library_that_its_child_survives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unsearched: None
+) -> None:
+    """Newest first, each tried in its own child; the winner is what Dr.Jit will load; the search is done once."""
+    for name in ("libLLVM-17.so.1", "libLLVM-21.so.1", "libLLVM-15.so.1"):
+        (tmp_path / name).touch()
+    monkeypatch.setenv(mitsuba_variant.LIBRARY_VARIABLE, str(tmp_path / "libLLVM-15.so.1"))
+    monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
+    trial = "import os; assert '17' in os.environ['DRJIT_LIBLLVM_PATH']"
+    monkeypatch.setattr(mitsuba_variant, "TRIAL", trial)
+    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"
+    assert mitsuba_variant.os.environ[mitsuba_variant.LIBRARY_VARIABLE] == str(tmp_path / "libLLVM-17.so.1")
+    monkeypatch.setattr(mitsuba_variant, "TRIAL", "assert False")
+    assert mitsuba_variant.choose_variant() == "llvm_ad_rgb"
+
+
+def test_candidates_are_named_then_newest_first(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Links count once, old ones and parts of LLVM not at all; the named one comes first, whatever its version."""
+    monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
+    for name in (
+        "x86_64-linux-gnu/libLLVM.so.19.1", "libLLVM-9.so", "libLLVM-15.so.1", "libLLVM-16.so.1", "libLLVMCore.a",
+        "libLLVM.so", "llvm-18/lib/libLLVM.so", "llvm@20/lib/libLLVM.dylib", "libLLVM-22-rust-1.95.0-stable.so",
+    ):  # fmt: skip
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).touch()
+    (tmp_path / "x86_64-linux-gnu/libLLVM-19.so").symlink_to("libLLVM.so.19.1")
+    newest_first = [tmp_path / name for name in (
+        "llvm@20/lib/libLLVM.dylib", "x86_64-linux-gnu/libLLVM.so.19.1", "llvm-18/lib/libLLVM.so", "libLLVM-16.so.1",
+    )]  # fmt: skip
+    monkeypatch.delenv(mitsuba_variant.LIBRARY_VARIABLE, raising=False)
+    assert mitsuba_variant.llvm_candidates() == newest_first
+    monkeypatch.setenv(mitsuba_variant.LIBRARY_VARIABLE, str(tmp_path / "libLLVM-15.so.1"))
+    assert mitsuba_variant.llvm_candidates() == [tmp_path / "libLLVM-15.so.1", *newest_first]

@@ -1,0 +1,253 @@
+"""Codecs and recipes, and films that end before their time.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from moireid.badge import Badge
+from moireid.errors import MediaError, SpecError
+from moireid.simulate.film import FilmReport, film, truth_path
+from moireid.simulate.motion import motion_named
+from moireid.simulate.recording import encode
+from moireid.simulate.recording.encode import CODECS, RECIPES, FilmWriter, Pass, Recipe, kept_frames, recipe_for, scaled
+from moireid.simulate.scene import Build, Camera, Scene
+
+SMALL = Camera(width=640, height=360, focal_px=483.0)
+FPS = 25.0
+
+
+def shoot(badge: Badge, path: Path, *, frames: int = 12, camera: Camera = SMALL, **options) -> FilmReport:
+    motion = motion_named("sway", distance_mm=600.0, seed=3)
+    return film(Scene(badge, Build(), camera), motion, path, frames=frames, fps=FPS, **options)
+
+
+def read(path: Path) -> tuple[str, np.ndarray, np.ndarray]:
+    """Codec, times and pictures of a film."""
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        frames = [(float(frame.time), frame.to_ndarray(format="gray")) for frame in container.decode(stream)]
+        name = stream.codec_context.codec.canonical_name
+    return name, np.array([clock for clock, _ in frames]), np.stack([picture for _, picture in frames])
+
+
+def truth_of(path: Path) -> list[dict[str, str]]:
+    with truth_path(path).open(encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def badge_file(badge: Badge, folder: Path) -> Path:
+    path = folder / "badge.json"
+    path.write_text(badge.to_json(), encoding="utf-8")
+    return path
+
+
+# Codecs.
+
+
+@pytest.mark.parametrize(("codec", "name"), [("h264", "h264"), ("h265", "hevc"), ("av1", "av1")])
+def test_every_codec_shows_the_same_film(prototype, tmp_path, codec, name):
+    """Catches: a codec that is offered and not used; another brightness; frames lost at the end of a deep encoder."""
+    shoot(prototype, tmp_path / "best.mp4", crf=1)
+    shoot(prototype, tmp_path / "a.mp4", codec=codec)
+    found, times, pictures = read(tmp_path / "a.mp4")
+    assert found == name and times == pytest.approx(np.arange(12) / FPS, abs=1e-4)
+    best = read(tmp_path / "best.mp4")[2].astype(float)
+    assert abs((pictures - best).mean()) < 1.0 and np.sqrt(((pictures - best) ** 2).mean()) < 6.0
+    assert abs(float(truth_of(tmp_path / "a.mp4")[-1]["time_s"]) - times[-1]) < 1e-4
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self/task"), reason="the system does not name a program's threads")
+def test_filming_in_av1_leaves_the_scheduling_as_it_was(prototype, tmp_path):
+    """Catches: SVT-AV1, run by the superuser, that makes this thread a real-time one, and with it all later children,
+    whose spinning threads then starve each other (seen as a suite that never ended).
+    """
+    with FilmWriter(tmp_path / "a.mp4", "a.mp4", (320, 180), FPS, Recipe((Pass("av1"), Pass("av1")))) as writer:
+        writer.write(np.zeros((180, 320), np.uint8), 0)
+        for name in os.listdir("/proc/self/task"):
+            with contextlib.suppress(ProcessLookupError):
+                assert os.sched_getscheduler(int(name)) == os.SCHED_OTHER, name
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER
+
+
+def test_a_missing_encoder_is_told_in_a_sentence(prototype, tmp_path, monkeypatch):
+    """Catches: PyAV's own error; a broken file left; H.264 in place of what was asked for."""
+    monkeypatch.setitem(encode.ENCODERS, "av1", (("libnone", 35, {}), ("libneither", 35, {})))
+    with pytest.raises(MediaError, match=r"needs the encoder libnone or libneither.*try h264, h265"):
+        shoot(prototype, tmp_path / "a.mp4", codec="av1")
+    monkeypatch.setitem(encode.ENCODERS, "av1", (("libnone", 35, {}), ("libsvtav1", 35, {"preset": "9"})))
+    shoot(prototype, tmp_path / "b.mp4", codec="av1", frames=2)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["b.mp4", "b.mp4.truth.csv"]
+
+
+@pytest.mark.parametrize("name", ["film.avi.txt", "film", "film.png", "film.webm"])
+def test_a_name_that_no_film_can_have_is_refused(prototype, tmp_path, name):
+    """Catches: a container that cannot hold the codec, found out after the film is made; a temporary file left."""
+    with pytest.raises(MediaError, match=r"\.mp4 or \.mkv"):
+        shoot(prototype, tmp_path / name, frames=2)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_odd_sizes_and_unknown_names_are_refused(prototype, tmp_path):
+    """Catches: NumPy's error of an odd picture; a mistyped recipe or codec filmed with the usual one."""
+    with pytest.raises(SpecError, match="even size"):
+        shoot(prototype, tmp_path / "a.mp4", camera=Camera(width=321, height=200, focal_px=200.0))
+    for options, word in (
+        ({"codec": "vp9"}, "h264, h265, av1"), ({"recipe": "fax"}, "chat, call"), ({"crf": 60}, "quality"),
+        ({"recipe": "chat", "crf": 20}, "leave out"),
+    ):  # fmt: skip
+        with pytest.raises(SpecError, match=word):
+            shoot(prototype, tmp_path / "a.mp4", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+# Recipes.
+
+
+def test_recipes_scale_down_and_never_up(prototype, tmp_path):
+    """Catches: width and height exchanged; a small film blown up; an odd width."""
+    assert scaled((1920, 1080), 360) == (640, 360) and scaled((1280, 720), 540) == (960, 540)
+    assert scaled((640, 360), 720) == (640, 360) and scaled((1000, 562), 360) == (640, 360)
+    report = shoot(prototype, tmp_path / "a.mp4", camera=Camera(width=1280, height=720, focal_px=967.0), recipe="chat")
+    pictures = read(tmp_path / "a.mp4")[2]
+    assert report.size == (640, 360) and pictures.shape == (12, 360, 640)
+    shoot(prototype, tmp_path / "b.mp4", recipe="double")
+    assert read(tmp_path / "b.mp4")[2].shape == (12, 360, 640)
+
+
+def test_a_low_rate_is_kept(tmp_path):
+    """Catches: kbps taken for bits or bytes; a rate beside a quality, which then rules."""
+    sizes = {}
+    for kbps in (200, 800):
+        path = tmp_path / f"{kbps}.mp4"
+        with FilmWriter(path, "a", (640, 360), 25.0, Recipe((Pass(kbps=kbps),))) as writer:
+            rng = np.random.default_rng(1)
+            for k in range(75):
+                writer.write(rng.integers(90, 160, (360, 640), dtype=np.uint8), k)
+        sizes[kbps] = path.stat().st_size * 8 / 3 / 1000
+    assert sizes[200] < 0.5 * sizes[800] and 500 < sizes[800] < 1400
+
+
+def test_two_encodings_lose_more_than_one_and_no_frame(prototype, tmp_path):
+    """Catches: a second pass that is left out; frames that stay in the first encoder; their order or times changed."""
+    shoot(prototype, tmp_path / "best.mp4", crf=1)
+    best = read(tmp_path / "best.mp4")[2].astype(float)
+    errors = []
+    for passes in ((Pass(crf=34),), (Pass(crf=34), Pass(crf=34))):
+        path = tmp_path / f"{len(passes)}.mp4"
+        with FilmWriter(path, "a", (640, 360), FPS, Recipe(passes)) as writer:
+            for k, picture in enumerate(best.astype(np.uint8)):
+                writer.write(picture, k)
+        _, times, pictures = read(path)
+        assert times == pytest.approx(np.arange(12) / FPS, abs=1e-4)
+        errors.append(np.sqrt(((pictures - best) ** 2).mean(axis=(1, 2))))
+    assert errors[1].mean() > 1.05 * errors[0].mean()
+    # A frame in another's place would be off by the 5 px that the badge moves in a frame.
+    assert np.all(errors[1] < 2.5 * errors[0])
+
+
+@pytest.mark.parametrize("codec", CODECS)
+def test_every_codec_goes_through_two_passes(prototype, tmp_path, codec):
+    """Catches: a middle pass whose decoder cannot read its encoder."""
+    shoot(prototype, tmp_path / "a.mp4", codec=codec, recipe="double", frames=20)
+    assert len(read(tmp_path / "a.mp4")[1]) == 20
+
+
+def test_dropped_frames_leave_gaps_and_the_truth_fits_the_others(prototype, tmp_path):
+    """Catches: times closed up after a loss; a truth of frames that are not in the file; one row too many."""
+    report = shoot(prototype, tmp_path / "a.mp4", recipe="vfr", frames=60, seed=4)
+    _, times, pictures = read(tmp_path / "a.mp4")
+    rows = truth_of(tmp_path / "a.mp4")
+    assert 35 <= len(times) == len(rows) == len(pictures) == report.frames <= 55
+    assert [int(row["frame"]) for row in rows] == list(range(len(rows)))
+    assert times == pytest.approx([float(row["time_s"]) for row in rows], abs=1e-4)
+    steps = np.rint(np.diff(times) * FPS)
+    assert set(steps) >= {1.0, 2.0}
+    poses = motion_named("sway", distance_mm=600.0, seed=3)(times)
+    assert np.allclose([float(row["camera_x_mm"]) for row in rows], poses.camera_mm[:, 0], atol=0.1)
+    # What is in the file at a time is what a film without losses shows at that time.
+    shoot(prototype, tmp_path / "b.mp4", frames=60, seed=4)
+    whole = read(tmp_path / "b.mp4")[2][np.rint(times * FPS).astype(int)].astype(float)
+    assert np.abs(pictures - whole).mean(axis=(1, 2)).max() < 3.0
+
+
+def test_dropping_is_by_the_seed_and_never_leaves_too_little():
+    """Catches: a global random state; a first frame lost, which would move all times; a film of one frame."""
+    lossy = Recipe((Pass(),), dropped=0.9)
+    assert np.array_equal(kept_frames(lossy, 100, 1), kept_frames(lossy, 100, 1))
+    assert not np.array_equal(kept_frames(lossy, 100, 1), kept_frames(lossy, 100, 2))
+    assert all(len(kept) >= 2 and kept[0] == 0 for kept in (kept_frames(lossy, 3, seed) for seed in range(50)))
+    assert len(kept_frames(recipe_for(None, "h264", None), 100, 1)) == 100
+    assert RECIPES["vfr"].dropped > 0 and recipe_for("vfr", "av1", None).passes[0].codec == "av1"
+
+
+# Films that end before their time, and long ones.
+
+
+def test_an_interrupt_leaves_no_file(prototype, tmp_path):
+    """Catches: Ctrl-C that leaves half a film, its truth or a temporary file; a traceback; a run that goes on."""
+    video, out = badge_file(prototype, tmp_path), tmp_path / "out"
+    out.mkdir()
+    code = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
+    arguments = ["simulate", str(video), "--out", str(out / "a.mp4"), "--frames", "100000", "--distance", "1"]
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env=os.environ | {"PYTHONUNBUFFERED": "1"},
+    )  # fmt: skip
+    try:
+        limit = time.monotonic() + 120
+        # The film has begun when its truth has rows, which are written out by the block.
+        while not any(path.stat().st_size > 0 for path in out.glob(".a*")) and time.monotonic() < limit:
+            assert process.poll() is None, process.communicate()
+            time.sleep(0.1)
+        assert list(out.glob(".a*")) and not (out / "a.mp4").exists()
+        process.send_signal(signal.SIGINT)
+        _, said = process.communicate(timeout=120)
+    finally:
+        process.kill()
+    assert process.returncode == 130 and "Traceback" not in said and "interrupted" in said
+    assert list(out.iterdir()) == []
+
+
+def test_memory_is_flat_in_the_film_s_length(prototype, tmp_path):
+    """Catches: frames kept until the end: 300 more of them would be 69 MB as counts, four times that as light."""
+    code = f"""
+import resource, sys
+from pathlib import Path
+from moireid.badge import load_badge
+from moireid.simulate.film import film
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Build, Camera, Scene
+scene = Scene(load_badge(Path(sys.argv[1])), Build(), Camera(width=640, height=360, focal_px=300.0))
+for frames in (60, 360):
+    film(scene, motion_named("sway", distance_mm=1000.0, seed=3), Path({str(tmp_path)!r}) / "a.mp4", frames=frames,
+         fps=60.0, overwrite=True, forge="generative")
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code, str(badge_file(prototype, tmp_path))], capture_output=True, text=True, check=True
+    )
+    short, long = (int(line) / 1024 for line in done.stdout.split())
+    assert long - short < 20.0
+
+
+def test_an_interrupt_that_a_callback_swallows_is_raised_again():
+    """Catches: a film that runs on because Ctrl-C came while compiled code was calling back."""
+    from moireid.cli.common import progress_bar
+
+    with pytest.raises(KeyboardInterrupt), progress_bar("filming") as progress:
+        progress(1, 10)
+        with contextlib.suppress(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
+        progress(2, 10)
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler

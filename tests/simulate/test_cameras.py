@@ -1,0 +1,279 @@
+"""Cameras of the simulator: lens, shutter, light, and what software does.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from moireid.errors import SpecError
+from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.cameras import CAMERAS, Camera, camera_named, undistorted
+from moireid.simulate.motion import Poses, motion_named
+from moireid.simulate.recording.sensor import SHARPEN_PX, Sensor
+from moireid.simulate.recording.shutter import averaged, opened
+from moireid.simulate.scene import Build, Instant, Scene
+
+BENT = (-0.25, 0.08, 0.003, -0.002)
+WIDE = Camera(width=640, height=360, focal_px=360.0, shutter_s=0.0, distortion=BENT)
+#: A place and a turn that are symmetric in nothing.
+PLACE = np.array([60.0, -45.0, -330.0])
+TURN = cv2.Rodrigues(np.array([0.1, -0.15, 0.3]))[0]
+
+
+def grey(value: float, size: tuple[int, int], left: int = 0, top: int = 0) -> Rendered:
+    return Rendered(np.full(size, value, np.float32), np.ones(size, np.float32), left, top)
+
+
+# The lens.
+
+
+def test_points_fall_where_opencv_s_lens_puts_them(rng):
+    """Catches: k1 and p1 exchanged, tangential terms the wrong way round, distortion of pixels instead of slopes."""
+    points = rng.uniform(-200, 200, (40, 3)) + np.array([0.0, 0.0, 700.0])
+    camera = replace(WIDE, principal_px=(300.0, 190.0))
+    wanted, _ = cv2.projectPoints(points, np.zeros(3), np.zeros(3), camera.matrix, np.array(BENT))
+    assert np.allclose(camera.project(points), wanted[:, 0], atol=1e-9)
+
+
+def test_a_ray_comes_back_from_where_it_went(rng):
+    """Catches: a fixed point that has not settled; an inverse of the radial part alone."""
+    slopes = rng.uniform(-0.7, 0.7, (200, 2)) * [1.0, 0.6]
+    bent = (WIDE.project(np.column_stack([slopes, np.ones(200)])) - WIDE.matrix[:2, 2]) / WIDE.focal_px
+    back = np.array([undistorted(x, y, np.array(BENT)) for x, y in bent])
+    assert np.abs(back - slopes).max() < 1e-8
+
+
+def test_the_film_shows_the_board_s_corners_where_the_lens_puts_them(prototype):
+    """Catches: a lens undone the wrong way (35 px here); a box around the board that cuts its bulging edges."""
+    scene = Scene(prototype, Build(), WIDE)
+    pose = Poses(PLACE[None], TURN[None])
+    board = AnalyticRenderer(scene, rays=(8, 8)).render(Instant(pose, pose, PLACE))
+    assert board is not None
+    half = np.array(scene.board_half_mm)
+    outline = np.array([[x, y] for x, y in zip(*rim(), strict=True)]) * half
+    points = np.column_stack([outline, np.zeros(len(outline))])
+    wanted, _ = cv2.projectPoints(points, cv2.Rodrigues(TURN)[0], -TURN @ PLACE, WIDE.matrix, np.array(BENT))
+    wanted = wanted[:, 0]
+    # A polygon through many points of the outline has the picture's area and its centre.
+    x, y = wanted.T
+    x1, y1 = np.roll(x, -1), np.roll(y, -1)
+    cross = x * y1 - x1 * y
+    area = cross.sum() / 2
+    centre = np.array([((x + x1) * cross).sum(), ((y + y1) * cross).sum()]) / (6 * area)
+    rows, columns = np.indices(board.coverage.shape)
+    weight = board.coverage.astype(float)
+    found = np.array([(columns * weight).sum(), (rows * weight).sum()]) / weight.sum() + [board.left, board.top]
+    assert weight.sum() == pytest.approx(abs(area), rel=1e-3)
+    assert found == pytest.approx(centre, abs=0.05)
+
+
+def rim() -> tuple[np.ndarray, np.ndarray]:
+    """The outline of a square of half width 1, 400 points in turn."""
+    way = np.linspace(-1, 1, 100, endpoint=False)
+    one = np.ones(100)
+    return np.concatenate([way, one, -way, -one]), np.concatenate([-one, way, one, -way])
+
+
+def test_what_is_on_the_page_lies_where_opencv_says(prototype):
+    """Catches: a page that is bent otherwise than its outline; row and column exchanged.  Dots on a black page."""
+    scene, pose = Scene(prototype, Build(), WIDE), Poses(PLACE[None], TURN[None])
+    renderer = AnalyticRenderer(scene, rays=(8, 8))
+    for place in ([-60, -60], [65, -50], [60, 66], [5, -2]):
+        # Two mm across, so small that its middle is seen where the dot's light is centred.
+        page = np.zeros((1460, 1460), np.float32)
+        column, row = 10 * (np.array(place) + 73)
+        page[row - 10 : row + 10, column - 10 : column + 10] = 1.0
+        board = renderer.render(Instant(pose, pose, PLACE, None, page))
+        assert board is not None
+        rows, columns = np.indices(board.radiance.shape)
+        weight = (board.radiance * board.coverage).astype(float)
+        found = np.array([(columns * weight).sum(), (rows * weight).sum()]) / weight.sum() + [board.left, board.top]
+        point, _ = cv2.projectPoints(
+            np.array([[*place, 0.0]]), cv2.Rodrigues(TURN)[0], -TURN @ PLACE, WIDE.matrix, np.array(BENT)
+        )
+        assert found == pytest.approx(point[0, 0], abs=0.05)
+
+
+def test_no_distortion_is_the_pinhole_bit_for_bit(prototype):
+    """Catches: an undoing that costs accuracy where there is nothing to undo."""
+    pose = Poses(PLACE[None], TURN[None])
+    plain = Camera(width=640, height=360, focal_px=360.0)
+    one, two = (
+        AnalyticRenderer(Scene(prototype, Build(), camera)).render(Instant(pose, pose, PLACE))
+        for camera in (plain, replace(plain, distortion=(0.0, 0.0, 0.0, 1e-15)))
+    )
+    assert one is not None and two is not None
+    assert np.abs(one.radiance - two.radiance).mean() < 1e-6
+
+
+# The shutter.
+
+
+def test_a_long_exposure_of_what_stands_still_changes_nothing(prototype):
+    """Catches: blur that is there without motion; a mean that loses light."""
+    camera = replace(CAMERAS["phone"], exposure_s=0.03)
+    scene, still = Scene(prototype, Build(), camera), motion_named("static", distance_mm=900.0, seed=0)
+    middle, opening = opened(still, camera, scene.board_half_mm, 0.4, 30.0)
+    assert len(opening) == 1 and np.array_equal(middle.camera_mm, [[0.0, 0.0, -900.0]])
+    part = grey(0.3, (4, 6), 3, 2)
+    mixed = averaged([part, part, part])
+    assert mixed is not None and (mixed.left, mixed.top) == (3, 2)
+    assert np.allclose(mixed.radiance, 0.3) and np.allclose(mixed.coverage, 1.0)
+
+
+def test_light_is_gathered_over_the_exposure():
+    """Catches: a mean of radiances that forgets coverage; parts laid at the first one's corner; a lost part."""
+    mixed = averaged([grey(0.2, (2, 2), 5, 7), None, grey(0.8, (2, 2), 6, 7), grey(0.8, (2, 2), 6, 7)])
+    assert mixed is not None and (mixed.left, mixed.top, mixed.radiance.shape) == (5, 7, (2, 3))
+    assert np.allclose(mixed.coverage, [[0.25, 0.75, 0.5]] * 2)
+    assert np.allclose(mixed.radiance, [[0.2, 0.6, 0.8]] * 2)
+    assert averaged([None, None]) is None
+
+
+def test_a_moving_board_is_smeared_as_far_as_it_moves(prototype):
+    """Catches: an exposure that ends at the frame's time; one that is twice as long; half the steps."""
+
+    def going_left(times_s: np.ndarray) -> Poses:
+        x = -600.0 * (np.atleast_1d(times_s) - 0.1)
+        return Poses(np.column_stack([x, 0 * x, 0 * x - 600.0]), np.tile(np.eye(3), (len(x), 1, 1)))
+
+    camera = Camera(width=640, height=360, focal_px=500.0, shutter_s=0.0, exposure_s=0.02)
+    scene = Scene(prototype, Build(), camera)
+    middle, opening = opened(going_left, camera, scene.board_half_mm, 0.1, 30.0)
+    assert middle.camera_mm[0] == pytest.approx([0.0, 0.0, -600.0])
+    # 600 mm/s for 20 ms at 500/600 px to the millimetre is 10 px.
+    assert len(opening) == 10
+    render = AnalyticRenderer(scene).render
+    board = averaged([render(Instant(_at(p, 0), _at(p, 2), p.camera_mm[1])) for p in opening])
+    assert board is not None
+    row = board.coverage[board.coverage.shape[0] // 2]
+    edge = 319.5 - 73 * 500 / 600 - board.left
+    climb = np.interp([0.05, 0.5, 0.95], row[: len(row) // 2], np.arange(len(row) // 2))
+    assert climb[1] == pytest.approx(edge, abs=0.6) and climb[2] - climb[0] == pytest.approx(9.0, abs=0.8)
+
+
+def test_an_exposure_lasts_a_frame_at_most(prototype):
+    """Catches: light of the next frame in this one, where a slow camera films fast."""
+    camera = replace(CAMERAS["dim"], shutter_s=0.0)
+    sway = motion_named("sway", distance_mm=900.0, seed=1)
+    slow, fast = (opened(sway, camera, (73.0, 73.0), 1.0, fps)[1] for fps in (30.0, 120.0))
+    spans = [np.ptp([p.camera_mm[1, 0] for p in one]) for one in (slow, fast)]
+    assert len(fast) < len(slow) and spans[1] < 0.4 * spans[0]
+
+
+def _at(poses: Poses, k: int) -> Poses:
+    return Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])
+
+
+# Light and software.
+
+
+def edge() -> Rendered:
+    """A board that fills the picture: coded 0.4 on the left, 0.8 on the right."""
+    return Rendered(np.tile(np.repeat(np.float32([0.16, 0.64]), 64), (96, 1)), np.ones((96, 128), np.float32), 0, 0)
+
+
+CALM = Camera(width=128, height=96, focal_px=100.0, noise_counts=0.0, exposure_drift=0.0)
+
+
+def exposed(camera: Camera, board: Rendered | None, time_s: float = 0.0) -> np.ndarray:
+    return Sensor(camera, 5).expose(board, np.eye(3), time_s).astype(int)
+
+
+def test_light_is_coded_by_a_square_root_and_clips():
+    """Catches: an exposure after the transfer curve; clipping before it; counts that wrap round."""
+    board = grey(0.36, (96, 128))
+    assert exposed(CALM, board)[48, 64] == round(255 * 0.6)
+    assert exposed(replace(CALM, exposure=0.25), board)[48, 64] == pytest.approx(255 * 0.3, abs=0.51)
+    assert exposed(replace(CALM, exposure=4.0), board)[48, 64] == 255
+    assert exposed(replace(CALM, exposure=0.0), board).max() == 0
+
+
+def test_exposure_drifts_by_its_share():
+    """Catches: a drift in counts; a drift that is there at zero."""
+    board = grey(0.25, (96, 128))
+    camera = replace(CALM, exposure_drift=0.2)
+    levels = np.array([exposed(camera, board, t)[48, 64] for t in np.linspace(0, 6, 40)]) / 255
+    assert (levels.max() / levels.min()) ** 2 == pytest.approx(1.2 / 0.8, rel=0.03)
+    assert len({exposed(CALM, board, t)[48, 64] for t in (0.0, 1.0, 3.0)}) == 1
+
+
+def test_the_mirror_turns_left_to_right_and_nothing_else():
+    """Catches: upside down; a mirrored board before a background that is not; noise drawn anew."""
+    board = grey(0.9, (30, 20), 10, 5)
+    camera = replace(CALM, noise_counts=3.0)
+    assert np.array_equal(exposed(replace(camera, mirror=True), board), exposed(camera, board)[:, ::-1])
+
+
+def test_focus_blur_widens_an_edge_by_its_sigma():
+    """Catches: a kernel in other units; blur of the box alone, with a seam around it."""
+    light = (exposed(replace(CALM, focus_blur_px=3.0), edge())[48] / 255) ** 2
+    steps = np.diff(light[44:84])
+    place = np.arange(len(steps))
+    middle = (place * steps).sum() / steps.sum()
+    width = np.sqrt((((place - middle) ** 2) * steps).sum() / steps.sum())
+    assert width == pytest.approx(np.hypot(3.0, 0.5), rel=0.1)
+
+
+def test_sharpening_leaves_a_halo_and_no_other_trace():
+    """Catches: a blur in place of its mask; a mask that changes even parts."""
+    plain, sharp = exposed(CALM, edge()), exposed(replace(CALM, sharpen=1.0), edge())
+    assert np.abs(sharp[:, 80:] - plain[:, 80:]).max() <= 1 and np.abs(sharp[:, :48] - plain[:, :48]).max() <= 1
+    assert sharp[48].max() > 204 + 10 and sharp[48].min() < 102 - 10
+    soft = cv2.GaussianBlur(plain.astype(np.float32), (0, 0), SHARPEN_PX)
+    assert np.abs(sharp - (2 * plain - soft)).max() < 2.5
+
+
+def test_noise_has_the_spread_that_was_asked_for():
+    """Catches: variance for deviation; sharpening that hides it; noise that grows in the dark."""
+    camera = replace(CALM, noise_counts=5.0)
+    spreads = [exposed(camera, grey(value, (96, 128))).std() for value in (0.0625, 0.25)]
+    # Read noise is 0.3 of the variance, the rest goes with the coded light.
+    assert spreads == pytest.approx([5 * np.sqrt(0.3 + 0.7 * 0.25), 5 * np.sqrt(0.3 + 0.7 * 0.5)], rel=0.04)
+
+
+# What is refused.
+
+
+@pytest.mark.parametrize(
+    ("changes", "word"),
+    [
+        ({"focal_px": 0.0}, "focal_px"), ({"exposure_s": -0.01}, "exposure_s"), ({"noise_counts": np.nan}, "noise"),
+        ({"distortion": (0.1, 0.0)}, "four"), ({"distortion": (float("inf"), 0.0, 0.0, 0.0)}, "finite"),
+        ({"focal_px": 300.0, "distortion": (-0.4, 0.0, 0.0, 0.0)}, "folds"), ({"width": 1}, "width"),
+    ],
+)  # fmt: skip
+def test_impossible_cameras_are_refused(changes, word):
+    """Catches: a film of NaN; a lens that shows one place twice."""
+    with pytest.raises(SpecError, match=word):
+        replace(Camera(), **changes)
+
+
+def test_cameras_are_found_by_name():
+    """Catches: a mistyped camera filmed with the default; a preset's own blur lost."""
+    assert camera_named("phone") == Camera()
+    assert camera_named("webcam").focus_blur_px > 0 and camera_named("webcam", focus_blur_px=0.0).focus_blur_px == 0
+    assert camera_named("dim", mirror=True).mirror and not CAMERAS["dim"].mirror
+    with pytest.raises(SpecError, match="phone, sharpened"):
+        camera_named("telephone")
+
+
+def test_the_background_turns_with_the_camera():
+    """Catches: a background that stands still in the picture, goes the wrong way, or is shifted by its coarse scale.
+
+    A camera of 900 px that turns by 2 degrees moves it by 31 px in the middle.
+    """
+    camera = Camera(width=640, height=480, focal_px=900.0, noise_counts=0.0, exposure_drift=0.0)
+    sensor = Sensor(camera, 5)
+    straight = sensor.expose(None, np.eye(3), 0.0).astype(np.float32)
+    turn = cv2.Rodrigues(np.array([0.0, np.radians(2.0), 0.0]))[0]
+    turned = sensor.expose(None, turn, 0.0).astype(np.float32)
+    # A point straight ahead at infinity, R (0, 0, 1), moves to the right by f tan 2 degrees.
+    middle = np.s_[200:280, 280:360]
+    shift, _ = cv2.phaseCorrelate(straight[middle] * 1.0, turned[200:280, 311:391] * 1.0)
+    assert shift[0] == pytest.approx(900 * np.tan(np.radians(2.0)) - 31, abs=0.5)
+    assert shift[1] == pytest.approx(0.0, abs=0.5)
+    assert np.ptp(straight) > 20

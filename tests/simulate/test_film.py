@@ -1,0 +1,332 @@
+"""Whole films: file, truth, and what happens when it goes wrong.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from moireid import optics
+from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge, payload_for_name
+from moireid.errors import SpecError
+from moireid.lenticule import view_law
+from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.film import TRUTH_COLUMNS, film, truth_path
+from moireid.simulate.forgeries.courses import false_camera
+from moireid.simulate.motion import Poses, motion_named
+from moireid.simulate.recording.sensor import Sensor
+from moireid.simulate.scene import Build, Camera, Instant, Scene
+
+SMALL = Camera(width=480, height=272, focal_px=363.0, shutter_s=0.012)
+FPS = 25.0
+
+
+def shoot(badge, path: Path, *, frames: int = 6, seed: int = 3, camera: Camera = SMALL, motion="linear", **options):
+    scene = Scene(badge, Build(), camera)
+    course = motion_named(motion, distance_mm=600.0, seed=seed) if isinstance(motion, str) else motion
+    return film(scene, course, path, frames=frames, fps=FPS, seed=seed, **options)
+
+
+def truth_of(path: Path) -> dict[str, np.ndarray]:
+    with truth_path(path).open(encoding="utf-8") as stream:
+        rows = list(csv.reader(stream))
+    assert tuple(rows[0]) == TRUTH_COLUMNS
+    columns = dict(zip(rows[0], zip(*rows[1:], strict=True), strict=True))
+    label = np.array(columns.pop("label"))
+    return {name: np.array(values, float) for name, values in columns.items()} | {"label": label}
+
+
+def pictures(path: Path) -> np.ndarray:
+    with av.open(str(path)) as container:
+        return np.stack([frame.to_ndarray(format="gray") for frame in container.decode(video=0)])
+
+
+# The file and its truth.
+
+
+def test_the_film_is_what_was_asked_for(prototype, tmp_path):
+    """Catches: width and height exchanged; a lost last frame; times from 1/fps on; another codec."""
+    path = tmp_path / "a.mp4"
+    told = []
+    report = shoot(prototype, path, frames=7, progress=lambda done, of: told.append((done, of)))
+    assert (report.video, report.truth, report.frames, report.label) == (path, truth_path(path), 7, "genuine")
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        assert stream.codec_context.name == "h264" and stream.average_rate == 25
+        assert (stream.width, stream.height) == (480, 272)
+        times = [float(frame.time) for frame in container.decode(stream)]
+    assert times == pytest.approx(np.arange(7) / FPS, abs=1e-4)
+    assert told == [(k + 1, 7) for k in range(7)]
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.mp4", "a.mp4.truth.csv"]
+
+
+def test_the_truth_is_the_motion(prototype, tmp_path):
+    """Catches: camera -> board rotations; rotations column by column; times of the first row; parallax of -Cx/|Cz|."""
+    path = tmp_path / "a.mp4"
+    shoot(prototype, path, motion="sway")
+    truth = truth_of(path)
+    assert truth["frame"] == pytest.approx(np.arange(6)) and truth["time_s"] == pytest.approx(np.arange(6) / FPS)
+    poses = motion_named("sway", distance_mm=600.0, seed=3)(truth["time_s"])
+    camera = np.column_stack([truth[f"camera_{axis}_mm"] for axis in "xyz"])
+    assert np.allclose(camera, poses.camera_mm, atol=1e-6)
+    turns = np.array([[[truth[f"r{i}{j}"][k] for j in (1, 2, 3)] for i in (1, 2, 3)] for k in range(6)])
+    assert np.allclose(turns, poses.rotation, atol=1e-6)
+    for axis, column in enumerate("xy"):
+        assert np.allclose(truth[f"parallax_{column}"], camera[:, axis] / -camera[:, 2], atol=1e-6)
+    assert set(truth["label"]) == {"genuine"}
+
+
+def test_the_true_phase_follows_the_law_of_the_page_s_plane(prototype, tmp_path):
+    """Catches: a phase that rises with u; the lens plane's slope (3.7 % less); degrees.  Two routes: table, slope."""
+    path = tmp_path / "a.mp4"
+    shoot(prototype, path, frames=40, camera=Camera(width=160, height=96, focal_px=100.0, shutter_s=0.0))
+    truth = truth_of(path)
+    near = np.abs(truth["parallax_x"]) < 0.15
+    assert near.sum() >= 8
+    slope = np.polyfit(truth["parallax_x"][near], truth["phase_rad"][near], 1)[0]
+    pitch = prototype.gratings[0].pitch_mm
+    gap = view_law(prototype.lens, pitch).effective_gap_mm(pitch)
+    # The law bends by half a percent over these tangents; the two planes are 3.7 % apart.
+    assert slope == pytest.approx(-optics.page_plane_slope_rad(prototype.lens, gap, pitch), rel=0.01)
+
+
+def test_a_forged_film_s_truth_tells_both_places(prototype, tmp_path):
+    """Catches: the false place written as the pose; the true phase written beside a forged film; a wrong label."""
+    genuine, forged = tmp_path / "a.mp4", tmp_path / "b.mp4"
+    shoot(prototype, genuine, frames=12)
+    report = shoot(prototype, forged, frames=12, forge="reversed")
+    one, two = truth_of(genuine), truth_of(forged)
+    assert report.label == "forged:reversed" and set(two["label"]) == {"forged:reversed"}
+    assert np.array_equal(one["camera_x_mm"], two["camera_x_mm"])
+    assert np.array_equal(one["parallax_x"], two["parallax_x"])
+    camera = np.column_stack([one[f"camera_{axis}_mm"] for axis in "xyz"])
+    shown = false_camera("reversed", camera, FPS, seed=3)
+    tangent = shown[:, 0] / -shown[:, 2]
+    assert np.corrcoef(two["phase_rad"], -tangent)[0, 1] > 0.999
+    assert np.corrcoef(one["phase_rad"], two["phase_rad"])[0, 1] < -0.999
+
+
+def test_the_picture_shows_the_pose_that_the_truth_tells(prototype, tmp_path):
+    """Catches: poses of the first row; a truth one frame late (11 px here); a first frame without a shutter's run."""
+    path = tmp_path / "a.mp4"
+    camera = Camera(width=960, height=540, focal_px=725.0, shutter_s=0.016, noise_counts=0.0)
+    # The badge begins at 0.23 m/s, which is 11 px a frame here.
+    shoot(prototype, path, frames=4, camera=camera, motion="sway")
+    truth = truth_of(path)
+    detector = cv2.aruco.ArucoDetector(
+        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, prototype.markers.dictionary))
+    )
+    for k, picture in enumerate(pictures(path)):
+        corners, ids, _ = detector.detectMarkers(picture)
+        assert sorted(np.ravel(ids)) == sorted(prototype.markers.ids), k
+        turn = np.array([[truth[f"r{i}{j}"][k] for j in (1, 2, 3)] for i in (1, 2, 3)])
+        place = np.array([truth[f"camera_{axis}_mm"][k] for axis in "xyz"])
+        for quad, identity in zip(corners, np.ravel(ids), strict=True):
+            centre = np.array([*prototype.markers.centers_mm[prototype.markers.ids.index(identity)], 0.0])
+            local = turn @ (centre - [73.0, 73.0, 0.0] - place)
+            wanted = camera.matrix @ (local / local[2])
+            # The truth is that of the middle row; a marker 90 px from it is seen 90/540 of 16 ms away: 0.8 px.
+            assert np.abs(quad[0].mean(axis=0) - wanted[:2]).max() < 1.2, (k, identity)
+
+
+def test_the_shutter_runs_down_the_picture(prototype, tmp_path):
+    """Catches: a shutter that runs upwards; first and last row exchanged.  A board going right leans to the right."""
+
+    def going_left(times_s: np.ndarray) -> Poses:
+        x = -1500.0 * (times_s - 0.08)
+        camera = np.column_stack([x, np.zeros_like(x), np.full_like(x, -600.0)])
+        return Poses(camera, np.tile(np.eye(3), (len(x), 1, 1)))
+
+    path = tmp_path / "a.mp4"
+    camera = Camera(width=960, height=540, focal_px=725.0, shutter_s=0.02, noise_counts=0.0)
+    shoot(prototype, path, frames=5, camera=camera, motion=going_left)
+    fine = cv2.aruco.DetectorParameters()
+    # Unrefined corners are whole pixels, of which a mean of four is a quarter of one.
+    fine.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    detector = cv2.aruco.ArucoDetector(
+        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, prototype.markers.dictionary)), fine
+    )
+    corners, ids, _ = detector.detectMarkers(pictures(path)[2])
+    at = dict(zip(np.ravel(ids).tolist(), (quad[0].mean(axis=0) for quad in corners), strict=True))
+    top_left, bottom_left = at[prototype.markers.ids[0]], at[prototype.markers.ids[3]]
+    rows_apart = (bottom_left - top_left)[1] / 540
+    assert (bottom_left - top_left)[0] == pytest.approx(1500.0 * 0.02 * rows_apart * 725 / 600, abs=0.5)
+
+
+# Chance.
+
+
+def test_one_seed_makes_one_film(prototype, tmp_path):
+    """Catches: a global random state; noise that is the same in every film; a seed without effect."""
+    one, again, other = (tmp_path / name for name in ("a.mp4", "b.mp4", "c.mp4"))
+    # Of pictures under about 500 px, x264 (core 165, by its macroblock tree) makes another file each time.
+    camera = Camera(width=1280, height=720, focal_px=967.0)
+    for path, seed in ((one, 3), (again, 3), (other, 4)):
+        shoot(prototype, path, motion="handheld", seed=seed, camera=camera)
+    assert np.array_equal(pictures(one), pictures(again))
+    assert truth_path(one).read_bytes() == truth_path(again).read_bytes()
+    assert truth_path(one).read_bytes() == truth_path(other).read_bytes()
+    assert np.abs(pictures(one).astype(int) - pictures(other)).max() > 5
+
+
+def test_noise_is_as_strong_as_the_camera_says(prototype, tmp_path):
+    """Catches: a standard deviation taken for a variance; noise that stands still from frame to frame."""
+    still = motion_named("static", distance_mm=600.0, seed=0)
+    stacks = {}
+    for counts in (0.0, 6.0):
+        camera = Camera(width=320, height=192, focal_px=242.0, noise_counts=counts)
+        path = tmp_path / f"{counts}.mp4"
+        shoot(prototype, path, frames=8, camera=camera, motion=still, crf=1)
+        stacks[counts] = pictures(path).astype(float)
+    # A corner of the background, at mid grey; exposure drifts, so neighbours in time are compared.
+    patch = np.s_[:, :40, :40]
+    quiet, noisy = (np.diff(stacks[c][patch], axis=0).std() / math.sqrt(2) for c in (0.0, 6.0))
+    assert quiet < 1.0
+    assert 4.0 < noisy < 6.5
+
+
+def test_brightness_survives_the_file(prototype, tmp_path):
+    """Catches: full-range luma in a file that players and our own reader take for limited range: black and white
+    clip, and all contrast grows by 255/219.
+    """
+    camera = Camera(width=320, height=192, focal_px=242.0, noise_counts=0.0)
+    path = tmp_path / "a.mp4"
+    still = motion_named("static", distance_mm=600.0, seed=0)
+    shoot(prototype, path, frames=2, camera=camera, motion=still, crf=1)
+    scene = Scene(prototype, Build(), camera)
+    pose = still(np.zeros(1))
+    board = AnalyticRenderer(scene).render(Instant(pose, pose, pose.camera_mm[0]))
+    exposed = Sensor(camera, 3).expose(board, pose.rotation[0], 0.0)
+    back = pictures(path)[0].astype(float)
+    slope, level = np.polyfit(exposed.ravel().astype(float), back.ravel(), 1)
+    assert slope == pytest.approx(1.0, abs=0.02) and abs(level) < 3.0
+
+
+def test_a_mirrored_film_is_the_film_turned_left_to_right(prototype, tmp_path):
+    """Catches: a mirror that reaches the poses; one of the board alone; a picture turned upside down."""
+    plain, turned = tmp_path / "a.mp4", tmp_path / "b.mp4"
+    shoot(prototype, plain, crf=1)
+    shoot(prototype, turned, crf=1, camera=replace(SMALL, mirror=True))
+    off = pictures(turned)[:, :, ::-1].astype(float) - pictures(plain)
+    assert np.sqrt((off**2).mean()) < 2.0
+    assert truth_path(plain).read_bytes() == truth_path(turned).read_bytes()
+
+
+def test_a_two_axis_badge_s_truth_tells_both_phases(tmp_path):
+    """Catches: one axis written twice; the phase of x from a move in y; nan where there is a second axis."""
+    badge = design_badge(Request("Ada Lovelace", axes="xy"), payload_for_name("Ada Lovelace"))
+    camera = Camera(width=160, height=96, focal_px=100.0, shutter_s=0.0)
+    shoot(badge, tmp_path / "a.mp4", motion="circle", frames=75, camera=camera)
+    truth = truth_of(tmp_path / "a.mp4")
+    assert badge.gratings[0].axis == "x"
+    for column, phase in (("parallax_x", "phase_rad"), ("parallax_y", "phase_other_rad")):
+        # The law bends by 4 % over a tangent of 0.2 and with the other axis's.
+        assert np.corrcoef(truth[column], truth[phase])[0, 1] < -0.999
+    assert abs(np.corrcoef(truth["phase_rad"], truth["phase_other_rad"])[0, 1]) < 0.1
+    assert np.array_equal(truth["shown_x"], truth["parallax_x"])
+
+
+def test_the_command_films_with_camera_codec_and_recipe(prototype, tmp_path):
+    """Catches: an option that is taken and not passed on; JSON that tells another film than the file holds."""
+    (tmp_path / "badge.json").write_text(prototype.to_json(), encoding="utf-8")
+    video = tmp_path / "a.mp4"
+    options = ["--camera", "webcam", "--mirror", "--blur", "0", "--codec", "h265", "--recipe", "call"]
+    asked = ["simulate", str(tmp_path / "badge.json"), "--out", str(video), "--frames", "20", "--fps", "30", *options]
+    done = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--forge", "patchy", "--json"])
+    assert done.exit_code == 0, done.output
+    told = json.loads(done.stdout)
+    assert told["label"] == "forged:patchy" and told["size"] == [640, 360]
+    assert told["camera"]["mirror"] and told["camera"]["focus_blur_px"] == 0 and told["camera"]["distortion"][0] < 0
+    with av.open(str(video)) as container:
+        assert container.streams.video[0].codec_context.name == "hevc"
+    assert len(pictures(video)) == told["frames"] == len(truth_of(video)["frame"]) < 20
+    again = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--overwrite"])
+    assert again.exit_code == 0 and "render" in again.stdout and "encode" in again.stdout
+
+
+# What is refused, and what is left behind.
+
+
+class Stop(Exception):
+    """Raised from the progress callback, as an interrupt would be."""
+
+
+def test_an_interrupted_film_leaves_nothing(prototype, tmp_path):
+    """Catches: a film written under its own name; a truth beside half a film; a temporary file forgotten."""
+
+    def stop(done: int, of: int) -> None:
+        if done == 3:
+            raise Stop
+
+    with pytest.raises(Stop):
+        shoot(prototype, tmp_path / "a.mp4", progress=stop)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_film_leaves_the_old_one(prototype, tmp_path):
+    """Catches: --overwrite that deletes before it has something better."""
+    path = tmp_path / "a.mp4"
+    shoot(prototype, path)
+    before = path.read_bytes(), truth_path(path).read_bytes()
+
+    def stop(done: int, of: int) -> None:
+        raise Stop
+
+    with pytest.raises(Stop):
+        shoot(prototype, path, frames=9, overwrite=True, progress=stop)
+    assert (path.read_bytes(), truth_path(path).read_bytes()) == before
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize("there", ["a.mp4", "a.mp4.truth.csv"])
+def test_nothing_is_overwritten_unasked(prototype, tmp_path, there):
+    """Catches: a check of the film alone; a check after the work is done."""
+    (tmp_path / there).write_text("mine")
+    told = []
+    with pytest.raises(SpecError, match="--overwrite"):
+        shoot(prototype, tmp_path / "a.mp4", progress=lambda done, of: told.append(done))
+    assert (tmp_path / there).read_text() == "mine" and told == [] and len(list(tmp_path.iterdir())) == 1
+    shoot(prototype, tmp_path / "a.mp4", overwrite=True)
+    assert len(pictures(tmp_path / "a.mp4")) == 6
+
+
+def test_no_film_is_refused(prototype, tmp_path):
+    """Catches: a film of one frame, which has no speed; a rate of zero or of a million."""
+    course = motion_named("static", distance_mm=600.0, seed=0)
+    for frames, fps in ((1, 30.0), (0, 30.0), (10, 0.5), (10, 1e6), (10, math.nan)):
+        with pytest.raises(SpecError):
+            film(Scene(prototype, camera=SMALL), course, tmp_path / "a.mp4", frames=frames, fps=fps)
+    with pytest.raises(SpecError, match="forgery"):
+        shoot(prototype, tmp_path / "a.mp4", forge="magic")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_camera_behind_the_badge_is_refused(prototype, tmp_path):
+    """Catches: a truth that tells a camera behind the badge as one before it, and nan as it passes through."""
+
+    def through(times_s: np.ndarray) -> Poses:
+        camera = np.column_stack([0 * times_s, 0 * times_s, 2000.0 * times_s - 200.0])
+        return Poses(camera, np.tile(np.eye(3), (len(times_s), 1, 1)))
+
+    with pytest.raises(SpecError, match="behind"):
+        shoot(prototype, tmp_path / "a.mp4", motion=through)
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("kind", "motion", "frames"), [("reversed", "static", 4), ("splice", "static", 4), ("wobble", "linear", 2)]
+)
+def test_a_forgery_that_shows_the_truth_is_refused(prototype, tmp_path, kind, motion, frames):
+    """Catches: a film labelled forged whose fringes are the true ones, as the motion leaves nothing to forge."""
+    with pytest.raises(SpecError, match="shows the true fringes"):
+        shoot(prototype, tmp_path / "a.mp4", forge=kind, motion=motion, frames=frames)
+    assert list(tmp_path.iterdir()) == []

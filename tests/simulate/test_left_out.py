@@ -1,0 +1,230 @@
+"""What a scene does not need is left out, changes the answer by less than the stated error, and told with its time."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from moireid.bench.simulate.left_out import left_out_table, mitsuba_rows
+from moireid.bench.simulate.scenes import Setting, eleven
+from moireid.bench.simulate.suite import mitsuba_sweep
+from moireid.cli.main import moireid
+from moireid.cli.simulate_cmd import PARTS
+from moireid.errors import SpecError
+from moireid.simulate.analytic.accuracy import Difference, brightness, difference, strips_of
+from moireid.simulate.analytic.estimate import estimate_error
+from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.film import FilmReport, film
+from moireid.simulate.forgeries.flat import SquaredUp
+from moireid.simulate.light import light_named
+from moireid.simulate.mitsuba import estimate as mitsuba_estimate
+from moireid.simulate.mitsuba.estimate import cheapest_mitsuba, estimate_mitsuba
+from moireid.simulate.motion import motion_named
+from moireid.simulate.recording.sensor import Sensor
+from moireid.simulate.scene import Build, Camera, Instant, Need, Scene
+
+SETTINGS = {setting.name: setting for setting in eleven()}
+SMALL = Camera(width=480, height=272, focal_px=363.0, shutter_s=0.012, noise_counts=0.0)
+NEAR = replace(SETTINGS["prototype, 1 m"], camera=replace(SMALL, shutter_s=0.0), distance_mm=400.0)
+
+
+def apart(scene: Scene, instant: Instant, one: Rendered | None, other: Rendered | None) -> Difference:
+    """How far two pictures are apart on the strips of the second one's box."""
+    assert one is not None and other is not None
+    rows, columns = other.radiance.shape
+    strips = strips_of(scene, instant, (other.left, other.top, other.left + columns, other.top + rows))
+    pairs = [(strip, brightness(one, strip), brightness(other, strip)) for strip in strips]
+    return difference(pairs, scene.paper - scene.ink)
+
+
+@pytest.mark.parametrize("name", ["prototype, 1 m", "as built: twist, offset, scale", "both axes"])
+def test_badge_alone_has_the_same_phase_within_the_stated_error(name: str) -> None:
+    """Catches: a box cut within the gratings, or at the page's depth; markers that are still drawn; a box of the whole
+    board; pixels off the badge that change what is on it.
+    """
+    setting: Setting = SETTINGS[name]
+    scene, instant = setting.scene, setting.seen_at(0.3)
+    alone = replace(scene, need=Need(page=False))
+    usual = AnalyticRenderer(scene)
+    whole = usual.render(instant, crop=(0, 0, scene.camera.width, scene.camera.height))
+    board, cut = usual.render(instant), AnalyticRenderer(alone).render(instant)
+    assert board is not None and cut is not None and whole is not None
+    stated = estimate_error(scene, [instant])
+    for more, less in ((whole, board), (board, cut)):
+        found = apart(scene, instant, more, less)
+        assert found.strips >= 4
+        # Each pixel has the same rays whatever is left out, so that what changes is a rounding.
+        assert found.phase_rad < 0.1 * stated.phase_rad and found.image < 0.1 * stated.image
+    assert cut.radiance.size < 0.8 * board.radiance.size < 0.5 * whole.radiance.size
+    # Every strip of the gratings is still there, and no marker's black.
+    box = (board.left, board.top, board.left + board.radiance.shape[1], board.top + board.radiance.shape[0])
+    smaller = (cut.left, cut.top, cut.left + cut.radiance.shape[1], cut.top + cut.radiance.shape[0])
+    counts = [sum(len(strip.rows) for strip in strips_of(scene, instant, one)) for one in (box, smaller)]
+    # A strip's rim is told by the mean footprint of a box's pixels.
+    assert counts[0] == pytest.approx(counts[1], rel=0.01)
+    page = AnalyticRenderer(alone).render(instant, crop=box)
+    centre = np.array(scene.badge.markers.centers_mm[0]) - scene.board_centre_mm
+    local = instant.first.rotation[0] @ (np.append(centre * scene.build.print_scale, 0) - instant.first.camera_mm[0])
+    column, row = np.rint(scene.camera.project(local)).astype(int) - (page.left, page.top)
+    patch = np.s_[row - 4 : row + 5, column - 4 : column + 5]
+    assert np.all(page.radiance[patch] == np.float32(scene.paper)) and board.radiance[patch].min() < 0.3
+
+
+def test_background_left_out_leaves_the_badge_as_it_is() -> None:
+    """Catches: clouds that are still painted; another noise without them; a grey that shines into the badge."""
+    scene, instant = NEAR.scene, NEAR.seen_at(0.1)
+    board = AnalyticRenderer(scene).render(instant)
+    assert board is not None
+    camera = replace(scene.camera, noise_counts=3.0)
+    exposed = {
+        (shown, noisy): Sensor(
+            camera if noisy else scene.camera, 5, need=Need(background=shown)
+        ).expose(board, instant.first.rotation[0], 0.2)
+        for shown in (True, False) for noisy in (True, False)
+    }  # fmt: skip
+    solid = np.zeros((camera.height, camera.width), bool)
+    rows, columns = board.radiance.shape
+    solid[board.top : board.top + rows, board.left : board.left + columns] = board.coverage == 1
+    # The lens's blur of half a pixel reaches three pixels in.
+    inside = solid & np.all([np.roll(solid, step, axis) for step in (-4, 4) for axis in (0, 1)], axis=0)
+    assert inside.sum() > 4000
+    for noisy in (True, False):
+        assert np.array_equal(exposed[True, noisy][inside], exposed[False, noisy][inside])
+    assert exposed[False, False][:40].std() == 0 < exposed[True, False][:40].std()
+
+
+def pictures(path: Path) -> np.ndarray:
+    with av.open(str(path)) as container:
+        return np.stack([frame.to_ndarray(format="gray") for frame in container.decode(video=0)])
+
+
+def shoot(badge, path: Path, *, camera: Camera = SMALL, need: Need | None = None, **options) -> FilmReport:
+    scene = Scene(badge, Build(), camera, need=need or Need())
+    course = motion_named("sway", distance_mm=600.0, seed=3)
+    return film(scene, course, path, frames=3, fps=25.0, seed=3, crf=1, **options)
+
+
+def test_shutter_left_out_is_a_camera_that_opens_for_an_instant(prototype, tmp_path: Path) -> None:
+    """Catches: a need that the film does not ask; an exposure or a rolling shutter that is still rendered."""
+    slow = replace(SMALL, exposure_s=0.03)
+    for name, camera, need in (
+        ("still", replace(slow, shutter_s=0.0, exposure_s=0.0), Need()), ("left", slow, Need(shutter=False)),
+        ("whole", slow, Need()),
+    ):  # fmt: skip
+        shoot(prototype, tmp_path / f"{name}.mp4", camera=camera, need=need)
+    still, left, whole = (pictures(tmp_path / f"{name}.mp4").astype(int) for name in ("still", "left", "whole"))
+    # x264 makes another file of small pictures each time, by a count or two.
+    assert np.abs(still - left).max() <= 3 and np.abs(still - whole).max() > 20
+
+
+def test_glare_left_out_is_all_that_the_lenses_mirror() -> None:
+    """Catches: a glare that is only dimmed; light on the page left out with it; a phase that hangs on it here."""
+    scene, instant = NEAR.scene, NEAR.seen_at(0.2)
+    for name in ("softbox", "even"):
+        lit = replace(scene, light=light_named(name))
+        shown, matt = (
+            AnalyticRenderer(replace(lit, need=Need(glare=glare))).render(instant) for glare in (True, False)
+        )
+        mirrored = (shown.radiance - matt.radiance)[shown.coverage == 1]
+        assert mirrored.min() > -1e-6 and mirrored.max() > 0.01
+        # The soft box leaves the sky 0.3 of the light, of which Fresnel mirrors 5 %; an unlit page would be black.
+        assert np.median(matt.radiance) > 0.2
+        stated = estimate_error(lit, [instant]).phase_rad
+        assert apart(scene, instant, shown, matt).phase_rad < math.sqrt(2) * stated
+
+
+def test_bounces_and_hidden_face_change_less_than_mitsuba_s_own_error() -> None:
+    """Catches: a face that bends or stops the rays, or shifts the lines; a bar that hides it; one that is not built."""
+    scene, instant = NEAR.scene, NEAR.seen_at(0.3)
+    rows = {row["what"]: row for row in mitsuba_rows(scene, instant, seed=4)}
+    assert len(rows) == 4 and all(row["phase_rad"] is not None for row in rows.values())
+    for row in rows.values():
+        # With few strips the error's own scatter is wide; what is wrong by more than noise is wrong by far more.
+        assert row["phase_rad"] < 2 * row["bar_rad"], row
+    bounces, off = rows["bounces, and the hidden face"], rows["pixels off the badge (4 rays)"]
+    assert bounces["with_s"] > 1.2 * bounces["without_s"] and off["with_s"] > 1.5 * off["without_s"]
+    assert all(what in "\n".join(left_out_table(list(rows.values()))) for what in rows)
+    with pytest.raises(SpecError, match="mitsuba"):
+        AnalyticRenderer(replace(scene, need=Need(bounces=True)))
+
+
+def test_mitsuba_s_estimate_is_near_the_truth_and_chooses_its_rays() -> None:
+    """Catches: noise told as its square or of the mean; segments that do not count; a ladder climbed from the top."""
+    scene, instant = NEAR.scene, NEAR.seen_at(0.3)
+    reference = AnalyticRenderer(scene, rays=(64, 4)).render(instant)
+    for setting in ((16, 2), (16, 16)):
+        found = []
+        for seed in (1, 2, 3):
+            from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+
+            renderer = MitsubaRenderer(scene, samples=setting[0], segments=setting[1], seed=seed)
+            found.append(apart(scene, instant, renderer.render(instant), reference).phase_rad)
+        estimate = estimate_mitsuba(scene, instant, setting, seed=9)
+        assert estimate.segments == setting[1] and estimate.frame_s > 0
+        assert 0.4 < estimate.phase_rad / np.sqrt(np.mean(np.square(found))) < 2.5
+    loose = cheapest_mitsuba(scene, instant, 0.2)
+    assert (loose.rays[0], loose.segments) == mitsuba_estimate.LADDER[0]
+
+
+def test_mitsuba_refuses_an_error_that_it_cannot_meet(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: the dearest setting taken in silence."""
+    monkeypatch.setattr(mitsuba_estimate, "LADDER", ((16, 4),))
+    with pytest.raises(SpecError, match=r"estimated 0\.\d+ rad\); give a larger --error"):
+        cheapest_mitsuba(NEAR.scene, NEAR.seen_at(0.3), 1e-9)
+
+
+def test_a_film_by_mitsuba_tells_its_error(prototype, tmp_path: Path) -> None:
+    """Catches: a reference without an error bar; an estimate of another setting than is filmed."""
+    report = shoot(prototype, tmp_path / "a.mp4", backend="mitsuba", error_rad=0.1)
+    assert 0 < report.estimate.phase_rad <= 0.1
+    told = {one.what: one for one in report.left_out}
+    assert "rolling shutter" in told and f"lens detail below {report.estimate.segments} segments" in told
+
+
+def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) -> None:
+    """Catches: an option that is not passed on; things told without their time; names that the scene does not know."""
+    assert set(PARTS) | {"bounces"} == set(Need.__dataclass_fields__)
+    (tmp_path / "badge.json").write_text(prototype.to_json(), encoding="utf-8")
+    asked = ["simulate", str(tmp_path / "badge.json"), "--out", str(tmp_path / "a.mp4"), "--frames", "2"]
+    asked += ["--camera", "dim", "--light", "even", *(word for part in PARTS for word in ("--leave-out", part))]
+    done = CliRunner().invoke(moireid, [*asked, "--json"])
+    assert done.exit_code == 0, done.output
+    told = {one["what"]: one for one in json.loads(done.stdout)["left_out"]}
+    for what in (
+        "pixels off the badge", "colour", "the mount", "background", "page and markers",
+        "rolling shutter and exposure", "glare",
+    ):  # fmt: skip
+        assert told[what]["saved_s"] is not None and told[what]["how"], what
+    assert told["pixels off the badge"]["saved_s"] > 0 and told["page and markers"]["saved_s"] > 0
+    said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite"])
+    assert said.exit_code == 0 and "background (" in said.stdout and "estimated error" in said.stdout
+
+
+def test_a_flat_picture_is_lit_once() -> None:
+    """A forger's picture was lit when it was taken, and is shown as bright as that.
+
+    Catches: one that is lit again as it is filmed; one that was taken without the light.
+    """
+    scene, instant = replace(NEAR.scene, light=light_named("softbox")), NEAR.seen_at(0.0)
+    place = np.array([0.0, 0.0, -400.0])
+    lit, unlit = (SquaredUp(one, 3.0).picture(place) for one in (scene, replace(scene, light=None)))
+    assert np.abs(lit - unlit).mean() > 0.02
+    shown = replace(instant, picture=lit, shown_from_mm=place)
+    dark, bright = (AnalyticRenderer(replace(scene, light=one)).render(shown) for one in (None, scene.light))
+    assert np.array_equal(dark.radiance, bright.radiance)
+    assert bright.radiance[bright.coverage == 1].mean() == pytest.approx(lit.mean(), abs=0.01)
+
+
+def test_the_sweep_is_full_for_the_best_variant_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a plain variant that traces for an hour; the best one cut short."""
+    monkeypatch.setattr("moireid.bench.simulate.suite.mitsuba_variants", lambda: ["llvm_ad_rgb", "scalar_rgb"])
+    full, plain = mitsuba_sweep("1080p", quick=False)
+    assert full[0] == "llvm_ad_rgb" and len(full[1]) == 6 and len(plain[1]) == 3
+    assert [name for name, _ in mitsuba_sweep("2160p", quick=False)] == ["llvm_ad_rgb"]

@@ -1,0 +1,152 @@
+"""The light's bands on the page, and the lenses' glare, without Mitsuba.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from moireid.badge import Badge, Lens
+from moireid.cli.simulate_cmd import LIGHT_NAMES
+from moireid.errors import SpecError
+from moireid.simulate.analytic.light_kernels import lamp_figures, light_at
+from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.light import BINS, LIGHTS, Light, light_named, light_table, passed_share, straight_share
+from moireid.simulate.motion import Poses
+from moireid.simulate.scene import Instant, Scene
+
+SHEET = Lens("lenticular", 0.508, 1.0, 1.56)
+#: A round box of eight degrees, 40 degrees to the right and a little up; all the light there is.
+BOX = Light((964.0, -300.0, -1149.0), 211.5, 1.0)
+
+
+def straight_at(distance_mm: float = 1000.0) -> Instant:
+    pose = Poses(np.array([[0.0, 0.0, -distance_mm]]), np.eye(3)[None])
+    return Instant(pose, pose, pose.camera_mm[0])
+
+
+def traced_back(lens: Lens, light: Light, bins: int, rays: int, seed: int) -> np.ndarray:
+    """The same light on the page by rays that start there and look for the disc: nothing of `lenticule` in it."""
+    rng = np.random.default_rng(seed)
+    pitch, g, n, radius = lens.pitch_mm, lens.thickness_mm, lens.refractive_index, float(lens.radius_mm or 0)
+    toward = np.array(light.place_mm) / np.linalg.norm(light.place_mm)
+    start = (rng.random(rays) - 0.5) * pitch
+    half = 1.05 * math.sin(light.half_angle_rad) / n
+    dx, dy = rng.uniform(-0.98, 0.98, rays), toward[1] / n + rng.uniform(-half, half, rays)
+    sound = dx**2 + dy**2 < 0.999
+    dz = -np.sqrt(np.where(sound, 1 - dx**2 - dy**2, 1.0))
+    way, hit = np.full(rays, np.inf), np.zeros(rays)
+    for lenticule in range(-12, 13):
+        x, z = start - lenticule * pitch, g - radius
+        a, b, c = dx**2 + dz**2, x * dx + z * dz, x**2 + z**2 - radius**2
+        length = (-b + np.sqrt(np.maximum(b**2 - a * c, 0))) / a
+        leaves = (b**2 > a * c) & (np.abs(x + length * dx) <= pitch / 2) & (z + length * dz < 0) & (length < way)
+        way, hit = np.where(leaves, length, way), np.where(leaves, x + length * dx, hit)
+    nx, nz = hit / radius, -np.sqrt(1 - (hit / radius) ** 2)
+    inner = dx * nx + dz * nz
+    sound &= np.isfinite(way) & (n**2 * (1 - inner**2) < 1) & (inner > 0)
+    outer = np.sqrt(np.where(sound, 1 - n**2 * (1 - inner**2), 1.0))
+    out = np.stack([n * dx + (outer - n * inner) * nx, n * dy, n * dz + (outer - n * inner) * nz])
+    sound &= toward @ out > math.cos(light.half_angle_rad)
+    share = np.where(sound, passed_share(n, outer), 0.0) * n**2 * 1.96 * 2 * half
+    whole = math.pi * math.sin(light.half_angle_rad) ** 2 * -toward[2] * straight_share(n)
+    return np.bincount((start / pitch % 1 * bins).astype(int), share, bins) / (rays / bins) / whole
+
+
+def test_the_bands_agree_with_rays_traced_back_from_the_page():
+    """Catches: a light from the other side, a lost Fresnel share, a wrong scale, bins that are shifted.
+
+    The rays' own noise is 2 % of the mean; the light on the page runs from 0.1 to 2.2 of it.
+    """
+    _, places, disc = light_table(SHEET, BOX, (-14.0, 14.0))
+    middle = (disc[(len(places) - 1) // 2] + disc[len(places) // 2]) / 2
+    # Bins of the table are centred on whole numbers, those of the rays on halves.
+    of_table = ((middle + np.roll(middle, -1)) / 2).reshape(16, -1).mean(axis=1)
+    back = [traced_back(SHEET, BOX, 16, 400_000, seed) for seed in (1, 2)]
+    noise = np.std(back[0] - back[1]) / math.sqrt(2)
+    assert noise < 0.04
+    assert of_table.max() > 15 * of_table.min()
+    np.testing.assert_allclose(of_table, np.mean(back, axis=0), atol=4 * noise)
+
+
+def test_a_light_from_the_other_side_lights_the_other_flank():
+    """Catches: a sign that the table and the place agree on by being both wrong."""
+    x, y, z = BOX.place_mm
+    one = light_table(SHEET, BOX, (-1.0, 1.0))[2][0]
+    other = light_table(SHEET, replace(BOX, place_mm=(-x, y, z)), (1.0, -1.0))[2][0]
+    np.testing.assert_allclose(one, np.roll(other[::-1], 1), atol=0.03)
+    assert np.abs(one - other).max() > 0.5
+
+
+@pytest.mark.parametrize("lens", [SHEET, Lens("mask", 0.508, 1.0, 1.56, open_fraction=0.4)], ids=["lens", "mask"])
+def test_no_light_is_lost_but_what_the_surface_mirrors_or_the_mask_stops(lens: Lens):
+    """Catches: bins that lose or double rays at the pitch's edge."""
+    lit = lens.open_fraction or 1.0
+    sky, _, disc = light_table(lens, replace(BOX, share=0.6), (-1.0, 1.0))
+    assert len(sky) == BINS
+    assert sky.mean() == pytest.approx(0.4 * lit, rel=0.1)
+    assert disc.mean() == pytest.approx(0.6 * lit, rel=0.05)
+
+
+def test_the_look_up_knows_place_period_and_fall():
+    """Catches: rows taken for bins, a table that ends at the pitch, light that does not fade with distance."""
+    lamp, table = lamp_figures(SHEET, replace(BOX, share=0.7), (-60.0, 60.0), 1e-4)
+    places = np.linspace(-60, 60, len(table) - 1)
+    for row, bin_ in ((0, 3), (4, 130)):
+        landed = bin_ / BINS * SHEET.pitch_mm
+        expected = table[0, bin_] + table[1 + row, bin_]
+        for turns in (-7, 0, 50):
+            found = light_at(places[row], 0.0, landed + turns * SHEET.pitch_mm, lamp, table, SHEET.pitch_mm)
+            assert found == pytest.approx(expected, rel=1e-6)
+    # 200 mm nearer along the lenses: the cube and the cosine of the disc's own slant, worked out anew.
+    near, far = (np.array([0.0, y, 0.0]) - BOX.place_mm for y in (-200.0, 0.0))
+    toward = np.array(BOX.place_mm) / np.linalg.norm(BOX.place_mm)
+    power = [abs(way @ toward) / np.linalg.norm(way) ** 4 for way in (near, far)]
+    at = [light_at(0.0, y, 0.1, lamp, table, SHEET.pitch_mm) for y in (-200.0, 0.0)]
+    sky = light_at(0.0, 0.0, 0.1, lamp, np.vstack([table[0], 0 * table[1:]]), SHEET.pitch_mm)
+    assert (at[0] - sky) / (at[1] - sky) == pytest.approx(power[0] / power[1], rel=1e-9)
+
+
+def test_glare_is_a_streak_across_the_lenses_where_a_mirror_would_show_the_light(prototype: Badge):
+    """Catches: glare that is spread along the lenses, at the light's own height, or brighter than the light."""
+    # A lamp 1 m away and 60 mm up, seen from 1 m: mirrored half way, 30 mm above the middle.
+    lamp = Light((500.0, -60.0, -1000.0), 12.0, 0.5)
+    plain, shining = (
+        AnalyticRenderer(Scene(prototype, light=light), rays=(16, 4)).render(straight_at())
+        for light in (replace(lamp, share=0.0), lamp)
+    )
+    assert plain is not None and shining is not None
+    rows = shining.radiance.max(axis=1) - plain.radiance.max(axis=1)
+    place_mm = (np.arange(len(rows)) + shining.top - 539.5) / 1.45
+    assert place_mm[rows.argmax()] == pytest.approx(-30.0, abs=8.0)
+    assert np.ptp(place_mm[rows > 0.2 * rows.max()]) < 30.0
+    streak = shining.radiance[rows.argmax()]
+    assert np.mean(streak > 1.0) > 0.3
+    assert streak.max() < lamp.radiance
+
+
+def test_without_a_light_nothing_is_added(prototype: Badge):
+    """An even sky is a little off a page that shines, by what is mirrored; none at all is the old picture."""
+    none, even = (AnalyticRenderer(Scene(prototype, light=light)).render(straight_at()) for light in (None, Light()))
+    assert none is not None and even is not None
+    assert none.radiance.max() == pytest.approx(0.85)
+    assert 0.01 < np.abs(none.radiance - even.radiance).max() < 0.2
+
+
+@pytest.mark.parametrize(
+    "figures", [((0, 0, 100.0), 10, 0.5), ((0, 0, -1000.0), 0, 0.5), ((0, 0, -1000.0), 2000, 0.5),
+                ((0, 0, -1000.0), 10, 1.5), ((0, math.nan, -1000.0), 10, 0.5)],
+)  # fmt: skip
+def test_what_is_no_light_is_refused(figures):
+    """Catches: a light behind the badge, one without size, NaN."""
+    with pytest.raises(SpecError, match="no light"):
+        Light(*figures)
+
+
+def test_the_command_line_offers_the_same_lights():
+    """Catches: one list grown without the other."""
+    assert tuple(LIGHTS) == LIGHT_NAMES
+    with pytest.raises(SpecError, match="softbox"):
+        light_named("moon")

@@ -1,0 +1,80 @@
+"""Film-wide unknowns by least misfit.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise_together, posterior
+
+FRAMES, POINTS = 400, 16
+
+
+def unknown(prior_sd: float = 1e3, *, heavy: bool = False) -> Unknown:
+    return Unknown(-50.0, 50.0, 0.0, prior_sd, 0.1, heavy)
+
+
+def linear(rng, truth: np.ndarray, noise: float = 0.01):
+    """Residuals linear in two unknowns that nearly stand in for one another, and their table."""
+    table = rng.standard_normal((FRAMES, 2 * POINTS, 1)) * np.array([1.0, 0.98]) * 0.01
+    table = table + 0.0003 * rng.standard_normal((FRAMES, 2 * POINTS, 2))
+    seen = table @ truth + noise * rng.standard_normal((FRAMES, 2 * POINTS))
+    return (lambda at: table @ at - seen), table
+
+
+def test_a_long_narrow_valley_is_gone_along_to_its_end(rng):
+    """Catches: a search that stops on its way; an error bar for the valley's width in place of its length."""
+    truth = np.array([7.0, -4.0])
+    left_over, table = linear(rng, truth)
+    scale = 0.01 * np.sqrt(2)
+    place, covariance = minimise_together(left_over, np.zeros(2), [unknown(), unknown()], scale)
+    # At the bottom a usual frame weighs half of what it would without Cauchy's logarithm.
+    normal = np.einsum("tmi,tmj->ij", table, table) * SPARE_PER_FRAME / 2 / (2 * POINTS) * 2 / scale**2
+    assert covariance == pytest.approx(np.linalg.inv(normal), rel=0.1)
+    assert np.all(np.abs(place - truth) < 4 * np.sqrt(np.diag(covariance)))
+    assert np.sqrt(covariance[0, 0]) > 10 / np.sqrt(normal[0, 0])
+
+
+def test_priors_hold_what_nothing_tells(rng):
+    """Catches: a prior that is left out, counted twice, or that has no say in the error bar."""
+    for heavy, weight in ((False, 1.0), (True, 4 / 3)):
+        place, covariance = minimise_together(
+            lambda at: np.full((9, 4), 0.3) + 0 * at[0], np.array([1.0]), [unknown(2.0, heavy=heavy)], 1.0
+        )
+        assert place == pytest.approx([0.0], abs=0.05)
+        assert covariance[0, 0] == pytest.approx(4.0 / weight, rel=0.05)
+
+
+def test_bad_frames_count_little(rng):
+    """Catches: squares in place of Cauchy's misfit; a frame without a pose that stops the search."""
+    truth = np.array([2.0, 0.0])
+    clean, _ = linear(rng, truth)
+
+    def spoilt(at: np.ndarray) -> np.ndarray:
+        left = clean(at)
+        left[::10] += 5.0
+        left[3] = np.nan
+        return left
+
+    place, covariance = minimise_together(spoilt, np.zeros(2), [unknown(), unknown()], 0.01 * np.sqrt(2))
+    assert np.all(np.abs(place - truth) < 4 * np.sqrt(np.diag(covariance)))
+
+
+def test_bounds_are_kept():
+    """Catches: a step, or a probe of the slope, that leaves the bounds."""
+    tried = []
+
+    def left_over(at: np.ndarray) -> np.ndarray:
+        tried.append(float(at[0]))
+        return np.full((20, 4), 100.0 - at[0])
+
+    place, _ = minimise_together(left_over, np.array([0.0]), [Unknown(-1.0, 1.0, 0.0, 1e3, 0.5)], 1.0)
+    assert place[0] == 1.0 and min(tried) >= -1.0 and max(tried) <= 1.0
+
+
+def test_a_shallow_misfit_leaves_the_prior():
+    """Catches: kinks taken for a sharp minimum; a deep misfit that the prior drowns."""
+    shallow, sd = posterior(lambda at: np.full(100, 1.0) + 1e-4 * np.sin(40 * at), -1.0, 1.0, 0.1, 0.15, 4)
+    assert shallow == pytest.approx(0.1, abs=0.05) and sd == pytest.approx(0.15, rel=0.2)
+    deep, narrow = posterior(lambda at: 1.0 + np.full(100, 30.0) * (at - 0.8) ** 2, -1.0, 1.0, 0.1, 0.15, 4)
+    assert deep == pytest.approx(0.8, abs=0.06) and narrow < 0.08

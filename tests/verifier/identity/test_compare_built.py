@@ -1,0 +1,71 @@
+"""As-built figures: merging, reading back, and telling the original from a copy."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import pytest
+
+from moireid.asbuilt import AsBuilt, as_built_from_json, merge
+from moireid.bench.identity.clips import Clip, read_clip
+from moireid.errors import SpecError
+from moireid.verifier.identity.compare_built import PAPER_DRIFT, compare_built
+
+ONE = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
+
+
+def test_json_comes_back_and_wrong_json_is_refused():
+    assert as_built_from_json(ONE.to_json()) == ONE
+    document = json.loads(ONE.to_json())
+    wrongs = [json.dumps(document | {"format": 2}), json.dumps(document | {"gain_ratio": None})]
+    wrongs.append(json.dumps({key: value for key, value in document.items() if key != "offset_rad"}))
+    for wrong in ("{", "[]", ONE.to_json().replace("0.995", "NaN"), *wrongs):
+        with pytest.raises(SpecError):
+            as_built_from_json(wrong)
+
+
+def test_captures_merge_by_their_information_and_around_the_circle():
+    """Catches: offsets of 3.1 and -3.1 averaged to 0; equal weights; error bars that shrink where captures disagree."""
+    other = replace(ONE, offset_rad=-3.1, offset_sd=0.04, gain_ratio=1.095, gain_sd=0.1)
+    both = merge([replace(ONE, offset_rad=3.1), other])
+    assert abs(abs(both.offset_rad) - math.pi) < 1e-6
+    assert both.gain_ratio == pytest.approx((0.995 * 100 + 1.095) / 101, abs=1e-4)
+    assert both.captures == 2
+    apart = merge([ONE, replace(ONE, offset_rad=2.0)])
+    assert apart.offset_sd > 0.3
+    with pytest.raises(SpecError):
+        merge([ONE, replace(ONE, badge_id="00")])
+
+
+def test_each_figure_tells_a_copy_alone(ada):
+    """Catches: a figure that is not compared, or compared without regard to turns of the circle."""
+    assert compare_built(ONE, ONE, ada).built == "original"
+    assert compare_built(replace(ONE, offset_rad=3.0 - 2 * math.pi + 0.02), ONE, ada).built == "original"
+    assert compare_built(replace(ONE, offset_rad=2.0), ONE, ada).built == "copy"
+    assert compare_built(replace(ONE, twist_rad_per_mm=0.06), ONE, ada).built == "copy"
+    assert compare_built(replace(ONE, beat_frequency_per_mm=-0.0450), ONE, ada).built == "copy"
+    assert compare_built(replace(ONE, offset_rad=3.0 - 0.35), ONE, ada).built == "not_known"
+
+
+def test_paper_that_drifted_is_still_the_original(ada):
+    """Catches: a limit without room for humidity; and that room given where the beat shows no drift."""
+    drift = 0.8 * PAPER_DRIFT / ada.lens.pitch_mm
+    moved = replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + drift, offset_rad=ONE.offset_rad - 0.6)
+    assert compare_built(moved, ONE, ada).built == "original"
+    assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "copy"
+
+
+def test_films_of_one_badge_agree_and_of_a_copy_do_not(ada):
+    """The whole way, on three small films: enrolled, filmed again in other motion, assembled anew."""
+    payload = bytes.fromhex("0123456789abcdef")
+    rows = [
+        read_clip(Clip(payload, 1000.0, 5, motion, assembly, frames=120))
+        for motion, assembly in ((1, None), (2, None), (3, 77))
+    ]
+    assert [row["read"] for row in rows] == [True] * 3
+    enrolled, again, copy = (as_built_from_json(row["as_built"]) for row in rows)
+    assert max(abs(row["beat_error"]) for row in rows) < 0.005
+    assert compare_built(again, enrolled, ada).built == "original"
+    assert compare_built(copy, enrolled, ada).built == "copy"

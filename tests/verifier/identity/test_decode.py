@@ -1,0 +1,304 @@
+"""From profiles to an identity, on films made of numbers alone.  Beside each test: the wrong implementation it catches.
+
+A film here is a homography a frame, from a known camera, and the brightness that the optics' own formula gives at each
+sample of each strip: psi = 2 pi [x (1/p_r - 1/p_f) + s(tan)/p_r], with the lines where the badge's cells print them.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kit.numeric_films import (
+    FOCAL,
+    FRAMES,
+    TYPICAL,
+    Building,
+    filmed,
+)
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge, payload_for_name, payload_from_hex
+from moireid.verifier.fringes.signals import measure
+from moireid.verifier.identity.cell_phase import uniform_fields
+from moireid.verifier.identity.decode import Identity, judge_identity, read_identity
+from moireid.verifier.tracking.badge_tracker import Track
+
+
+def judged(track: Track, layout: Badge, claimed_id: str | None = None) -> Identity:
+    """`layout` is the badge that is claimed, of which nothing but the layout may be used."""
+    return judge_identity(track, measure(track, layout, focal_px=FOCAL), layout, claimed_id=claimed_id)
+
+
+@pytest.fixture(scope="module")
+def other() -> Badge:
+    """Somebody else's badge of the same layout."""
+    return design_badge(Request("Grace Hopper"), payload_from_hex("0f5ac3962d784be1"))
+
+
+@pytest.fixture(scope="module")
+def bands() -> Badge:
+    """A badge of the pitch family: 24 bits in ten bands."""
+    return design_badge(Request("Ada", family="pitch"), payload_for_name("Ada", family="pitch"))
+
+
+@pytest.fixture(scope="module")
+def ada_track(ada) -> Track:
+    return filmed(ada, TYPICAL)
+
+
+# The four verdicts.
+
+
+def test_the_claimed_badge_matches(ada, ada_track):
+    """Catches: cells from the bottom or from the right; the sign of a shift; Gray code one way only; duty forgotten."""
+    outcome = judged(ada_track, ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("match", ada.id, ada.id)
+    assert outcome.built == "not_known" and outcome.symbol_errors_corrected == 0 and outcome.score > 0.8
+    assert [(reason.code, reason.level) for reason in outcome.reasons if reason.code != "cells_move"] == [
+        ("identity", "pass")
+    ]
+
+
+def test_another_badge_is_a_mismatch_that_names_it(ada, other):
+    """Catches: a decoder that looks at the claimed badge's lines, and so finds what it is told to find."""
+    outcome = judged(filmed(other, TYPICAL), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("mismatch", other.id, ada.id)
+    assert outcome.score < -0.8
+    assert [(reason.code, reason.level) for reason in outcome.reasons if reason.code != "cells_move"] == [
+        ("identity", "fail")
+    ]
+
+
+def test_cells_without_fringes_are_unreadable(ada, ada_track):
+    """Catches: a payload made up from noise; a rejection of whom nobody could read."""
+    rng = np.random.default_rng(3)
+    profiles = list(ada_track.profiles)
+    blank = [k for k, strip in enumerate(ada_track.strips) if not strip.uniform]
+    for index in blank:
+        profiles[index] = 130.0 + 5.0 * rng.standard_normal(profiles[index].shape)
+    outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id, outcome.score) == ("unreadable", None, 0.0)
+    assert [reason.level for reason in outcome.reasons if reason.code != "cells_move"] == ["undecided"]
+    assert outcome.reasons[0].unit == "symbols" and outcome.reasons[0].measured > 10
+
+
+def test_without_a_claim_the_reading_is_only_noted(ada, ada_track):
+    """Catches: a match with nobody; a decoding that is left out where nothing is claimed."""
+    outcome = judged(ada_track, ada)
+    assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("not_claimed", ada.id, None)
+    assert [reason.level for reason in outcome.reasons if reason.code != "cells_move"] == ["note"]
+
+
+def test_a_board_without_a_code_claims_nothing(prototype):
+    """Catches: a code asked of the published prototype; a beat of the design in place of the film's."""
+    outcome = judged(filmed(prototype, Building(scale=1.001)), prototype)
+    assert (outcome.verdict, outcome.decoded_id, outcome.score) == ("not_claimed", None, None)
+    assert outcome.expected_beat_period_mm == pytest.approx(0.508 * 0.52 / 0.012)
+    assert outcome.beat_period_mm == pytest.approx(1 / (1.001 / 0.508 - 1 / 0.52), rel=2e-3)
+
+
+# What must not matter.
+
+
+@pytest.mark.parametrize(
+    "built",
+    [
+        Building(scale=0.9925), Building(scale=1.0075), Building(offset_rad=3.1), Building(twist_rad_per_mm=-0.06),
+        Building(gain=0.5), Building(gain=-1.0), Building(noise=12.0),
+    ],
+    ids=["page small", "page large", "laid over", "twisted", "half gain", "reversed", "noisy"],
+)  # fmt: skip
+def test_the_reading_survives_building_light_and_even_forgery(ada, built):
+    """Catches: absolute beats or phases; a twist that is not solved for; cells read by the predicted motion instead of
+    by the measured one, by which a forged film would hide whose badge it forges.
+    """
+    outcome = judged(filmed(ada, built), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("match", ada.id)
+    beat = outcome.beat_period_mm, outcome.expected_beat_period_mm
+    drift = (1 - built.scale) / ada.lens.pitch_mm
+    # Fringes of the wrong motion are fitted with the right motion's stretch, which moves their beat by up to a percent.
+    assert 1 / beat[0] == pytest.approx(1 / beat[1] - drift, rel=0.004 if built.gain == 1.0 else 0.02)
+
+
+def test_only_the_layout_of_the_claimed_badge_is_looked_at(ada, ada_track):
+    """Catches: any look at the claimed badge's own lines while decoding."""
+    grating = ada.gratings[0]
+    blank = replace(grating, cells=tuple(replace(c, pitch_mm=0.5, edge_mm=0.0, duty=0.3) for c in grating.cells))
+    outcome = judged(ada_track, replace(ada, gratings=(blank,), id="ff" * 8, name="Nobody"), "ff" * 8)
+    assert (outcome.verdict, outcome.decoded_id) == ("mismatch", ada.id)
+
+
+def test_a_long_payload_and_both_axes_are_read_too():
+    """Catches: a length that is fixed at 64 bits; a second grating's cells read along the first one's axis."""
+    payload = payload_from_hex("00112233445566778899aabbccddeeff")
+    for request in (Request("Long"), Request("Both", axes="xy", size_mm=(186.0, 200.0))):
+        badge = design_badge(request, payload)
+        assert {grating.axis for grating in badge.gratings} == set(request.axes)
+        outcome = judged(filmed(badge, TYPICAL), badge, badge.id)
+        assert (outcome.verdict, outcome.decoded_id) == ("match", payload.hex())
+
+
+# Errors, and deceit.
+
+
+def damaged(track: Track, rows: int) -> Track:
+    """The first rows of phase cells painted over with somebody else's fringes: shifted by half a turn."""
+    profiles = list(track.profiles)
+    for index in [k for k, strip in enumerate(track.strips) if not strip.uniform][:rows]:
+        profiles[index] = 260.0 - profiles[index]
+    return replace(track, profiles=tuple(profiles))
+
+
+def test_a_damaged_row_is_mended_and_counted(ada, ada_track):
+    """Catches: errors mended in silence; a count of rows instead of symbols."""
+    outcome = judged(damaged(ada_track, 1), ada, ada.id)
+    assert outcome.verdict == "match" and outcome.decoded_id == ada.id
+    assert outcome.symbol_errors_corrected >= 1
+
+
+@pytest.mark.parametrize("degrees", [-0.33, -0.2, 0.24, 0.33])
+def test_a_twist_that_evenly_lying_rows_cannot_tell_is_told_by_the_code(degrees):
+    """Catches: the wrong one of two twists a turn from row to row apart: then whole rows of symbols are wrong."""
+    badge = design_badge(Request("Even", size_mm=(150.0, 170.0)), payload_from_hex("00112233445566778899aabbccddeeff"))
+    twist = 2 * math.pi * math.tan(math.radians(degrees)) / badge.lens.pitch_mm
+    track = filmed(badge, Building(scale=1.001, offset_rad=1.0, twist_rad_per_mm=twist))
+    measurement = measure(track, badge, focal_px=FOCAL)
+    reading = read_identity(track, measurement, badge)
+    assert reading.decoded.payload.hex() == badge.id and reading.decoded.corrected == 0
+    assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
+    # Beyond 0.3 degrees the other twist, 0.65 degrees away, lies within what is sought.
+    assert len(uniform_fields(track, measurement, badge, 0)) == {0.2: 1, 0.24: 1, 0.33: 2}.get(abs(degrees), 2)
+
+
+@pytest.mark.parametrize("degrees", [-0.23, -0.21, 0.21, 0.23])
+def test_rows_that_a_twist_turns_against_one_another_still_tell_it(ada, degrees):
+    """Catches: the rows' mean phase taken off before the twist is sought, where it is nothing but noise.  On a film at
+    3 m with 0.23 degrees the twist came out as a third of itself, and no cell was read.
+    """
+    twist = 2 * math.pi * math.tan(math.radians(degrees)) / ada.lens.pitch_mm
+    track = filmed(ada, Building(noise=25.0, twist_rad_per_mm=twist))
+    reading = read_identity(track, measure(track, ada, focal_px=FOCAL), ada)
+    assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
+    assert reading.decoded.payload.hex() == ada.id
+
+
+def test_much_damage_never_reads_as_somebody_else(ada, ada_track):
+    """Catches: a decoder that always finds a word; half a badge of one person and half of another."""
+    for rows in (2, 3, 4):
+        outcome = judged(damaged(ada_track, rows), ada, ada.id)
+        assert outcome.decoded_id in (ada.id, None), rows
+
+
+def test_a_word_under_another_badge_s_beats_is_a_mismatch(ada, other):
+    """Catches: beats that are never compared: cells copied from one badge, between the rows of another."""
+    own, foreign = ada.gratings[0], other.gratings[0]
+    reference = foreign.cells[foreign.code.reference_cell].pitch_mm
+    cells = []
+    for role, mine, theirs in zip(own.code.roles, own.cells, foreign.cells, strict=True):
+        if role != "phase":
+            cells.append(theirs)
+            continue
+        # The same shift, as a share of the other reference row's pitch.
+        middle = (own.rect_mm[0] + own.rect_mm[2]) / 2
+        shift = (mine.edge_mm - middle) / mine.pitch_mm
+        cells.append(replace(mine, pitch_mm=reference, edge_mm=middle + shift * reference))
+    mixed = replace(ada, gratings=(replace(own, cells=tuple(cells)),))
+    outcome = judged(filmed(mixed, TYPICAL), ada, ada.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("mismatch", ada.id)
+    assert [(reason.code, reason.level) for reason in outcome.reasons if reason.code != "cells_move"] == [
+        ("beats", "fail")
+    ]
+
+
+# The pitch family.
+
+
+def test_bands_match_and_tell_another_s(bands):
+    """Catches: bands from the bottom; the reference band taken for a symbol; the sign of a step."""
+    track = filmed(bands, TYPICAL)
+    outcome = judged(track, bands, bands.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("match", bands.id) and outcome.score > 0.8
+    another = design_badge(Request("Grace", family="pitch"), payload_from_hex("0f5ac3", family="pitch"))
+    outcome = judged(track, another, another.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("mismatch", bands.id)
+
+
+@pytest.mark.parametrize("scale", [0.9925, 1.0075])
+def test_print_scale_drops_out_of_the_bands(bands, scale):
+    """Catches: absolute beats: this scale moves each by 3.6 steps."""
+    outcome = judged(filmed(bands, Building(scale=scale)), bands, bands.id)
+    assert (outcome.verdict, outcome.decoded_id) == ("match", bands.id)
+
+
+def test_blank_bands_are_unreadable(bands):
+    """Catches: a guess where four of ten symbols are missing."""
+    track = filmed(bands, TYPICAL)
+    profiles, rng = list(track.profiles), np.random.default_rng(5)
+    for index in range(1, 5):
+        profiles[index] = 130.0 + 6.0 * rng.standard_normal(profiles[index].shape)
+    outcome = judged(replace(track, profiles=tuple(profiles)), bands, bands.id)
+    assert outcome.verdict in ("unreadable", "mismatch") and outcome.decoded_id != bands.id
+
+
+def test_json_is_strict_and_complete(ada, ada_track, prototype):
+    """Catches: NaN in the JSON; a missing key of the contract."""
+    for outcome in (judged(ada_track, ada, ada.id), judged(filmed(prototype), prototype)):
+        document = json.loads(json.dumps(outcome.to_json(), allow_nan=False))
+        assert document.keys() >= {
+            "verdict", "decoded_id", "claimed_id", "beat_period_mm", "expected_beat_period_mm",
+            "symbol_errors_corrected", "built", "score",
+        }  # fmt: skip
+
+
+# Films that were put together of parts.
+
+
+def cells_of(track: Track) -> list[int]:
+    return [k for k, strip in enumerate(track.strips) if not strip.uniform]
+
+
+@pytest.mark.parametrize("how", ["frozen", "backwards"])
+def test_a_picture_of_cells_between_live_rows_is_rejected(ada, ada_track, how):
+    """Catches: motion that is asked of the uniform rows alone: a picture of somebody's cells then reads as them."""
+    profiles = list(ada_track.profiles)
+    for index in cells_of(ada_track):
+        profiles[index] = np.repeat(profiles[index][:1], FRAMES, axis=0) if how == "frozen" else profiles[index][::-1]
+    outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
+    levels = {reason.code: reason.level for reason in outcome.reasons}
+    assert outcome.decoded_id is None or levels["cells_move"] in ("fail", "undecided")
+    true = judged(ada_track, ada, ada.id)
+    assert {reason.code: reason.level for reason in true.reasons}["cells_move"] == "pass"
+    assert true.cell_motion == pytest.approx(1.0, abs=0.05)
+
+
+def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, ada_track):
+    """Catches: as above, where the motion is so small that frozen cells still decode."""
+    few = 24
+    profiles = [profile[:few] for profile in ada_track.profiles]
+    short = replace(
+        ada_track, frames_read=few, frame_numbers=np.arange(few), times_s=ada_track.times_s[:few],
+        homographies=ada_track.homographies[:few], correlations=ada_track.correlations[:few],
+        profiles=tuple(profiles), cell_frames=np.arange(few),
+    )  # fmt: skip
+    for index in cells_of(short):
+        profiles[index] = np.repeat(profiles[index][few // 2 : few // 2 + 1], few, axis=0)
+    outcome = judged(replace(short, profiles=tuple(profiles)), ada, ada.id)
+    levels = {reason.code: reason.level for reason in outcome.reasons}
+    assert outcome.decoded_id is None or levels["cells_move"] == "fail"
+
+
+@pytest.mark.parametrize("share", [0.5, 0.62, 0.8])
+@pytest.mark.parametrize("row", [0, 2])
+def test_a_finger_over_a_row_never_makes_another_of_the_wearer(ada, ada_track, share, row):
+    """Catches: the beat of a row that is covered in part, wrong alike in all of the film, held against the wearer."""
+    uniform = [k for k, strip in enumerate(ada_track.strips) if strip.uniform]
+    profiles = list(ada_track.profiles)
+    covered = profiles[uniform[row]].copy()
+    covered[:, : round(share * covered.shape[1])] = 60.0
+    profiles[uniform[row]] = covered
+    outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
+    assert outcome.verdict in ("match", "unreadable") and outcome.decoded_id in (ada.id, None)

@@ -1,0 +1,252 @@
+"""The report for people: one page that needs no other file.  Beside each test: the wrong implementation it catches.
+
+Reports are put together by hand, on the films of numbers of `test_identity`: tested is what is said of a verdict.
+"""
+
+from __future__ import annotations
+
+import base64
+import csv
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+from xml.etree import ElementTree
+
+import cv2
+import numpy as np
+import pytest
+
+from kit.numeric_films import FRAMES, TYPICAL, filmed
+from moireid.badge import Badge
+from moireid.errors import SpecError
+from moireid.verifier.fringes.signals import measure
+from moireid.verifier.identity.decode import Identity
+from moireid.verifier.motion.judge import judge_invariant
+from moireid.verifier.motion.segments import Segment
+from moireid.verifier.reasons import Reason
+from moireid.verifier.report.page import render_page, report_paths, write_report
+from moireid.verifier.report.plots import timeline_plot
+from moireid.verifier.session.film import Report
+
+#: Tags of HTML that have no end.
+VOID = {"meta", "link", "img", "br", "hr", "input"}
+SEGMENTS = (
+    Segment(0.5, 4.5, 120, "accept", 0.99, 1.0, 0.8), Segment(4.5, 8.5, 0, "inconclusive"),
+    Segment(8.5, 9.9, 42, "reject", 0.1, -1.0, 0.7),
+)  # fmt: skip
+EVIL = "<script>alert('x')</script> & \"Ada\" </title> {{ 7 * 7 }}"
+
+
+def report_of(
+    badge: Badge, *, verdict="accept", identity="match", tracked=True, path="film.mp4", name: str | None = None
+) -> Report:
+    """A report on a film of `badge`, of which the verdict, names and paths may be put in."""
+    track = replace(filmed(badge, TYPICAL), frames_read=FRAMES + 3)
+    track = replace(track, snapshot=np.tile(np.arange(60, dtype=np.uint8) * 4, (40, 1)) if tracked else None)
+    measurement = measure(track, badge, focal_px=1450.0)
+    camera = replace(measurement.camera, focal_px=1432.1, focal_sd_px=11.2, focal_given=False, shutter_s=0.0123)
+    measurement = replace(measurement, camera=camera)
+    invariant = judge_invariant(measurement)
+    who = Identity(
+        identity, (Reason("identity", "pass", badge.id, badge.id, "", f"The badge reads {badge.id}, as claimed."),),
+        decoded_id=badge.id, claimed_id=badge.id, beat_period_mm=20.5, expected_beat_period_mm=21.4, score=0.98,
+    )  # fmt: skip
+    film = {"path": path, "sha256": "ab" * 32, "width": 1920, "height": 1080, "fps": 29.97}
+    return Report(
+        verdict, invariant.reasons + who.reasons, invariant, who, replace(badge, name=name or badge.name), film,
+        {"read": FRAMES + 3, "tracked": FRAMES}, {"total_s": 3.21, "stages": {"decode": 1.0, "find": 2.0}},
+        ("colour",), track, measurement if tracked else None, segments=SEGMENTS if tracked else (),
+    )  # fmt: skip
+
+
+class Page(HTMLParser):
+    """Reads a page and keeps its open tags, so that a missing or crossed end is an error."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.words: list[str] = []
+        self.feed(text)
+        self.close()
+        assert self.open == [], f"never closed: {self.open}"
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes {self.open[-3:]}"
+        self.open.pop()
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        """What a person reads, spaces made single."""
+        return " ".join(" ".join(self.words).split())
+
+
+@pytest.fixture(scope="module")
+def page(ada) -> str:
+    return render_page(report_of(ada))
+
+
+# The page alone.
+
+
+def test_the_page_is_well_formed(page):
+    """Catches: a tag never closed; ends that cross; a second document in the middle (an SVG's own header)."""
+    parsed = Page(page)
+    names = [tag for tag, _ in parsed.tags]
+    assert page.lower().startswith("<!doctype html>") and names.count("html") == names.count("body") == 1
+    assert "<?xml" not in page and page.lower().count("<!doctype") == 1
+    for svg in re.findall(r"<svg.*?</svg>", page, flags=re.DOTALL):
+        ElementTree.fromstring(svg)
+
+
+def test_the_page_asks_for_no_other_file(page):
+    """Catches: a font, a script or a picture fetched from elsewhere: it tells who verifies whom, and fails offline."""
+    for tag, attributes in Page(page).tags:
+        assert tag not in ("script", "link", "iframe", "object", "embed", "base"), tag
+        for name, value in attributes.items():
+            assert not name.startswith("on"), name
+            if name in ("src", "href", "xlink:href", "srcset", "poster", "action", "data", "background"):
+                assert value and value.startswith(("data:", "#")), (tag, name, value)
+    assert all(target.strip("'\" ").startswith("#") for target in re.findall(r"url\(([^)]*)\)", page))
+    assert "@import" not in page
+
+
+def test_addresses_are_names_only(page):
+    """Catches: a link to the web.  What is left are the names of XML spaces and of the plots' metadata."""
+    outside = re.sub(r"xmlns(:\w+)?=\"[^\"]*\"", "", page)
+    outside = re.sub(r"<metadata>.*?</metadata>", "", outside, flags=re.DOTALL)
+    assert re.findall(r"https?://|//\w+\.", outside) == []
+
+
+def test_names_and_paths_cannot_write_html(ada):
+    """Catches: a template without escaping; a name put into a template that is then rendered again."""
+    page = render_page(report_of(ada, name=EVIL, path="/tmp/<img src=x onerror=alert(1)>.mp4"))
+    parsed = Page(page)
+    assert all(tag != "script" for tag, _ in parsed.tags)
+    assert sum(tag == "img" for tag, _ in parsed.tags) == 1
+    assert EVIL in parsed.text and "<img src=x onerror=alert(1)>" in parsed.text
+
+
+def test_names_of_any_script_survive(ada, tmp_path):
+    """Catches: a file in the machine's own encoding; escapes where letters should stand."""
+    name = "Zoë Ångström 王小明 🪪"
+    page, data, _ = write_report(report_of(ada, name=name), tmp_path)
+    assert name in Page(page.read_text(encoding="utf-8")).text
+    assert json.loads(data.read_text(encoding="utf-8"))["badge"]["name"] == name
+    assert '<meta charset="utf-8">' in page.read_text(encoding="utf-8")
+
+
+# What it says.
+
+
+@pytest.mark.parametrize(
+    ("verdict", "word"), [("accept", "Accepted"), ("reject", "Rejected"), ("inconclusive", "Inconclusive")]
+)
+def test_the_verdict_stands_at_the_top(ada, verdict, word):
+    """Catches: one colour or word for all verdicts."""
+    text = Page(render_page(report_of(ada, verdict=verdict))).text
+    assert word in text.split("Why")[0]
+    assert all(other not in text for other in {"Accepted", "Rejected", "Inconclusive"} - {word})
+
+
+def test_every_reason_and_figure_is_told(ada):
+    """Catches: a page that shows the verdict alone; figures of another report."""
+    report = report_of(ada)
+    text = Page(render_page(report)).text
+    for reason in report.reasons:
+        assert reason.text in text
+    for figure in (ada.id, ada.name, "93 read, 90 with the badge", "1432 px ± 11", "12.3 ms", "ab" * 32, "29.97"):
+        assert figure in text, figure
+    assert f"{report.identity.beat_period_mm:.2f} mm, expected {report.identity.expected_beat_period_mm:.2f}" in text
+
+
+def test_the_plots_and_the_picture_are_in_the_page(page, ada):
+    """Catches: a plot left out; a picture that is no picture; the plot of the same data twice."""
+    assert page.count("<svg") == 7
+    picture = next(attributes["src"] for tag, attributes in Page(page).tags if tag == "img")
+    kind, content = picture.split(",", 1)
+    assert kind == "data:image/png;base64"
+    shown = cv2.imdecode(np.frombuffer(base64.b64decode(content), np.uint8), cv2.IMREAD_UNCHANGED)
+    assert np.array_equal(shown, report_of(ada).track.snapshot)
+    assert len(set(re.findall(r"<svg.*?</svg>", page, flags=re.DOTALL))) == 7
+
+
+def test_a_film_without_a_badge_has_a_page_too(ada):
+    """Catches: a page that needs a measurement."""
+    page = render_page(report_of(ada, verdict="inconclusive", identity="unreadable", tracked=False))
+    parsed = Page(page)
+    assert page.count("<svg") == 0 and all(tag != "img" for tag, _ in parsed.tags)
+    assert "rolling shutter" not in parsed.text and "The law by time" not in parsed.text
+
+
+def test_one_report_makes_one_page(ada, page):
+    """Catches: dates or random names in the plots, which would change the page without a change in the film."""
+    assert render_page(report_of(ada)) == page
+
+
+# The files.
+
+
+def test_the_json_beside_it_is_the_contract_s(ada, tmp_path):
+    """Catches: NaN; rounding apart from that of `verify --json`."""
+    report = report_of(ada)
+    report = replace(report, invariant=replace(report.invariant, gain_sd=float("inf")))
+    page, data, signals = write_report(report, tmp_path / "new" / "folder")
+    assert [page, data, signals] == report_paths(tmp_path / "new" / "folder")
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(constant)
+
+    document = json.loads(data.read_text(encoding="utf-8"), parse_constant=refuse)
+    assert document == json.loads(json.dumps(report.to_json()))
+    assert document["invariant"]["gain_sd"] is None
+    assert sorted(p.name for p in (tmp_path / "new" / "folder").iterdir()) == [
+        "report.html", "report.json", "signals.csv",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("there", ["report.html", "report.json", "signals.csv"])
+def test_a_report_is_not_overwritten_unasked(ada, tmp_path, there):
+    """Catches: one file checked and the other not; a page written before the JSON is found in the way."""
+    (tmp_path / there).write_text("mine")
+    with pytest.raises(SpecError, match="--overwrite"):
+        write_report(report_of(ada), tmp_path)
+    assert [p.name for p in tmp_path.iterdir()] == [there] and (tmp_path / there).read_text() == "mine"
+    write_report(report_of(ada), tmp_path, overwrite=True)
+    assert Path(tmp_path / there).read_text(encoding="utf-8") != "mine"
+
+
+def test_the_signals_are_those_that_the_plots_show(ada, tmp_path):
+    """Catches: a column under another's name, frames counted instead of numbered, a parallax of the wrong sign."""
+    report = report_of(ada)
+    _, _, path = write_report(report, tmp_path)
+    rows = list(csv.DictReader(path.read_text().splitlines()))
+    found = report.measurement
+    assert len(rows) == len(found.times_s) and [int(row["frame"]) for row in rows] == list(report.track.frame_numbers)
+    x = np.array([float(row["camera_x_mm"]) for row in rows])
+    z = np.array([float(row["camera_z_mm"]) for row in rows])
+    middle = (ada.outline_mm[0] + ada.outline_mm[2]) / 2
+    assert np.array([float(row["parallax_x"]) for row in rows]) == pytest.approx((x - middle) / -z, abs=1e-5)
+    measured = np.array([float(row["measured_rad_0"]) for row in rows])
+    assert measured == pytest.approx(found.gratings[0].measured_rad, abs=1e-5)
+
+
+def test_the_law_by_time_names_what_was_seen(ada, page):
+    """Catches: a colour without its word, a timeline where nothing was seen."""
+    text = Page(page).text
+    assert "the law holds" in text and "the law is broken" in text and "too little to tell" in text
+    assert timeline_plot(report_of(ada, tracked=False)) is None
+    assert "Not checked were the face" in text

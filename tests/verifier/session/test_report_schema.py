@@ -1,0 +1,113 @@
+"""The JSON report against its schema, for every way a verify can end.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import copy
+import json
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from kit.coded_films import written
+from kit.places import FILMS
+from kit.report_faults import SCHEMA, faults, named_only
+from moireid.cli.verify_cmd import verify_command
+from moireid.evaluation.baseline.published import verify_published
+from moireid.verifier.session import film as verify
+
+#: What the contract of the command line promises, by object.
+PROMISED = {
+    "": "verdict reasons invariant identity frames timing left_out input",
+    "invariant": (
+        "verdict correlation window_correlation_mean gain_ratio phase_residual_rad excitation_rad score gratings"
+    ),
+    "identity": (
+        "verdict decoded_id claimed_id beat_period_mm expected_beat_period_mm symbol_errors_corrected built score"
+    ),
+    "frames": "read tracked",
+    "timing": "total_s stages",
+    "input": "sha256",
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
+    """One report of every kind of end, of real films."""
+    from moireid.badge import load_badge
+
+    films = FILMS
+    board = load_badge(films / "badge.json")
+    grey = np.full((120, 160), 90, np.uint8)
+    nothing = written(tmp_path_factory.mktemp("films") / "nothing.mp4", [grey] * 3, "libx264", "yuv420p")
+    genuine, reversed_ = films / "genuine_2.0m.mp4", films / "forged_reversed_1.0m.mp4"
+    return {
+        "accept": verify(genuine, board, claimed_id=None).to_json(),
+        "reject": verify(reversed_, board, claimed_id=None).to_json(),
+        "unreadable": verify(genuine, board, claimed_id="00" * 8, focal_px=1450.0).to_json(),
+        "revoked": verify(genuine, board, claimed_id=None, revoked="lost").to_json(),
+        "no face": verify(reversed_, board, claimed_id=None, overlap=True).to_json(),
+        "no badge": verify(nothing, board, claimed_id="00" * 8).to_json(),
+        "published": verify_published(genuine, board, claimed_id=None).to_json(),
+        "published, no badge": verify_published(nothing, board, claimed_id="00" * 8).to_json(),
+    }
+
+
+def test_the_schema_is_one():
+    """Catches: a keyword misspelt so that it holds nothing."""
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    assert SCHEMA["properties"]["format"]["const"] == 1 and SCHEMA["$id"].endswith(":1")
+
+
+def test_every_end_of_a_verify_is_as_the_schema_says(reports):
+    """Catches: a figure that is missing where nothing was measured; a key that was added and never described."""
+    ends = {name: report["verdict"] for name, report in reports.items()}
+    assert set(ends.values()) == {"accept", "reject", "inconclusive"}
+    assert ends["accept"] == "accept" and ends["reject"] == "reject" and ends["no badge"] == "inconclusive"
+    closed = named_only(SCHEMA)
+    for name, report in reports.items():
+        assert faults(report) == [], name
+        assert faults(report, closed) == [], name
+
+
+def test_the_contract_s_names_are_asked_for():
+    """Catches: a key of the command line's contract that is renamed here and in the report alike."""
+    for where, names in PROMISED.items():
+        part = SCHEMA["properties"][where] if where else SCHEMA
+        assert set(names.split()) <= set(part["required"]), where
+    assert set(SCHEMA["$defs"]["reason"]["required"]) == {"code", "level", "measured", "limit", "unit", "text"}
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (("verdict",), "maybe"), (("format",), 2), (("frames", "read"), 1.5), (("input", "sha256"), "ab"),
+        (("invariant", "correlation"), "0.9"), (("identity", "built"), None), (("reasons", 0, "level"), "fail"),
+        (("invariant", "verdict"), "reject"), (("reasons",), []), (("segments", 0, "end_s"), None),
+        (("camera", "focal_px"), 0), (("timing", "stages", "decode"), "fast"),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_is_refused(reports, place, value):
+    """Catches: a schema that lets everything through; an acceptance beside a failed test."""
+    document = copy.deepcopy(reports["accept"])
+    inner = document
+    for key in place[:-1]:
+        inner = inner[key]
+    assert inner[place[-1]] != value
+    inner[place[-1]] = value
+    assert faults(document)
+
+
+def test_keys_of_later_versions_are_let_through(reports):
+    """Catches: a program that checks by this schema and breaks when a key is added, which a format allows."""
+    document = copy.deepcopy(reports["accept"])
+    document["invariant"]["lag_s"] = document["later"] = 0.01
+    assert faults(document) == []
+
+
+def test_the_program_prints_it():
+    """Catches: an option that asks for a film first; anything else on stdout."""
+    done = CliRunner().invoke(verify_command, ["--schema"])
+    assert done.exit_code == 0 and json.loads(done.stdout) == SCHEMA

@@ -1,0 +1,176 @@
+"""Films judged frame by frame, in chapters, and by time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from kit.places import FILMS
+from moireid.badge import Badge
+from moireid.verifier import Claim, Running, Verifier
+from moireid.verifier.identity.decode import Identity
+from moireid.verifier.motion.segments import SEGMENT_S, judge_segments
+from moireid.verifier.session import chapters
+from moireid.verifier.session import film as verify
+from moireid.verifier.session import streaming as stream
+from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter
+from moireid.verifier.tracking.badge_tracker import no_track
+from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.video import Film, Frame
+
+
+def frames_of(*paths: Path) -> Iterator[Frame]:
+    """The frames of films, one film after another as if they were one."""
+    index, start = 0, 0.0
+    for path in paths:
+        time_s = 0.0
+        for frame in Film(path).frames():
+            time_s = frame.time_s
+            yield Frame(index, start + time_s, frame.luma)
+            index += 1
+        start += time_s + 1 / 60
+
+
+@pytest.fixture(scope="module")
+def whole(films: Path, prototype: Badge):
+    """The tracks of the genuine film: all of it, and by halves."""
+    view = BadgesInView(prototype)
+    tracker = view.trackers[0]
+    halves = []
+    for frame in frames_of(films / "genuine_1.0m.mp4"):
+        view.push(frame)
+        if tracker.tracked == 120:
+            halves.append(tracker.take())
+    return halves
+
+
+@pytest.fixture(scope="module")
+def films() -> Path:
+    """As the session's fixture, for the module's."""
+    return FILMS
+
+
+@pytest.fixture(scope="module")
+def prototype(films: Path) -> Badge:
+    """As the session's fixture, for the module's."""
+    from moireid.badge import load_badge
+
+    return load_badge(films / "badge.json")
+
+
+def test_halves_of_a_true_film_hold_each_and_together(whole, prototype):
+    """Catches: a track that starts with the last one's frames, signals joined crosswise, offsets taken for motion."""
+    assert [track.tracked for track in whole] == [120, 120] == [track.frames_read for track in whole]
+    assert whole[0].times_s[-1] < whole[1].times_s[0] and whole[1].frame_numbers[0] == 120
+    parts = [judge_chapter(track, Claim(prototype)) for track in whole]
+    assert [part.invariant.verdict for part in parts] == ["accept"] * 2
+    together = invariant_of(parts)
+    assert together.verdict == "accept" and together.correlation > 0.999
+    assert together.gain_ratio == pytest.approx(1.0, abs=0.02)
+    assert invariant_of(parts[:1]) == parts[0].invariant
+
+
+def test_a_minute_that_breaks_the_law_is_not_averaged_away(whole, prototype):
+    """Catches: an hour of truth in which a forged minute drowns."""
+    true = judge_chapter(whole[0], Claim(prototype))
+    backwards = tuple(replace(signal, measured_rad=-signal.measured_rad) for signal in true.signals)
+    forged = replace(true, invariant=chapters.judge_signals(backwards), signals=backwards)
+    assert forged.invariant.verdict == "reject"
+    together = invariant_of([true] * 300 + [forged])
+    assert together.verdict == "reject"
+    assert "Between 0 and 2 s" in together.reasons[-1].text and together.reasons[-1].level == "fail"
+
+
+def test_badges_that_change_within_a_film_are_told(whole, prototype):
+    """Catches: the first chapter's identity taken for the whole film's."""
+    base = judge_chapter(whole[0], Claim(prototype))
+
+    def reading(verdict: str, found: str | None) -> chapters.Chapter:
+        return replace(base, identity=Identity(verdict, (), decoded_id=found, claimed_id="aa"))
+
+    assert identity_of([reading("unreadable", None), reading("match", "aa")])[0].verdict == "match"
+    assert identity_of([reading("match", "aa"), reading("mismatch", "bb")])[0].verdict == "mismatch"
+    several, _ = identity_of([reading("not_claimed", "aa"), reading("not_claimed", "bb")])
+    assert [reason.level for reason in several.reasons] == ["fail"]
+
+
+def test_a_film_in_chapters_is_judged_as_the_whole_is(films, prototype, monkeypatch):
+    """Catches: frames lost between chapters, pictures kept of all of them, a verdict of the last one alone."""
+    monkeypatch.setattr(stream, "CHAPTER_FRAMES", 110)
+    monkeypatch.setattr(stream, "OVERLAP_FRAMES", 60)
+    whole = verify(films / "genuine_1.0m.mp4", prototype, claimed_id=None)
+    assert whole.verdict == "accept" and whole.frames == {"read": 240, "tracked": 240}
+    # Chapters of 110, 110 - 60 and so on; the last holds what is left beside what it repeats.
+    assert [segment.tracked for segment in whole.segments] == [110, 50, 50, 30]
+    assert 60 < whole.track.tracked <= 110
+    verifier = Verifier(Claim(prototype), running=False)
+    for frame in frames_of(films / "genuine_1.0m.mp4", films / "forged_drift_1.0m.mp4"):
+        verifier.push(frame)
+        assert sum(chapter.track is not None for chapter in verifier.chapters) <= 1
+    assert invariant_of(verifier.finish()).verdict == "reject"
+
+
+def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototype):
+    """Catches: a verdict that waits for the end, one that looks ahead, a focal length that is solved anew each time."""
+
+    def run(most: int) -> list[Running]:
+        verifier = Verifier(Claim(prototype))
+        told = []
+        for frame, _ in zip(frames_of(films / "genuine_1.0m.mp4"), range(most), strict=False):
+            verdict = verifier.push(frame)
+            if verdict is not None:
+                told.append(verdict)
+        return told
+
+    told, cut = run(240), run(130)
+    assert [round(verdict.time_s, 2) for verdict in told] == [1.0, 2.0, 3.0]
+    assert cut == told[:2]
+    assert told[0].verdict in ("inconclusive", "accept") and told[-1].verdict == "accept"
+    assert all(verdict.span_s[1] <= verdict.time_s for verdict in told)
+
+
+@pytest.mark.parametrize("sd", [0.15, 0.01])
+def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
+    """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
+    asked: list[float | None] = []
+    empty = judge_chapter(no_track(240, (64, 64)), Claim(prototype))
+    camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
+
+    def judged(track, claim):
+        asked.append(claim.focal_px)
+        return replace(empty, measurement=SimpleNamespace(camera=camera))
+
+    monkeypatch.setattr(stream, "judge_chapter", judged)
+    live = Verifier(Claim(prototype))
+    for tracked in (60, 90, 130, 240, 240, 240):
+        live._judged_now(replace(no_track(tracked, (64, 64)), times_s=np.arange(tracked) / 30))
+    kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
+    assert asked == (kept if sd < 0.03 else [None] * 6)
+
+
+def test_an_empty_and_a_still_stream_stay_open(prototype):
+    """Catches: a crash where nothing was pushed, or the badge leaves as a chapter ends; a verdict without a badge."""
+    assert invariant_of(Verifier(Claim(prototype)).finish()).verdict == "inconclusive"
+    verifier = Verifier(Claim(prototype))
+    for index in range(40):
+        running = verifier.push(Frame(index, index / 30, np.full((90, 160), 128, np.uint8)))
+        assert running is None or running.verdict == "inconclusive"
+    assert invariant_of(verifier.finish()).reasons[0].code == "badge_absent"
+
+
+def test_segments_are_judged_by_their_own_motion(whole, prototype):
+    """Catches: segments cut by frames instead of time, the whole film's figures repeated in each."""
+    measurement = judge_chapter(whole[0], Claim(prototype)).measurement
+    assert measurement is not None
+    (only,) = judge_segments(measurement)
+    assert only.verdict == "accept" and only.end_s - only.start_s <= SEGMENT_S
+    slow = replace(measurement, times_s=measurement.times_s * 5)
+    parts = judge_segments(slow)
+    assert len(parts) == 3 and sum(part.tracked for part in parts) == 120
+    assert np.diff([part.start_s for part in parts]) == pytest.approx([SEGMENT_S] * 2)
+    assert len({part.excitation_rad for part in parts}) == 3

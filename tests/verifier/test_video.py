@@ -1,0 +1,153 @@
+"""Films as files: the luma that comes out of them, whatever they are coded in."""
+
+from __future__ import annotations
+
+import re
+import struct
+import subprocess
+import sys
+import threading
+import time
+import zlib
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from kit.coded_films import written
+from moireid.errors import MediaError
+from moireid.verifier import video
+from moireid.verifier.video import Film, luma_of
+
+
+@pytest.mark.parametrize(
+    ("codec", "pixels", "full_range"),
+    [
+        ("libx264", "yuv420p", False), ("libx264", "yuvj420p", True), ("libx264", "yuv444p", False),
+        ("libx265", "yuv420p10le", False), ("libx265", "yuv420p", False),
+    ],
+)  # fmt: skip
+def test_brightness_comes_out_as_it_went_in(codec, pixels, full_range, tmp_path):
+    """Catches: a range stretched twice or not at all, ten bits cut at the wrong end, padding taken for picture."""
+    # A width that no decoder's row length equals.
+    ramp = np.tile(np.linspace(0, 255, 182).astype(np.uint8), (96, 1))
+    film = Film(written(tmp_path / "ramp.mp4", [ramp, ramp[:, ::-1]], codec, pixels, full_range=full_range))
+    seen = [frame.luma for frame in film.frames()]
+    assert [luma.shape for luma in seen] == [(96, 182)] * 2 and seen[0].dtype == np.uint8
+    for picture, wanted in zip(seen, (ramp, ramp[:, ::-1]), strict=True):
+        # The encoder of H.265 spoils eight pixels of a row now and then, whoever decodes it.
+        assert np.mean(np.abs(picture.astype(int) - wanted) > 3) < 0.005
+
+
+def test_the_luma_plane_is_what_a_conversion_would_give(films: Path):
+    """Catches: a look-up table that is a count off, rows that slip by the decoder's padding."""
+    with av.open(str(films / "genuine_2.0m.mp4")) as container:
+        for _, picture in zip(range(3), container.decode(video=0), strict=False):
+            assert np.array_equal(luma_of(picture), picture.to_ndarray(format="gray"))
+
+
+def test_pictures_without_a_luma_plane_are_turned_grey(tmp_path):
+    """Catches: red taken for brightness in a film of RGB pictures."""
+    picture = np.zeros((64, 64, 3), np.uint8)
+    picture[..., 1] = 200
+    grey = luma_of(av.VideoFrame.from_ndarray(picture, format="rgb24"))
+    assert 100 < grey.mean() < 180
+
+
+def test_a_codec_that_nobody_knows_is_refused_in_a_sentence(tmp_path):
+    """Catches: a stream without a decoder asked for its size."""
+    path = written(tmp_path / "a.mp4", [np.zeros((64, 64), np.uint8)] * 2, "libx264", "yuv420p")
+    data = path.read_bytes()
+    assert data.count(b"avc1") >= 1
+    path.write_bytes(data.replace(b"avc1", b"zzzz"))
+    with pytest.raises(MediaError):
+        list(Film(path).frames())
+
+
+def decoders() -> list[threading.Thread]:
+    return [thread for thread in threading.enumerate() if thread.name.startswith("decode")]
+
+
+def test_frames_ahead_are_the_frames(films: Path):
+    """Catches: frames out of order, lost or doubled at the end; memory of one picture used for the next."""
+    film = Film(films / "rendered_path_1.4m.mp4")
+    # Hashes after all were read, so that a buffer which is used again would show.
+    ahead, straight = list(film.frames_ahead()), list(film.frames())
+    assert [frame.index for frame in ahead] == [frame.index for frame in straight] == list(range(120))
+    assert all(np.array_equal(a.luma, b.luma) and a.time_s == b.time_s for a, b in zip(ahead, straight, strict=True))
+    assert not decoders()
+
+
+@pytest.mark.parametrize("error", [None, ValueError("told by the test"), KeyboardInterrupt()])
+def test_the_decoder_ends_with_its_reader(films: Path, error):
+    """Catches: a thread that waits for ever behind a reader who left early, broke down or was interrupted."""
+    frames = Film(films / "genuine_2.0m.mp4").frames_ahead()
+    next(frames)
+    assert decoders()
+    if error is None:
+        frames.close()
+    else:
+        with pytest.raises(type(error)):
+            frames.throw(error)
+    assert not decoders()
+
+
+def test_no_more_than_a_few_frames_are_decoded_ahead(films: Path, monkeypatch):
+    """Catches: a queue without a bound, which takes the whole film into memory before a slow reader."""
+    made = []
+    monkeypatch.setattr(video, "luma_of", lambda picture: made.append(1) or luma_of(picture))
+    frames = Film(films / "genuine_2.0m.mp4").frames_ahead()
+    next(frames)
+    time.sleep(0.5)
+    assert 1 <= len(made) <= video.AHEAD_FRAMES + 2
+    frames.close()
+
+
+def test_an_error_of_the_decoder_comes_at_its_frame(films: Path, tmp_path):
+    """Catches: an error that is lost in the thread, or raised before the frames ahead of it were given out."""
+    picture = np.zeros((64, 64), np.uint8)
+    film = Film(written(tmp_path / "a.mp4", [picture] * 5, "libx264", "yuv420p"))
+    film.height += 2
+    frames = film.frames_ahead()
+    with pytest.raises(MediaError, match="picture size"):
+        next(frames)
+    assert not decoders()
+
+
+def huge_png(width: int, height: int) -> bytes:
+    """A film of one picture as an animated PNG, in some bytes, whatever size its header tells."""
+
+    def chunk(tag: bytes, body: bytes) -> bytes:
+        return struct.pack(">I", len(body)) + tag + body + struct.pack(">I", zlib.crc32(tag + body))
+
+    control = chunk(b"acTL", struct.pack(">II", 1, 0)) + chunk(
+        b"fcTL", struct.pack(">IIIIIHHBB", 0, width, height, 0, 0, 1, 30, 0, 0)
+    )
+    head = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 6, 0, 0, 0))
+    return b"\x89PNG\r\n\x1a\n" + head + control + chunk(b"IDAT", zlib.compress(bytes(4000))) + chunk(b"IEND", b"")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="reads Linux's own count of a process' memory")
+def test_a_header_cannot_ask_for_all_memory(tmp_path):
+    """Catches: probing that fills pictures of any size (a gigabyte here); a limit on opening that decoding forgets."""
+    path = tmp_path / "huge.mp4"
+    path.write_bytes(huge_png(16_000, 16_000))
+    # Linux's own count of a process begins anew with its program; that of `resource` begins with its parent's.
+    ask = (
+        "import sys; from pathlib import Path; from moireid.errors import MediaError\n"
+        "from moireid.verifier.video import Film\n"
+        "try: list(Film(Path(sys.argv[1])).frames())\n"
+        "except MediaError: print(Path('/proc/self/status').read_text())"
+    )
+    done = subprocess.run([sys.executable, "-c", ask, str(path)], check=True, capture_output=True, text=True)
+    peak_kb = int(re.search(r"VmHWM:\s*(\d+)", done.stdout)[1])
+    assert peak_kb < 300e3
+
+
+def test_pictures_beyond_4k_are_refused_with_their_size(tmp_path):
+    """Catches: a film of an eight-thousand-pixel camera that is refused without a reason."""
+    path = tmp_path / "wide.y4m"
+    path.write_bytes(b"YUV4MPEG2 W7680 H4320 F30:1 Cmono\nFRAME\n")
+    with pytest.raises(MediaError, match="7680 x 4320"):
+        Film(path)

@@ -1,0 +1,88 @@
+"""Faint print: its markers found and followed, and error bars that grow as it fades.  Beside each test: what it would
+catch.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, seen_from
+from moireid.verifier.fringes.signals import ALL_HELD_RAD, SMOOTHED_SHARE, _after_smoothing
+from moireid.verifier.fringes.strip_phase import StripPhase, held_rad
+from moireid.verifier.motion.likelihood import ACCEPTED, EXPECTED, REJECTED, log10_ratio
+from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder
+from moireid.verifier.tracking.page_groups import same_page
+from moireid.verifier.tracking.profiles import LINEAR_COUNTS, counts_of
+from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, MIN_CORRELATION, PageRegistrar, Registration
+
+MOTION, ERROR = 0.8, 0.03
+
+
+@pytest.fixture(scope="module")
+def faint():
+    """A page whose black and white are 8 counts apart."""
+    truth = seen_from(px_per_mm=1.1)
+    return truth, draw(truth, ink=180.0, paper=188.0)
+
+
+def test_faint_markers_are_found_by_every_third_search(faint, rng):
+    """Catches: OpenCV's least spread of five counts within a marker; faint searches left out."""
+    truth, picture = faint
+    finder = MarkerFinder(MARKERS)
+    pages = [finder.pages(filmed(picture, rng, noise=0.7)) for _ in range(2 * FAINT_EVERY)]
+    assert [len(found) for found in pages] == [0, 0, 1, 0, 0, 1]
+    assert same_page(pages[2][0], truth, CORNERS)
+
+
+def test_faint_print_is_followed_in_spite_of_noise(faint, rng):
+    """Catches: noise taken for another page; a contrast that is told of the page instead of a marker."""
+    truth, picture = faint
+    found = PageRegistrar(MARKERS).register(filmed(picture, rng, noise=2.4), truth)
+    assert found.correlation < FOLLOWED_CORRELATION and found.clear
+    # Blurred, black and white are somewhat less than 8 counts apart.
+    assert 5.0 < found.contrast < 9.0
+
+
+def test_clear_print_must_agree_as_before():
+    """Catches: a poor match excused by noise that clear print does not show; faint print that may be anything."""
+    told = Registration(np.eye(3), FOLLOWED_CORRELATION - 0.005, contrast=100.0)
+    assert not told.clear and replace(told, correlation=FOLLOWED_CORRELATION).clear
+    assert not replace(told, correlation=MIN_CORRELATION, contrast=7.0).clear
+    assert replace(told, contrast=7.0).clear
+
+
+@pytest.mark.parametrize("level", [40.0, 110.0, 200.0])
+def test_what_is_held_is_what_rounding_does_to_light(level, rng):
+    """Catches: the coding's derivative turned over; counts taken for light; a phase that errs less as print fades."""
+    light = level + rng.uniform(-4, 4, 20000).astype(np.float32)
+    rounded = float(np.std(LINEAR_COUNTS[counts_of(light)] - light))
+    even = np.ones(50)
+    strip = StripPhase(even, 0.1 * even, 6.0 * even, level * even, 1.0, 0.0)
+    assert held_rad(strip) == pytest.approx(rounded / 6.0, rel=0.1)
+    assert held_rad(replace(strip, contrast=60.0 * even)) == pytest.approx(held_rad(strip) / 10)
+    # What a hand hides has neither phase nor contrast.
+    hidden = np.arange(50) < 20
+    covered = replace(strip, contrast=np.where(hidden, 0.1, 6.0), phase_sd_rad=np.where(hidden, 5.0, 0.1))
+    assert held_rad(covered) == pytest.approx(held_rad(strip))
+    assert held_rad(replace(strip, contrast=0.0 * even)) == 0.0
+
+
+@pytest.mark.parametrize("name", ["strips", "places"])
+def test_what_a_codec_holds_of_faint_fringes_is_not_forged(name):
+    """Catches: coding taken for places that move apart, by which true films of 5 % contrast were rejected; an error bar
+    that excuses any stray.
+    """
+    figures = {key: np.exp(one.mean) * one.scale_rad(ERROR, MOTION) for key, one in EXPECTED.items()}
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR)[0] < ACCEPTED
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR, held_rad=0.06)[0] > ACCEPTED
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.3}, MOTION, ERROR, held_rad=0.06)[0] < REJECTED
+
+
+def test_smoothing_takes_nothing_from_what_is_held():
+    """Catches: poses of faint markers told twice as good as they are; more than the whole error."""
+    assert _after_smoothing(0.02, 0.02, 0.0) == pytest.approx(SMOOTHED_SHARE * 0.02)
+    assert _after_smoothing(0.02, 0.02, ALL_HELD_RAD / 10) == pytest.approx(SMOOTHED_SHARE * 0.02, rel=0.03)
+    assert _after_smoothing(0.02, 0.02, ALL_HELD_RAD) == _after_smoothing(0.02, 0.02, 1.0) == 0.02

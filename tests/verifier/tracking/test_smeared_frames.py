@@ -1,0 +1,119 @@
+"""Frames smeared by motion, followed on pictures whose homography and smear are known."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
+from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, PageRegistrar
+from moireid.verifier.tracking.smeared_frames import MOST_REACH, ShakenFollower
+
+FPS, EXPOSURE_S = 30.0, 1 / 60
+#: A marker's module in these pictures, px.
+MODULE_PX = 26.0 / 6 * 1.45
+
+
+def smeared(homography: np.ndarray, way: np.ndarray) -> np.ndarray:
+    """The page in light, exposed over a way in the picture, px, coded as a camera does."""
+    steps = max(1, round(np.hypot(*way)))
+    sharp = (draw(homography) / 255.0) ** 2.2
+    total = np.zeros_like(sharp)
+    for share in (np.arange(steps) + 0.5) / steps - 0.5:
+        shift = np.array([[1, 0, share * way[0]], [0, 1, share * way[1]]], float)
+        total += cv2.warpAffine(sharp, shift, sharp.shape[::-1], borderMode=cv2.BORDER_REPLICATE)
+    return 255.0 * (total / steps) ** (1 / 2.2)
+
+
+def follower_at(*places: np.ndarray) -> ShakenFollower:
+    """A follower that saw the page at places of the frames before."""
+    follower = ShakenFollower(MARKERS, PageRegistrar(MARKERS))
+    for number, place in enumerate(places):
+        follower.follow(place, number / FPS)
+    return follower
+
+
+@pytest.mark.parametrize("way_deg", [0.0, 90.0, 35.0])
+@pytest.mark.parametrize("modules", [1.2, 2.0])
+def test_a_smeared_page_is_found_in_the_middle_of_its_smear(rng, modules, way_deg):
+    """Catches: a page pulled to one end of its smear; a smear across its way; x for y; a sharp template, which is lost
+    or errs by a module.
+    """
+    way = modules * MODULE_PX * np.array([np.cos(np.radians(way_deg)), np.sin(np.radians(way_deg))])
+    moved = way / EXPOSURE_S / FPS
+    truth = seen_from(at=(120.0, 60.0))
+    # It came faster and faster, so neither its place nor its smear is quite what the motion before tells.
+    course = [nudged(truth, *(-1.7 * moved)), nudged(truth, *(-0.9 * moved))]
+    found = follower_at(*course).find(filmed(smeared(truth, way), rng, noise=2.0), 2 / FPS)
+    assert found is not None and found.correlation > FOLLOWED_CORRELATION
+    assert apart_px(found.homography, truth) < 0.15
+
+
+def test_the_exposure_is_learnt(rng):
+    """Catches: an exposure that is forgotten, or told in frames; what was tried kept in place of what fits."""
+    way = np.array([1.5 * MODULE_PX, 0.0])
+    moved = way / EXPOSURE_S / FPS
+    places = [nudged(seen_from(at=(90.0, 60.0)), *(k * moved)) for k in range(4)]
+    follower = follower_at(*places[:2])
+    for number in (2, 3):
+        found = follower.find(filmed(smeared(places[number], way), rng, noise=1.0), number / FPS)
+        assert found is not None
+        follower.follow(found.homography, number / FPS)
+    assert follower.exposure_s == pytest.approx(EXPOSURE_S, rel=0.15)
+
+
+def test_nothing_is_followed_without_a_course_or_after_a_while(rng):
+    """Catches: a page followed from one frame alone; a place of long ago taken for where the page must be; motion that
+    goes on for ever; a division by no time at all.
+    """
+    truth = seen_from()
+    luma = filmed(draw(truth), rng, noise=1.0)
+    assert follower_at(truth).find(luma, 1 / FPS) is None
+    assert follower_at(truth, truth).find(luma, 2 / FPS) is not None
+    assert follower_at(truth, truth).find(luma, 1 / FPS + 1.0) is None
+    assert follower_at(truth, truth).find(luma, 1 / FPS) is None
+    # Lost for three frames at a gallop that then ended: it is still within reach.
+    assert follower_at(nudged(truth, -8.0, 0.0), truth).find(luma, 4 / FPS) is not None
+
+
+def test_something_else_is_not_followed(rng):
+    """Catches: a smear so long that any dark spot passes for a marker."""
+    truth = seen_from()
+    spots = draw(truth, MARKERS)
+    for cx, cy in MARKERS.centers_mm:
+        corner = np.array([[cx - 13, cy - 13], [cx + 13, cy - 13], [cx + 13, cy + 13], [cx - 13, cy + 13]])
+        cv2.fillConvexPoly(
+            spots, np.round(cv2.perspectiveTransform(corner.reshape(1, 4, 2), truth)).astype(int)[0], 100.0
+        )
+    noise = rng.uniform(0, 255, spots.shape)
+    for other in (spots, noise, np.full(spots.shape, 200.0)):
+        for moved in (0.0, 12.0):
+            found = follower_at(nudged(truth, -2 * moved, 0.0), nudged(truth, -moved, 0.0)).find(
+                filmed(other, rng, noise=1.0), 2 / FPS
+            )
+            assert found is None or found.correlation < FOLLOWED_CORRELATION
+
+
+def test_a_page_at_rest_is_drawn_as_without_a_smear(rng):
+    """Catches: samples shifted by half a pixel where a smear is averaged."""
+    registrar = PageRegistrar(MARKERS)
+    sharp = registrar.template_for(seen_from())
+    still = registrar.template_for(seen_from(), np.zeros((4, 2)))
+    assert still.values == pytest.approx(sharp.values, abs=1e-6)
+    barely = registrar.template_for(seen_from(), np.full((4, 2), 0.4))
+    assert len(barely.values) == len(sharp.values)
+    assert np.abs(barely.values - sharp.values).max() < 0.1
+
+
+def test_times_that_repeat_do_not_widen_the_search_without_end(rng, monkeypatch):
+    """Catches: a million frames counted as lost between equal times, for which 200 GB were asked for."""
+    truth = seen_from(at=(120.0, 60.0))
+    follower = ShakenFollower(MARKERS, PageRegistrar(MARKERS))
+    follower.follow(truth, 0.0)
+    follower.follow(truth, 0.0)
+    reaches, sought = [], follower._sought
+    monkeypatch.setattr(follower, "_sought", lambda *given: reaches.append(given[-1]) or sought(*given))
+    found = follower.find(filmed(draw(truth), rng, noise=1.0), 0.2)
+    assert found is not None and apart_px(found.homography, truth) < 0.2
+    assert max(reaches) <= MOST_REACH

@@ -1,0 +1,55 @@
+"""The registry by API.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from kit.webbing import Visit, studio
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+
+
+@pytest.fixture
+def visit(tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch) -> Iterator[Visit]:
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    with studio(tmp_path, ada, work=False) as made:
+        yield made
+
+
+def test_a_badge_is_revoked_once_and_for_everybody(visit: Visit, ada: Badge) -> None:
+    """Catches: a revocation that is answered and not written; a second one that changes the first."""
+    path = f"/api/registry/{ada.id}/revoke"
+    for reason in ("", "two\nlines", "x" * 1001):
+        assert visit.ask("POST", path, "issuer", json={"reason": reason}).status_code == 422
+    told = visit.ask("POST", path, "issuer", json={"reason": "lost"})
+    assert told.status_code == 200 and told.json()["revoked_reason"] == "lost"
+    assert visit.ask("GET", f"/api/registry/{ada.id}", "verifier").json()["revoked_at"] == told.json()["revoked_at"]
+    assert visit.ask("POST", path, "issuer", json={"reason": "found"}).status_code == 422
+    assert visit.ask("GET", f"/api/registry/{ada.id}", "verifier").json()["revoked_reason"] == "lost"
+    assert visit.ask("POST", "/api/registry/0000/revoke", "issuer", json={"reason": "lost"}).status_code == 404
+
+
+def test_the_api_audits_as_the_command_does(visit: Visit, tmp_path: Path) -> None:
+    """Catches: an audit that finds nothing, takes any head, or tells other things than the command."""
+    database = tmp_path / "registry.sqlite3"
+    command = ["registry", "audit", "--registry", f"sqlite:///{database}", "--json"]
+    for sound in (True, False):
+        said = visit.ask("POST", "/api/registry/audit", "issuer", json={}).json()
+        printed = json.loads(CliRunner().invoke(moireid, command, standalone_mode=False).stdout)
+        assert said == {name: value for name, value in printed.items() if name != "registry"}
+        assert said["sound"] is sound and bool(said["findings"]) is not sound
+        if sound:
+            head = {"expected_head": said["head"]}
+            assert visit.ask("POST", "/api/registry/audit", "issuer", json=head).json()["sound"]
+            other = {"expected_head": "9:" + "0" * 64}
+            assert not visit.ask("POST", "/api/registry/audit", "issuer", json=other).json()["sound"]
+            with sqlite3.connect(database) as tampered:
+                tampered.execute("update badges set signature = 'x'")
+    answer = visit.ask("POST", "/api/registry/audit", "issuer", json={"expected_head": "nonsense"})
+    assert answer.status_code == 422 and "sqlite" not in answer.text

