@@ -38,9 +38,12 @@ from moireid.evaluation.rows import Job, Row, score_film
 FRAMES = 60
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
 CLIPS = {
-    "genuine_1.0m.mp4": "genuine", "genuine_2.0m.mp4": "genuine", "forged_drift_1.0m.mp4": "forged:drift",
-    "forged_gain_low_1.0m.mp4": "forged:gain_low", "forged_reversed_1.0m.mp4": "forged:reversed",
-}  # fmt: skip
+    "genuine_1.0m.mp4": "genuine",
+    "genuine_2.0m.mp4": "genuine",
+    "forged_drift_1.0m.mp4": "forged:drift",
+    "forged_gain_low_1.0m.mp4": "forged:gain_low",
+    "forged_reversed_1.0m.mp4": "forged:reversed",
+}
 #: Where processes that score note each film that they begin; the environment reaches them all.
 NOTES = "ARCHIVE_SCALING_NOTES"
 
@@ -90,16 +93,25 @@ def scored(manifest: Path, folder: Path, workers: int | None, scheduler: str | N
     ends: list[float] = []
     begun, used = time.time(), Used()
     rows = collect(
-        read_manifest(manifest).entries, ("moireid",), kept=folder / f"results-{workers}", workers=workers,
-        scheduler=scheduler, progress=lambda *_: ends.append(time.time()), work=noted,
-    )  # fmt: skip
+        read_manifest(manifest).entries,
+        ("moireid",),
+        kept=folder / f"results-{workers}",
+        workers=workers,
+        scheduler=scheduler,
+        progress=lambda *_: ends.append(time.time()),
+        work=noted,
+    )
     total = time.time() - begun
     first = float(Path(os.environ[NOTES]).read_text().split()[2])
     return {
-        "workers": workers, "rows": rows, "total_s": total, "cpu_s": used.seconds(),
-        "rate": (len(ends) - 1) / (ends[-1] - ends[0]), "start_s": ends[0] - begun,
+        "workers": workers,
+        "rows": rows,
+        "total_s": total,
+        "cpu_s": used.seconds(),
+        "rate": (len(ends) - 1) / (ends[-1] - ends[0]),
+        "start_s": ends[0] - begun,
         "busy": sum(one.row["seconds"] for one in rows) / (ends[-1] - first),
-    }  # fmt: skip
+    }
 
 
 def plain_rate(manifest: Path, processes: int) -> float:

@@ -101,8 +101,10 @@ def main() -> None:
     parser.add_argument("--wrong", type=float, default=1.5)
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
-    print(f"{'film':<28}{'label':<20}{'seen':>5}{'px mid':>8}{'most':>7}  {'invariant':<13}{'identity':<12}"
-          f"{'gain':>8}{'score':>8}  beside the corners")  # fmt: skip
+    print(
+        f"{'film':<28}{'label':<20}{'seen':>5}{'px mid':>8}{'most':>7}  {'invariant':<13}{'identity':<12}"
+        f"{'gain':>8}{'score':>8}  beside the corners"
+    )
     for entry in read_manifest(given.manifest).entries:
         row = row_of(entry.video, entry.claimed.badge, given.paint, given.wrong, given.seed)
         print(f"{entry.video.stem:<28}{entry.label:<20}{row}", flush=True)

@@ -23,9 +23,12 @@ from moireid.verifier.motion.likelihood import ACCEPTED, EXPECTED, REJECTED, Exp
 
 FIGURES = Path(__file__).parents[1] / "tests/data/decision/figures.csv"
 COLUMNS = {
-    "wander": "slow_wander_rad", "jitter": "wandering_rad", "spell": "spell_rad", "strips": "strip_wander_rad",
+    "wander": "slow_wander_rad",
+    "jitter": "wandering_rad",
+    "spell": "spell_rad",
+    "strips": "strip_wander_rad",
     "places": "place_wander_rad",
-}  # fmt: skip
+}
 Film = dict[str, str]
 
 

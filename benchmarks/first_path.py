@@ -49,9 +49,11 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         out = ["--out", f"{folder}/badge", "--overwrite"]
         for command in (
-            ("moireid", "--help"), ("print-your-badge", "--help"),
-            ("print-your-badge", "Ada Lovelace", "--mount", "none", *out), ("print-your-badge", "Ada Lovelace", *out),
-        ):  # fmt: skip
+            ("moireid", "--help"),
+            ("print-your-badge", "--help"),
+            ("print-your-badge", "Ada Lovelace", "--mount", "none", *out),
+            ("print-your-badge", "Ada Lovelace", *out),
+        ):
             seconds = whole_process_s(*command)
             shown = " ".join(word for word in command if word not in out)
             print(f"{shown:<42}{statistics.median(seconds):>10.2f}{min(seconds):>8.2f}{max(seconds):>8.2f}")
@@ -62,8 +64,12 @@ def main() -> None:
         report = verify(video, badge, claimed_id=None)
         found, seconds = report.invariant, report.timing["total_s"]
         figures = [
-            found.correlation, found.window_correlation_mean, found.gain_ratio, found.phase_residual_rad, seconds,
-        ]  # fmt: skip
+            found.correlation,
+            found.window_correlation_mean,
+            found.gain_ratio,
+            found.phase_residual_rad,
+            seconds,
+        ]
         row = "".join(f"{figure:>10.4f}" for figure in figures)
         print(f"{video.stem:<26}{report.verdict:<10}{row}{seconds / decode_s(video):>10.1f}")
 

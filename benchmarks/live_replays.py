@@ -69,15 +69,17 @@ def scored(clip: Clip) -> dict[str, Any]:
     if not clip.replay_alone:
         film = list(film)
         timed = [(k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(film)]
-        told = {f"stall {stall_s:g}": checked(badge, stalled(timed, stall_at_s, stall_s), before)
-                for stall_s in STALLS_S} | {"own": checked(badge, timed, before)}  # fmt: skip
+        told = {
+            f"stall {stall_s:g}": checked(badge, stalled(timed, stall_at_s, stall_s), before) for stall_s in STALLS_S
+        } | {"own": checked(badge, timed, before)}
     # The replayer knows the prompts, and when their clip suits them best.
     fresh = draw_prompts(before[0].at_s, chance)
     seen = course_of(course, before, length_s=length_s, seed=clip.number)
     shifts = np.arange(SEEN_S - before[0].at_s, fresh[-1].at_s - before[0].at_s, 0.25)
     best_s = max(shifts, key=lambda shift_s: (passes_in_order(seen, fresh, shift_s), -abs(shift_s)))
-    told["replay"] = checked(badge, ((k / FPS, k / FPS + WAY_S, coded) for k, coded in
-                                     enumerate(begun_at(film, round(best_s * FPS)))), fresh)  # fmt: skip
+    told["replay"] = checked(
+        badge, ((k / FPS, k / FPS + WAY_S, coded) for k, coded in enumerate(begun_at(film, round(best_s * FPS)))), fresh
+    )
     return told
 
 
@@ -92,8 +94,10 @@ def begun_at(film: Iterable[bytes], start: int) -> Iterator[bytes]:
 
 def stalled(timed: Sequence[Picture], at_s: float, stall_s: float) -> list[Picture]:
     """The film over a connection that stands still once: what was sent comes after it, what was not sent is dropped."""
-    sent = [(taken, at_s + stall_s if at_s <= arrived < at_s + stall_s else arrived, coded)
-            for taken, arrived, coded in timed]  # fmt: skip
+    sent = [
+        (taken, at_s + stall_s if at_s <= arrived < at_s + stall_s else arrived, coded)
+        for taken, arrived, coded in timed
+    ]
     waiting = [one for one in sent if one[1] == at_s + stall_s]
     dropped = {one[0] for one in waiting[MOST_AHEAD:]}
     return [one for one in sent if one[0] not in dropped]
@@ -133,9 +137,10 @@ def main() -> None:
     given = asked.parse_args()
     verdicts: dict[str, Counter[str]] = {}
     followed: Counter[int] = Counter()
-    for done, (place, told) in enumerate(run_tasks(
-        scored, [Task((Clip(k, k >= given.controls),)) for k in range(given.films)], workers=given.workers
-    ), start=1):  # fmt: skip
+    for done, (place, told) in enumerate(
+        run_tasks(scored, [Task((Clip(k, k >= given.controls),)) for k in range(given.films)], workers=given.workers),
+        start=1,
+    ):
         found = told.outcomes[0]
         if isinstance(found, Lost):
             print(f"film {place} was lost: {found.why}")

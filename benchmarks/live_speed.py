@@ -82,16 +82,20 @@ def pushed(badge: Badge, pictures: list[np.ndarray]) -> None:
     cpu = time.process_time() - cpu
     print(f"push, a verdict each second: {cpu / len(pictures) * FPS:.2f} processor seconds a second at {FPS:g} frames")
     told = [t for t in times if t > 0.1]
-    print(f"  a frame {1000 * statistics.median(times):.1f} ms in the middle, a running verdict "
-          f"{1000 * statistics.median(told):.0f} ms")  # fmt: skip
+    print(
+        f"  a frame {1000 * statistics.median(times):.1f} ms in the middle, a running verdict "
+        f"{1000 * statistics.median(told):.0f} ms"
+    )
     status = [event for event in events if event["event"] == "status"]
     moved = next((e["time_s"] for e in status if e["reasons"][0]["level"] == "pass"), None)
     accepted = next((e["time_s"] for e in status if e["verdict"] == "accept"), None)
     if moved is None or accepted is None:
         print("verdict: none; give more --seconds")
     else:
-        print(f"verdict: accepted {accepted - moved:.1f} s after the first verdict that saw enough motion, and made "
-              f"within {1.0 + max(told):.1f} s of any frame")  # fmt: skip
+        print(
+            f"verdict: accepted {accepted - moved:.1f} s after the first verdict that saw enough motion, and made "
+            f"within {1.0 + max(told):.1f} s of any frame"
+        )
 
 
 def through_socket(badge: Badge, pictures: list[np.ndarray]) -> None:
@@ -122,8 +126,10 @@ def through_socket(badge: Badge, pictures: list[np.ndarray]) -> None:
         thread.join(10)
         # The worker has gone by now, so its time is known; this process is server and sender in one.
         used = _cpu_s()
-    print(f"  processor seconds: worker {used[1] - before[1]:.1f}, start and verdict with it; server and sender "
-          f"{used[0] - before[0]:.1f}")  # fmt: skip
+    print(
+        f"  processor seconds: worker {used[1] - before[1]:.1f}, start and verdict with it; server and sender "
+        f"{used[0] - before[0]:.1f}"
+    )
     size = statistics.mean(map(len, coded))
     print(f"  {size / 1000:.0f} kB a picture, {FPS * size / 125e3:.0f} Mbit/s at {FPS:g} a second")
 
@@ -175,11 +181,15 @@ async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
         asked = time.perf_counter()
         last = await listening
     kept = len(coded) - dropped
-    print(f"  {len(coded)} pictures in {length:.1f} s: {kept / length:.1f} a second taken, {dropped} left out, "
-          f"{status[-1]['late'] if status else 0} came late; answers after {1000 * statistics.median(delays):.0f} ms, "
-          f"{1000 * max(delays):.0f} ms at most")  # fmt: skip
-    print(f"  {len(status)} running verdicts, the last {status[-1]['verdict'] if status else 'none'}; "
-          f"at the end {last.get('verdict')} after {time.perf_counter() - asked:.1f} s")  # fmt: skip
+    print(
+        f"  {len(coded)} pictures in {length:.1f} s: {kept / length:.1f} a second taken, {dropped} left out, "
+        f"{status[-1]['late'] if status else 0} came late; answers after {1000 * statistics.median(delays):.0f} ms, "
+        f"{1000 * max(delays):.0f} ms at most"
+    )
+    print(
+        f"  {len(status)} running verdicts, the last {status[-1]['verdict'] if status else 'none'}; "
+        f"at the end {last.get('verdict')} after {time.perf_counter() - asked:.1f} s"
+    )
 
 
 def main() -> None:
@@ -199,9 +209,11 @@ def main() -> None:
         through_socket(badge, pictures)
     if given.only in (None, "replays"):
         own, other = replays_passed(given.replays, seed=7, face_mm=FACE_MM)
-        print(f"replays of {given.replays} true answers to {MOVES} moves: {own} meet their own prompts, {other} fresh "
-              f"ones; computed chance of one replay {replay_chance():.1e}, of one with the most lies about time "
-              f"{replay_chance(slack_s=SLACK_S):.1e}")  # fmt: skip
+        print(
+            f"replays of {given.replays} true answers to {MOVES} moves: {own} meet their own prompts, {other} fresh "
+            f"ones; computed chance of one replay {replay_chance():.1e}, of one with the most lies about time "
+            f"{replay_chance(slack_s=SLACK_S):.1e}"
+        )
 
 
 if __name__ == "__main__":

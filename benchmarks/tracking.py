@@ -40,9 +40,7 @@ Picture = NDArray[np.uint8]
 Paint = Callable[[Picture, int, Array], tuple[Picture, Array | None]]
 FRAMES, FPS, SEED = 40, 30.0, 5
 CAMERA = Camera(shutter_s=0.0)
-COVERS = {
-    "none": (), "top left": (0,), "top both": (0, 1), "left both": (0, 3), "opposite": (0, 2), "three": (0, 1, 2),
-}  # fmt: skip
+COVERS = {"none": (), "top left": (0,), "top both": (0, 1), "left both": (0, 3), "opposite": (0, 2), "three": (0, 1, 2)}
 
 
 @dataclass(frozen=True)

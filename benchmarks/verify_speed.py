@@ -77,8 +77,10 @@ def peak_mb(film: Path, badge_json: Path) -> float:
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
             [sys.executable, __file__, str(film), str(badge_json), "--child", folder],
-            check=True, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
+            check=True,
+            stdout=subprocess.PIPE,
+            text=True,
+        )
     return float(done.stdout)
 
 
@@ -107,9 +109,13 @@ def row(film: Path, badge: Badge, badge_json: Path, repeats: int) -> str:
     names = list(whole[0][2])
     stages = ", ".join(f"{name} {middle(w[2].get(name, 0.0) for w in whole):.3f}" for name in names)
     figures = (
-        middle(a[0] for a in alone), middle(w[0] for w in whole), ratio, middle(a[1] for a in alone),
-        middle(w[1] for w in whole), cpu_ratio,
-    )  # fmt: skip
+        middle(a[0] for a in alone),
+        middle(w[0] for w in whole),
+        ratio,
+        middle(a[1] for a in alone),
+        middle(w[1] for w in whole),
+        cpu_ratio,
+    )
     shown = "".join(f"{figure:>11.3f}" for figure in figures)
     return f"{alone[0][2]:>7}{repeats:>11}{shown}{peak_mb(film, badge_json):>11.0f}  {whole[0][3]}: {stages}"
 

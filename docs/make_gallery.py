@@ -35,7 +35,7 @@ PRINTED = {
     "far": ('"Mary Somerville" --lens 40lpi --range 1-2.5', "A coarser sheet, for cameras farther away."),
     "pitch": ('"Sofja Kowalewskaja" --code pitch', "The identity in the spacing of bands: 24 bits."),
     "mask": ('"Hedy Lamarr" --front mask', "No lens sheet: a line mask on clear film."),
-}  # fmt: skip
+}
 VERDICTS = {
     "genuine_1.0m": "True, filmed by an independent ray tracer on the motion of a real hand.",
     "forged_drift_1.0m": "Forged: the fringes drift at a constant speed.",

@@ -31,19 +31,27 @@ def by_hand() -> Document:
         "lens": {"kind": "lenticular", "pitch_mm": 0.508, "thickness_mm": 1, "refractive_index": 1.56},
         "gratings": [
             {
-                "rect_mm": [30, 40, 120, 90], "axis": "x", "pitch_mm": 0.52, "family": "uniform",
+                "rect_mm": [30, 40, 120, 90],
+                "axis": "x",
+                "pitch_mm": 0.52,
+                "family": "uniform",
                 "cells": [{"rect_mm": [30, 40, 120, 62], "pitch_mm": 0.52, "edge_mm": 30.1, "duty": 0.4}],
             },
             {
-                "rect_mm": [30, 95, 120, 110], "axis": "y", "pitch_mm": 0.53, "family": "uniform",
+                "rect_mm": [30, 95, 120, 110],
+                "axis": "y",
+                "pitch_mm": 0.53,
+                "family": "uniform",
                 "cells": [{"rect_mm": [30, 95, 120, 110], "pitch_mm": 0.53, "edge_mm": -7, "duty": 0.6}],
             },
         ],
         "markers": {
-            "dictionary": "DICT_5X5_100", "size_mm": 20, "ids": [7, 3, 99, 0],
+            "dictionary": "DICT_5X5_100",
+            "size_mm": 20,
+            "ids": [7, 3, 99, 0],
             "centers_mm": [[15, 16], [135, 16], [134, 114], [15, 114]],
         },
-    }  # fmt: skip
+    }
 
 
 def issued(badge: Badge) -> Document:
@@ -267,9 +275,21 @@ def test_texts_may_not_be_numbers_and_required_keys_may_not_be_absent() -> None:
     for path, leaf in leaves(by_hand()):
         if isinstance(leaf, str):
             refusal(put(by_hand(), path, 5))
-    absent = [("format",), ("id",), ("name",), ("page",), ("page", "width_mm"), ("lens", "thickness_mm"), ("gratings",),
-              ("gratings", 0, "axis"), ("gratings", 1, "cells"), ("gratings", 0, "cells", 0, "duty"), ("markers",),
-              ("markers", "ids"), ("markers", "centers_mm")]  # fmt: skip
+    absent = [
+        ("format",),
+        ("id",),
+        ("name",),
+        ("page",),
+        ("page", "width_mm"),
+        ("lens", "thickness_mm"),
+        ("gratings",),
+        ("gratings", 0, "axis"),
+        ("gratings", 1, "cells"),
+        ("gratings", 0, "cells", 0, "duty"),
+        ("markers",),
+        ("markers", "ids"),
+        ("markers", "centers_mm"),
+    ]
     for path in absent:
         document = by_hand()
         inner: Any = document
@@ -318,7 +338,7 @@ WRONG: list[tuple[str, str, Callable[[Document], object]]] = [
     ("step of zero", "frequency_step_per_mm", lambda d: _grating(d).update(code=_code(frequency_step_per_mm=0.0))),
     ("role that is none", "gratings.0.code.roles.0", lambda d: _grating(d).update(code=_code(["king"]))),
     ("format of tomorrow", "format", lambda d: [d.update(format=2), d.pop("markers")]),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("where", "change"), [(w, c) for _, w, c in WRONG], ids=[name for name, _, _ in WRONG])
@@ -335,10 +355,24 @@ def test_what_is_wrong_is_refused_by_the_name_of_its_place(where: str, change: C
 
 @pytest.mark.parametrize(
     "text",
-    ["", "{", "[]", "null", "1", '"x"', "NaN", "{}", '{"format": 1}', "[" * 100000, "[" * 900 + "]" * 900,
-     '{"format": ' + "9" * 5000 + "}", "\ufeff{}", "\x00"],
+    [
+        "",
+        "{",
+        "[]",
+        "null",
+        "1",
+        '"x"',
+        "NaN",
+        "{}",
+        '{"format": 1}',
+        "[" * 100000,
+        "[" * 900 + "]" * 900,
+        '{"format": ' + "9" * 5000 + "}",
+        "\ufeff{}",
+        "\x00",
+    ],
     ids=lambda text: ascii(text[:12]),
-)  # fmt: skip
+)
 def test_what_is_no_badge_file_is_refused(text: str) -> None:
     """Catches: JSON that is too deep or has too many digits for Python, and documents that are no object."""
     assert refusal(text).startswith("b.json")

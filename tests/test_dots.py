@@ -192,16 +192,24 @@ def test_a_measured_scale_is_made_up_for_on_both_axes(tmp_path):
         assert row[int((x1 - 0.05) / dot)] and not row[int((x1 + 0.05) / dot)]
         assert not column[int((y0 - 0.05) / dot)] and column[int((y0 + 0.05) / dot)]
         assert column[int((y1 - 0.05) / dot)] and not column[int((y1 + 0.05) / dot)]
-    scaled = replace(badge, gratings=tuple(
-        replace(g, cells=tuple(
+    scaled = replace(
+        badge,
+        gratings=tuple(
             replace(
-                c, rect_mm=(*printed(*c.rect_mm[:2]), *printed(*c.rect_mm[2:])), pitch_mm=c.pitch_mm / 0.9973,
-                edge_mm=printed(c.edge_mm, 0.0)[0],
+                g,
+                cells=tuple(
+                    replace(
+                        c,
+                        rect_mm=(*printed(*c.rect_mm[:2]), *printed(*c.rect_mm[2:])),
+                        pitch_mm=c.pitch_mm / 0.9973,
+                        edge_mm=printed(c.edge_mm, 0.0)[0],
+                    )
+                    for c in g.cells
+                ),
             )
-            for c in g.cells
-        ))
-        for g in badge.gratings
-    ))  # fmt: skip
+            for g in badge.gratings
+        ),
+    )
     errors, pitches = edge_errors(dark, scaled, 1200)
     assert np.abs(errors).max() <= 0.5 + 1e-3 and max(map(abs, pitches)) < 30e-6
 

@@ -22,9 +22,19 @@ ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
 GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept", "lenticule", "optics", "profiles"}
 ROOMS = {
-    "archive", "bench", "calibration", "cli", "designer", "evaluation", "fabrication", "idcodes", "registry", "simulate", "verifier",
+    "archive",
+    "bench",
+    "calibration",
+    "cli",
+    "designer",
+    "evaluation",
+    "fabrication",
+    "idcodes",
+    "registry",
+    "simulate",
+    "verifier",
     "web",
-}  # fmt: skip
+}
 MAY_IMPORT = {
     "ground": GROUND,
     "idcodes": GROUND,
@@ -89,9 +99,18 @@ WITHIN: dict[str, set[str]] = {
 MOST_FILES = 15
 #: `build123d` alone takes 5 s to import, so no module of ours may import these where it is merely loaded.
 HEAVY = {
-    "OCP", "build123d", "cadquery", "dask", "distributed", "drjit", "fsspec", "manifold3d", "mitsuba", "pyarrow",
+    "OCP",
+    "build123d",
+    "cadquery",
+    "dask",
+    "distributed",
+    "drjit",
+    "fsspec",
+    "manifold3d",
+    "mitsuba",
+    "pyarrow",
     "trimesh",
-}  # fmt: skip
+}
 #: Imports that only a type checker sees.
 CHECKER_ONLY = {"TYPE_CHECKING", "typing.TYPE_CHECKING"}
 

@@ -77,9 +77,11 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
         raise SpecError("captures to merge must be of one badge, and at least one is needed")
     figures: dict[str, float] = {}
     for value, sd in (
-        ("beat_frequency_per_mm", "beat_frequency_sd"), ("offset_rad", "offset_sd"),
-        ("twist_rad_per_mm", "twist_sd"), ("gain_ratio", "gain_sd"),
-    ):  # fmt: skip
+        ("beat_frequency_per_mm", "beat_frequency_sd"),
+        ("offset_rad", "offset_sd"),
+        ("twist_rad_per_mm", "twist_sd"),
+        ("gain_ratio", "gain_sd"),
+    ):
         values = [getattr(part, value) for part in parts]
         if value == "offset_rad":
             # Offsets live on a circle; they are averaged as turns from the first one.

@@ -241,8 +241,12 @@ def _grating(entry: dict[str, Any]) -> Grating:
         code = Code(**(given | floats | {"roles": tuple(given["roles"])}))
     return Grating(
         tuple(map(float, entry["rect_mm"])),  # type: ignore[arg-type]
-        entry["axis"], float(entry["pitch_mm"]), entry["family"], cells, code,
-    )  # fmt: skip
+        entry["axis"],
+        float(entry["pitch_mm"]),
+        entry["family"],
+        cells,
+        code,
+    )
 
 
 def _to_document(badge: Badge) -> dict[str, Any]:
@@ -338,8 +342,9 @@ def _check_markers(markers: Markers, source: str) -> None:
     turning = (bx - ax) * (cy - by) - (by - ay) * (cx - bx), (cx - bx) * (dy - cy) - (cy - by) * (dx - cx)
     apart = min(
         max(abs(p[0] - q[0]), abs(p[1] - q[1]))
-        for k, p in enumerate(markers.centers_mm) for q in markers.centers_mm[:k]
-    )  # fmt: skip
+        for k, p in enumerate(markers.centers_mm)
+        for q in markers.centers_mm[:k]
+    )
     if apart < markers.size_mm or min(turning) <= 0:
         raise SpecError(
             f"{source}: markers.centers_mm: {[list(c) for c in markers.centers_mm]} must be four places a marker's "
@@ -351,9 +356,11 @@ def _check_rect(rect: Rect, outer: Rect, where: str, source: str) -> None:
     """Raise unless `rect` is in order and inside `outer`, with room for rounding."""
     slack_mm = 1e-6
     inside = (
-        rect[0] >= outer[0] - slack_mm and rect[1] >= outer[1] - slack_mm
-        and rect[2] <= outer[2] + slack_mm and rect[3] <= outer[3] + slack_mm
-    )  # fmt: skip
+        rect[0] >= outer[0] - slack_mm
+        and rect[1] >= outer[1] - slack_mm
+        and rect[2] <= outer[2] + slack_mm
+        and rect[3] <= outer[3] + slack_mm
+    )
     if not (all(map(math.isfinite, rect)) and rect[0] < rect[2] and rect[1] < rect[3] and inside):
         raise SpecError(
             f"{source}: {where}: {[round(v, 4) for v in rect]} mm must be x0 < x1, y0 < y1 within "

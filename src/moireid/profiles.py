@@ -66,9 +66,13 @@ class LensProfile:
         """The text of a lens profile's file, with a final newline."""
         lens = {key: getattr(self.lens, key) for key in ("kind", *PROFILE_LIMITS)}
         document = {
-            "format": PROFILE_FORMAT, "kind": PROFILE_KIND, "name": self.name, "lens": lens,
-            "pitch_sd_mm": self.pitch_sd_mm, "from": self.found,
-        }  # fmt: skip
+            "format": PROFILE_FORMAT,
+            "kind": PROFILE_KIND,
+            "name": self.name,
+            "lens": lens,
+            "pitch_sd_mm": self.pitch_sd_mm,
+            "from": self.found,
+        }
         return json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 

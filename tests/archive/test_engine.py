@@ -152,9 +152,13 @@ def test_an_interrupt_of_a_terminal_ends_a_run_soon_and_silently(tmp_path: Path,
     script.write_text(INTERRUPTED)
     path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(TESTS)])
     with subprocess.Popen(
-        [sys.executable, str(script), str(log)], env=os.environ | {"PYTHONPATH": path}, start_new_session=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-    ) as process:  # fmt: skip
+        [sys.executable, str(script), str(log)],
+        env=os.environ | {"PYTHONPATH": path},
+        start_new_session=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
         own, last = psutil.Process(process.pid), time.monotonic() + 60
         while len(own.children()) < 3 if moment == "start" else len(notes(log)) < 2:
             assert time.monotonic() < last and process.poll() is None
@@ -172,8 +176,11 @@ def started(*command: str, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
     path = os.pathsep.join([str(Path(moireid.__file__).parent.parent), str(TESTS)])
     process = subprocess.Popen(
         [sys.executable, "-m", "distributed.cli.dask_" + command[0], *command[1:]],
-        cwd=folder, env=os.environ | {"PYTHONPATH": path}, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path},
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     try:
         yield process
     finally:

@@ -30,10 +30,22 @@ def row_of(rng: np.random.Generator, spread: float, payload: bytes | None = None
         {"frames": 60, "measure_s": 0.2, "identity_s": 0.06, "cells_wrong": 0.0, "soft": True, "hard": False},
     ]
     return {
-        "payload": payload.hex(), "verdict": "accept", "read": True, "wrong": False, "tracked": 240, "corrected": 0,
-        "phase_error_rad": errors.tolist(), "phase_sd_rad": [0.1] * len(errors), "cells_wrong": 1, "correlation": 0.99,
-        "gain": 1.01, "identity_s": 0.1, "as_built": None, "beat_error": 0.001, "shorter": shorter,
-    }  # fmt: skip
+        "payload": payload.hex(),
+        "verdict": "accept",
+        "read": True,
+        "wrong": False,
+        "tracked": 240,
+        "corrected": 0,
+        "phase_error_rad": errors.tolist(),
+        "phase_sd_rad": [0.1] * len(errors),
+        "cells_wrong": 1,
+        "correlation": 0.99,
+        "gain": 1.01,
+        "identity_s": 0.1,
+        "as_built": None,
+        "beat_error": 0.001,
+        "shorter": shorter,
+    }
 
 
 def test_rows_that_are_kept_are_not_filmed_again(tmp_path, monkeypatch, rng):
@@ -108,8 +120,9 @@ def test_error_against_length_counts_soft_and_hard_apart(rng):
     """Catches: payloads that were not read counted as read, medians of seconds shown as milliseconds."""
     rows = shorter_figures({"64 bits, 1 m": [row_of(rng, 0.05) for _ in range(3)]})
     assert [(row["frames"], row["soft_read"], row["hard_read"], row["wrong_payloads"]) for row in rows] == [
-        (30, 1.0, 0.0, 0), (60, 1.0, 0.0, 3),
-    ]  # fmt: skip
+        (30, 1.0, 0.0, 0),
+        (60, 1.0, 0.0, 3),
+    ]
     assert rows[0]["measure_ms"] == pytest.approx(100) and rows[1]["identity_ms"] == pytest.approx(60)
 
 

@@ -40,8 +40,23 @@ def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_r
     made = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1", "--json")
     assert made.exit_code == 0, made.output
     one = ["--motion", tmp_path / "course.csv", "--distance", "1.0", "--frames", "3", "--seed", "4"]
-    other = ["--motion", "sway", "--distance", "2.0", "--frames", "4", "--forge", "drift", "--mirror", "--seed", "5",
-             "--leave-out", "background", "--leave-out", "shutter"]  # fmt: skip
+    other = [
+        "--motion",
+        "sway",
+        "--distance",
+        "2.0",
+        "--frames",
+        "4",
+        "--forge",
+        "drift",
+        "--mirror",
+        "--seed",
+        "5",
+        "--leave-out",
+        "background",
+        "--leave-out",
+        "shutter",
+    ]
     for name, options in (("true", one), ("0002", other)):
         alone = tmp_path / f"{name}.mp4"
         assert ran("simulate", tmp_path / "ada.json", "--out", alone, *options).exit_code == 0
@@ -49,8 +64,9 @@ def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_r
             assert (tmp_path / "set" / f"{name}{suffix}").read_bytes() == (tmp_path / f"{name}{suffix}").read_bytes()
     entries = read_manifest(tmp_path / "set" / "films.csv").entries
     assert [(one.name, one.label, one.group) for one in entries] == [
-        ("true.mp4", "genuine", "near"), ("0002.mp4", "forged:drift", "forged:drift"),
-    ]  # fmt: skip
+        ("true.mp4", "genuine", "near"),
+        ("0002.mp4", "forged:drift", "forged:drift"),
+    ]
     assert all(one.claimed.badge.name == "Ada Lovelace" for one in entries)
 
 
@@ -127,9 +143,20 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
     assert read_plan(plan)[0].wish == Wish()
     told = {"out", "overwrite", "json"}
     options = [opt[2:] for one in simulate_command.params for opt in one.opts if opt.startswith("--")]
-    cells = {"motion": "sway", "mirror": "yes", "leave-out": "page", "error": "0.1", "blur": "1", "light": "lamp",
-             "forge": "late", "codec": "av1", "crf": "30", "recipe": "chat", "camera": "dim",
-             "backend": "mitsuba"}  # fmt: skip
+    cells = {
+        "motion": "sway",
+        "mirror": "yes",
+        "leave-out": "page",
+        "error": "0.1",
+        "blur": "1",
+        "light": "lamp",
+        "forge": "late",
+        "codec": "av1",
+        "crf": "30",
+        "recipe": "chat",
+        "camera": "dim",
+        "backend": "mitsuba",
+    }
     columns = [name for name in options if name not in told]
     plan.write_text(f"badge,{','.join(columns)}\nada.json,{','.join(cells.get(name, '9') for name in columns)}\n")
     wish = read_plan(plan)[0].wish
@@ -139,17 +166,25 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "names no badge"), ("badge\n", "names no film"), ("motion\nsway\n", "names no badge"),
-        ("badge,colour\nada.json,red\n", "a column 'colour'"), ("badge,motion\n,sway\n", "line 2"),
-        ("badge,motion\nada.json,wild\n", "line 2 of"), ("badge,seed\nada.json,x\n", "'--seed'"),
-        ("badge,mirror\nada.json,perhaps\n", "write yes"), ("badge,name\nada.json,../up\n", "no name for a file"),
-        ("badge,name\nada.json,a::b\n", "no name for a file"), ("badge,motion\nada.json,s\0y\n", "holds a NUL"),
+        ("", "names no badge"),
+        ("badge\n", "names no film"),
+        ("motion\nsway\n", "names no badge"),
+        ("badge,colour\nada.json,red\n", "a column 'colour'"),
+        ("badge,motion\n,sway\n", "line 2"),
+        ("badge,motion\nada.json,wild\n", "line 2 of"),
+        ("badge,seed\nada.json,x\n", "'--seed'"),
+        ("badge,mirror\nada.json,perhaps\n", "write yes"),
+        ("badge,name\nada.json,../up\n", "no name for a file"),
+        ("badge,name\nada.json,a::b\n", "no name for a file"),
+        ("badge,motion\nada.json,s\0y\n", "holds a NUL"),
         ("badge,name\nada.json," + 90 * "映" + "\n", "no name for a file"),
-        ("badge,name\nada.json,A\nada.json,a\n", "2 films 'a'"), ("badge\nada.json,1\n", "2 cells"),
-        ("badge,motion\nada.json,gone.csv\n", "gone.csv cannot be read"), ("badge\nnobody.json\n", "nobody.json"),
+        ("badge,name\nada.json,A\nada.json,a\n", "2 films 'a'"),
+        ("badge\nada.json,1\n", "2 cells"),
+        ("badge,motion\nada.json,gone.csv\n", "gone.csv cannot be read"),
+        ("badge\nnobody.json\n", "nobody.json"),
         ("badge,forge\nada.json,--out=x\n", "line 2"),
     ],
-)  # fmt: skip
+)
 def test_a_plan_that_cannot_be_used_names_its_line(plan: Path, text: str, words: str):
     """Catches: a traceback, or films made of half a plan."""
     plan.write_text(text)

@@ -109,9 +109,13 @@ def page(camera_film: Path) -> Iterator[Page]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=chromium,
-            args=["--no-sandbox", "--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream",
-                  f"--use-file-for-fake-video-capture={camera_film}"],
-        )  # fmt: skip
+            args=[
+                "--no-sandbox",
+                "--use-fake-device-for-media-stream",
+                "--use-fake-ui-for-media-stream",
+                f"--use-file-for-fake-video-capture={camera_film}",
+            ],
+        )
         yield browser.new_page(viewport={"width": 1200, "height": 900})
         browser.close()
 

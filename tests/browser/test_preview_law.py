@@ -124,8 +124,9 @@ def test_the_fringes_move_and_lie_as_the_verifier_predicts(page: Page, badge: Ba
         points = [
             {"g": strip.grating, "c": strip.cells[0], "camera": camera}
             | dict(zip("xy" if strip.axis == 0 else "yx", (float(place), strip.across_mm), strict=True))
-            for camera in CAMERAS for place in where
-        ]  # fmt: skip
+            for camera in CAMERAS
+            for place in where
+        ]
         found = 2 * math.pi * turns(page, badge, points).reshape(len(CAMERAS), -1)
         frequency = 1 / cell.pitch_mm - 1 / badge.lens.pitch_mm
         law = strip_law(badge, strip, eyes).whole_phase_rad(frequency)[:, :: max(1, len(strip.along_mm) // 6)]

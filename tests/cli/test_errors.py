@@ -506,11 +506,20 @@ HEADER = "t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n"
 
 @pytest.mark.parametrize(
     "row",
-    ["{k},0,0", "{k},a,0,0,0,0,0,1", "0,0,0,0,0,0,0,1", "{k},nan,0,0,0,0,0,1", "{k},0,0,0,0,0,0,0",
-     "{k},0,0,0,1e200,0,0,1e200", "{k},{k}e300,0,0,0,0,0,1", "{k}e-300,0,0,{k},0,0,0,1", "{k}e300,0,0,{k},0,0,0,1",
-     '{k},"' + "1" * 200_000],
+    [
+        "{k},0,0",
+        "{k},a,0,0,0,0,0,1",
+        "0,0,0,0,0,0,0,1",
+        "{k},nan,0,0,0,0,0,1",
+        "{k},0,0,0,0,0,0,0",
+        "{k},0,0,0,1e200,0,0,1e200",
+        "{k},{k}e300,0,0,0,0,0,1",
+        "{k}e-300,0,0,{k},0,0,0,1",
+        "{k}e300,0,0,{k},0,0,0,1",
+        '{k},"' + "1" * 200_000,
+    ],
     ids=["short", "letter", "times", "nan", "turn", "huge turn", "huge place", "tiny times", "huge times", "field"],
-)  # fmt: skip
+)
 def test_a_motion_that_is_none_is_refused(
     refused: Callable[..., str], badge_file: Path, tmp_path: Path, row: str
 ) -> None:
@@ -622,8 +631,11 @@ def test_output_that_nobody_takes_is_no_traceback(tmp_path: Path, people: None) 
     os.close(reader)
     done = subprocess.run(
         [str(BIN / "moireid"), "registry", "list", "--registry", REGISTRY],
-        cwd=tmp_path, stdout=writer, stderr=subprocess.PIPE, timeout=120,
-    )  # fmt: skip
+        cwd=tmp_path,
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        timeout=120,
+    )
     os.close(writer)
     assert (done.returncode != 0, done.stderr) == (True, b"")
 

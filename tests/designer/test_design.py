@@ -434,9 +434,25 @@ def test_hex_digits_of_any_case_name_a_payload() -> None:
 @pytest.mark.parametrize("family", ["spacing", "pitch"])
 @pytest.mark.parametrize(
     "text",
-    ["", "3fa2", "3fa20", "3fa20cc", "3fa20g", "0x3fa2", "3f a2 ", "      ", "٣fa20c", "3fa20c\n", "é" * 6,
-     "0123456789abcdeg", "0123456789abcde", "01 23 45 67 89 a", "01 23 45 67 89 ab cd ef 01 23 4", "0" * 48],
-)  # fmt: skip
+    [
+        "",
+        "3fa2",
+        "3fa20",
+        "3fa20cc",
+        "3fa20g",
+        "0x3fa2",
+        "3f a2 ",
+        "      ",
+        "٣fa20c",
+        "3fa20c\n",
+        "é" * 6,
+        "0123456789abcdeg",
+        "0123456789abcde",
+        "01 23 45 67 89 a",
+        "01 23 45 67 89 ab cd ef 01 23 4",
+        "0" * 48,
+    ],
+)
 def test_what_is_no_payload_is_refused(family: str, text: str) -> None:
     """Catches: bytes.fromhex, which overlooks spaces and so makes two bytes of six characters."""
     with pytest.raises(CodeError, match="6 hex digits" if family == "pitch" else "16 or 32 hex digits"):
@@ -504,11 +520,23 @@ def test_names_of_people_are_taken_as_they_are(name: str) -> None:
 @pytest.mark.parametrize(
     "name",
     [
-        "", "   ", "\t", "a\x00b", "a\nb", "\x1b[31mred", "a\x7f", "\ud800", "x" * (NAME_LIMIT + 1),
-        "\u200b", "\u200d\u2060", "a\u2028b", "a\u2029b", "Ada \u202eevil",
+        "",
+        "   ",
+        "\t",
+        "a\x00b",
+        "a\nb",
+        "\x1b[31mred",
+        "a\x7f",
+        "\ud800",
+        "x" * (NAME_LIMIT + 1),
+        "\u200b",
+        "\u200d\u2060",
+        "a\u2028b",
+        "a\u2029b",
+        "Ada \u202eevil",
     ],
     ids=ascii,
-)  # fmt: skip
+)
 def test_names_that_cannot_be_set_or_typed_are_refused(name: str) -> None:
     """Catches: control characters on paper, a name that shows nothing, one that turns the writing round."""
     with pytest.raises(SpecError, match="name"):

@@ -30,17 +30,29 @@ from moireid.verifier.session import film as verify
 CONTRACT: dict[str, set[str]] = {
     "": {"verdict", "reasons", "invariant", "identity", "frames", "timing", "left_out", "input"},
     "invariant": {
-        "verdict", "correlation", "window_correlation_mean", "gain_ratio", "phase_residual_rad", "excitation_rad",
-        "score", "gratings",
+        "verdict",
+        "correlation",
+        "window_correlation_mean",
+        "gain_ratio",
+        "phase_residual_rad",
+        "excitation_rad",
+        "score",
+        "gratings",
     },
     "identity": {
-        "verdict", "decoded_id", "claimed_id", "beat_period_mm", "expected_beat_period_mm",
-        "symbol_errors_corrected", "built", "score",
+        "verdict",
+        "decoded_id",
+        "claimed_id",
+        "beat_period_mm",
+        "expected_beat_period_mm",
+        "symbol_errors_corrected",
+        "built",
+        "score",
     },
     "frames": {"read", "tracked"},
     "timing": {"total_s", "stages"},
     "input": {"sha256"},
-}  # fmt: skip
+}
 #: 720p and 540p with the angle of view of 1450 px in 1080p: fewer pixels to make and to read.
 PHONE = Camera(width=1280, height=720, focal_px=967.0)
 SMALL = Camera(width=960, height=540, focal_px=725.0)

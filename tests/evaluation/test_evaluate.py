@@ -167,8 +167,11 @@ def test_a_manifest_that_cannot_be_used_is_refused(tmp_path: Path, prototype: Ba
 
 def test_columns_that_lack_or_come_twice_are_named(tmp_path: Path, prototype: Badge):
     """Catches: a KeyError, a column that silently holds for another."""
-    for header, words in (("video,label", "no column claim and no column group"), ("", "no column video"),
-                          ("video,label,claim,group,Label", "twice")):  # fmt: skip
+    for header, words in (
+        ("video,label", "no column claim and no column group"),
+        ("", "no column video"),
+        ("video,label,claim,group,Label", "twice"),
+    ):
         with pytest.raises(SpecError, match=words):
             read_manifest(written(tmp_path, "a.mp4,genuine", header=header), badge=prototype)
     with pytest.raises(SpecError, match="cannot be read"):
@@ -234,9 +237,13 @@ def collection(*films: tuple[str, str, float | None]) -> list[Scored]:
 def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: Path):
     """Catches: a missing or NaN score taken for 0, dropped in silence, or spread over every mean as NaN."""
     films = (
-        ("near", "genuine", 0.9), ("near", "genuine", 0.8), ("far", "genuine", None), ("near", "forged:late", 0.3),
-        ("near", "forged:late", -9.0), ("sora", "forged", math.nan),
-    )  # fmt: skip
+        ("near", "genuine", 0.9),
+        ("near", "genuine", 0.8),
+        ("far", "genuine", None),
+        ("near", "forged:late", 0.3),
+        ("near", "forged:late", -9.0),
+        ("sora", "forged", math.nan),
+    )
     document = json.loads(json.dumps(summarise(collection(*films), seed=0), allow_nan=False))
     ours = document["pipelines"]["moireid"]
     assert (document["films"], document["genuine"], ours["without_score"], ours["failed"]) == (6, 3, 2, 0)
@@ -248,8 +255,10 @@ def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: 
     assert by["near", "genuine"]["mean"] == pytest.approx(0.85) and by["near", "forged:late"]["least"] == -9.0
     assert by["far", "genuine"]["mean"] is None and by["sora", "forged"]["scored"] == 0
     assert {row["group"]: row["against"] for row in ours["by_group"]} == {
-        "near": "its own", "far": "all forged", "sora": "all genuine"
-    }  # fmt: skip
+        "near": "its own",
+        "far": "all forged",
+        "sora": "all genuine",
+    }
     assert ours["verdicts"]["genuine"]["accept"]["films"] == 2 and ours["verdicts"]["forged"]["reject"]["films"] == 3
     told = table(document)
     assert "0.845" in told and "0.870 ± 0.140" in told and "paper, other films" in told and "nan" not in told
@@ -300,8 +309,12 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
         assert set(FIGURES) <= set(by["true.mp4", pipeline]) and by["true.mp4", pipeline]["frames"] == 70
     assert document["pipelines"]["moireid"]["scored_films"]["auc"] == 1.0
     assert sorted(path.name for path in out.iterdir()) == [
-        "det.svg", "evaluate.json", "results", "roc.svg", "scores.svg",
-    ]  # fmt: skip
+        "det.svg",
+        "evaluate.json",
+        "results",
+        "roc.svg",
+        "scores.svg",
+    ]
 
     (part,) = (out / "results").iterdir()
     kept = part.read_bytes()

@@ -48,9 +48,12 @@ def test_boards_lie_apart_and_on_the_paper():
 
 #: Boards that fill their paper, and how many of them are on it.
 FULL = [
-    ("a4", (90.0, 110.0), (0.5, 0.9), 4), ("a4", (90.0, 85.0), (0.5, 0.9), 6), ("letter", (60.0, 80.0), (0.3, 1.0), 9),
-    ("a4", (186.0, 273.0), (0.8, 2.5), 1), ("letter", (191.9, 255.4), (0.8, 2.5), 1),
-]  # fmt: skip
+    ("a4", (90.0, 110.0), (0.5, 0.9), 4),
+    ("a4", (90.0, 85.0), (0.5, 0.9), 6),
+    ("letter", (60.0, 80.0), (0.3, 1.0), 9),
+    ("a4", (186.0, 273.0), (0.8, 2.5), 1),
+    ("letter", (191.9, 255.4), (0.8, 2.5), 1),
+]
 
 
 @pytest.mark.parametrize(("paper", "size", "metres", "count"), FULL)
@@ -77,9 +80,11 @@ def test_full_sheets_have_both_scale_bars_clear_of_all_else(paper, size, metres,
             {round(b[k], 2) for b in shown for k in (0, 2)},
         )
         marks = [
-            s for s in spans if not (s[0] <= across[0][2] and s[2] >= across[0][0] and s[1] >= across[0][1] - 0.01)
+            s
+            for s in spans
+            if not (s[0] <= across[0][2] and s[2] >= across[0][0] and s[1] >= across[0][1] - 0.01)
             and not (s[1] <= down[0][3] and s[3] >= down[0][1] and s[2] <= down[0][0] + 0.01)
-        ]  # fmt: skip
+        ]
         assert len(marks) == 8 * len(shown)
         for x0, y0, x1, y1 in marks:
             assert round(y0, 2) in level or round(x0, 2) in upright

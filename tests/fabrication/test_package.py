@@ -201,9 +201,13 @@ def test_a_disk_that_fills_up_is_told_in_one_sentence(kilobytes: int, tmp_path: 
     """
     command = [sys.executable, "-c", "from moireid.cli.main import print_your_badge as p; p()", "Ada"]
     done = subprocess.run(
-        [*command, "--out", str(tmp_path / "out")], capture_output=True, text=True, timeout=120, check=False,
+        [*command, "--out", str(tmp_path / "out")],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
         preexec_fn=limited(kilobytes),
-    )  # fmt: skip
+    )
     assert done.returncode == 2, done.stderr
     errors = [line for line in done.stderr.splitlines() if line.startswith("error:")]
     assert len(errors) == 1 and "Traceback" not in done.stderr

@@ -180,9 +180,7 @@ def written(payload: bytes, **layout: object) -> Grating:
 
 def ideal(badge_grating: Grating, *, front: float = FRONT) -> list[CellReading]:
     """Readings of a perfect reader: the beat of each band's pitch under the sheet as it really is."""
-    return [
-        CellReading(1 / cell.pitch_mm - 1 / front, SURE, math.nan, math.inf) for cell in badge_grating.cells
-    ]  # fmt: skip
+    return [CellReading(1 / cell.pitch_mm - 1 / front, SURE, math.nan, math.inf) for cell in badge_grating.cells]
 
 
 def read(readings: list[CellReading], bands: Grating) -> Decoded:
@@ -504,9 +502,11 @@ def cell_readings(badge: Badge, *, front_scale: float = 1.0) -> list[list[CellRe
 def phase_places(badge: Badge) -> list[tuple[int, int]]:
     return [
         (g, c)
-        for g, grating in enumerate(badge.gratings) if grating.code
-        for c, role in enumerate(grating.code.roles) if role == "phase"
-    ]  # fmt: skip
+        for g, grating in enumerate(badge.gratings)
+        if grating.code
+        for c, role in enumerate(grating.code.roles)
+        if role == "phase"
+    ]
 
 
 @pytest.mark.parametrize("axes", ["x", "xy"])
@@ -594,10 +594,13 @@ def test_word_and_beats_must_be_of_one_badge() -> None:
         if role != "phase":
             mixed[0][k] = cell_readings(bob)[0][k]
     levels = [
-        [round(1000 * (1 / c.pitch_mm)) for c, r in zip(b.gratings[0].cells, b.gratings[0].code.roles, strict=True)
-         if r != "phase"]  # type: ignore[union-attr]
+        [
+            round(1000 * (1 / c.pitch_mm))
+            for c, r in zip(b.gratings[0].cells, b.gratings[0].code.roles, strict=True)
+            if r != "phase"
+        ]  # type: ignore[union-attr]
         for b in (ada, bob)
-    ]  # fmt: skip
+    ]
     assert np.diff(levels[0]).tolist() != np.diff(levels[1]).tolist()
     decoded = LONG.read(mixed, ada.gratings)
     assert decoded.payload == bytes(range(8)) and not decoded.beats_agree
@@ -636,9 +639,14 @@ def test_gratings_that_carry_no_spacing_code_are_refused() -> None:
         (replace(first, code=None), second),
         (first, replace(second, code=replace(second.code, payload_bits=128))),
         (first, replace(second, code=replace(second.code, phase_levels=8))),
-        (replace(first, cells=tuple(first.cells[k] for k in few),
-                 code=replace(first.code, roles=tuple(first.code.roles[k] for k in few))),),
-    ]  # fmt: skip
+        (
+            replace(
+                first,
+                cells=tuple(first.cells[k] for k in few),
+                code=replace(first.code, roles=tuple(first.code.roles[k] for k in few)),
+            ),
+        ),
+    ]
     for gratings in wrong:
         with pytest.raises(CodeError):
             LONG.write(bytes(range(8)), gratings, FRONT)

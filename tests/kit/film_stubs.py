@@ -60,8 +60,12 @@ def score(job: Job, film: str) -> Row:
     if "unreadable" in words:
         return failed_row(Lost("no film", 0.0, "film"))
     return failed_row(Lost("", 0.1, "film")) | {
-        "verdict": "accept", "score": float(len(words)), "error": None, "fault": None, "sha256": words[-1],
-    }  # fmt: skip
+        "verdict": "accept",
+        "score": float(len(words)),
+        "error": None,
+        "fault": None,
+        "sha256": words[-1],
+    }
 
 
 def note(log: Path, words: str) -> None:

@@ -92,9 +92,16 @@ def filmed(badge: Badge, built: Building | None = None) -> Track:
     profiles += built.noise * rng.standard_normal(profiles.shape).astype(np.float32)
     times = np.arange(FRAMES) / FPS
     return Track(
-        FRAMES, np.arange(FRAMES), times, homographies(camera), np.ones(FRAMES), tuple(profiles.transpose(1, 0, 2)),
-        np.arange(FRAMES), strips, (1920, 1080),
-    )  # fmt: skip
+        FRAMES,
+        np.arange(FRAMES),
+        times,
+        homographies(camera),
+        np.ones(FRAMES),
+        tuple(profiles.transpose(1, 0, 2)),
+        np.arange(FRAMES),
+        strips,
+        (1920, 1080),
+    )
 
 
 TYPICAL = Building(scale=1.003, offset_rad=2.1, twist_rad_per_mm=0.025)

@@ -74,8 +74,10 @@ LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
     ("UPDATE log SET signature = 'x' WHERE seq = 3", {("entry_signature", "3")}),
     ("UPDATE log SET hash = 'x' WHERE seq = 3", {("entry_hash", "3"), ("entry_chain", "4")}),
     ("UPDATE log SET hash = 'x' WHERE seq = 5", {("entry_hash", "5"), ("head_hash", None)}),
-    ("UPDATE log SET seq = 9 WHERE seq = 3", {("entry_missing", "4"), ("entry_missing", "9"), ("log_longer", None),
-                                              ("record_stale", "Bo")}),
+    (
+        "UPDATE log SET seq = 9 WHERE seq = 3",
+        {("entry_missing", "4"), ("entry_missing", "9"), ("log_longer", None), ("record_stale", "Bo")},
+    ),
     ("DELETE FROM log WHERE seq = 4", {("entry_missing", "5"), ("record_stale", "Ada")}),
     ("DELETE FROM log WHERE seq = 1", {("entry_missing", "2")}),
     ("DELETE FROM log", {("log_cut", None), ("record_unlogged", "Ada"), ("record_unlogged", "Bo")}),
@@ -83,7 +85,7 @@ LOG: list[tuple[str, set[tuple[str, str | None]]]] = [
     ("UPDATE authority SET head_hash = 'x'", {("head_signature", None)}),
     ("UPDATE authority SET head_seq = 4", {("head_signature", None)}),
     ("UPDATE authority SET head_signature = ''", {("head_signature", None)}),
-]  # fmt: skip
+]
 
 
 @pytest.mark.parametrize(("change", "codes"), RECORDS + LOG, ids=lambda case: case if isinstance(case, str) else "")
@@ -100,8 +102,9 @@ def without_last(url: str, signature: object) -> None:
     tamper(
         url,
         "UPDATE badges SET revoked_at = NULL, revoked_reason = NULL, signature = :signature WHERE name_nfc = :name",
-        name="Bo", signature=signature,
-    )  # fmt: skip
+        name="Bo",
+        signature=signature,
+    )
 
 
 def test_cut_tail_is_found_unless_the_head_is_cut_too(url, registry):

@@ -149,8 +149,9 @@ def test_empty_file_is_no_registry_until_it_is_made_one(path):
         assert registry.count() == 0
 
 
-@pytest.mark.parametrize(("change", "found"), [("UPDATE schema_version SET version = 3", "3"),
-                                               ("DELETE FROM schema_version", "none")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("change", "found"), [("UPDATE schema_version SET version = 3", "3"), ("DELETE FROM schema_version", "none")]
+)
 @pytest.mark.parametrize("create", [False, True])
 def test_other_schema_version_is_refused(url, change, found, create):
     """Catches: reading tables of a later version by the rules of this one."""

@@ -110,10 +110,16 @@ def test_signature_can_be_checked_without_moireid(url, registry):
     (row,) = rows_of(url, "SELECT * FROM badges")
     document = json.dumps(json.loads(badge.to_json()), sort_keys=True, separators=(",", ":"), ensure_ascii=False)
     fields = {
-        "as_built_at": None, "as_built_sha256": None, "badge_sha256": sha256_hex(document.encode()), "id": badge.id,
-        "issued_at": row["issued_at"], "layout_key": badge.layout_key(), "name": "Ada", "revoked_at": None,
+        "as_built_at": None,
+        "as_built_sha256": None,
+        "badge_sha256": sha256_hex(document.encode()),
+        "id": badge.id,
+        "issued_at": row["issued_at"],
+        "layout_key": badge.layout_key(),
+        "name": "Ada",
+        "revoked_at": None,
         "revoked_reason": None,
-    }  # fmt: skip
+    }
     text = json.dumps(fields, separators=(",", ":")).encode()
     (top,) = rows_of(url, "SELECT * FROM authority")
     key = Ed25519PublicKey.from_public_bytes(bytes.fromhex(top["public_key"]))
@@ -172,11 +178,20 @@ FORGED = pack(canonical_json(json.loads(badge_of("Ada", bytes(3)).to_json())))
 @pytest.mark.parametrize(
     "change",
     [
-        "name_nfc = 'Eve'", "id = 'abcdef'", "layout_key = 'x'", "issued_at = '2001-01-01T00:00:00Z'",
-        "badge = :forged", "badge = :nothing", "as_built = :forged", "as_built_at = '2001-01-01T00:00:00Z'",
-        "revoked_at = '2001-01-01T00:00:00Z'", "revoked_reason = 'x'", "signature = ''", "signature = 'é'",
+        "name_nfc = 'Eve'",
+        "id = 'abcdef'",
+        "layout_key = 'x'",
+        "issued_at = '2001-01-01T00:00:00Z'",
+        "badge = :forged",
+        "badge = :nothing",
+        "as_built = :forged",
+        "as_built_at = '2001-01-01T00:00:00Z'",
+        "revoked_at = '2001-01-01T00:00:00Z'",
+        "revoked_reason = 'x'",
+        "signature = ''",
+        "signature = 'é'",
     ],
-)  # fmt: skip
+)
 def test_changed_record_is_told(url, registry, change):
     """Catches: a column that is not signed: a row edited by hand that would let Eve pass with Ada's badge."""
     ada = registry.enroll(badge_of("Ada"))

@@ -241,11 +241,15 @@ def test_noise_has_the_spread_that_was_asked_for():
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
-        ({"focal_px": 0.0}, "focal_px"), ({"exposure_s": -0.01}, "exposure_s"), ({"noise_counts": np.nan}, "noise"),
-        ({"distortion": (0.1, 0.0)}, "four"), ({"distortion": (float("inf"), 0.0, 0.0, 0.0)}, "finite"),
-        ({"focal_px": 300.0, "distortion": (-0.4, 0.0, 0.0, 0.0)}, "folds"), ({"width": 1}, "width"),
+        ({"focal_px": 0.0}, "focal_px"),
+        ({"exposure_s": -0.01}, "exposure_s"),
+        ({"noise_counts": np.nan}, "noise"),
+        ({"distortion": (0.1, 0.0)}, "four"),
+        ({"distortion": (float("inf"), 0.0, 0.0, 0.0)}, "finite"),
+        ({"focal_px": 300.0, "distortion": (-0.4, 0.0, 0.0, 0.0)}, "folds"),
+        ({"width": 1}, "width"),
     ],
-)  # fmt: skip
+)
 def test_impossible_cameras_are_refused(changes, word):
     """Catches: a film of NaN; a lens that shows one place twice."""
     with pytest.raises(SpecError, match=word):

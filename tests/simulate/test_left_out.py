@@ -84,11 +84,12 @@ def test_background_left_out_leaves_the_badge_as_it_is() -> None:
     assert board is not None
     camera = replace(scene.camera, noise_counts=3.0)
     exposed = {
-        (shown, noisy): Sensor(
-            camera if noisy else scene.camera, 5, need=Need(background=shown)
-        ).expose(board, instant.first.rotation[0], 0.2)
-        for shown in (True, False) for noisy in (True, False)
-    }  # fmt: skip
+        (shown, noisy): Sensor(camera if noisy else scene.camera, 5, need=Need(background=shown)).expose(
+            board, instant.first.rotation[0], 0.2
+        )
+        for shown in (True, False)
+        for noisy in (True, False)
+    }
     solid = np.zeros((camera.height, camera.width), bool)
     rows, columns = board.radiance.shape
     solid[board.top : board.top + rows, board.left : board.left + columns] = board.coverage == 1
@@ -115,9 +116,10 @@ def test_shutter_left_out_is_a_camera_that_opens_for_an_instant(prototype, tmp_p
     """Catches: a need that the film does not ask; an exposure or a rolling shutter that is still rendered."""
     slow = replace(SMALL, exposure_s=0.03)
     for name, camera, need in (
-        ("still", replace(slow, shutter_s=0.0, exposure_s=0.0), Need()), ("left", slow, Need(shutter=False)),
+        ("still", replace(slow, shutter_s=0.0, exposure_s=0.0), Need()),
+        ("left", slow, Need(shutter=False)),
         ("whole", slow, Need()),
-    ):  # fmt: skip
+    ):
         shoot(prototype, tmp_path / f"{name}.mp4", camera=camera, need=need)
     still, left, whole = (pictures(tmp_path / f"{name}.mp4").astype(int) for name in ("still", "left", "whole"))
     # x264 makes another file of small pictures each time, by a count or two.
@@ -198,9 +200,14 @@ def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) ->
     assert done.exit_code == 0, done.output
     told = {one["what"]: one for one in json.loads(done.stdout)["left_out"]}
     for what in (
-        "pixels off the badge", "colour", "the mount", "background", "page and markers",
-        "rolling shutter and exposure", "glare",
-    ):  # fmt: skip
+        "pixels off the badge",
+        "colour",
+        "the mount",
+        "background",
+        "page and markers",
+        "rolling shutter and exposure",
+        "glare",
+    ):
         assert told[what]["saved_s"] is not None and told[what]["how"], what
     assert told["pixels off the badge"]["saved_s"] > 0 and told["page and markers"]["saved_s"] > 0
     said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite"])

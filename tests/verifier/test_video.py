@@ -24,10 +24,13 @@ from moireid.verifier.video import Film, luma_of
 @pytest.mark.parametrize(
     ("codec", "pixels", "full_range"),
     [
-        ("libx264", "yuv420p", False), ("libx264", "yuvj420p", True), ("libx264", "yuv444p", False),
-        ("libx265", "yuv420p10le", False), ("libx265", "yuv420p", False),
+        ("libx264", "yuv420p", False),
+        ("libx264", "yuvj420p", True),
+        ("libx264", "yuv444p", False),
+        ("libx265", "yuv420p10le", False),
+        ("libx265", "yuv420p", False),
     ],
-)  # fmt: skip
+)
 def test_brightness_comes_out_as_it_went_in(codec, pixels, full_range, tmp_path):
     """Catches: a range stretched twice or not at all, ten bits cut at the wrong end, padding taken for picture."""
     # A width that no decoder's row length equals.

@@ -54,18 +54,31 @@ def test_what_is_no_film_is_read_no_further_than_its_limit(visit: Visit) -> None
 @pytest.mark.parametrize("pieces", [0, 2])
 def test_who_goes_away_in_the_middle_leaves_nothing(visit: Visit, path: str, pieces: int) -> None:
     """Catches: a fault of ours in the log for each visitor who closes a page, and the half of their film."""
-    coming = iter([
-        *({"type": "http.request", "body": b"--b\r\n", "more_body": True} for _ in range(pieces)),
-        {"type": "http.disconnect"},
-    ])  # fmt: skip
+    coming = iter(
+        [
+            *({"type": "http.request", "body": b"--b\r\n", "more_body": True} for _ in range(pieces)),
+            {"type": "http.disconnect"},
+        ]
+    )
     token = visit.tokens["verifier"].encode()
     scope = {
-        "type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "POST", "path": path,
-        "raw_path": path.encode(), "query_string": b"", "scheme": "http", "server": ("studio.test", 80),
-        "client": ("127.0.0.1", 5000), "root_path": "",
-        "headers": [(b"host", b"studio.test"), (b"content-type", b"multipart/form-data; boundary=b"),
-                    (b"authorization", b"Bearer " + token)],
-    }  # fmt: skip
+        "type": "http",
+        "asgi": {"version": "3.0"},
+        "http_version": "1.1",
+        "method": "POST",
+        "path": path,
+        "raw_path": path.encode(),
+        "query_string": b"",
+        "scheme": "http",
+        "server": ("studio.test", 80),
+        "client": ("127.0.0.1", 5000),
+        "root_path": "",
+        "headers": [
+            (b"host", b"studio.test"),
+            (b"content-type", b"multipart/form-data; boundary=b"),
+            (b"authorization", b"Bearer " + token),
+        ],
+    }
     said: list[int] = []
 
     async def receive() -> dict[str, Any]:

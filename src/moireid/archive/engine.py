@@ -66,9 +66,13 @@ class Task:
 
 
 def run_tasks(
-    work: Callable[..., Any], tasks: Sequence[Task], *, scheduler: str | None = None, workers: int | None = None,
+    work: Callable[..., Any],
+    tasks: Sequence[Task],
+    *,
+    scheduler: str | None = None,
+    workers: int | None = None,
     limits: Limits | None = None,
-) -> Generator[tuple[int, Done], None, None]:  # fmt: skip
+) -> Generator[tuple[int, Done], None, None]:
     """Yield (place of the task, what it gave) as tasks end; a job without a result gives `Lost`.
 
     Parameters: work: a function at the top of a module, which other processes import by its name, as they do the
@@ -183,8 +187,9 @@ def _lost(future: Any, order: Order) -> Done:
     if isinstance(error, KilledWorker):
         lost = Lost("the worker that had it was lost, and so were those that had it next", 0.0, "worker")
     else:
-        lost = Lost(f"its worker could not do it ({type(error).__name__}: {' '.join(str(error).split())[:300]})",
-                    0.0, "program")  # fmt: skip
+        lost = Lost(
+            f"its worker could not do it ({type(error).__name__}: {' '.join(str(error).split())[:300]})", 0.0, "program"
+        )
     return Done((lost,) * len(order.payloads), "")
 
 
@@ -204,11 +209,15 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
     with dask.config.set(DASK), ExitStack() as stack:
         with _interrupts_after():
             cluster = distributed.LocalCluster(
-                n_workers=workers, threads_per_worker=1, host="127.0.0.1", security=True,
+                n_workers=workers,
+                threads_per_worker=1,
+                host="127.0.0.1",
+                security=True,
                 scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
                 # Films lie in the memory of the workers' children, which have a limit of their own.
-                memory_limit=None, silence_logs=logging.CRITICAL,
-            )  # fmt: skip
+                memory_limit=None,
+                silence_logs=logging.CRITICAL,
+            )
             stack.enter_context(cluster)
             client = stack.enter_context(cluster.get_client())
         yield client

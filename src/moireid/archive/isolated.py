@@ -115,13 +115,23 @@ class Isolated:
             path = os.pathsep.join(name for name in sys.path if name)
             self._scratch = tempfile.mkdtemp(prefix="moireid-", dir=self._folder)
             # -P: what lies in the present folder is not taken for a package.
-            command = [sys.executable, "-P", "-m", "moireid.archive.child", str(theirs.fileno()),
-                       str(self._limits.memory_mb)]  # fmt: skip
+            command = [
+                sys.executable,
+                "-P",
+                "-m",
+                "moireid.archive.child",
+                str(theirs.fileno()),
+                str(self._limits.memory_mb),
+            ]
             self._process = subprocess.Popen(
-                command, pass_fds=[theirs.fileno()], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                command,
+                pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
                 env={name: word for name, word in os.environ.items() if name not in NOT_HANDED_ON}
-                | ONE_THREAD | {"PYTHONPATH": path, "TMPDIR": self._scratch},
-            )  # fmt: skip
+                | ONE_THREAD
+                | {"PYTHONPATH": path, "TMPDIR": self._scratch},
+            )
         self._pipe = Connection(ours.detach())
 
     def _end_of_child(self) -> str:

@@ -46,9 +46,13 @@ class Planned:
 
 
 def make_film_set(
-    films: Sequence[Planned], folder: Path, *, where: Where, overwrite: bool = False,
+    films: Sequence[Planned],
+    folder: Path,
+    *,
+    where: Where,
+    overwrite: bool = False,
     progress: Callable[[int, int, int, int], None] | None = None,
-) -> Path:  # fmt: skip
+) -> Path:
     """Make all films of a set into a folder, with their truth, their badges and the list `films.csv`.
 
     Parameters: progress: told (films done, of, failed, made by an earlier run).  A film that is there as this program

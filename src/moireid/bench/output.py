@@ -35,10 +35,16 @@ def write(folder: Path, result: dict[str, Any], *, overwrite: bool) -> list[Path
 
 
 TABLES = {
-    "identity": identity_table, "stability": stability_table, "fabricate": fabricate_table, "simulate": simulate_table,
+    "identity": identity_table,
+    "stability": stability_table,
+    "fabricate": fabricate_table,
+    "simulate": simulate_table,
     "verify": verify_table,
-}  # fmt: skip
+}
 PLOTS = {
-    "identity": identity_plot, "stability": stability_plot, "fabricate": fabricate_plot, "simulate": simulate_plot,
+    "identity": identity_plot,
+    "stability": stability_plot,
+    "fabricate": fabricate_plot,
+    "simulate": simulate_plot,
     "verify": verify_plot,
-}  # fmt: skip
+}

@@ -27,9 +27,13 @@ class Where:
 
 
 def made_rows(
-    work: Callable[[Any], Row], jobs: Sequence[tuple[str, Any]], *, kept: Path | None, where: Where,
+    work: Callable[[Any], Row],
+    jobs: Sequence[tuple[str, Any]],
+    *,
+    kept: Path | None,
+    where: Where,
     step: Callable[[], None],
-) -> list[Row]:  # fmt: skip
+) -> list[Row]:
     """One row a job, in their order.
 
     Parameters: work: a function at the top of a module; jobs: (key, what the work is done with), where the key names

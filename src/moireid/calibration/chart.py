@@ -109,8 +109,9 @@ def printed_frequencies(chart: Badge) -> Array:
     grating, dot_mm = chart.gratings[0], printed_dot_mm(chart)
     pitches = np.array([cell.pitch_mm for cell in grating.cells])
     if dot_mm is not None:
-        pitches = pitches * [1 + realised(grating, cell, chart.lens.pitch_mm, dot_mm).pitch_error
-                             for cell in grating.cells]  # fmt: skip
+        pitches = pitches * [
+            1 + realised(grating, cell, chart.lens.pitch_mm, dot_mm).pitch_error for cell in grating.cells
+        ]
     return np.asarray(1 / pitches)
 
 
@@ -271,10 +272,14 @@ class BandFit:
     def read(self, band: int, near: float) -> BandReading:
         """What one band says of q, near the place that all bands agree on."""
         reach = 0.35 / self.length_mm
-        found = float(minimize_scalar(
-            lambda q: self.left(band, q, HARMONICS)[0],
-            bounds=(near - reach, near + reach), method="bounded", options={"xatol": 1e-4 * reach},
-        ).x)  # fmt: skip
+        found = float(
+            minimize_scalar(
+                lambda q: self.left(band, q, HARMONICS)[0],
+                bounds=(near - reach, near + reach),
+                method="bounded",
+                options={"xatol": 1e-4 * reach},
+            ).x
+        )
         rest, shaded, seen = self.left(band, found, HARMONICS)
         step = 0.05 / self.length_mm
         bend = self.left(band, found - step, HARMONICS)[0] + self.left(band, found + step, HARMONICS)[0] - 2 * rest
@@ -286,14 +291,22 @@ class BandFit:
         parts = slice(band * self._parts, (band + 1) * self._parts)
         fringes = (self.printed[band] - found) * self.length_mm
         readable = (
-            abs(fringes) >= MIN_FRINGES and explained >= MIN_EXPLAINED
+            abs(fringes) >= MIN_FRINGES
+            and explained >= MIN_EXPLAINED
             and float(np.median(np.abs(seen))) >= MIN_CONTRAST
-            and abs(found - near) < 0.95 * reach and np.isfinite(sd)
-        )  # fmt: skip
+            and abs(found - near) < 0.95 * reach
+            and np.isfinite(sd)
+        )
         return BandReading(
-            band + 1, float(self.printed[band]), found, sd, float(fringes),
-            tuple(zip(self.across_mm[parts].tolist(), np.angle(seen).tolist(), strict=True)), explained, bool(readable),
-        )  # fmt: skip
+            band + 1,
+            float(self.printed[band]),
+            found,
+            sd,
+            float(fringes),
+            tuple(zip(self.across_mm[parts].tolist(), np.angle(seen).tolist(), strict=True)),
+            explained,
+            bool(readable),
+        )
 
 
 def read_bands(views: list[View], chart: Badge) -> list[BandReading]:

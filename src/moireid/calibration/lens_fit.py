@@ -141,10 +141,15 @@ def lens_from_views(
     pitch_mm = 1 / lens_per_mm
     share = math.hypot(sd / across, gap_mm / distance_mm * math.hypot(distance_sd_share, GAP_SD))
     found = {
-        "how": "a picture of the chart", "pictures": len(views), "distance_mm": round(distance_mm, 1),
-        "distance_sd_share": distance_sd_share, "distance_from": distance_from, "bands_used": used,
-        "twist_deg": round(twist_deg, 3), "scatter_fringes": round(scatter, 4),
-    }  # fmt: skip
+        "how": "a picture of the chart",
+        "pictures": len(views),
+        "distance_mm": round(distance_mm, 1),
+        "distance_sd_share": distance_sd_share,
+        "distance_from": distance_from,
+        "bands_used": used,
+        "twist_deg": round(twist_deg, 3),
+        "scatter_fringes": round(scatter, 4),
+    }
     profile = _profile(chart, pitch_mm, share * pitch_mm, found, measured_scale)
     return Calibration(profile, float(band), len(printed), used, twist_deg, scatter)
 

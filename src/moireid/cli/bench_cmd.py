@@ -22,9 +22,16 @@ from moireid.cli.rate import scheduler_option, workers_option
 @json_option
 @friendly
 def bench_command(
-    suite: str, folder: Path, quick: bool, clips: int | None, seed: int, workers: int | None, scheduler: str | None,
-    overwrite: bool, as_json: bool,
-) -> None:  # fmt: skip
+    suite: str,
+    folder: Path,
+    quick: bool,
+    clips: int | None,
+    seed: int,
+    workers: int | None,
+    scheduler: str | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Measure SUITE on simulated films: a table, JSON and a plot.
 
     identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
@@ -63,13 +70,11 @@ def bench_command(
         elif suite == "verify":
             from moireid.bench.verify import suite as verify
 
-            result = verify.run(
-                quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress
-            )  # fmt: skip
+            result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress)
         else:
             result = identity.run(
                 quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", where=where, progress=progress
-            )  # fmt: skip
+            )
     for path in write(folder, result, overwrite=overwrite):
         say(f"written: {path}")
     if as_json:

@@ -51,9 +51,11 @@ VERDICT_EXIT = {"accept": ACCEPT, "reject": REJECT, "inconclusive": INCONCLUSIVE
 json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, and nothing else.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist already.")
 registry_option = click.option(
-    "--registry", "registry_url", metavar="URL",
+    "--registry",
+    "registry_url",
+    metavar="URL",
     help="Registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; the default lies in your user data folder.",
-)  # fmt: skip
+)
 
 
 def fail(message: str) -> NoReturn:

@@ -35,17 +35,24 @@ SHOWN = 20
 @click.argument("badge_json", type=click.Path(path_type=Path))
 @registry_option
 @click.option(
-    "--capture", "captures", type=click.Path(path_type=Path), multiple=True,
+    "--capture",
+    "captures",
+    type=click.Path(path_type=Path),
+    multiple=True,
     help="A film of the badge as built, moved sideways; may be given several times.",
-)  # fmt: skip
+)
 @click.option("--measured-scale", type=FiniteRange(0.9, 1.1), help="What a ruler read off the scale bar, over 150 mm.")
 @click.option("--focal-px", type=FiniteRange(50, 100000), help="Focal length of the captures in pixels, if known.")
 @json_option
 @friendly
 def enroll_command(
-    badge_json: Path, registry_url: str | None, captures: tuple[Path, ...], measured_scale: float | None,
-    focal_px: float | None, as_json: bool,
-) -> None:  # fmt: skip
+    badge_json: Path,
+    registry_url: str | None,
+    captures: tuple[Path, ...],
+    measured_scale: float | None,
+    focal_px: float | None,
+    as_json: bool,
+) -> None:
     """Enter the badge in BADGE_JSON into the registry; doing it again changes nothing.
 
     With --capture the badge is also measured as built, so that verify can tell it from a copy made of the same files.

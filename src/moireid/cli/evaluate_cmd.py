@@ -29,27 +29,50 @@ from moireid.cli.rate import film_rate, scheduler_option, workers_option
 @workers_option
 @scheduler_option
 @click.option(
-    "--timeout", "timeout_s", type=FiniteRange(1, 1e6), default=3600.0, show_default=True,
+    "--timeout",
+    "timeout_s",
+    type=FiniteRange(1, 1e6),
+    default=3600.0,
+    show_default=True,
     help="Seconds for one film with one pipeline.",
-)  # fmt: skip
+)
 @click.option(
-    "--memory", "memory_mb", type=click.IntRange(256, 1_000_000), default=2048, show_default=True,
+    "--memory",
+    "memory_mb",
+    type=click.IntRange(256, 1_000_000),
+    default=2048,
+    show_default=True,
     help="Millions of bytes for one film.",
-)  # fmt: skip
+)
 @click.option(
-    "--film-limit", "film_mb", type=FiniteRange(0.001, 1e7), default=4096.0, show_default=True,
+    "--film-limit",
+    "film_mb",
+    type=FiniteRange(0.001, 1e7),
+    default=4096.0,
+    show_default=True,
     help="Millions of bytes of a film that is fetched.",
-)  # fmt: skip
+)
 @click.option("--retry", is_flag=True, help="Score films anew that crashed or went beyond their limits.")
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the resampling.")
 @overwrite_option
 @json_option
 @friendly
 def evaluate_command(
-    manifest_csv: str, folder: Path, registry_url: str | None, badge_json: Path | None, pipeline: str,
-    workers: int | None, scheduler: str | None, timeout_s: float, memory_mb: int, film_mb: float, retry: bool,
-    seed: int, overwrite: bool, as_json: bool,
-) -> None:  # fmt: skip
+    manifest_csv: str,
+    folder: Path,
+    registry_url: str | None,
+    badge_json: Path | None,
+    pipeline: str,
+    workers: int | None,
+    scheduler: str | None,
+    timeout_s: float,
+    memory_mb: int,
+    film_mb: float,
+    retry: bool,
+    seed: int,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Score a labelled collection of films: distributions, ROC, DET and verdicts, for ours and the published pipeline.
 
     MANIFEST is a CSV file with the columns video, label, claim, group, and corners if need be; its paths are relative
@@ -83,9 +106,15 @@ def evaluate_command(
     pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
     with film_rate() as progress:
         scored = collect(
-            manifest.entries, pipelines, kept=folder / "results", scheduler=scheduler, workers=workers,
-            limits=Limits(timeout_s, memory_mb, film_mb), retry=retry, progress=progress,
-        )  # fmt: skip
+            manifest.entries,
+            pipelines,
+            kept=folder / "results",
+            scheduler=scheduler,
+            workers=workers,
+            limits=Limits(timeout_s, memory_mb, film_mb),
+            retry=retry,
+            progress=progress,
+        )
     document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
     write_text(outputs[0], json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for path in [outputs[0], *write_plots(document, folder)]:

@@ -136,9 +136,12 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
     badges[path] = badges.get(path) or load_badge(path)
     name = row.get("name", f"{number:04d}")
     if (
-        Path(name).name != name or name.startswith(".") or "::" in name or not name.isprintable()
+        Path(name).name != name
+        or name.startswith(".")
+        or "::" in name
+        or not name.isprintable()
         or len(name.encode()) > LONGEST_NAME
-    ):  # fmt: skip
+    ):
         raise SpecError(f"{name[:40]!r} is no name for a file; use a few letters, figures, - and _")
     # The command's own parser reads the cells, so that a column allows what its option allows, and says so alike.
     context = simulate_command.make_context("simulate", [str(path), "--out", "film.mp4", *_words(row)])

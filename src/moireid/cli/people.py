@@ -16,9 +16,17 @@ if TYPE_CHECKING:
 
 
 def print_people(
-    people_csv: Path, request: Request, folder: Path, registry_url: str | None, measured_scale: tuple[float, float], *,
-    mount: str, figures: MountFigures, overwrite: bool, as_json: bool,
-) -> None:  # fmt: skip
+    people_csv: Path,
+    request: Request,
+    folder: Path,
+    registry_url: str | None,
+    measured_scale: tuple[float, float],
+    *,
+    mount: str,
+    figures: MountFigures,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Make what `print-your-badge --people` makes, and say what was made.
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
@@ -38,9 +46,15 @@ def print_people(
         issue = (lambda: registry.enroll_many(badges)) if registry else None
         with progress_bar("making badges") as progress:
             event = print_event(
-                badges, folder, measured_scale=measured_scale, mount=mount, figures=figures, overwrite=overwrite,
-                before_moving=issue, progress=progress,
-            )  # fmt: skip
+                badges,
+                folder,
+                measured_scale=measured_scale,
+                mount=mount,
+                figures=figures,
+                overwrite=overwrite,
+                before_moving=issue,
+                progress=progress,
+            )
         tell_mount(event.left_out, event.removed)
         if as_json:
             people = [

@@ -22,9 +22,12 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
 @click.command("pitch-test")
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
-    "--lens", default="50lpi", show_default=True, metavar="LABEL|FILE",
+    "--lens",
+    default="50lpi",
+    show_default=True,
+    metavar="LABEL|FILE",
     help="What the sheet is sold as: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile (.json).",
-)  # fmt: skip
+)
 @click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True)
 @click.option(
@@ -32,20 +35,33 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
 )
 @click.option("--steps", type=int, default=10, show_default=True, help="Bands on each side, 0.1 lines per inch apart.")
 @click.option(
-    "--form", type=click.Choice(["dots", "vector", "bitmap"]), default="dots", show_default=True,
+    "--form",
+    type=click.Choice(["dots", "vector", "bitmap"]),
+    default="dots",
+    show_default=True,
     help="Lines on the printer's dots, as plain vectors, or as a picture of one bit a dot.",
-)  # fmt: skip
+)
 @click.option(
-    "--measured-scale", "scale_text", metavar="X[,Y]",
+    "--measured-scale",
+    "scale_text",
+    metavar="X[,Y]",
     help="What the scale bars of an earlier print measured over what they say, such as 0.9973; prints true to size.",
-)  # fmt: skip
+)
 @overwrite_option
 @json_option
 @friendly
 def pitch_test_command(
-    folder: Path, lens: str, printer_dpi: int, paper: str, distance: float, steps: int, form: str,
-    scale_text: str | None, overwrite: bool, as_json: bool,
-) -> None:  # fmt: skip
+    folder: Path,
+    lens: str,
+    printer_dpi: int,
+    paper: str,
+    distance: float,
+    steps: int,
+    form: str,
+    scale_text: str | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Print a chart that tells a lens sheet's true pitch: pitch-test.pdf and pitch-test.json.
 
     Lay the sheet on it; the band that is all light or all dark from edge to edge matches. Then run 'moireid calibrate'
@@ -61,14 +77,21 @@ def pitch_test_command(
     files = print_chart(chart, folder, measured_scale=measured_scale, overwrite=overwrite)
     cells = chart.gratings[0].cells
     if as_json:
-        show_json({
-            "name": chart.name, "files": {name: str(path) for name, path in files.items()}, "bands": len(cells),
-            "lines_per_inch": [round(MM_PER_INCH / cell.pitch_mm, 4) for cell in cells],
-            "distance_m": distance, "measured_scale": measured_scale,
-        })  # fmt: skip
+        show_json(
+            {
+                "name": chart.name,
+                "files": {name: str(path) for name, path in files.items()},
+                "bands": len(cells),
+                "lines_per_inch": [round(MM_PER_INCH / cell.pitch_mm, 4) for cell in cells],
+                "distance_m": distance,
+                "measured_scale": measured_scale,
+            }
+        )
         return
-    click.echo(f"Chart of {len(cells)} bands, {MM_PER_INCH / cells[0].pitch_mm:.4g} to "
-               f"{MM_PER_INCH / cells[-1].pitch_mm:.4g} lines per inch:")  # fmt: skip
+    click.echo(
+        f"Chart of {len(cells)} bands, {MM_PER_INCH / cells[0].pitch_mm:.4g} to "
+        f"{MM_PER_INCH / cells[-1].pitch_mm:.4g} lines per inch:"
+    )
     for path in files.values():
         click.echo(f"  {path}")
     click.echo(f"Print it at 100 %, lay the sheet on it, and read it from {distance:g} m; then run moireid calibrate.")
@@ -88,16 +111,25 @@ def pitch_test_command(
 )
 @click.option("--focal-px", type=FiniteRange(50, 100_000), help="Focal length of the photo in pixels, if known.")
 @click.option(
-    "--measured-scale", "scale_text", metavar="X[,Y]",
+    "--measured-scale",
+    "scale_text",
+    metavar="X[,Y]",
     help="What this chart's scale bars measured over what they say; makes the pitch true millimetres.",
-)  # fmt: skip
+)
 @overwrite_option
 @json_option
 @friendly
 def calibrate_command(
-    photo: Path | None, chart_json: Path, band: float | None, out: Path, distance: float | None,
-    focal_px: float | None, scale_text: str | None, overwrite: bool, as_json: bool,
-) -> None:  # fmt: skip
+    photo: Path | None,
+    chart_json: Path,
+    band: float | None,
+    out: Path,
+    distance: float | None,
+    focal_px: float | None,
+    scale_text: str | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Make a lens profile from a chart: from PHOTO of it (or a film) with the sheet on it, or from --band.
 
     The profile then stands for the label: print-your-badge NAME --lens my-lens.json.
@@ -141,9 +173,14 @@ def _from_photo(
     pictures, noted_px = load_pictures(photo)
     focal = focal_px or noted_px or FOCAL_PRIOR * max(pictures[0].shape)
     source = (
-        "--distance" if distance_m else "--focal-px" if focal_px else "the camera's note" if noted_px
+        "--distance"
+        if distance_m
+        else "--focal-px"
+        if focal_px
+        else "the camera's note"
+        if noted_px
         else "a usual phone"
-    )  # fmt: skip
+    )
     distance_mm = 1000 * distance_m if distance_m else None
     views = [view_chart(picture, chart, focal_px=focal, distance_mm=distance_mm) for picture in pictures]
     made = lens_from_views(
@@ -164,12 +201,22 @@ def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
     profile = made.profile
     pitch_mm, sd_mm = profile.lens.pitch_mm, profile.pitch_sd_mm
     if as_json:
-        show_json({
-            "file": str(out), "name": profile.name, "pitch_mm": pitch_mm, "pitch_sd_mm": sd_mm,
-            "lines_per_inch": MM_PER_INCH / pitch_mm, "matching_band": made.matching_band, "bands": made.bands,
-            "bands_used": made.used, "twist_deg": made.twist_deg, "scatter_fringes": made.scatter_fringes,
-            "unit": profile.found["unit"], "from": profile.found,
-        })  # fmt: skip
+        show_json(
+            {
+                "file": str(out),
+                "name": profile.name,
+                "pitch_mm": pitch_mm,
+                "pitch_sd_mm": sd_mm,
+                "lines_per_inch": MM_PER_INCH / pitch_mm,
+                "matching_band": made.matching_band,
+                "bands": made.bands,
+                "bands_used": made.used,
+                "twist_deg": made.twist_deg,
+                "scatter_fringes": made.scatter_fringes,
+                "unit": profile.found["unit"],
+                "from": profile.found,
+            }
+        )
         return
     click.echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
     if made.used:

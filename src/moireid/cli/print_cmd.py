@@ -51,9 +51,12 @@ if TYPE_CHECKING:
     "--code", type=click.Choice(["spacing", "pitch"]), default="spacing", show_default=True, help="Code family."
 )
 @click.option(
-    "--lens", default="50lpi", show_default=True, metavar="LABEL|FILE",
+    "--lens",
+    default="50lpi",
+    show_default=True,
+    metavar="LABEL|FILE",
     help="Lenticular sheet: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile that moireid calibrate wrote (.json).",
-)  # fmt: skip
+)
 @click.option(
     "--front",
     type=click.Choice(["lens", "mask"]),
@@ -91,28 +94,58 @@ if TYPE_CHECKING:
     help="What carries the badge; with it come the parts to 3D-print and an acrylic stack to laser-cut.",
 )
 @click.option(
-    "--kerf", "kerf_mm", type=FiniteRange(0, 1), show_default="0.15", metavar="MM",
+    "--kerf",
+    "kerf_mm",
+    type=FiniteRange(0, 1),
+    show_default="0.15",
+    metavar="MM",
     help="Width that the laser burns away; 0 where the shop compensates.",
-)  # fmt: skip
+)
 @click.option(
-    "--acrylic", "base_mm", type=FiniteRange(2, 10), show_default="3", metavar="MM",
+    "--acrylic",
+    "base_mm",
+    type=FiniteRange(2, 10),
+    show_default="3",
+    metavar="MM",
     help="Thickness of the acrylic base plate; frame and cover follow from the badge.",
-)  # fmt: skip
+)
 @click.option(
-    "--mount-figure", "mount_pairs", multiple=True, metavar="NAME=MM",
+    "--mount-figure",
+    "mount_pairs",
+    multiple=True,
+    metavar="NAME=MM",
     help="Another figure of the mount, by the name that messages give it, such as card_mm=0.5; may be repeated.",
-)  # fmt: skip
+)
 @click.option("--explain", is_flag=True, help="Show why the badge is as it is.")
 @overwrite_option
 @json_option
 @friendly
 def print_command(
-    name: str | None, people_csv: Path | None, folder: Path, registry_url: str | None, payload: str | None,
-    key_file: Path | None, code: str, lens: str, front: str, gap_mm: float | None, printer_dpi: int, paper: str,
-    range_text: str, axes: str, size_text: str, form: str, scale_text: str | None, mount: str | None,
-    kerf_mm: float | None, base_mm: float | None, mount_pairs: tuple[str, ...], explain: bool, overwrite: bool,
+    name: str | None,
+    people_csv: Path | None,
+    folder: Path,
+    registry_url: str | None,
+    payload: str | None,
+    key_file: Path | None,
+    code: str,
+    lens: str,
+    front: str,
+    gap_mm: float | None,
+    printer_dpi: int,
+    paper: str,
+    range_text: str,
+    axes: str,
+    size_text: str,
+    form: str,
+    scale_text: str | None,
+    mount: str | None,
+    kerf_mm: float | None,
+    base_mm: float | None,
+    mount_pairs: tuple[str, ...],
+    explain: bool,
+    overwrite: bool,
     as_json: bool,
-) -> None:  # fmt: skip
+) -> None:
     """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount.
 
     With --people, the badges of many: sheets with as many boards as fit, a folder for each person, and a summary; with
@@ -143,10 +176,18 @@ def print_command(
             "them, or leave them out"
         )
     request = Request(
-        clean_name("Everybody" if name is None else name), lens, printer_dpi, paper, parse_range_m(range_text),
-        parse_size_mm(size_text), code, axes, form, front,
+        clean_name("Everybody" if name is None else name),
+        lens,
+        printer_dpi,
+        paper,
+        parse_range_m(range_text),
+        parse_size_mm(size_text),
+        code,
+        axes,
+        form,
+        front,
         Request.gap_mm if gap_mm is None else gap_mm,
-    )  # fmt: skip
+    )
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
     figures = mount_figures(pairs)
     if people_csv is not None:
@@ -155,9 +196,16 @@ def print_command(
         from moireid.cli.people import print_people
 
         print_people(
-            people_csv, request, folder, registry_url, measured_scale,
-            mount=kind, figures=figures, overwrite=overwrite, as_json=as_json,
-        )  # fmt: skip
+            people_csv,
+            request,
+            folder,
+            registry_url,
+            measured_scale,
+            mount=kind,
+            figures=figures,
+            overwrite=overwrite,
+            as_json=as_json,
+        )
         return
     chosen = None
     if payload is not None:
@@ -209,19 +257,33 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
             say(f"making {file}")
 
         printed = print_badge(
-            badge, order.folder, mount=order.mount, measured_scale=order.measured_scale, figures=order.figures,
-            overwrite=order.overwrite, before_moving=issue, progress=tell,
-        )  # fmt: skip
+            badge,
+            order.folder,
+            mount=order.mount,
+            measured_scale=order.measured_scale,
+            figures=order.figures,
+            overwrite=order.overwrite,
+            before_moving=issue,
+            progress=tell,
+        )
     files = {name: str(path) for name, path in printed.files.items()}
     tell_mount(printed.left_out, printed.removed)
     rows = explain_badge(badge)
     if order.as_json:
-        show_json({
-            "id": badge.id, "name": badge.name, "files": files, "issued": registry is not None,
-            "mount_mass_g": printed.mount_mass_g, "mount_figures": printed.mount_figures, "left_out": printed.left_out,
-            "removed": [str(path) for path in printed.removed], "measured_scale": order.measured_scale,
-            "explain": dict(rows),
-        })  # fmt: skip
+        show_json(
+            {
+                "id": badge.id,
+                "name": badge.name,
+                "files": files,
+                "issued": registry is not None,
+                "mount_mass_g": printed.mount_mass_g,
+                "mount_figures": printed.mount_figures,
+                "left_out": printed.left_out,
+                "removed": [str(path) for path in printed.removed],
+                "measured_scale": order.measured_scale,
+                "explain": dict(rows),
+            }
+        )
         return
     click.echo(f"Badge {badge.id} for {badge.name}:")
     for path in files.values():

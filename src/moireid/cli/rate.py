@@ -20,9 +20,10 @@ workers_option = click.option(
     help="Films at a time on this machine, each on one processor; default: all.",
 )
 scheduler_option = click.option(
-    "--scheduler", metavar="ADDRESS",
+    "--scheduler",
+    metavar="ADDRESS",
     help="Dask scheduler whose workers do the work, tcp://HOST:PORT; default: local, a cluster on this machine.",
-)  # fmt: skip
+)
 
 
 @contextmanager
@@ -68,9 +69,12 @@ def _shown(unit: str) -> Iterator[Callable[[int, int, str], None] | None]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (
-        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[words]}"),
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.fields[words]}"),
         TimeRemainingColumn(),
-    )  # fmt: skip
+    )
     with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
         task = bar.add_task(unit, total=None, words="")
         yield lambda done, total, words: bar.update(task, completed=done, total=total, words=words)

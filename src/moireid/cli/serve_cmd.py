@@ -12,9 +12,11 @@ from moireid.cli.common import friendly, json_option, registry_option, say, show
 from moireid.errors import MissingExtraError, SpecError
 
 data_option = click.option(
-    "--data", "data", type=click.Path(path_type=Path, file_okay=False),
+    "--data",
+    "data",
+    type=click.Path(path_type=Path, file_okay=False),
     help="The studio's folder: tokens, and films while they are checked; the default lies in your user data folder.",
-)  # fmt: skip
+)
 
 
 @click.command("serve")
@@ -72,9 +74,11 @@ def token_group() -> None:
 
 @token_group.command("create")
 @click.option(
-    "--role", type=click.Choice(["issuer", "verifier", "admin"]), required=True,
+    "--role",
+    type=click.Choice(["issuer", "verifier", "admin"]),
+    required=True,
     help="issuer: issues, enrolls, revokes; verifier: verifies and checks live; admin: both.",
-)  # fmt: skip
+)
 @click.option("--note", default="", help="Whose it is, for your own list.")
 @data_option
 @json_option

@@ -15,9 +15,20 @@ if TYPE_CHECKING:
 
 #: The names of `moireid.simulate`, written again because importing that room costs a second; a test compares.
 FORGERIES = (
-    "frozen", "drift", "randomwalk", "late", "gain_low", "gain_high", "reversed", "splice", "wobble", "patchy",
-    "generative", "photo", "screen",
-)  # fmt: skip
+    "frozen",
+    "drift",
+    "randomwalk",
+    "late",
+    "gain_low",
+    "gain_high",
+    "reversed",
+    "splice",
+    "wobble",
+    "patchy",
+    "generative",
+    "photo",
+    "screen",
+)
 CAMERAS = ("phone", "sharpened", "webcam", "wide", "dim", "bright")
 CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
@@ -30,23 +41,25 @@ PARTS = ("background", "page", "shutter", "glare")
 @click.argument("badge_json", type=click.Path(path_type=Path))
 @click.option("--out", "video", required=True, type=click.Path(path_type=Path, dir_okay=False), help="The film, .mp4.")
 @click.option(
-    "--motion",
-    default="handheld",
-    show_default=True,
-    metavar="NAME|CSV",
-    help=f"{', '.join(MOTIONS)}, or a file.",
+    "--motion", default="handheld", show_default=True, metavar="NAME|CSV", help=f"{', '.join(MOTIONS)}, or a file."
 )
 @click.option("--distance", type=FiniteRange(0.1, 100), default=1.4, show_default=True, help="Camera to badge, metres.")
 @click.option("--frames", type=click.IntRange(2, 1_000_000), default=300, show_default=True)
 @click.option("--fps", type=FiniteRange(1, 1000), default=60.0, show_default=True, help="Frames a second.")
 @click.option(
-    "--backend", type=click.Choice(["analytic", "mitsuba"]), default="analytic", show_default=True,
+    "--backend",
+    type=click.Choice(["analytic", "mitsuba"]),
+    default="analytic",
+    show_default=True,
     help="Renderer; mitsuba is the reference, and takes a second a frame.",
-)  # fmt: skip
+)
 @click.option(
-    "--error", "error_rad", type=FiniteRange(1e-6, 1), metavar="RAD",
+    "--error",
+    "error_rad",
+    type=FiniteRange(1e-6, 1),
+    metavar="RAD",
     help="Phase error that the renderer must meet; the cheapest setting that does is taken.",
-)  # fmt: skip
+)
 @click.option("--forge", type=click.Choice(FORGERIES), help="Forge the film in one thing.")
 @click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="What films.")
 @click.option("--mirror", is_flag=True, help="Turn the picture left to right, as a self-view is.")
@@ -55,13 +68,17 @@ PARTS = ("background", "page", "shutter", "glare")
 @click.option("--crf", type=click.IntRange(0, 63), help="Quality on the codec's own scale; small is good.")
 @click.option("--recipe", type=click.Choice(RECIPES), help="Worsen the film as sending it by a chat program does.")
 @click.option(
-    "--light", type=click.Choice(LIGHT_NAMES),
+    "--light",
+    type=click.Choice(LIGHT_NAMES),
     help="Light the badge from one side, with glare on its lenses; without it the page shines evenly by itself.",
-)  # fmt: skip
+)
 @click.option(
-    "--leave-out", "unneeded", type=click.Choice(PARTS), multiple=True,
+    "--leave-out",
+    "unneeded",
+    type=click.Choice(PARTS),
+    multiple=True,
     help="What the film need not show; without the page it has no markers. Can be given again.",
-)  # fmt: skip
+)
 @click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of all that is random.")
 @overwrite_option
 @json_option
@@ -88,13 +105,22 @@ def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bo
     stages = {name: round(seconds, 3) for name, seconds in report.stages_s.items()}
     estimate = report.estimate
     if as_json:
-        show_json({
-            "video": str(report.video), "truth": str(report.truth), "frames": report.frames, "label": report.label,
-            "size": report.size, "camera": asdict(scene.camera), "stages_s": stages,
-            "left_out": [asdict(one) for one in report.left_out],
-            "estimated_error_rad": estimate.phase_rad, "estimated_image_error": estimate.image,
-            "rays": estimate.rays, "segments": estimate.segments,
-        })  # fmt: skip
+        show_json(
+            {
+                "video": str(report.video),
+                "truth": str(report.truth),
+                "frames": report.frames,
+                "label": report.label,
+                "size": report.size,
+                "camera": asdict(scene.camera),
+                "stages_s": stages,
+                "left_out": [asdict(one) for one in report.left_out],
+                "estimated_error_rad": estimate.phase_rad,
+                "estimated_image_error": estimate.image,
+                "rays": estimate.rays,
+                "segments": estimate.segments,
+            }
+        )
     else:
         click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
         click.echo(", ".join(f"{name} {seconds:.1f} s" for name, seconds in stages.items()))
@@ -107,18 +133,45 @@ def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bo
 
 
 def wish_of(
-    *, motion: str, distance: float, frames: int, fps: float, backend: str, error_rad: float | None, forge: str | None,
-    camera: str, mirror: bool, blur: float | None, light: str | None, codec: str, crf: int | None, recipe: str | None,
-    unneeded: tuple[str, ...], seed: int,
-) -> Wish:  # fmt: skip
+    *,
+    motion: str,
+    distance: float,
+    frames: int,
+    fps: float,
+    backend: str,
+    error_rad: float | None,
+    forge: str | None,
+    camera: str,
+    mirror: bool,
+    blur: float | None,
+    light: str | None,
+    codec: str,
+    crf: int | None,
+    recipe: str | None,
+    unneeded: tuple[str, ...],
+    seed: int,
+) -> Wish:
     """The film that the options ask for."""
     from moireid.simulate.wish import Wish
 
     return Wish(
-        motion=motion, distance_m=distance, frames=frames, fps=fps, backend=backend, error_rad=error_rad, forge=forge,
-        camera=camera, mirror=mirror, blur_px=blur, light=light, codec=codec, crf=crf, recipe=recipe,
-        leave_out=unneeded, seed=seed,
-    )  # fmt: skip
+        motion=motion,
+        distance_m=distance,
+        frames=frames,
+        fps=fps,
+        backend=backend,
+        error_rad=error_rad,
+        forge=forge,
+        camera=camera,
+        mirror=mirror,
+        blur_px=blur,
+        light=light,
+        codec=codec,
+        crf=crf,
+        recipe=recipe,
+        leave_out=unneeded,
+        seed=seed,
+    )
 
 
 def _saved(seconds: float | None) -> str:

@@ -93,10 +93,19 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 @json_option
 @friendly
 def verify_command(
-    video: Path, claim: str | None, registry_url: str | None, badge_json: Path | None, focal_px: float | None,
-    report_folder: Path | None, require_original: bool, overlap: bool, pipeline: str, corners_given: str | None,
-    overwrite: bool, as_json: bool,
-) -> None:  # fmt: skip
+    video: Path,
+    claim: str | None,
+    registry_url: str | None,
+    badge_json: Path | None,
+    focal_px: float | None,
+    report_folder: Path | None,
+    require_original: bool,
+    overlap: bool,
+    pipeline: str,
+    corners_given: str | None,
+    overwrite: bool,
+    as_json: bool,
+) -> None:
     """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
@@ -135,10 +144,17 @@ def verify_command(
             )
         else:
             report = verify(
-                video, badge, claimed_id=badge.id, focal_px=focal_px, as_built=as_built,
-                require_original=require_original, revoked=revoked, corners=corners, overlap=overlap,
+                video,
+                badge,
+                claimed_id=badge.id,
+                focal_px=focal_px,
+                as_built=as_built,
+                require_original=require_original,
+                revoked=revoked,
+                corners=corners,
+                overlap=overlap,
                 progress=progress,
-            )  # fmt: skip
+            )
     if report_folder is not None:
         from moireid.verifier.report.page import write_report
 

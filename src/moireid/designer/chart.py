@@ -70,10 +70,13 @@ def design_chart(request: ChartRequest) -> Badge:
     edges = [round(board[1] + around_mm + k * band_mm, 3) for k in range(count + 1)]
     blank = Grating((left, edges[0], right, edges[-1]), "x", lens.pitch_mm, CHART_FAMILY, ())
     cells = tuple(
-        line_up(Cell((left, edges[k], right, edges[k + 1]), lens.pitch_mm, 0.0, DUTY), blank,
-                MM_PER_INCH / (nominal_lpi + (k - request.steps) * STEP_LPI))
+        line_up(
+            Cell((left, edges[k], right, edges[k + 1]), lens.pitch_mm, 0.0, DUTY),
+            blank,
+            MM_PER_INCH / (nominal_lpi + (k - request.steps) * STEP_LPI),
+        )
         for k in range(count)
-    )  # fmt: skip
+    )
     return Badge(
         id=None,
         name=f"pitch test {nominal_lpi:.4g} LPI, {count} bands",
@@ -84,10 +87,13 @@ def design_chart(request: ChartRequest) -> Badge:
         board_mm=board,
         range_m=(request.distance_m, request.distance_m),
         print={
-            "dpi": request.printer_dpi, "paper": request.paper, "form": request.form,
-            "lens": Path(request.lens).name, "step_lpi": STEP_LPI,
+            "dpi": request.printer_dpi,
+            "paper": request.paper,
+            "form": request.form,
+            "lens": Path(request.lens).name,
+            "step_lpi": STEP_LPI,
         },
-    )  # fmt: skip
+    )
 
 
 def _check(request: ChartRequest, lens: Lens) -> None:

@@ -120,9 +120,10 @@ def _check_dots(request: Request, gratings: tuple[Grating, ...], lens_pitch_mm: 
     worst = 0.0 if request.form == "vector" else _dot_phase_rad(gratings, lens_pitch_mm, request.printer_dpi)
     if worst > MAX_DOT_PHASE_RAD:
         enough = next(
-            dpi for dpi in PRINTER_DPI
+            dpi
+            for dpi in PRINTER_DPI
             if dpi > request.printer_dpi and _dot_phase_rad(gratings, lens_pitch_mm, dpi) <= MAX_DOT_PHASE_RAD
-        )  # fmt: skip
+        )
         raise DesignError(
             f"on dots of {request.printer_dpi} dpi a cell's fringe is {worst:.2f} rad off its place, and "
             f"{MAX_DOT_PHASE_RAD:g} rad leave its symbol readable; print at {enough} dpi or more, or in vector form",
@@ -203,15 +204,18 @@ def _check_range(request: Request, layout: Layout, grid: Grid, lens_pitch_mm: fl
         raise DesignError(
             f"{words} fits the picture from {near_m:.2f} m on, but its {what} are too small beyond {far_m:.2f} m; "
             "give a board such as 146x160",
-            near_m=near_m, far_m=far_m, size_mm=(146.0, 160.0),
-        )  # fmt: skip
+            near_m=near_m,
+            far_m=far_m,
+            size_mm=(146.0, 160.0),
+        )
     if request.range_m[0] < near_m or request.range_m[1] > far_m:
         raise DesignError(
             f"{words} is read at {near_m:.2f} to {far_m:.2f} m, not {request.range_m[0]:g} to {request.range_m[1]:g}: "
             f"nearer it overfills the picture, beyond its {what} are too small; choose a range within "
             f"{near_m:.2f}-{far_m:.2f} m, or give a larger board",
-            near_m=near_m, far_m=far_m,
-        )  # fmt: skip
+            near_m=near_m,
+            far_m=far_m,
+        )
 
 
 def _reach_m(layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> dict[str, float]:
@@ -250,8 +254,9 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     middle = grating.cells[code.reference_cell]
     beats = [
         1.0 / badge.lens.pitch_mm - 1.0 / cell.pitch_mm
-        for cell, role in zip(grating.cells, code.roles, strict=True) if role != "phase"
-    ]  # fmt: skip
+        for cell, role in zip(grating.cells, code.roles, strict=True)
+        if role != "phase"
+    ]
     far = DESIGN_FOCAL_PX / (1000.0 * badge.range_m[1])
     dot_mm = Printer(int((badge.print or {}).get("dpi", 1200))).dot_mm
     rows = [
@@ -288,9 +293,12 @@ def link_budgets(badge: Badge) -> list[tuple[float, LinkBudget]]:
     Convention and source: `link.link_budget`.
     """
     phases = [
-        cell for grating in badge.gratings if grating.code
-        for cell, role in zip(grating.cells, grating.code.roles, strict=True) if role == "phase"
-    ]  # fmt: skip
+        cell
+        for grating in badge.gratings
+        if grating.code
+        for cell, role in zip(grating.cells, grating.code.roles, strict=True)
+        if role == "phase"
+    ]
     if not phases or badge.range_m is None:
         return []
     side_mm = min(phases[0].rect_mm[k + 2] - phases[0].rect_mm[k] for k in (0, 1))
@@ -306,8 +314,9 @@ def _dot_phase_rad(gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int
     dot_mm = Printer(dpi).dot_mm
     return max(
         abs(realised(grating, cell, lens_pitch_mm, dot_mm).phase_error_rad)
-        for grating in gratings for cell in grating.cells
-    )  # fmt: skip
+        for grating in gratings
+        for cell in grating.cells
+    )
 
 
 def _explain_front(lens: Lens) -> tuple[str, str]:
@@ -326,9 +335,8 @@ def _explain_dots(badge: Badge) -> list[tuple[str, str]]:
     by_name = dict(zip(told["columns"], zip(*told["cells"], strict=True), strict=True))
     largest = {name: max(abs(value) for value in values) for name, values in by_name.items()}
     uniform = [
-        row for row in told["cells"]
-        if (code := badge.gratings[row[0]].code) is None or code.roles[row[1]] != "phase"
-    ]  # fmt: skip
+        row for row in told["cells"] if (code := badge.gratings[row[0]].code) is None or code.roles[row[1]] != "phase"
+    ]
     beat = max(abs(row[5]) for row in uniform)
     return [
         ("lines on dots", f"edges off by {largest['edge_error_um']:.1f} um at most, no drift"),

@@ -70,9 +70,11 @@ def lay_out(request: Request) -> Layout:
     field: Rect = (round(left, 3), round(top, 3), round(right, 3), round(bottom, 3))
     inset = MARGIN_MM + marker_mm / 2
     centers = (
-        (board[0] + inset, board[1] + inset), (board[2] - inset, board[1] + inset),
-        (board[2] - inset, board[3] - inset), (board[0] + inset, board[3] - inset),
-    )  # fmt: skip
+        (board[0] + inset, board[1] + inset),
+        (board[2] - inset, board[1] + inset),
+        (board[2] - inset, board[3] - inset),
+        (board[0] + inset, board[3] - inset),
+    )
     markers = Markers(DICTIONARY, marker_mm, (0, 1, 2, 3), centers)
     return Layout(page_mm, board, _fields(field, request.axes), markers)
 

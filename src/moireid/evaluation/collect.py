@@ -30,10 +30,17 @@ class Scored:
 
 
 def collect(
-    entries: Sequence[Entry], pipelines: Sequence[Pipeline], *, kept: Path, scheduler: str | None = None,
-    workers: int | None = None, limits: Limits | None = None, retry: bool = False, progress: Progress | None = None,
+    entries: Sequence[Entry],
+    pipelines: Sequence[Pipeline],
+    *,
+    kept: Path,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    limits: Limits | None = None,
+    retry: bool = False,
+    progress: Progress | None = None,
     work: Callable[[Job, str], Row] = score_film,
-) -> list[Scored]:  # fmt: skip
+) -> list[Scored]:
     """Score every film by every pipeline.
 
     Parameters: kept: a folder that rows are added to in Parquet as they are made; those in it already are not made
@@ -75,9 +82,13 @@ def _row(key: str, job: Job, outcome: Row | Lost, worker: str) -> Row:
     """What a job gave as a row of the results, in the order of `COLUMNS`."""
     row: dict[str, Any] = failed_row(outcome) if isinstance(outcome, Lost) else outcome
     row = row | {
-        "key": key, "film": job.entry.video, "claim": claim_digest(job.entry), "pipeline": job.pipeline,
-        "program": scorer(), "worker": worker,
-    }  # fmt: skip
+        "key": key,
+        "film": job.entry.video,
+        "claim": claim_digest(job.entry),
+        "pipeline": job.pipeline,
+        "program": scorer(),
+        "worker": worker,
+    }
     return {name: row[name] for name in COLUMNS}
 
 

@@ -161,9 +161,16 @@ def _entry(line: int, row: dict[str, str], base: str, looked: str | MoireIdError
     corners = _corners(base, row["corners"]) if row.get("corners") else None
     claimed = claims.find(row["claim"])
     return Entry(
-        line, row["video"], joined(base, row["video"]), looked, label, row["claim"], row["group"] or label, claimed,
+        line,
+        row["video"],
+        joined(base, row["video"]),
+        looked,
+        label,
+        row["claim"],
+        row["group"] or label,
+        claimed,
         corners,
-    )  # fmt: skip
+    )
 
 
 def _corners(base: str, given: str) -> Corners:

@@ -29,8 +29,14 @@ from moireid.verifier.video import file_sha256
 Pipeline = Literal["moireid", "published"]
 PIPELINES: tuple[Pipeline, ...] = ("moireid", "published")
 FIGURES = (
-    "score", "window_correlation_mean", "correlation", "gain_ratio", "gain_sd", "phase_residual_rad", "excitation_rad",
-)  # fmt: skip
+    "score",
+    "window_correlation_mean",
+    "correlation",
+    "gain_ratio",
+    "gain_sd",
+    "phase_residual_rad",
+    "excitation_rad",
+)
 #: Of a row; to be raised where rows come to hold other things.  Figures drawn from rows may change without that.
 FORMAT = 2
 Row = dict[str, Any]
@@ -59,21 +65,39 @@ def score_film(job: Job, film: str) -> Row:
     figures = {name: json_number(getattr(report.invariant, name)) for name in FIGURES}
     told = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
     return {
-        "sha256": sha256, "verdict": report.verdict, "motion": report.invariant.verdict,
-        "identity": report.identity.verdict, **figures,
-        "frames": report.frames["read"], "tracked": report.frames["tracked"],
-        "seconds": round(time.perf_counter() - begun, 2), "codes": [reason.code for reason in told],
-        "reason": told[0].text if told else None, "error": None, "fault": None, "again": False,
-    }  # fmt: skip
+        "sha256": sha256,
+        "verdict": report.verdict,
+        "motion": report.invariant.verdict,
+        "identity": report.identity.verdict,
+        **figures,
+        "frames": report.frames["read"],
+        "tracked": report.frames["tracked"],
+        "seconds": round(time.perf_counter() - begun, 2),
+        "codes": [reason.code for reason in told],
+        "reason": told[0].text if told else None,
+        "error": None,
+        "fault": None,
+        "again": False,
+    }
 
 
 def failed_row(lost: Lost) -> Row:
     """The row of a film that could not be scored; `again`: the next run tries once more."""
     return {
-        "sha256": None, "verdict": "failed", "motion": None, "identity": None, **dict.fromkeys(FIGURES),
-        "frames": None, "tracked": None, "seconds": round(lost.seconds, 2), "codes": [], "reason": None,
-        "error": lost.why, "fault": lost.fault, "again": lost.fault in PASSING,
-    }  # fmt: skip
+        "sha256": None,
+        "verdict": "failed",
+        "motion": None,
+        "identity": None,
+        **dict.fromkeys(FIGURES),
+        "frames": None,
+        "tracked": None,
+        "seconds": round(lost.seconds, 2),
+        "codes": [],
+        "reason": None,
+        "error": lost.why,
+        "fault": lost.fault,
+        "again": lost.fault in PASSING,
+    }
 
 
 def row_key(job: Job) -> str:
@@ -81,10 +105,16 @@ def row_key(job: Job) -> str:
     entry = job.entry
     claimed, corners = entry.claimed, entry.corners
     parts = [
-        FORMAT, entry.video, entry.stamp, job.pipeline, scorer(), claim_digest(entry),
+        FORMAT,
+        entry.video,
+        entry.stamp,
+        job.pipeline,
+        scorer(),
+        claim_digest(entry),
         {frame: places.tolist() for frame, places in corners.items()} if corners else None,
-        asdict(claimed.as_built) if claimed.as_built else None, claimed.revoked,
-    ]  # fmt: skip
+        asdict(claimed.as_built) if claimed.as_built else None,
+        claimed.revoked,
+    ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
 
@@ -105,6 +135,10 @@ def _report(job: Job, film: Path) -> Report:
     if job.pipeline == "published":
         return verify_published(film, badge, claimed_id=None, corners=entry.corners)
     return verify(
-        film, badge, claimed_id=badge.id, as_built=entry.claimed.as_built, revoked=entry.claimed.revoked,
+        film,
+        badge,
+        claimed_id=badge.id,
+        as_built=entry.claimed.as_built,
+        revoked=entry.claimed.revoked,
         corners=entry.corners,
-    )  # fmt: skip
+    )

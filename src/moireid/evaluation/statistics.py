@@ -135,9 +135,12 @@ def best_threshold(genuine: Array, forged: Array) -> Threshold:
         # Two neighbouring floats have nothing between them.
         limit = max(float(scores[k - 1] / 2 + scores[k] / 2), float(np.nextafter(scores[k], np.inf)))
     return Threshold(
-        limit, float(right[k]) / (len(genuine) + len(forged)), float(balanced[k]), float(curve.false_accept[k]),
+        limit,
+        float(right[k]) / (len(genuine) + len(forged)),
+        float(balanced[k]),
+        float(curve.false_accept[k]),
         float(1 - curve.true_accept[k]),
-    )  # fmt: skip
+    )
 
 
 def welch(genuine: Array, forged: Array) -> Welch | None:
@@ -174,9 +177,14 @@ def resampled_interval(
         return math.nan if found is None else found
 
     found = bootstrap(
-        (genuine, forged), number, n_resamples=RESAMPLES, confidence_level=LEVEL, method="percentile",
-        vectorized=False, rng=np.random.default_rng(seed),
-    ).confidence_interval  # fmt: skip
+        (genuine, forged),
+        number,
+        n_resamples=RESAMPLES,
+        confidence_level=LEVEL,
+        method="percentile",
+        vectorized=False,
+        rng=np.random.default_rng(seed),
+    ).confidence_interval
     low, high = float(found.low), float(found.high)
     return (low, high) if math.isfinite(low) and math.isfinite(high) else None
 

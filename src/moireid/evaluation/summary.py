@@ -29,27 +29,31 @@ SCORES = {
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films, which are not these.
 PAPER = {
-    "source": "Qing et al. 2026, on a collection of its own", "genuine": {"mean": 0.87, "sd": 0.14},
-    "forged": {"mean": 0.57, "sd": 0.21}, "auc": 0.845,
-}  # fmt: skip
+    "source": "Qing et al. 2026, on a collection of its own",
+    "genuine": {"mean": 0.87, "sd": 0.14},
+    "forged": {"mean": 0.57, "sd": 0.21},
+    "auc": 0.845,
+}
 
 
 def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
     """All figures of a collection.  Parameters: seed: of the resampling.  Returns: an object that JSON can hold."""
     films = {one.entry.line: one.entry for one in scored}
     pipelines = list(dict.fromkeys(one.pipeline for one in scored))
-    return _plain({
-        "films": len(films),
-        "genuine": sum(entry.genuine for entry in films.values()),
-        "forged": sum(not entry.genuine for entry in films.values()),
-        "seed": seed,
-        "pipelines": {
-            pipeline: {"score": SCORES[pipeline]} | _figures([o for o in scored if o.pipeline == pipeline], seed)
-            for pipeline in pipelines
-        },
-        "paper": PAPER,
-        "rows": [_row(one) for one in scored],
-    })  # fmt: skip
+    return _plain(
+        {
+            "films": len(films),
+            "genuine": sum(entry.genuine for entry in films.values()),
+            "forged": sum(not entry.genuine for entry in films.values()),
+            "seed": seed,
+            "pipelines": {
+                pipeline: {"score": SCORES[pipeline]} | _figures([o for o in scored if o.pipeline == pipeline], seed)
+                for pipeline in pipelines
+            },
+            "paper": PAPER,
+            "rows": [_row(one) for one in scored],
+        }
+    )
 
 
 def scores_of(scored: Sequence[Scored]) -> Array:
@@ -78,7 +82,7 @@ def _figures(scored: list[Scored], seed: int) -> Document:
             for group, label in kinds
         ],
         "by_group": [_held_against(group, scored) for group in groups] if len(groups) > 1 else [],
-    }  # fmt: skip
+    }
 
 
 def _kind(one: Scored) -> tuple[str, str]:
@@ -99,10 +103,11 @@ def _told_apart(genuine: Array, forged: Array, seed: int, *, means: bool) -> Doc
         "eer": statistics.equal_error(curve),
         "eer_interval": statistics.equal_error_interval(genuine, forged, seed),
         "roc": {
-            "false_accept": curve.false_accept.tolist(), "true_accept": curve.true_accept.tolist(),
+            "false_accept": curve.false_accept.tolist(),
+            "true_accept": curve.true_accept.tolist(),
             "threshold": curve.threshold.tolist(),
         },
-    }  # fmt: skip
+    }
     if means:
         best, test = statistics.best_threshold(genuine, forged), statistics.welch(genuine, forged)
         right = round(best.accuracy * (len(genuine) + len(forged)))
@@ -143,11 +148,14 @@ def _group(scored: list[Scored]) -> Document:
     names = ("least", "lower_quartile", "median", "upper_quartile", "most")
     five = np.quantile(scores, [0, 0.25, 0.5, 0.75, 1]).tolist() if len(scores) else [None] * 5
     return {
-        "films": len(scored), "scored": len(scores), "mean": float(scores.mean()) if len(scores) else None,
+        "films": len(scored),
+        "scored": len(scores),
+        "mean": float(scores.mean()) if len(scores) else None,
         "mean_interval": statistics.mean_interval(scores),
-        "sd": float(scores.std(ddof=1)) if len(scores) > 1 else None, **dict(zip(names, five, strict=True)),
+        "sd": float(scores.std(ddof=1)) if len(scores) > 1 else None,
+        **dict(zip(names, five, strict=True)),
         "verdicts": _verdicts(scored),
-    }  # fmt: skip
+    }
 
 
 def _held_against(group: str, scored: list[Scored]) -> Document:
@@ -168,18 +176,24 @@ def _held_against(group: str, scored: list[Scored]) -> Document:
     test = statistics.welch(a, b)
     d = statistics.cohens_d(a, b)
     return found | {
-        "auc": auc, "auc_interval": statistics.area_interval(auc, len(sides[True]), len(sides[False])),
-        "welch": asdict(test) if test else None, "cohens_d": d,
-    }  # fmt: skip
+        "auc": auc,
+        "auc_interval": statistics.area_interval(auc, len(sides[True]), len(sides[False])),
+        "welch": asdict(test) if test else None,
+        "cohens_d": d,
+    }
 
 
 def _row(one: Scored) -> Document:
     entry = one.entry
     return {
-        "line": entry.line, "video": entry.name, "label": entry.label, "claim": entry.claim, "group": entry.group,
+        "line": entry.line,
+        "video": entry.name,
+        "label": entry.label,
+        "claim": entry.claim,
+        "group": entry.group,
         "pipeline": one.pipeline,
         **{name: value for name, value in one.row.items() if name not in ("key", "film", "claim", "program")},
-    }  # fmt: skip
+    }
 
 
 def _plain(value: Any) -> Any:

@@ -33,9 +33,10 @@ def _groups(groups: list[Document]) -> list[str]:
     for row in groups:
         counts = [row["films"], row["scored"], *(row["verdicts"][verdict]["films"] for verdict in VERDICTS)]
         lines.append(
-            f"  {row['group'][:WIDTH]:<{width}}{row['label'][:WIDTH]:<{wide}}" + "".join(f"{n:>8}" for n in counts)
+            f"  {row['group'][:WIDTH]:<{width}}{row['label'][:WIDTH]:<{wide}}"
+            + "".join(f"{n:>8}" for n in counts)
             + "".join(f"{_number(row[name]):>9}" for name in names)
-        )  # fmt: skip
+        )
     return lines
 
 
@@ -83,8 +84,9 @@ def _side_by_side(document: Document) -> list[str]:
             line(f"{kind} films: {verdict}", rate(kind, verdict))
     told = "; ".join(
         f"{name}: {figures['scored_films']['missing']}"
-        for name, figures in document["pipelines"].items() if "missing" in figures["scored_films"]
-    )  # fmt: skip
+        for name, figures in document["pipelines"].items()
+        if "missing" in figures["scored_films"]
+    )
     return lines + ([told] if told else [])
 
 

@@ -75,8 +75,9 @@ def places_mm(badge: Badge) -> list[tuple[float, float]]:
         starts.append(min(max((paper[k] - block) / 2, before[k]), paper[k] - after[k] - block))
     return [
         (starts[0] + column * (size[0] + GUTTER_MM), starts[1] + row * (size[1] + GUTTER_MM))
-        for row in range(counts[1]) for column in range(counts[0])
-    ]  # fmt: skip
+        for row in range(counts[1])
+        for column in range(counts[0])
+    ]
 
 
 def write_sheets_pdf(
@@ -117,10 +118,16 @@ def write_sheets_pdf(
 
 
 def print_event(
-    badges: Sequence[Badge], folder: Path, *, measured_scale: tuple[float, float] = (1.0, 1.0), mount: str = "none",
-    figures: MountFigures | None = None, overwrite: bool = False, before_moving: Callable[[], object] | None = None,
+    badges: Sequence[Badge],
+    folder: Path,
+    *,
+    measured_scale: tuple[float, float] = (1.0, 1.0),
+    mount: str = "none",
+    figures: MountFigures | None = None,
+    overwrite: bool = False,
+    before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Event:  # fmt: skip
+) -> Event:
     """Write sheets, summary, a folder for each person, and one set of a mount's files for all into `folder`.
 
     Parameters: badges: in the order of the list; mount: one of `parts.MOUNTS`, the same for all, as boards of one

@@ -129,9 +129,11 @@ def _told(parts: Parts, report: MountReport | None) -> dict[str, float]:
         figures |= {"twist_deg": report.twist_deg, "press_mm": report.press_mm}
     if stack := parts.acrylic:
         figures |= {
-            "acrylic_clearance_mm": stack.clearance_mm, "acrylic_twist_deg": stack.twist_deg,
-            "acrylic_squeeze_mm": stack.squeeze_mm, "screw_mm": stack.screw_mm,
+            "acrylic_clearance_mm": stack.clearance_mm,
+            "acrylic_twist_deg": stack.twist_deg,
+            "acrylic_squeeze_mm": stack.squeeze_mm,
+            "screw_mm": stack.screw_mm,
             "kerf_mm": parts.figures.acrylic.kerf_mm,
             **{f"{plate.name}_mm": plate.thickness_mm for plate in stack.plates},
-        }  # fmt: skip
+        }
     return figures

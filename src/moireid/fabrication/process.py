@@ -27,11 +27,18 @@ LEAST_CLEARANCE_MM = 0.05
 #: What no workshop means: beyond these a figure is a slip of the pen, or the part no mount any more.
 MOST_MM = {
     "printed": {
-        "clearance_mm": 1.0, "wall_mm": 6.0, "back_mm": 6.0, "lip_mm": 6.0, "card_mm": 2.0, "film_mm": 0.5,
-        "depth_clearance_mm": 0.5, "preload_mm": 0.5, "slot_mm": 60.0,
+        "clearance_mm": 1.0,
+        "wall_mm": 6.0,
+        "back_mm": 6.0,
+        "lip_mm": 6.0,
+        "card_mm": 2.0,
+        "film_mm": 0.5,
+        "depth_clearance_mm": 0.5,
+        "preload_mm": 0.5,
+        "slot_mm": 60.0,
     },
     "acrylic": {"rim_mm": 50.0, "hole_mm": 4.5, "card_mm": 2.0, "film_mm": 0.5},
-}  # fmt: skip
+}
 #: Plates are sold in these thicknesses: polyester film up to 0.5 mm, acrylic above.
 STOCK_MM = (0.25, 0.35, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
 

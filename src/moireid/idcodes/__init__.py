@@ -14,6 +14,13 @@ from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
 
 __all__ = [
-    "WRONG_PERSON", "CellReading", "CodeFamily", "Decoded", "PartialWord", "PitchFamily", "SpacingFamily",
-    "family_named", "spells_its_id",
-]  # fmt: skip
+    "WRONG_PERSON",
+    "CellReading",
+    "CodeFamily",
+    "Decoded",
+    "PartialWord",
+    "PitchFamily",
+    "SpacingFamily",
+    "family_named",
+    "spells_its_id",
+]

@@ -164,8 +164,9 @@ def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple
     cells = [
         (index, cell)
         for index, grating in enumerate(gratings)
-        for cell, role in enumerate(code_of(grating).roles) if role == "phase"
-    ]  # fmt: skip
+        for cell, role in enumerate(code_of(grating).roles)
+        if role == "phase"
+    ]
     places = word_places(word_of(gratings), payload)
     return {cell: 2 * math.pi * place / PHASE_LEVELS for cell, place in zip(cells, places, strict=False)}
 

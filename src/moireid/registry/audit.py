@@ -65,10 +65,15 @@ class Audit:
     def to_json(self) -> dict[str, Any]:
         """What `moireid registry audit --json` prints of it."""
         return {
-            "sound": self.sound, "head": self.head, "fingerprint": self.fingerprint, "badges": self.records,
-            "revoked": self.revoked, "entries": self.entries, "found": self.found,
+            "sound": self.sound,
+            "head": self.head,
+            "fingerprint": self.fingerprint,
+            "badges": self.records,
+            "revoked": self.revoked,
+            "entries": self.entries,
+            "found": self.found,
             "findings": [asdict(one) for one in self.findings],
-        }  # fmt: skip
+        }
 
 
 @dataclass
@@ -105,9 +110,14 @@ def audit(
     head = _audit_log(ledger, expected, tally)
     _audit_records(ledger, tally)
     return Audit(
-        ledger.authority.fingerprint, tally.records, tally.revoked, tally.entries, None if head is None else str(head),
-        tuple(tally.findings), tally.found,
-    )  # fmt: skip
+        ledger.authority.fingerprint,
+        tally.records,
+        tally.revoked,
+        tally.entries,
+        None if head is None else str(head),
+        tuple(tally.findings),
+        tally.found,
+    )
 
 
 def _audit_log(ledger: Ledger, expected: Head | None, tally: _Tally) -> Head | None:

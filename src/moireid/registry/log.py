@@ -57,11 +57,7 @@ def entry_hash(entry: Mapping[str, Any]) -> str:
 
 def head_row(signer: Signer, head: Head) -> dict[str, Any]:
     """The columns of `authority` that hold the head, signed."""
-    return {
-        "head_seq": head.seq,
-        "head_hash": head.hash,
-        "head_signature": signer.sign(HEAD, str(head).encode()),
-    }
+    return {"head_seq": head.seq, "head_hash": head.hash, "head_signature": signer.sign(HEAD, str(head).encode())}
 
 
 def next_rows(signer: Signer, head: Head, done: Iterable[tuple[str, str, str]]) -> tuple[list[dict[str, Any]], Head]:
@@ -113,8 +109,10 @@ def check_entry(entry: Row, before: Head, authority: Authority) -> Head:
     if not authority.signed(ENTRY, right.encode(), row["signature"]):
         raise Fault("entry_signature", f"{what} does not bear the authority's signature")
     names_key = (row["action"], row["subject"], row["record_sha256"]) == (
-        "init", authority.fingerprint, key_digest(authority),
-    )  # fmt: skip
+        "init",
+        authority.fingerprint,
+        key_digest(authority),
+    )
     if before.seq == 0 and not names_key:
         raise Fault("first_entry", "the log does not begin with this authority's key")
     return Head(row["seq"], right)

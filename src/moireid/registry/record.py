@@ -103,9 +103,16 @@ def record_of(row: Row, authority: Authority) -> Record:
     """
     try:
         record = Record(
-            row.id, row.name_nfc, unpack(row.badge), row.issued_at, row.layout_key, row.revoked_at, row.revoked_reason,
-            None if row.as_built is None else unpack(row.as_built), row.as_built_at,
-        )  # fmt: skip
+            row.id,
+            row.name_nfc,
+            unpack(row.badge),
+            row.issued_at,
+            row.layout_key,
+            row.revoked_at,
+            row.revoked_reason,
+            None if row.as_built is None else unpack(row.as_built),
+            row.as_built_at,
+        )
         text = record.signed_text
     except (TypeError, ValueError) as error:
         raise Fault("record_damaged", f"the record of id {row.id} is damaged ({error})") from error

@@ -32,7 +32,7 @@ from sqlalchemy import (
     literal_column,
     or_,
     select,
-)  # fmt: skip
+)
 from sqlalchemy.exc import IntegrityError, ProgrammingError
 
 from moireid.errors import RegistryError

@@ -250,10 +250,7 @@ def import_registry(path: Path | str, url: str | None) -> Import:
 
     Raises: RegistryError as that and `open_registry`; nothing is made where the file is at fault.
     """
-    with (
-        checked_copy(Path(path)) as copy,
-        open_registry(url, create=True, make_authority=False) as registry,
-    ):
+    with checked_copy(Path(path)) as copy, open_registry(url, create=True, make_authority=False) as registry:
         return merge(copy, registry._ledger)
 
 

@@ -76,9 +76,16 @@ class Acrylic:
 
 
 def plates_around(
-    badge: Badge, *, base_mm: float = 3.0, frame_mm: float = 1.0, cover_mm: float = 2.0, rim_mm: float = 10.0,
-    card_mm: float = 0.3, clearance_mm: float = 0.1, lip_mm: float = 2.0,
-) -> tuple[Plate, ...]:  # fmt: skip
+    badge: Badge,
+    *,
+    base_mm: float = 3.0,
+    frame_mm: float = 1.0,
+    cover_mm: float = 2.0,
+    rim_mm: float = 10.0,
+    card_mm: float = 0.3,
+    clearance_mm: float = 0.1,
+    lip_mm: float = 2.0,
+) -> tuple[Plate, ...]:
     """The plates of an acrylic stack around a badge.
 
     Parameters: base_mm, frame_mm, cover_mm, card_mm: thicknesses; rim_mm: how far the plates reach beyond the board and
@@ -92,9 +99,10 @@ def plates_around(
     outer = _rect(half[0] + clearance_mm + rim_mm, half[1] + clearance_mm + rim_mm)
     top = -badge.lens.thickness_mm
     plates = [
-        Plate(outer, None, card_mm, card_mm + base_mm), Plate(outer, window, card_mm - frame_mm, card_mm),
+        Plate(outer, None, card_mm, card_mm + base_mm),
+        Plate(outer, window, card_mm - frame_mm, card_mm),
         Plate(outer, window, top - cover_mm, top),
-    ]  # fmt: skip
+    ]
     for low, high in _spans(badge) if lip_mm > 0 else []:
         for left, right in ((-window[2], lip_mm - half[0]), (half[0] - lip_mm, window[2])):
             plates.append(Plate((left, low - middle, right, high - middle), None, top - cover_mm, top))

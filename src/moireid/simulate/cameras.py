@@ -55,10 +55,17 @@ class Camera:
     def __post_init__(self) -> None:
         """Refuse what is no camera.  Raises: SpecError."""
         bounds = {
-            "width": (2, 16384), "height": (2, 16384), "focal_px": (1.0, 1e6), "shutter_s": (0.0, 1.0),
-            "noise_counts": (0.0, 128.0), "exposure_s": (0.0, 1.0), "exposure": (0.0, 1e3),
-            "exposure_drift": (0.0, 0.9), "focus_blur_px": (0.0, 50.0), "sharpen": (0.0, 5.0),
-        }  # fmt: skip
+            "width": (2, 16384),
+            "height": (2, 16384),
+            "focal_px": (1.0, 1e6),
+            "shutter_s": (0.0, 1.0),
+            "noise_counts": (0.0, 128.0),
+            "exposure_s": (0.0, 1.0),
+            "exposure": (0.0, 1e3),
+            "exposure_drift": (0.0, 0.9),
+            "focus_blur_px": (0.0, 50.0),
+            "sharpen": (0.0, 5.0),
+        }
         for name, (low, high) in bounds.items():
             value = getattr(self, name)
             if not low <= value <= high:
@@ -86,10 +93,10 @@ class Camera:
         x, y = slopes[..., 0], slopes[..., 1]
         r2 = x * x + y * y
         radial = 1 + r2 * (k1 + k2 * r2)
-        return np.stack([
-            x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
-            y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
-        ], axis=-1)  # fmt: skip
+        return np.stack(
+            [x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x), y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y],
+            axis=-1,
+        )
 
     def _lens_is_one_to_one(self) -> bool:
         """Whether the undistorted slopes of the picture's border can be found, and give the border back."""
@@ -131,8 +138,15 @@ CAMERAS: dict[str, Camera] = {
     "sharpened": Camera(exposure_s=1 / 120, noise_counts=1.5, sharpen=1.0),
     # A laptop's: 720p, wide, slow, a little soft, distortion left in.
     "webcam": Camera(
-        1280, 720, 900.0, shutter_s=0.016, noise_counts=3.0, distortion=(-0.06, 0.015, 0.0004, -0.0003),
-        exposure_s=1 / 100, focus_blur_px=0.6, exposure_drift=0.1,
+        1280,
+        720,
+        900.0,
+        shutter_s=0.016,
+        noise_counts=3.0,
+        distortion=(-0.06, 0.015, 0.0004, -0.0003),
+        exposure_s=1 / 100,
+        focus_blur_px=0.6,
+        exposure_drift=0.1,
     ),
     # A phone's second, very wide lens, uncorrected.
     "wide": Camera(focal_px=900.0, distortion=(-0.12, 0.02, 0.0005, -0.0003)),
@@ -140,7 +154,7 @@ CAMERAS: dict[str, Camera] = {
     "dim": Camera(exposure_s=1 / 30, exposure=0.35, noise_counts=9.0, exposure_drift=0.15),
     # A window behind the camera: paper clips to white.
     "bright": Camera(exposure=1.8, noise_counts=1.5),
-}  # fmt: skip
+}
 
 
 def camera_named(name: str, *, mirror: bool = False, focus_blur_px: float | None = None) -> Camera:

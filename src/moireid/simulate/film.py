@@ -56,10 +56,22 @@ def truth_path(video: Path) -> Path:
 
 
 def film(
-    scene: Scene, motion: Motion, video: Path, *, frames: int, fps: float, forge: str | None = None, seed: int = 0,
-    codec: str = "h264", crf: int | None = None, recipe: str | None = None, backend: str = "analytic",
-    error_rad: float | None = None, overwrite: bool = False, progress: Callable[[int, int], None] | None = None,
-) -> FilmReport:  # fmt: skip
+    scene: Scene,
+    motion: Motion,
+    video: Path,
+    *,
+    frames: int,
+    fps: float,
+    forge: str | None = None,
+    seed: int = 0,
+    codec: str = "h264",
+    crf: int | None = None,
+    recipe: str | None = None,
+    backend: str = "analytic",
+    error_rad: float | None = None,
+    overwrite: bool = False,
+    progress: Callable[[int, int], None] | None = None,
+) -> FilmReport:
     """Film a scene to a video file with its truth beside it, both whole or not at all.
 
     Parameters: frames, fps: length and rate of the camera; forge: a kind of `forge.KINDS`, None for a true film;
@@ -114,12 +126,8 @@ def film(
             aside.finish()
         stages.end("encode")
     exposed = opened(motion, camera, scene.board_half_mm, frames / fps / 2, fps)[1]
-    unseen = left_out(
-        scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"]
-    )  # fmt: skip
-    return FilmReport(
-        video, truth_path(video), len(kept), label, writer.size, stages.seconds, unseen, estimate
-    )  # fmt: skip
+    unseen = left_out(scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"])
+    return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, unseen, estimate)
 
 
 def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:
@@ -153,9 +161,7 @@ def _some_instants(motion: Motion, length_s: float) -> list[Instant]:
     return [Instant(_one(poses, k), _one(poses, k), poses.camera_mm[k]) for k in range(3)]
 
 
-def _estimate(
-    scene: Scene, instants: list[Instant], backend: str, error_rad: float | None, seed: int
-) -> Estimate:  # fmt: skip
+def _estimate(scene: Scene, instants: list[Instant], backend: str, error_rad: float | None, seed: int) -> Estimate:
     """The renderer's setting and its error; Mitsuba, which is slow, is asked for the middle frame alone.
 
     Raises: SpecError where the wish is not met.

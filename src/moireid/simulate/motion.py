@@ -168,9 +168,15 @@ def measured_run(distance_mm: float) -> Motion:
 
 #: Motions by name, of distance in mm and seed.
 NAMED: dict[str, Callable[[float, int], Motion]] = {
-    "handheld": lambda distance_mm, seed: measured_run(distance_mm), "linear": linear, "sway": sway, "static": static,
-    "roll": roll, "oblique": oblique, "tumble": tumble, "circle": circle,
-}  # fmt: skip
+    "handheld": lambda distance_mm, seed: measured_run(distance_mm),
+    "linear": linear,
+    "sway": sway,
+    "static": static,
+    "roll": roll,
+    "oblique": oblique,
+    "tumble": tumble,
+    "circle": circle,
+}
 
 
 def from_csv(path: Path, distance_mm: float) -> Motion:

@@ -26,9 +26,28 @@ from moireid.simulate.motion import Poses
 
 Array = NDArray[np.float64]
 TRUTH_COLUMNS = (
-    "frame", "time_s", "camera_x_mm", "camera_y_mm", "camera_z_mm", "r11", "r12", "r13", "r21", "r22", "r23",
-    "r31", "r32", "r33", "parallax_x", "parallax_y", "phase_rad", "label", "shown_x", "shown_y", "phase_other_rad",
-)  # fmt: skip
+    "frame",
+    "time_s",
+    "camera_x_mm",
+    "camera_y_mm",
+    "camera_z_mm",
+    "r11",
+    "r12",
+    "r13",
+    "r21",
+    "r22",
+    "r23",
+    "r31",
+    "r32",
+    "r33",
+    "parallax_x",
+    "parallax_y",
+    "phase_rad",
+    "label",
+    "shown_x",
+    "shown_y",
+    "phase_other_rad",
+)
 
 
 def shown_phase_rad(badge: Badge, grating: Grating, shown_mm: Array, sight_mm: Array, field: Array) -> float:
@@ -67,7 +86,12 @@ class Truth:
         phases = [shown_phase_rad(self._badge, g, shown_mm, sight_mm, centre) for g in self._gratings] + [math.nan]
         figures = [*camera, *pose.rotation[0].ravel(), *parallax, phases[0]]
         after = [*shown, phases[1]]
-        self._writer.writerow([
-            row, f"{time_s:.6f}", *(f"{value:.6f}" for value in figures), self._label,
-            *(f"{value:.6f}" for value in after),
-        ])  # fmt: skip
+        self._writer.writerow(
+            [
+                row,
+                f"{time_s:.6f}",
+                *(f"{value:.6f}" for value in figures),
+                self._label,
+                *(f"{value:.6f}" for value in after),
+            ]
+        )

@@ -42,19 +42,37 @@ class Wish:
 def scene_of(badge: Badge, wish: Wish) -> Scene:
     """What is filmed: a typical build of the badge before the camera.  Raises: SpecError where a name is not known."""
     return Scene(
-        badge, Build.typical(wish.seed), camera_named(wish.camera, mirror=wish.mirror, focus_blur_px=wish.blur_px),
-        light=light_named(wish.light) if wish.light else None, need=Need(**dict.fromkeys(wish.leave_out, False)),
-    )  # fmt: skip
+        badge,
+        Build.typical(wish.seed),
+        camera_named(wish.camera, mirror=wish.mirror, focus_blur_px=wish.blur_px),
+        light=light_named(wish.light) if wish.light else None,
+        need=Need(**dict.fromkeys(wish.leave_out, False)),
+    )
 
 
 def filmed(
-    scene: Scene, wish: Wish, video: Path, *, overwrite: bool = False,
+    scene: Scene,
+    wish: Wish,
+    video: Path,
+    *,
+    overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
-) -> FilmReport:  # fmt: skip
+) -> FilmReport:
     """Film the scene as wished; as `film.film`, with its errors."""
     course = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
     return film(
-        scene, course, video, frames=wish.frames, fps=wish.fps, forge=wish.forge, seed=wish.seed, codec=wish.codec,
-        crf=wish.crf, recipe=wish.recipe, backend=wish.backend, error_rad=wish.error_rad, overwrite=overwrite,
+        scene,
+        course,
+        video,
+        frames=wish.frames,
+        fps=wish.fps,
+        forge=wish.forge,
+        seed=wish.seed,
+        codec=wish.codec,
+        crf=wish.crf,
+        recipe=wish.recipe,
+        backend=wish.backend,
+        error_rad=wish.error_rad,
+        overwrite=overwrite,
         progress=progress,
-    )  # fmt: skip
+    )

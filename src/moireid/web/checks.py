@@ -55,9 +55,14 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         found, laws = await run_in_threadpool(_claimed, studio, given)
         job.label = found.badge.name or "a board without a name"
         studio.jobs.submit(
-            job, form.video, found=found, focal_px=focal_px, require_original=_truth(given.get("require_original")),
-            report=report, laws=laws,
-        )  # fmt: skip
+            job,
+            form.video,
+            found=found,
+            focal_px=focal_px,
+            require_original=_truth(given.get("require_original")),
+            report=report,
+            laws=laws,
+        )
     return job
 
 

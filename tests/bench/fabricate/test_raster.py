@@ -89,10 +89,14 @@ def test_a_page_without_markers_or_lines_reads_as_nothing(rng, tmp_path) -> None
 @pytest.mark.parametrize(
     ("form", "raster", "dots"),
     [
-        ("dots", "poppler", HALF), ("dots", "ghostscript", HALF), ("dots", "poppler-grey", HALF),
-        ("vector", "poppler-grey", HALF), ("vector", "poppler", 1.01), ("vector", "ghostscript", 1.01),
+        ("dots", "poppler", HALF),
+        ("dots", "ghostscript", HALF),
+        ("dots", "poppler-grey", HALF),
+        ("vector", "poppler-grey", HALF),
+        ("vector", "poppler", 1.01),
+        ("vector", "ghostscript", 1.01),
     ],
-)  # fmt: skip
+)
 def test_each_form_holds_its_edges_as_its_docstring_says(form, raster, dots, tmp_path) -> None:
     """Catches: dots that no longer suit every raster; a plain vector that is off by more than what touching adds."""
     badge = design_badge(Request("Ada", printer_dpi=600, form=form), bytes(range(8)))

@@ -29,10 +29,19 @@ from moireid.verifier.video import Film, Frame
 
 def row_of(kind: Kind, setting: verify.Setting, *, phase: float, cpu_ms: float, right: bool = True) -> dict:
     return {
-        "film": kind.name, "forge": kind.forge, "setting": verify.asdict(setting), "phase_rad": phase, "right": right,
-        "pose_rad": phase, "gain_error": -phase, "verdict": "accept" if right == (kind.forge is None) else "reject",
-        "ms": [9.0, 10.0, 30.0], "cpu_ms": [cpu_ms] * 3, "decode_ms": 5.0, "decode_cpu_ms": 2.0,
-    }  # fmt: skip
+        "film": kind.name,
+        "forge": kind.forge,
+        "setting": verify.asdict(setting),
+        "phase_rad": phase,
+        "right": right,
+        "pose_rad": phase,
+        "gain_error": -phase,
+        "verdict": "accept" if right == (kind.forge is None) else "reject",
+        "ms": [9.0, 10.0, 30.0],
+        "cpu_ms": [cpu_ms] * 3,
+        "decode_ms": 5.0,
+        "decode_cpu_ms": 2.0,
+    }
 
 
 def test_the_phase_error_counts_what_lies_between_the_frames_used():
@@ -62,14 +71,16 @@ def test_a_setting_leaves_out_and_shrinks_frames_as_a_film_of_them_would_have_th
 def test_the_knee_is_the_least_error_times_time_of_what_is_right_on_all_films():
     """Catches: a knee at a setting that accepts a forgery, at another estimator, or by the time of one run alone."""
     made = {
-        verify.DEFAULT: (0.010, 8.0, True), verify.Setting(2): (0.011, 4.0, True),
+        verify.DEFAULT: (0.010, 8.0, True),
+        verify.Setting(2): (0.011, 4.0, True),
         verify.Setting(4): (0.012, 2.0, False),
         verify.Setting(estimator="published"): (0.001, 0.1, True),
-    }  # fmt: skip
+    }
     films = [
         row_of(kind, setting, phase=phase, cpu_ms=ms, right=right or kind.forge is None)
-        for kind in KINDS for setting, (phase, ms, right) in made.items()
-    ]  # fmt: skip
+        for kind in KINDS
+        for setting, (phase, ms, right) in made.items()
+    ]
     work = [verify._summary(setting, films) for setting in made]
     knee = verify.knee_of(work)
     assert knee is not None and knee["setting"] == verify.asdict(verify.Setting(2)) and not knee["default"]
@@ -107,10 +118,20 @@ def test_the_suite_runs_by_its_command(tmp_path, monkeypatch):
     made = [row_of(verify.KINDS[0], setting, phase=0.01, cpu_ms=5.0) for setting in verify.settings(quick=True)]
     monkeypatch.setattr(verify, "sweep", lambda kind, **options: made)
     extreme = {
-        "name": "one frame", "expected": "badge_absent", "verdict": "inconclusive", "outcome": "right", "reasons": [],
-        "why": "none", "true_excitation_rad": None, "correlation": None, "gain_ratio": None, "gain_sd": None,
-        "residual_rad": None, "tracked": 0, "frames": 1,
-    }  # fmt: skip
+        "name": "one frame",
+        "expected": "badge_absent",
+        "verdict": "inconclusive",
+        "outcome": "right",
+        "reasons": [],
+        "why": "none",
+        "true_excitation_rad": None,
+        "correlation": None,
+        "gain_ratio": None,
+        "gain_sd": None,
+        "residual_rad": None,
+        "tracked": 0,
+        "frames": 1,
+    }
     monkeypatch.setattr(motion_extremes, "read_extreme", lambda case, seed: extreme | {"name": case.name})
     monkeypatch.setattr(bench_rows, "run_tasks", in_place)
     outcome = CliRunner().invoke(moireid, ["bench", "verify", "--quick", "--out", str(tmp_path), "--json"])
@@ -145,13 +166,17 @@ def test_the_bench_measures_the_verifier_on_a_film_made_outside(films, prototype
 @pytest.mark.parametrize(
     ("expected", "verdict", "codes", "outcome"),
     [
-        ("accept", "accept", [], "right"), ("accept", "inconclusive", ["gain"], "open"),
-        ("accept", "reject", ["gain"], "wrong"), ("motion", "inconclusive", ["motion", "identity"], "right"),
-        ("motion", "inconclusive", ["identity"], "open"), ("motion", "accept", [], "wrong"),
-        ("motion", "reject", ["motion", "cells"], "wrong"), ("accept or open", "inconclusive", ["gain"], "right"),
+        ("accept", "accept", [], "right"),
+        ("accept", "inconclusive", ["gain"], "open"),
+        ("accept", "reject", ["gain"], "wrong"),
+        ("motion", "inconclusive", ["motion", "identity"], "right"),
+        ("motion", "inconclusive", ["identity"], "open"),
+        ("motion", "accept", [], "wrong"),
+        ("motion", "reject", ["motion", "cells"], "wrong"),
+        ("accept or open", "inconclusive", ["gain"], "right"),
         ("accept or open", "reject", ["correlation"], "wrong"),
     ],
-)  # fmt: skip
+)
 def test_a_true_film_that_is_rejected_is_wrong_and_one_left_open_a_shortfall(expected, verdict, codes, outcome):
     """Catches: a rejection excused, an acceptance without motion called right, any reason taken for the right one."""
     assert outcome_of(expected, verdict, codes) == outcome

@@ -182,11 +182,7 @@ def test_frame_is_the_thickest_on_sale_below_the_stack(lens_mm: float, frame: fl
 @pytest.mark.parametrize(
     ("lens_mm", "margin", "words"),
     [
-        (
-            0.2,
-            5.0,
-            r"too thin for a frame .* 0\.4 mm or thinner; give a lens sheet .--lens. of 0\.3 mm or more",
-        ),
+        (0.2, 5.0, r"too thin for a frame .* 0\.4 mm or thinner; give a lens sheet .--lens. of 0\.3 mm or more"),
         (6.0, 5.0, r"cover's lip leaves 3\.40 mm beside marker \d, .* give a lens sheet .--lens. of 2\.35 mm or less"),
         (
             14.0,

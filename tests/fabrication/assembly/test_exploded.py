@@ -110,8 +110,14 @@ def test_parts_are_those_of_the_plans(lens: Badge, mask: Badge) -> None:
     assert plan
     stack = acrylic_parts(lens, plan, AcrylicProcess().film_mm, "M3 × 10")
     assert [part.name for part in stack] == [
-        "6 nuts", "acrylic base", "acrylic frame", "printed card", "lens sheet", "acrylic cover", "6 screws",
-    ]  # fmt: skip
+        "6 nuts",
+        "acrylic base",
+        "acrylic frame",
+        "printed card",
+        "lens sheet",
+        "acrylic cover",
+        "6 screws",
+    ]
     assert len(stack[0].prisms) == 6 and len(stack[2].prisms[0].openings) == 1 + len(stack[1].prisms[0].openings)
     with pytest.raises(FabricationError, match="slot"):
         printed_parts(lens, "clip", MountProcess(slot_mm=(16.0, 2.0)))

@@ -15,8 +15,14 @@ from moireid.registry.transfer.jsonstream import walk
 def test_walk_sees_what_json_sees(monkeypatch, chunk):
     """Catches: a value cut at a buffer's edge: a number, an escape, a letter of two bytes."""
     monkeypatch.setattr(jsonstream, "CHUNK", chunk)
-    document = {"a": 12345.678e-3, "é\u2028\n": "x\\\"\u00e9\U0001f600", "list": [1, 23, [], {}, None, "]", [1, [2]]],
-                "none": [], "object": {"b": [1, 2]}, "true": True}  # fmt: skip
+    document = {
+        "a": 12345.678e-3,
+        "é\u2028\n": 'x\\"\u00e9\U0001f600',
+        "list": [1, 23, [], {}, None, "]", [1, [2]]],
+        "none": [],
+        "object": {"b": [1, 2]},
+        "true": True,
+    }
     for indent in (None, 2):
         for ascii_only in (True, False):
             seen: dict[str, list[object]] = {}
@@ -27,8 +33,8 @@ def test_walk_sees_what_json_sees(monkeypatch, chunk):
 
 
 @pytest.mark.parametrize(
-    "text", ['{"a":[1,]}', '{"a":[1 2]}', '{"a":1,}', '{"a":[,1]}', '{"a":[}', '{,}', '{"a":[Infinity]}', '{"a":-}']
-)  # fmt: skip
+    "text", ['{"a":[1,]}', '{"a":[1 2]}', '{"a":1,}', '{"a":[,1]}', '{"a":[}', "{,}", '{"a":[Infinity]}', '{"a":-}']
+)
 def test_walk_refuses_what_json_refuses(text):
     """Catches: a lenient reader, by which two programs read two things out of one file."""
     with pytest.raises(ValueError, match=r"\w"):

@@ -51,9 +51,13 @@ def test_export_replaces_nothing_unless_told(full, exported):
 
 @pytest.mark.parametrize(
     "change",
-    ["UPDATE badges SET name_nfc = 'Eve'", "UPDATE log SET time = 'x' WHERE seq = 4", "DELETE FROM log WHERE seq = 6",
-     "UPDATE authority SET head_seq = 4"],
-)  # fmt: skip
+    [
+        "UPDATE badges SET name_nfc = 'Eve'",
+        "UPDATE log SET time = 'x' WHERE seq = 4",
+        "DELETE FROM log WHERE seq = 6",
+        "UPDATE authority SET head_seq = 4",
+    ],
+)
 def test_unsound_registry_is_not_exported(url, full, tmp_path, change):
     """Catches: a backup that nobody can restore; half a file."""
     tamper(url, change)

@@ -112,9 +112,12 @@ def test_speed_is_compared_at_equal_error():
     work = [
         {"renderer": name, "camera": "1080p", "setting": [1, 1], "seconds": seconds, "phase_rad": error}
         for name, seconds, error in (
-            ("analytic", 0.001, 0.01), ("analytic", 0.004, 0.001),
-            ("mitsuba a", 0.4, 0.005), ("mitsuba a", 0.2, 0.02), ("mitsuba b", 9.0, 0.0001),
+            ("analytic", 0.001, 0.01),
+            ("analytic", 0.004, 0.001),
+            ("mitsuba a", 0.4, 0.005),
+            ("mitsuba a", 0.2, 0.02),
+            ("mitsuba b", 9.0, 0.0001),
         )
-    ]  # fmt: skip
+    ]
     found = speed_at_equal_error(work)
     assert found["times"] == pytest.approx(100) and found["phase_rad"] == 0.005

@@ -207,10 +207,15 @@ def test_a_forged_place_moves_the_fringes_and_nothing_else(prototype):
 def transposed(badge: Badge) -> Badge:
     """The board with x and y exchanged, for boards that are square; the markers stay, as they have no axis."""
     gratings = tuple(
-        Grating(swap(g.rect_mm), "y" if g.axis == "x" else "x", g.pitch_mm, g.family,
-                tuple(Cell(swap(c.rect_mm), c.pitch_mm, c.edge_mm, c.duty) for c in g.cells))
+        Grating(
+            swap(g.rect_mm),
+            "y" if g.axis == "x" else "x",
+            g.pitch_mm,
+            g.family,
+            tuple(Cell(swap(c.rect_mm), c.pitch_mm, c.edge_mm, c.duty) for c in g.cells),
+        )
         for g in badge.gratings
-    )  # fmt: skip
+    )
     return replace(badge, gratings=gratings)
 
 

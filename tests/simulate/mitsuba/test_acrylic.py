@@ -39,9 +39,13 @@ def test_the_plates_are_those_of_the_planned_stack(badge: Badge) -> None:
     """Catches: a stack in front of the badge for one behind it, a cover that lies on the page, lips at other rows."""
     plan = plan_acrylic(badge)
     plates = plates_around(
-        badge, base_mm=plan.base.thickness_mm, frame_mm=plan.frame.thickness_mm, cover_mm=plan.cover.thickness_mm,
-        clearance_mm=plan.clearance_mm, card_mm=plan.card_mm,
-    )  # fmt: skip
+        badge,
+        base_mm=plan.base.thickness_mm,
+        frame_mm=plan.frame.thickness_mm,
+        cover_mm=plan.cover.thickness_mm,
+        clearance_mm=plan.clearance_mm,
+        card_mm=plan.card_mm,
+    )
     for plate, planned in zip(plates, plan.plates, strict=False):
         assert plate.rect == pytest.approx(planned.outline.bounds)
         # The plan counts up from the base's upper face, the scene down from the page's.

@@ -306,15 +306,28 @@ def test_candidates_are_named_then_newest_first(tmp_path: Path, monkeypatch: pyt
     """Links count once, old ones and parts of LLVM not at all; the named one comes first, whatever its version."""
     monkeypatch.setattr(mitsuba_variant, "FOLDERS", (str(tmp_path),))
     for name in (
-        "x86_64-linux-gnu/libLLVM.so.19.1", "libLLVM-9.so", "libLLVM-15.so.1", "libLLVM-16.so.1", "libLLVMCore.a",
-        "libLLVM.so", "llvm-18/lib/libLLVM.so", "llvm@20/lib/libLLVM.dylib", "libLLVM-22-rust-1.95.0-stable.so",
-    ):  # fmt: skip
+        "x86_64-linux-gnu/libLLVM.so.19.1",
+        "libLLVM-9.so",
+        "libLLVM-15.so.1",
+        "libLLVM-16.so.1",
+        "libLLVMCore.a",
+        "libLLVM.so",
+        "llvm-18/lib/libLLVM.so",
+        "llvm@20/lib/libLLVM.dylib",
+        "libLLVM-22-rust-1.95.0-stable.so",
+    ):
         (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / name).touch()
     (tmp_path / "x86_64-linux-gnu/libLLVM-19.so").symlink_to("libLLVM.so.19.1")
-    newest_first = [tmp_path / name for name in (
-        "llvm@20/lib/libLLVM.dylib", "x86_64-linux-gnu/libLLVM.so.19.1", "llvm-18/lib/libLLVM.so", "libLLVM-16.so.1",
-    )]  # fmt: skip
+    newest_first = [
+        tmp_path / name
+        for name in (
+            "llvm@20/lib/libLLVM.dylib",
+            "x86_64-linux-gnu/libLLVM.so.19.1",
+            "llvm-18/lib/libLLVM.so",
+            "libLLVM-16.so.1",
+        )
+    ]
     monkeypatch.delenv(mitsuba_variant.LIBRARY_VARIABLE, raising=False)
     assert mitsuba_variant.llvm_candidates() == newest_first
     monkeypatch.setenv(mitsuba_variant.LIBRARY_VARIABLE, str(tmp_path / "libLLVM-15.so.1"))

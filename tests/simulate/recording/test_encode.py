@@ -103,9 +103,11 @@ def test_odd_sizes_and_unknown_names_are_refused(prototype, tmp_path):
     with pytest.raises(SpecError, match="even size"):
         shoot(prototype, tmp_path / "a.mp4", camera=Camera(width=321, height=200, focal_px=200.0))
     for options, word in (
-        ({"codec": "vp9"}, "h264, h265, av1"), ({"recipe": "fax"}, "chat, call"), ({"crf": 60}, "quality"),
+        ({"codec": "vp9"}, "h264, h265, av1"),
+        ({"recipe": "fax"}, "chat, call"),
+        ({"crf": 60}, "quality"),
         ({"recipe": "chat", "crf": 20}, "leave out"),
-    ):  # fmt: skip
+    ):
         with pytest.raises(SpecError, match=word):
             shoot(prototype, tmp_path / "a.mp4", **options)
     assert list(tmp_path.iterdir()) == []
@@ -201,9 +203,12 @@ def test_an_interrupt_leaves_no_file(prototype, tmp_path):
     code = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
     arguments = ["simulate", str(video), "--out", str(out / "a.mp4"), "--frames", "100000", "--distance", "1"]
     process = subprocess.Popen(
-        [sys.executable, "-c", code, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [sys.executable, "-c", code, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
+    )
     try:
         limit = time.monotonic() + 120
         # The film has begun when its truth has rows, which are written out by the block.

@@ -17,10 +17,13 @@ from moireid.verifier.camera.smoothing import smooth_camera, without_strays
 SIZE = (1920, 1080)
 CENTRE = np.array([959.5, 539.5])
 #: Sixteen corners of four markers on a board of 146 x 160 mm that lies anywhere on its page.
-PAGE_MM = np.array([
-    [x + a, y + b] for x, y in ((50.0, 86.5), (160.0, 86.5), (160.0, 210.5), (50.0, 210.5))
-    for a, b in ((-13.0, -13.0), (13.0, -13.0), (13.0, 13.0), (-13.0, 13.0))
-])  # fmt: skip
+PAGE_MM = np.array(
+    [
+        [x + a, y + b]
+        for x, y in ((50.0, 86.5), (160.0, 86.5), (160.0, 210.5), (50.0, 210.5))
+        for a, b in ((-13.0, -13.0), (13.0, -13.0), (13.0, 13.0), (-13.0, 13.0))
+    ]
+)
 MIDDLE = PAGE_MM.mean(axis=0)
 FPS = 30.0
 

@@ -29,9 +29,14 @@ def straight(frames: int = FRAMES, fixed: np.ndarray | None = None) -> StripLaw:
 
 
 def fringes(
-    phase: np.ndarray, frequency: float = BEAT, *, bend: np.ndarray | None = None, contrast=30.0, second=(0.35, 0.8),
+    phase: np.ndarray,
+    frequency: float = BEAT,
+    *,
+    bend: np.ndarray | None = None,
+    contrast=30.0,
+    second=(0.35, 0.8),
     third=(0.12, -1.1),
-) -> np.ndarray:  # fmt: skip
+) -> np.ndarray:
     """Profiles (T, N) in counts, on paper that is lit from the side, with the harmonics of a lens that focuses."""
     turn = 2 * np.pi * frequency * (ALONG - MIDDLE)[None, :] + phase[:, None]
     if bend is not None:

@@ -13,13 +13,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from kit.numeric_films import (
-    FOCAL,
-    FRAMES,
-    TYPICAL,
-    Building,
-    filmed,
-)
+from kit.numeric_films import FOCAL, FRAMES, TYPICAL, Building, filmed
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name, payload_from_hex
 from moireid.verifier.fringes.signals import measure
@@ -107,11 +101,16 @@ def test_a_board_without_a_code_claims_nothing(prototype):
 @pytest.mark.parametrize(
     "built",
     [
-        Building(scale=0.9925), Building(scale=1.0075), Building(offset_rad=3.1), Building(twist_rad_per_mm=-0.06),
-        Building(gain=0.5), Building(gain=-1.0), Building(noise=12.0),
+        Building(scale=0.9925),
+        Building(scale=1.0075),
+        Building(offset_rad=3.1),
+        Building(twist_rad_per_mm=-0.06),
+        Building(gain=0.5),
+        Building(gain=-1.0),
+        Building(noise=12.0),
     ],
     ids=["page small", "page large", "laid over", "twisted", "half gain", "reversed", "noisy"],
-)  # fmt: skip
+)
 def test_the_reading_survives_building_light_and_even_forgery(ada, built):
     """Catches: absolute beats or phases; a twist that is not solved for; cells read by the predicted motion instead of
     by the measured one, by which a forged film would hide whose badge it forges.
@@ -249,9 +248,15 @@ def test_json_is_strict_and_complete(ada, ada_track, prototype):
     for outcome in (judged(ada_track, ada, ada.id), judged(filmed(prototype), prototype)):
         document = json.loads(json.dumps(outcome.to_json(), allow_nan=False))
         assert document.keys() >= {
-            "verdict", "decoded_id", "claimed_id", "beat_period_mm", "expected_beat_period_mm",
-            "symbol_errors_corrected", "built", "score",
-        }  # fmt: skip
+            "verdict",
+            "decoded_id",
+            "claimed_id",
+            "beat_period_mm",
+            "expected_beat_period_mm",
+            "symbol_errors_corrected",
+            "built",
+            "score",
+        }
 
 
 # Films that were put together of parts.
@@ -280,10 +285,15 @@ def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, a
     few = 24
     profiles = [profile[:few] for profile in ada_track.profiles]
     short = replace(
-        ada_track, frames_read=few, frame_numbers=np.arange(few), times_s=ada_track.times_s[:few],
-        homographies=ada_track.homographies[:few], correlations=ada_track.correlations[:few],
-        profiles=tuple(profiles), cell_frames=np.arange(few),
-    )  # fmt: skip
+        ada_track,
+        frames_read=few,
+        frame_numbers=np.arange(few),
+        times_s=ada_track.times_s[:few],
+        homographies=ada_track.homographies[:few],
+        correlations=ada_track.correlations[:few],
+        profiles=tuple(profiles),
+        cell_frames=np.arange(few),
+    )
     for index in cells_of(short):
         profiles[index] = np.repeat(profiles[index][few // 2 : few // 2 + 1], few, axis=0)
     outcome = judged(replace(short, profiles=tuple(profiles)), ada, ada.id)

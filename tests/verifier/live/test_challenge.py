@@ -52,9 +52,14 @@ def test_each_move_is_told_from_every_other() -> None:
 
 @pytest.mark.parametrize(
     ("reaction_s", "level", "words"),
-    [(0.3, "pass", "followed"), (1.3, "pass", "followed"), (2.2, "fail", "after it"), (-0.7, "fail", "before it was"),
-     (4.0, "fail", "did not move")],
-)  # fmt: skip
+    [
+        (0.3, "pass", "followed"),
+        (1.3, "pass", "followed"),
+        (2.2, "fail", "after it"),
+        (-0.7, "fail", "before it was"),
+        (4.0, "fail", "did not move"),
+    ],
+)
 def test_a_move_must_begin_soon_after_its_prompt_and_not_before(reaction_s: float, level: str, words: str) -> None:
     """Catches: a check of the way without the time, which any film of the moves would pass."""
     course, prompts = follow(["left"], reaction_s=reaction_s)

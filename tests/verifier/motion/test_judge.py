@@ -55,9 +55,14 @@ def signal(
 ) -> GratingSignal:
     sd = np.full(len(predicted), phase_sd) if np.isscalar(phase_sd) else phase_sd
     return GratingSignal(
-        measured - measured.mean(), predicted - predicted.mean(), sd, pose_sd, np.array([0.5 * wander, wander]),
-        np.arange(len(predicted)) / 30.0, np.array([places, places]),
-    )  # fmt: skip
+        measured - measured.mean(),
+        predicted - predicted.mean(),
+        sd,
+        pose_sd,
+        np.array([0.5 * wander, wander]),
+        np.arange(len(predicted)) / 30.0,
+        np.array([places, places]),
+    )
 
 
 def judged(*signals: GratingSignal, tangent_sd: float = 0.0) -> Invariant:
@@ -412,9 +417,15 @@ def test_json_is_strict_and_complete():
     """Catches: NaN or numpy figures in the JSON; a key of the contract that is missing."""
     document = json.loads(json.dumps(judged(genuine()).to_json(), allow_nan=False))
     assert document.keys() >= {
-        "verdict", "correlation", "window_correlation_mean", "gain_ratio", "phase_residual_rad", "excitation_rad",
-        "score", "gratings",
-    }  # fmt: skip
+        "verdict",
+        "correlation",
+        "window_correlation_mean",
+        "gain_ratio",
+        "phase_residual_rad",
+        "excitation_rad",
+        "score",
+        "gratings",
+    }
     assert all(isinstance(value, float) for key, value in document.items() if key not in ("verdict", "gratings"))
 
 

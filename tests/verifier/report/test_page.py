@@ -33,9 +33,10 @@ from moireid.verifier.session.film import Report
 #: Tags of HTML that have no end.
 VOID = {"meta", "link", "img", "br", "hr", "input"}
 SEGMENTS = (
-    Segment(0.5, 4.5, 120, "accept", 0.99, 1.0, 0.8), Segment(4.5, 8.5, 0, "inconclusive"),
+    Segment(0.5, 4.5, 120, "accept", 0.99, 1.0, 0.8),
+    Segment(4.5, 8.5, 0, "inconclusive"),
     Segment(8.5, 9.9, 42, "reject", 0.1, -1.0, 0.7),
-)  # fmt: skip
+)
 EVIL = "<script>alert('x')</script> & \"Ada\" </title> {{ 7 * 7 }}"
 
 
@@ -50,15 +51,29 @@ def report_of(
     measurement = replace(measurement, camera=camera)
     invariant = judge_invariant(measurement)
     who = Identity(
-        identity, (Reason("identity", "pass", badge.id, badge.id, "", f"The badge reads {badge.id}, as claimed."),),
-        decoded_id=badge.id, claimed_id=badge.id, beat_period_mm=20.5, expected_beat_period_mm=21.4, score=0.98,
-    )  # fmt: skip
+        identity,
+        (Reason("identity", "pass", badge.id, badge.id, "", f"The badge reads {badge.id}, as claimed."),),
+        decoded_id=badge.id,
+        claimed_id=badge.id,
+        beat_period_mm=20.5,
+        expected_beat_period_mm=21.4,
+        score=0.98,
+    )
     film = {"path": path, "sha256": "ab" * 32, "width": 1920, "height": 1080, "fps": 29.97}
     return Report(
-        verdict, invariant.reasons + who.reasons, invariant, who, replace(badge, name=name or badge.name), film,
-        {"read": FRAMES + 3, "tracked": FRAMES}, {"total_s": 3.21, "stages": {"decode": 1.0, "find": 2.0}},
-        ("colour",), track, measurement if tracked else None, segments=SEGMENTS if tracked else (),
-    )  # fmt: skip
+        verdict,
+        invariant.reasons + who.reasons,
+        invariant,
+        who,
+        replace(badge, name=name or badge.name),
+        film,
+        {"read": FRAMES + 3, "tracked": FRAMES},
+        {"total_s": 3.21, "stages": {"decode": 1.0, "find": 2.0}},
+        ("colour",),
+        track,
+        measurement if tracked else None,
+        segments=SEGMENTS if tracked else (),
+    )
 
 
 class Page(HTMLParser):
@@ -214,8 +229,10 @@ def test_the_json_beside_it_is_the_contract_s(ada, tmp_path):
     assert document == json.loads(json.dumps(report.to_json()))
     assert document["invariant"]["gain_sd"] is None
     assert sorted(p.name for p in (tmp_path / "new" / "folder").iterdir()) == [
-        "report.html", "report.json", "signals.csv",
-    ]  # fmt: skip
+        "report.html",
+        "report.json",
+        "signals.csv",
+    ]
 
 
 @pytest.mark.parametrize("there", ["report.html", "report.json", "signals.csv"])

@@ -30,7 +30,7 @@ PROMISED = {
     "frames": "read tracked",
     "timing": "total_s stages",
     "input": "sha256",
-}  # fmt: skip
+}
 
 
 @pytest.fixture(scope="module")
@@ -83,12 +83,20 @@ def test_the_contract_s_names_are_asked_for():
 @pytest.mark.parametrize(
     ("place", "value"),
     [
-        (("verdict",), "maybe"), (("format",), 2), (("frames", "read"), 1.5), (("input", "sha256"), "ab"),
-        (("invariant", "correlation"), "0.9"), (("identity", "built"), None), (("reasons", 0, "level"), "fail"),
-        (("invariant", "verdict"), "reject"), (("reasons",), []), (("segments", 0, "end_s"), None),
-        (("camera", "focal_px"), 0), (("timing", "stages", "decode"), "fast"),
+        (("verdict",), "maybe"),
+        (("format",), 2),
+        (("frames", "read"), 1.5),
+        (("input", "sha256"), "ab"),
+        (("invariant", "correlation"), "0.9"),
+        (("identity", "built"), None),
+        (("reasons", 0, "level"), "fail"),
+        (("invariant", "verdict"), "reject"),
+        (("reasons",), []),
+        (("segments", 0, "end_s"), None),
+        (("camera", "focal_px"), 0),
+        (("timing", "stages", "decode"), "fast"),
     ],
-)  # fmt: skip
+)
 def test_what_is_wrong_is_refused(reports, place, value):
     """Catches: a schema that lets everything through; an acceptance beside a failed test."""
     document = copy.deepcopy(reports["accept"])

@@ -29,9 +29,20 @@ from moireid.web.pages.preview_law import preview_law
 #: Small boards are quickly made, and four are on a sheet.
 SMALL = {"width_mm": "90", "height_mm": "110", "near_m": "0.5", "far_m": "0.9", "mount": "none"}
 HOSTILE = [
-    "../../x", "/etc/passwd", "<script>alert(1)</script>", '"><img src=x onerror=alert(1)>', "{{ 7*7 }}",
-    "'; DROP TABLE badges--", "L" * 200, "عمر الخيام", "ليلى O'Brien", "🦊 Fox", "=1+1", "CON", "%2e%2e%2f",
-]  # fmt: skip
+    "../../x",
+    "/etc/passwd",
+    "<script>alert(1)</script>",
+    '"><img src=x onerror=alert(1)>',
+    "{{ 7*7 }}",
+    "'; DROP TABLE badges--",
+    "L" * 200,
+    "عمر الخيام",
+    "ليلى O'Brien",
+    "🦊 Fox",
+    "=1+1",
+    "CON",
+    "%2e%2e%2f",
+]
 
 
 @pytest.fixture(scope="module")
@@ -259,11 +270,21 @@ def test_only_issuers_issue(visit: Visit) -> None:
     """Catches: a route that a verifier or a stranger can use."""
     job, badge = "0" * 32, "0123456789abcdef"
     for method, path in (
-        ("GET", "/issue"), ("POST", "/issue"), ("GET", "/issue/event"), ("POST", "/issue/event"), ("GET", "/enroll"),
-        ("POST", "/enroll"), ("POST", "/api/badges/check"), ("POST", "/api/badges"), ("GET", f"/api/badges/jobs/{job}"),
-        ("POST", f"/api/badges/{badge}/captures"), ("POST", f"/api/badges/{badge}/captures/{job}/keep"),
-        ("GET", f"/issue/jobs/{job}/package.zip"), ("GET", f"/enroll/{job}"), ("POST", f"/enroll/{job}/keep"),
-    ):  # fmt: skip
+        ("GET", "/issue"),
+        ("POST", "/issue"),
+        ("GET", "/issue/event"),
+        ("POST", "/issue/event"),
+        ("GET", "/enroll"),
+        ("POST", "/enroll"),
+        ("POST", "/api/badges/check"),
+        ("POST", "/api/badges"),
+        ("GET", f"/api/badges/jobs/{job}"),
+        ("POST", f"/api/badges/{badge}/captures"),
+        ("POST", f"/api/badges/{badge}/captures/{job}/keep"),
+        ("GET", f"/issue/jobs/{job}/package.zip"),
+        ("GET", f"/enroll/{job}"),
+        ("POST", f"/enroll/{job}/keep"),
+    ):
         assert visit.ask(method, path, "verifier").status_code == 403, path
         assert visit.ask(method, path, None).status_code == 401, path
 

@@ -57,9 +57,13 @@ def ask(operation, mode: GenerationMode, bearer: dict[str, str]) -> None:
 
     @given(case=operation.as_strategy(generation_mode=mode))
     @settings(
-        max_examples=EXAMPLES, deadline=None, derandomize=True, database=None, phases=[Phase.generate],
+        max_examples=EXAMPLES,
+        deadline=None,
+        derandomize=True,
+        database=None,
+        phases=[Phase.generate],
         suppress_health_check=list(HealthCheck),
-    )  # fmt: skip
+    )
     def check(case) -> None:
         # The only header is the token.  It is put back, so a request whose fault is that it lacks one has none.
         header = case.meta.components.get(ParameterLocation.HEADER)

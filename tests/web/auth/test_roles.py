@@ -26,12 +26,21 @@ from moireid.web.settings import is_loopback
 OPEN = {"/", "/help", "/login", "/logout", "/api/health"}
 #: The roles of each part of the studio, by the beginning of its path; the longest beginning counts.
 ROLES = {
-    "/issue": {"issuer"}, "/enroll": {"issuer"}, "/api/badges": {"issuer"},
-    "/registry": {"issuer", "verifier"}, "/registry/audit": {"issuer"}, "/registry/{badge_id}/revoke": {"issuer"},
-    "/api/registry": {"issuer", "verifier"}, "/api/registry/audit": {"issuer"},
-    "/api/registry/{badge_id}/revoke": {"issuer"}, "/api/verify": {"verifier"}, "/api/identify": {"verifier"},
-    "/api/jobs": {"verifier"}, "/verify": {"verifier"}, "/live": {"verifier"},
-}  # fmt: skip
+    "/issue": {"issuer"},
+    "/enroll": {"issuer"},
+    "/api/badges": {"issuer"},
+    "/registry": {"issuer", "verifier"},
+    "/registry/audit": {"issuer"},
+    "/registry/{badge_id}/revoke": {"issuer"},
+    "/api/registry": {"issuer", "verifier"},
+    "/api/registry/audit": {"issuer"},
+    "/api/registry/{badge_id}/revoke": {"issuer"},
+    "/api/verify": {"verifier"},
+    "/api/identify": {"verifier"},
+    "/api/jobs": {"verifier"},
+    "/verify": {"verifier"},
+    "/live": {"verifier"},
+}
 
 
 @pytest.fixture(scope="module")
@@ -175,9 +184,18 @@ def test_pages_ask_for_nothing_from_outside_and_run_no_inline_script() -> None:
 
 @pytest.mark.parametrize(
     ("host", "loopback"),
-    [("127.0.0.1", True), ("127.8.0.1", True), ("::1", True), ("localhost", True), ("0.0.0.0", False),
-     ("::", False), ("192.168.1.2", False), ("localhost.evil.test", False), ("", False)],
-)  # fmt: skip
+    [
+        ("127.0.0.1", True),
+        ("127.8.0.1", True),
+        ("::1", True),
+        ("localhost", True),
+        ("0.0.0.0", False),
+        ("::", False),
+        ("192.168.1.2", False),
+        ("localhost.evil.test", False),
+        ("", False),
+    ],
+)
 def test_what_is_loopback(host: str, loopback: bool) -> None:
     """Catches: --no-auth on every address of the machine."""
     assert is_loopback(host) is loopback
@@ -186,10 +204,7 @@ def test_what_is_loopback(host: str, loopback: bool) -> None:
 def test_the_command_refuses_what_is_not_safe_or_not_there(tmp_path: Path) -> None:
     """Catches: a studio open to the network without tokens, a traceback where there is no registry."""
     url, data = f"sqlite:///{tmp_path}/none.sqlite3", str(tmp_path / "studio")
-    for arguments, words in (
-        (["--no-auth", "--host", "0.0.0.0"], "listen on 127.0.0.1"),
-        ([], "there is no registry"),
-    ):
+    for arguments, words in ((["--no-auth", "--host", "0.0.0.0"], "listen on 127.0.0.1"), ([], "there is no registry")):
         done = CliRunner().invoke(moireid, ["serve", "--registry", url, "--data", data, *arguments])
         assert done.exit_code == 2 and words in done.output, done.output
 

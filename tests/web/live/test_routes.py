@@ -56,9 +56,10 @@ def session(ada: Badge, pictures: list[np.ndarray], prompts: tuple[Prompt, ...] 
     """Events of a session; rate: of the sender's clock."""
     now = 0.0
     check = LiveCheck(
-        Claim(ada, ada.id), now=lambda: now,
+        Claim(ada, ada.id),
+        now=lambda: now,
         draw=lambda start_s: [Prompt(one.move, start_s + one.at_s) for one in prompts],
-    )  # fmt: skip
+    )
     check.ask(0.0)
     events: list[dict[str, Any]] = []
     for k, picture in enumerate(pictures):
@@ -170,9 +171,15 @@ def test_pictures_go_in_and_a_verdict_comes_out(studio, ada, pictures):
 
 @pytest.mark.parametrize(
     "message",
-    [b"", CLOCK.pack(1.0) + b"no picture", CLOCK.pack(float("nan")) + b"\xff\xd8\xff", b"x" * (live.MOST_BYTES + 1),
-     {"claim": "Ada Lovelace"}, "not json"],
-)  # fmt: skip
+    [
+        b"",
+        CLOCK.pack(1.0) + b"no picture",
+        CLOCK.pack(float("nan")) + b"\xff\xd8\xff",
+        b"x" * (live.MOST_BYTES + 1),
+        {"claim": "Ada Lovelace"},
+        "not json",
+    ],
+)
 def test_what_is_no_picture_ends_the_session_and_nothing_else(studio, message):
     """Catches: a server that falls over a stranger's bytes; a session that stays in the list of those that are open."""
     client, tokens = studio

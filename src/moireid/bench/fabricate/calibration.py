@@ -62,9 +62,10 @@ def cases(count: int, seed: int) -> list[Case]:
 def photograph(chart: Badge, case: Case, seed: int) -> NDArray[np.uint8]:
     """The picture of one case, (height, width) counts."""
     build = Build(
-        lens_offset_mm=float(np.random.default_rng(seed).uniform(-0.25, 0.25)), twist_rad=math.radians(case.twist_deg),
+        lens_offset_mm=float(np.random.default_rng(seed).uniform(-0.25, 0.25)),
+        twist_rad=math.radians(case.twist_deg),
         lens_scale=case.lens_scale,
-    )  # fmt: skip
+    )
     scene = Scene(chart, build, STILL)
     aside = math.radians(case.aside_deg)
     turn = np.array([[math.cos(aside), 0, math.sin(aside)], [0, 1, 0], [-math.sin(aside), 0, math.cos(aside)]])
@@ -80,10 +81,15 @@ def calibration_figures(*, count: int, seed: int, progress: Callable[[], None]) 
     for k, case in enumerate(cases(count, seed)):
         chart = design_chart(ChartRequest(lens=case.lens, printer_dpi=1200))
         row: dict[str, Any] = {
-            "lens": case.lens, "pitch_error_of_sheet_percent": 100 * (case.lens_scale - 1), "twist_deg": case.twist_deg,
-            "distance_m": case.distance_m, "aside_deg": case.aside_deg, "error_percent": None, "in_sd": None,
+            "lens": case.lens,
+            "pitch_error_of_sheet_percent": 100 * (case.lens_scale - 1),
+            "twist_deg": case.twist_deg,
+            "distance_m": case.distance_m,
+            "aside_deg": case.aside_deg,
+            "error_percent": None,
+            "in_sd": None,
             "refused": None,
-        }  # fmt: skip
+        }
         # The focal length that a phone notes is off by as much as its standard deviation says.
         focal_px = STILL.focal_px * (1 + NOTED_DISTANCE_SD * float(np.random.default_rng(seed + k).normal()))
         try:
@@ -96,15 +102,18 @@ def calibration_figures(*, count: int, seed: int, progress: Callable[[], None]) 
             row |= {
                 "error_percent": 100 * error,
                 "in_sd": error * made.profile.lens.pitch_mm / (made.profile.pitch_sd_mm or math.nan),
-                "twist_found_deg": made.twist_deg, "bands_used": made.used,
-            }  # fmt: skip
+                "twist_found_deg": made.twist_deg,
+                "bands_used": made.used,
+            }
         rows.append(row)
         progress()
     errors = np.abs([row["error_percent"] for row in rows if row["error_percent"] is not None])
     in_sd = np.array([row["in_sd"] for row in rows if row["in_sd"] is not None])
     return {
-        "photographs": len(rows), "read": len(errors),
+        "photographs": len(rows),
+        "read": len(errors),
         "worst_error_percent": float(errors.max()) if len(errors) else None,
         "median_error_percent": float(np.median(errors)) if len(errors) else None,
-        "rms_in_sd": float(np.sqrt(np.mean(in_sd**2))) if len(errors) else None, "rows": rows,
-    }  # fmt: skip
+        "rms_in_sd": float(np.sqrt(np.mean(in_sd**2))) if len(errors) else None,
+        "rows": rows,
+    }

@@ -44,9 +44,13 @@ def cases() -> list[Case]:
         base = replace(plain, front=front)
         # A small badge is filmed from near.
         for size, range_m in (
-            ((30.0, 30.0), (0.3, 0.5)), ((30.0, 40.0), (0.3, 0.5)), ((60.0, 66.0), (0.5, 0.7)),
-            ((146.0, 160.0), plain.range_m), ((186.0, 273.0), plain.range_m), ((300.0, 300.0), plain.range_m),
-        ):  # fmt: skip
+            ((30.0, 30.0), (0.3, 0.5)),
+            ((30.0, 40.0), (0.3, 0.5)),
+            ((60.0, 66.0), (0.5, 0.7)),
+            ((146.0, 160.0), plain.range_m),
+            ((186.0, 273.0), plain.range_m),
+            ((300.0, 300.0), plain.range_m),
+        ):
             name = f"board {size[0]:g}x{size[1]:g} mm"
             found.append(Case(name, replace(base, size_mm=size, range_m=range_m)))
         for kerf in (0.0, 1.0, 5.0):
@@ -62,9 +66,13 @@ def cases() -> list[Case]:
 
 #: Cases that are built, by name, front layer and mount.
 BUILT = (
-    ("board 30x40 mm", "lens", "clip"), ("sheet 6 mm", "lens", "lanyard"), ("sheet 0.2 mm", "lens", "stand"),
-    ("spacer 3 mm", "mask", "stand"), ("board 186x273 mm", "mask", "lanyard"), ("kerf 1 mm", "lens", "clip"),
-)  # fmt: skip
+    ("board 30x40 mm", "lens", "clip"),
+    ("sheet 6 mm", "lens", "lanyard"),
+    ("sheet 0.2 mm", "lens", "stand"),
+    ("spacer 3 mm", "mask", "stand"),
+    ("board 186x273 mm", "mask", "lanyard"),
+    ("kerf 1 mm", "lens", "clip"),
+)
 
 
 def extremes(built: Collection[tuple[str, str, str]] = BUILT) -> list[dict[str, Any]]:

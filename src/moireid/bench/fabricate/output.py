@@ -25,11 +25,13 @@ def fabricate_table(result: dict[str, Any]) -> str:
             )
     alone = result["pdf_alone"]
     lines += [
-        "", "PDF, preview and assembly sheet alone (print NAME --mount none, interpreter and all): "
+        "",
+        "PDF, preview and assembly sheet alone (print NAME --mount none, interpreter and all): "
         f"{alone['seconds']:.2f} s, of which {alone['cpu_seconds']:.2f} s of processor time; "
         f"{alone['ratio']:.1f} times an interpreter that imports numpy and reportlab",
-        "", f"{'page at the edge':<40}{'outcome':<9}{'edge, dots':>11}{'cell, rad':>11}  granted",
-    ]  # fmt: skip
+        "",
+        f"{'page at the edge':<40}{'outcome':<9}{'edge, dots':>11}{'cell, rad':>11}  granted",
+    ]
     for row in result["page_extremes"]:
         seen = [row[raster] for raster in ("poppler", "ghostscript") if raster in row]
         worst, phase = (max((one[name] for one in seen), default=0.0) for name in ("worst_dots", "cell_phase_rad"))
@@ -87,10 +89,11 @@ def fabricate_plot(result: dict[str, Any]) -> Any:
 def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
     """Worst edge of each form at each resolution, worse of the rasters of one bit, and greyed for the plain vector."""
     styles = {
-        ("dots", False): ("o-", "#1f6fb2", "dots (default)"), ("bitmap", False): ("s--", "#2e7d4f", "bitmap"),
+        ("dots", False): ("o-", "#1f6fb2", "dots (default)"),
+        ("bitmap", False): ("s--", "#2e7d4f", "bitmap"),
         ("vector", False): ("^-", "#c2571a", "vector, one bit a dot"),
         ("vector", True): ("v:", "#c2571a", "vector, greyed"),
-    }  # fmt: skip
+    }
     for (form, grey), (line, colour, label) in styles.items():
         places, worst = [], []
         for row in pages:

@@ -141,9 +141,13 @@ def _with_lens(case: Case, folder: Path) -> Request:
         return case.request
     lens = {"kind": "lenticular", "pitch_mm": case.sheet_mm[0], "thickness_mm": case.sheet_mm[1]}
     document = {
-        "format": PROFILE_FORMAT, "kind": PROFILE_KIND, "name": "extreme", "lens": lens | {"refractive_index": 1.56},
-        "pitch_sd_mm": 0.0, "from": {},
-    }  # fmt: skip
+        "format": PROFILE_FORMAT,
+        "kind": PROFILE_KIND,
+        "name": "extreme",
+        "lens": lens | {"refractive_index": 1.56},
+        "pitch_sd_mm": 0.0,
+        "from": {},
+    }
     path = folder / "extreme.json"
     path.write_text(json.dumps(document), encoding="utf-8")
     return replace(case.request, lens=str(path))

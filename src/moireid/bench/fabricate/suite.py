@@ -60,9 +60,15 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     mount_rows = extremes(BUILT[:1] if quick else BUILT)
     photographs = calibration_figures(count=2 if quick else PHOTOGRAPHS, seed=seed, progress=lambda: None)
     return {
-        "suite": "fabricate", "seed": seed, "pages": pages, "page_extremes": page_rows, "pdf_alone": alone,
-        "mounts": mounts, "mount_extremes": mount_rows, "calibration": photographs,
-    }  # fmt: skip
+        "suite": "fabricate",
+        "seed": seed,
+        "pages": pages,
+        "page_extremes": page_rows,
+        "pdf_alone": alone,
+        "mounts": mounts,
+        "mount_extremes": mount_rows,
+        "calibration": photographs,
+    }
 
 
 def page_figures(form: str, dpi: int, seed: int, count: int) -> dict[str, Any]:
@@ -91,9 +97,12 @@ def page_figures(form: str, dpi: int, seed: int, count: int) -> dict[str, Any]:
                 if page is not None:
                     seen[raster].append(painted_figures(page, badge))
     found: dict[str, Any] = {
-        "form": form, "dpi": dpi, "seconds": float(np.median(seconds)), "seconds_spread": float(np.ptp(seconds)),
+        "form": form,
+        "dpi": dpi,
+        "seconds": float(np.median(seconds)),
+        "seconds_spread": float(np.ptp(seconds)),
         "kilobytes": kilobytes,
-    }  # fmt: skip
+    }
     return found | {raster: _together(rows, dpi) for raster, rows in seen.items() if rows}
 
 
@@ -103,11 +112,13 @@ def painted_figures(page: Raster, badge: Badge) -> dict[str, Any]:
     reading = read_page(page, without_lines(badge))
     payload = reading.found.payload if reading else None
     return {
-        "errors": errors, "pitches": pitches, "markers": len(reading.markers) if reading else 0,
+        "errors": errors,
+        "pitches": pitches,
+        "markers": len(reading.markers) if reading else 0,
         "read": payload is not None and payload.hex() == badge.id and bool(reading and reading.found.beats_agree),
         "wrong": payload is not None and payload.hex() != badge.id,
         "phase_rad": reading.phase_error_rad if reading else float("nan"),
-    }  # fmt: skip
+    }
 
 
 def edge_errors(page: Raster, badge: Badge) -> tuple[NDArray[np.float64], list[float]]:
@@ -119,9 +130,10 @@ def edge_errors(page: Raster, badge: Badge) -> tuple[NDArray[np.float64], list[f
         for cell in grating.cells:
             sides = []
             for edges, first in zip(
-                line_edges(page, grating, cell, to_dots), (cell.edge_mm, cell.edge_mm + cell.duty * cell.pitch_mm),
+                line_edges(page, grating, cell, to_dots),
+                (cell.edge_mm, cell.edge_mm + cell.duty * cell.pitch_mm),
                 strict=True,
-            ):  # fmt: skip
+            ):
                 count = np.round((edges * dot - first) / cell.pitch_mm)
                 errors.append(edges - (first + count * cell.pitch_mm) / dot)
                 sides.append((count, edges * dot))
@@ -142,11 +154,16 @@ def _together(rows: list[dict[str, Any]], dpi: int) -> dict[str, Any]:
     pitches = [abs(pitch) for row in rows for pitch in row["pitches"]]
     worst = float(np.abs(errors).max())
     return {
-        "badges": len(rows), "rms_dots": float(np.sqrt(np.mean(errors**2))), "worst_dots": worst,
-        "worst_um": 25400.0 / dpi * worst, "pitch_ppm": 1e6 * max(pitches), "read": sum(row["read"] for row in rows),
-        "wrong_payloads": sum(row["wrong"] for row in rows), "all_markers": sum(row["markers"] == 4 for row in rows),
+        "badges": len(rows),
+        "rms_dots": float(np.sqrt(np.mean(errors**2))),
+        "worst_dots": worst,
+        "worst_um": 25400.0 / dpi * worst,
+        "pitch_ppm": 1e6 * max(pitches),
+        "read": sum(row["read"] for row in rows),
+        "wrong_payloads": sum(row["wrong"] for row in rows),
+        "all_markers": sum(row["markers"] == 4 for row in rows),
         "cell_phase_rad": max(row["phase_rad"] for row in rows),
-    }  # fmt: skip
+    }
 
 
 def command_seconds(runs: int) -> dict[str, float]:
@@ -171,9 +188,7 @@ def command_seconds(runs: int) -> dict[str, float]:
             spent = after.children_user + after.children_system - before.children_user - before.children_system
             cpu.append(spent)
     command, bare = (float(np.median(wall[name])) for name in ("command", "bare"))
-    return {
-        "seconds": command, "bare_seconds": bare, "ratio": command / bare, "cpu_seconds": float(np.median(cpu)),
-    }  # fmt: skip
+    return {"seconds": command, "bare_seconds": bare, "ratio": command / bare, "cpu_seconds": float(np.median(cpu))}
 
 
 def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, Any]]:
@@ -203,8 +218,14 @@ def mount_figures(angles_rad: tuple[float, ...], runs: int) -> list[dict[str, An
             middles = mesh.triangles_center[bent]
             middles = middles[:: max(1, len(middles) // MOST_POINTS)]
             error = max(float(skin.distance_to(b3d.Vertex(*point))) for point in middles)
-            found.append({
-                "angle_rad": angle, "seconds": float(np.median(seconds)), "kilobytes": file.stat().st_size / 1e3,
-                "triangles": len(mesh.faces), "chord_error_mm": error, "default": angle == FACET_ANGLE_RAD,
-            })  # fmt: skip
+            found.append(
+                {
+                    "angle_rad": angle,
+                    "seconds": float(np.median(seconds)),
+                    "kilobytes": file.stat().st_size / 1e3,
+                    "triangles": len(mesh.faces),
+                    "chord_error_mm": error,
+                    "default": angle == FACET_ANGLE_RAD,
+                }
+            )
     return found

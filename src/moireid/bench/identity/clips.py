@@ -77,13 +77,22 @@ def read_clip(clip: Clip) -> dict[str, Any]:
         film(scene, motion, video, frames=clip.frames, fps=FPS, seed=clip.motion_seed, crf=CRF)
         report = verify(video, badge, claimed_id=badge.id, focal_px=FOCAL_PX)
     row: dict[str, Any] = {
-        "payload": clip.payload.hex(), "verdict": report.verdict, "read": report.identity.decoded_id == badge.id,
-        "wrong": report.identity.decoded_id not in (None, badge.id), "tracked": report.track.tracked,
+        "payload": clip.payload.hex(),
+        "verdict": report.verdict,
+        "read": report.identity.decoded_id == badge.id,
+        "wrong": report.identity.decoded_id not in (None, badge.id),
+        "tracked": report.track.tracked,
         "corrected": report.identity.symbol_errors_corrected,
-        "phase_error_rad": [], "phase_sd_rad": [], "cells_wrong": 0,
-        "correlation": report.invariant.correlation, "gain": report.invariant.gain_ratio,
-        "identity_s": report.timing["stages"].get("identity"), "as_built": None, "beat_error": None, "shorter": [],
-    }  # fmt: skip
+        "phase_error_rad": [],
+        "phase_sd_rad": [],
+        "cells_wrong": 0,
+        "correlation": report.invariant.correlation,
+        "gain": report.invariant.gain_ratio,
+        "identity_s": report.timing["stages"].get("identity"),
+        "as_built": None,
+        "beat_error": None,
+        "shorter": [],
+    }
     if report.measurement is None:
         return row
     readings = read_identity(report.track, report.measurement, badge).cells
@@ -112,14 +121,16 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
     kept = track.cell_frames < frames
     short = replace(
         track,
-        frame_numbers=track.frame_numbers[:frames], times_s=track.times_s[:frames],
-        homographies=track.homographies[:frames], correlations=track.correlations[:frames],
+        frame_numbers=track.frame_numbers[:frames],
+        times_s=track.times_s[:frames],
+        homographies=track.homographies[:frames],
+        correlations=track.correlations[:frames],
         profiles=tuple(
             profile[:frames] if strip.uniform else profile[kept]
             for strip, profile in zip(track.strips, track.profiles, strict=True)
         ),
         cell_frames=track.cell_frames[kept],
-    )  # fmt: skip
+    )
     clock = time.perf_counter()
     measurement = measure(short, badge, focal_px=FOCAL_PX)
     measured = time.perf_counter()
@@ -135,7 +146,10 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
     hard = decode_phases(word_of(badge.gratings), phases, sds, tries=1)
     soft = reading.decoded.payload if reading.decoded else None
     return {
-        "frames": short.tracked, "measure_s": measured - clock, "identity_s": done - measured,
-        "cells_wrong": wrong / len(found), "soft": None if soft is None else soft.hex() == badge.id,
+        "frames": short.tracked,
+        "measure_s": measured - clock,
+        "identity_s": done - measured,
+        "cells_wrong": wrong / len(found),
+        "soft": None if soft is None else soft.hex() == badge.id,
         "hard": None if hard is None else hard.hex() == badge.id,
-    }  # fmt: skip
+    }

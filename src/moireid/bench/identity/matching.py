@@ -42,14 +42,17 @@ def matching_figures(groups: dict[str, list[dict[str, Any]]], *, quick: bool, se
     read = [row for row in rows if row["phase_error_rad"]]
     far = [np.array(row["phase_error_rad"]) for row in groups["64 bits, 3 m"] if row["phase_error_rad"]]
     return {
-        "failure_to_acquire": {"films": len(rows), "failed": len(rows) - len(read),
-                               "interval": interval(len(rows) - len(read), len(rows))},
+        "failure_to_acquire": {
+            "films": len(rows),
+            "failed": len(rows) - len(read),
+            "interval": interval(len(rows) - len(read), len(rows)),
+        },
         "scores": _scores(read, rng, 2_000 if quick else 20_000),
         "model": _model(far[::2], far[1::2]),
         "decoding": _decoding(far[::2], far[1::2], rng, *((200, 5_000) if quick else (2_000, 10_000))),
         "issued": _issued_apart(rng, 1_000 if quick else 10_000),
         "undetected": _undetected(rng, 200 if quick else 5_000),
-    }  # fmt: skip
+    }
 
 
 def _phases(payload: bytes) -> Array:
@@ -72,21 +75,23 @@ def _scores(rows: list[dict[str, Any]], rng: np.random.Generator, claims: int) -
     threshold = max(float(np.quantile(fixed, 1 - FIXED_AT_FMR)), float(fixed.mean() + 4.75 * fixed.std()))
     false, missed = int((told >= threshold).sum()), int((true < threshold).sum())
     curve = [
-        {
-            "threshold": float(x),
-            "fmr": float((told >= x).mean()),
-            "fnmr": float((true < x).mean()),
-        }
+        {"threshold": float(x), "fmr": float((told >= x).mean()), "fnmr": float((true < x).mean())}
         for x in np.linspace(0.0, 1.0, 101)
     ]
     crossing = min(curve, key=lambda point: (abs(point["fmr"] - point["fnmr"]), point["threshold"]))
     return {
-        "threshold": threshold, "films": len(true), "comparisons": len(told),
-        "fmr": false / len(told), "fmr_interval": interval(false, len(told)),
-        "fnmr": missed / len(true), "fnmr_interval": interval(missed, len(true)),
-        "equal_error_rate": max(crossing["fmr"], crossing["fnmr"]), "det": curve,
-        "genuine_least": min(genuine), "impostor_greatest": float(max(fixed.max(), told.max())),
-    }  # fmt: skip
+        "threshold": threshold,
+        "films": len(true),
+        "comparisons": len(told),
+        "fmr": false / len(told),
+        "fmr_interval": interval(false, len(told)),
+        "fnmr": missed / len(true),
+        "fnmr_interval": interval(missed, len(true)),
+        "equal_error_rate": max(crossing["fmr"], crossing["fnmr"]),
+        "det": curve,
+        "genuine_least": min(genuine),
+        "impostor_greatest": float(max(fixed.max(), told.max())),
+    }
 
 
 def _model(fitted: list[Array], other: list[Array]) -> dict[str, Any]:
@@ -95,8 +100,9 @@ def _model(fitted: list[Array], other: list[Array]) -> dict[str, Any]:
     error = np.abs(np.concatenate(other))
     tails = [
         {"model": tail, "limit_rad": float(limit), "other_films": float((error > limit).mean())}
-        for tail in TAILS for limit in [t.ppf(1 - tail / 2, freedom) * scale]
-    ]  # fmt: skip
+        for tail in TAILS
+        for limit in [t.ppf(1 - tail / 2, freedom) * scale]
+    ]
     return {"freedom": float(freedom), "scale_rad": float(scale), "tails": tails}
 
 
@@ -121,11 +127,18 @@ def _decoding(
                 decoded = decode_phases(WORD, _phases(payload) + factor * draw(), sd)
                 missed += decoded != payload
                 false += decoded is not None and decoded != payload and decoded in claimed
-            found.append({
-                "factor": factor, "source": source, "readings": readings, "comparisons": readings * claims,
-                "fnmr": missed / readings, "fnmr_interval": interval(missed, readings),
-                "fmr": false / (readings * claims), "fmr_interval": interval(false, readings * claims),
-            })  # fmt: skip
+            found.append(
+                {
+                    "factor": factor,
+                    "source": source,
+                    "readings": readings,
+                    "comparisons": readings * claims,
+                    "fnmr": missed / readings,
+                    "fnmr_interval": interval(missed, readings),
+                    "fmr": false / (readings * claims),
+                    "fmr_interval": interval(false, readings * claims),
+                }
+            )
     return found
 
 
@@ -135,8 +148,12 @@ def _issued_apart(rng: np.random.Generator, count: int) -> dict[str, int]:
     least = WORD.word_bytes
     for k in range(count - 1):
         least = min(least, int((words[k + 1 :] != words[k]).sum(axis=1).min()))
-    return {"payloads": count, "least_distance_bytes": least, "promised_bytes": WORD.parity_bytes + 1,
-            "cells": WORD.word_bytes * CELLS_PER_BYTE}  # fmt: skip
+    return {
+        "payloads": count,
+        "least_distance_bytes": least,
+        "promised_bytes": WORD.parity_bytes + 1,
+        "cells": WORD.word_bytes * CELLS_PER_BYTE,
+    }
 
 
 def _undetected(rng: np.random.Generator, words: int) -> dict[str, int]:

@@ -22,13 +22,17 @@ def shorter_figures(groups: dict[str, list[dict[str, Any]]]) -> list[dict[str, A
         for frames, some in sorted(by_length.items()):
             if len(some) * 2 < len([row for row in rows if row["shorter"]]):
                 continue
-            found.append({
-                "name": name, "frames": frames, "clips": len(some),
-                "cells_wrong": float(np.mean([one["cells_wrong"] for one in some])),
-                "soft_read": float(np.mean([one["soft"] is True for one in some])),
-                "hard_read": float(np.mean([one["hard"] is True for one in some])),
-                "wrong_payloads": sum(one["soft"] is False or one["hard"] is False for one in some),
-                "measure_ms": 1e3 * float(np.median([one["measure_s"] for one in some])),
-                "identity_ms": 1e3 * float(np.median([one["identity_s"] for one in some])),
-            })  # fmt: skip
+            found.append(
+                {
+                    "name": name,
+                    "frames": frames,
+                    "clips": len(some),
+                    "cells_wrong": float(np.mean([one["cells_wrong"] for one in some])),
+                    "soft_read": float(np.mean([one["soft"] is True for one in some])),
+                    "hard_read": float(np.mean([one["hard"] is True for one in some])),
+                    "wrong_payloads": sum(one["soft"] is False or one["hard"] is False for one in some),
+                    "measure_ms": 1e3 * float(np.median([one["measure_s"] for one in some])),
+                    "identity_ms": 1e3 * float(np.median([one["identity_s"] for one in some])),
+                }
+            )
     return found

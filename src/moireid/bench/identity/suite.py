@@ -34,9 +34,14 @@ HERE = Where()
 
 
 def run(
-    *, quick: bool, seed: int, clips: int | None = None, kept: Path | None = None, where: Where = HERE,
+    *,
+    quick: bool,
+    seed: int,
+    clips: int | None = None,
+    kept: Path | None = None,
+    where: Where = HERE,
     progress: Callable[[int, int | None], None],
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """All figures of the suite as one JSON object.
 
     Parameters: kept: a file that rows are added to as clips are read; those in it already are not filmed again.
@@ -49,11 +54,14 @@ def run(
         groups.setdefault(name, []).append(row)
     built = {name: groups.pop(name) for name in ("enrolled", "original", "copy")}
     return {
-        "suite": "identity", "seed": seed, "clips": count,
+        "suite": "identity",
+        "seed": seed,
+        "clips": count,
         "conditions": [_condition(name, found) for name, found in groups.items()],
-        "shorter": shorter_figures(groups), "built": _built(built),
+        "shorter": shorter_figures(groups),
+        "built": _built(built),
         "matching": matching_figures(groups, quick=quick, seed=seed),
-    }  # fmt: skip
+    }
 
 
 def _jobs(count: int, seed: int) -> list[tuple[str, Clip]]:
@@ -94,16 +102,21 @@ def _condition(name: str, rows: list[dict[str, Any]]) -> dict[str, Any]:
     beats = _known(rows, "beat_error")
     read = sum(row["read"] for row in rows)
     return {
-        "name": name, "clips": len(rows), "read": read, "read_interval": interval(read, len(rows)),
+        "name": name,
+        "clips": len(rows),
+        "read": read,
+        "read_interval": interval(read, len(rows)),
         "wrong_payloads": sum(row["wrong"] for row in rows),
         "accepted": sum(row["verdict"] == "accept" for row in rows),
         "wrong_cells": sum(row["cells_wrong"] for row in rows) / max(len(errors), 1),
-        "phase_median_rad": _middle(np.abs(errors)), "phase_rms_rad": _rms(errors),
+        "phase_median_rad": _middle(np.abs(errors)),
+        "phase_rms_rad": _rms(errors),
         "cells_unclear": float(np.mean(sds > math.pi / 8)) if len(sds) else 1.0,
         "beat_error_worst": float(np.abs(beats).max(initial=0.0)),
-        "identity_s": _middle(_known(rows, "identity_s")), "correlation_median": _middle(_known(rows, "correlation")),
+        "identity_s": _middle(_known(rows, "identity_s")),
+        "correlation_median": _middle(_known(rows, "correlation")),
         "gain_rms_error": _rms(_known(rows, "gain") - 1),
-    }  # fmt: skip
+    }
 
 
 def _known(rows: list[dict[str, Any]], name: str) -> NDArray[np.float64]:

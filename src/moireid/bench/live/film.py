@@ -64,9 +64,15 @@ def answer(prompts: Sequence[Prompt], face_mm: Array, *, reaction_s: float = 0.5
 
 
 def frames(
-    badge: Badge, behind: NDArray[np.uint8], course: Answer, *, length_s: float, fps: float = 24.0, seed: int = 0,
+    badge: Badge,
+    behind: NDArray[np.uint8],
+    course: Answer,
+    *,
+    length_s: float,
+    fps: float = 24.0,
+    seed: int = 0,
     frozen: bool = False,
-) -> Iterator[NDArray[np.uint8]]:  # fmt: skip
+) -> Iterator[NDArray[np.uint8]]:
     """Grey pictures of the badge before `behind` (height, width), one at a time.
 
     Parameters: frozen: a forged badge, whose fringes do not move.

@@ -89,13 +89,21 @@ def _light_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
     skies, plain = AnalyticRenderer(even), AnalyticRenderer(scene)
     rows = []
     for what, one, other, lit in (
-        ("glare of a soft box", shown, matt, box), ("Fresnel losses, light through the lenses", skies, plain, even),
-    ):  # fmt: skip
+        ("glare of a soft box", shown, matt, box),
+        ("Fresnel losses, light through the lenses", skies, plain, even),
+    ):
         bar = estimate_error(lit, [instant]).phase_rad
-        rows.append(_row(
-            "analytic", what, lambda one=one: one.render(instant), lambda other=other: other.render(instant),  # type: ignore[misc]
-            scene, instant, bar,
-        ))  # fmt: skip
+        rows.append(
+            _row(
+                "analytic",
+                what,
+                lambda one=one: one.render(instant),
+                lambda other=other: other.render(instant),  # type: ignore[misc]
+                scene,
+                instant,
+                bar,
+            )
+        )
     return rows
 
 
@@ -137,11 +145,16 @@ def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
     name = f"mitsuba {choose_variant()}"
     plain, few, finer, page, bounces = (
         MitsubaRenderer(replace(scene, need=need), samples=rays, segments=parts, seed=seed + k)
-        for k, (need, rays, parts) in enumerate((
-            (Need(), samples, segments), (Need(), FEW_SAMPLES, segments), (Need(), samples, 2 * segments),
-            (Need(page=False), samples, segments), (Need(bounces=True), samples, segments),
-        ))
-    )  # fmt: skip
+        for k, (need, rays, parts) in enumerate(
+            (
+                (Need(), samples, segments),
+                (Need(), FEW_SAMPLES, segments),
+                (Need(), samples, 2 * segments),
+                (Need(page=False), samples, segments),
+                (Need(bounces=True), samples, segments),
+            )
+        )
+    )
     frame: Frame = lambda: plain.render(instant)  # noqa: E731
     off: Frame = lambda: few.render(instant, crop=(0, 0, camera.width, camera.height))  # noqa: E731
     pairs: list[tuple[str, Frame, Frame, int]] = [
@@ -152,12 +165,14 @@ def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
     ]
     # One estimate in few strips is off by a half at times; that of several seeds is not.
     errors = {
-        rays: rms([
-            estimate_mitsuba(scene, instant, (rays, segments), seed=seed + 10 * k).phase_rad
-            for k in range(MITSUBA_RUNS)
-        ])
+        rays: rms(
+            [
+                estimate_mitsuba(scene, instant, (rays, segments), seed=seed + 10 * k).phase_rad
+                for k in range(MITSUBA_RUNS)
+            ]
+        )
         for rays in (FEW_SAMPLES, samples)
-    }  # fmt: skip
+    }
     rows = []
     for what, with_it, without, rays in pairs:
         bar = errors[rays]
@@ -166,9 +181,16 @@ def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
 
 
 def _row(
-    renderer: str, what: str, with_it: Frame, without: Frame, scene: Scene, instant: Instant, error_rad: float | None,
-    *, runs: int = RUNS,
-) -> dict[str, Any]:  # fmt: skip
+    renderer: str,
+    what: str,
+    with_it: Frame,
+    without: Frame,
+    scene: Scene,
+    instant: Instant,
+    error_rad: float | None,
+    *,
+    runs: int = RUNS,
+) -> dict[str, Any]:
     """Seconds of both frames, and how far they are apart where both show the badge."""
     (one, seconds), (other, less) = (_timed(frame, runs) for frame in (with_it, without))
     apart, bar_rad = None, None if error_rad is None else math.sqrt(2) * error_rad
@@ -180,10 +202,15 @@ def _row(
         apart = difference(pairs, scene.paper - scene.ink)
     changed = None if apart is None else apart.phase_rad
     return {
-        "renderer": renderer, "what": what, "with_s": seconds, "without_s": less,
-        "phase_rad": changed, "image": apart and apart.image, "bar_rad": bar_rad,
+        "renderer": renderer,
+        "what": what,
+        "with_s": seconds,
+        "without_s": less,
+        "phase_rad": changed,
+        "image": apart and apart.image,
+        "bar_rad": bar_rad,
         "within": None if changed is None or bar_rad is None else changed <= bar_rad,
-    }  # fmt: skip
+    }
 
 
 def rms(figures: list[float | None]) -> float | None:

@@ -70,9 +70,13 @@ def simulate_plot(result: dict[str, Any]) -> Any:
                 some.sort(key=lambda row: row["setting"][0] * row["setting"][1])
                 line = "-" if renderer == "analytic" else ""
                 axes.loglog(
-                    [row[error] for row in some], [row["seconds"] for row in some], mark + line, color=colour,
-                    label=f"{renderer}, {camera}" if some else None, alpha=0.85,
-                )  # fmt: skip
+                    [row[error] for row in some],
+                    [row["seconds"] for row in some],
+                    mark + line,
+                    color=colour,
+                    label=f"{renderer}, {camera}" if some else None,
+                    alpha=0.85,
+                )
         axes.grid(color="#e4e8ed", which="both")
         axes.xaxis.set_minor_formatter(NullFormatter())
         axes.spines[["top", "right"]].set_visible(False)

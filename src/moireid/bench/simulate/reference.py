@@ -54,9 +54,15 @@ class Traced:
 
 
 def trace_pixels(
-    setup: Setup, camera_matrix: Array, camera_mm: Array, rotation: Array, columns: NDArray[np.intp],
-    rows: NDArray[np.intp], *, samples: int = SAMPLES,
-) -> Traced:  # fmt: skip
+    setup: Setup,
+    camera_matrix: Array,
+    camera_mm: Array,
+    rotation: Array,
+    columns: NDArray[np.intp],
+    rows: NDArray[np.intp],
+    *,
+    samples: int = SAMPLES,
+) -> Traced:
     """Trace some pixels of a picture, all of which must lie on a grating.
 
     Parameters: camera_matrix (3, 3) px, pixel centres are whole numbers; camera_mm (3,) the camera's centre; rotation

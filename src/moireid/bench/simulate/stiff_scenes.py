@@ -42,12 +42,18 @@ class StiffScene:
 def stiff_scenes() -> list[StiffScene]:
     """All cases, by what they strain."""
     return [
-        *(StiffScene(f"pitch ratio 1 + {share:g}", lambda s=share: _ratio(s))  # type: ignore[misc]
-          for share in (0.0, 1e-9, 1e-6, 1e-3)),
-        *(StiffScene(f"distance {mm / 1000:g} m", lambda d=mm: _distance(d))  # type: ignore[misc]
-          for mm in (20.0, 100.0, 3e4, 1e5)),
-        *(StiffScene(f"view at {degrees:g} degrees", lambda: _distance(400.0), float(np.tan(np.radians(degrees))))
-          for degrees in (45, 70, 80)),
+        *(
+            StiffScene(f"pitch ratio 1 + {share:g}", lambda s=share: _ratio(s))  # type: ignore[misc]
+            for share in (0.0, 1e-9, 1e-6, 1e-3)
+        ),
+        *(
+            StiffScene(f"distance {mm / 1000:g} m", lambda d=mm: _distance(d))  # type: ignore[misc]
+            for mm in (20.0, 100.0, 3e4, 1e5)
+        ),
+        *(
+            StiffScene(f"view at {degrees:g} degrees", lambda: _distance(400.0), float(np.tan(np.radians(degrees))))
+            for degrees in (45, 70, 80)
+        ),
         *(StiffScene(f"sheet {mm:g} mm", lambda g=mm: _sheet(g, 1.56)) for mm in (0.05, 0.2, 3.0, 10.0)),  # type: ignore[misc]
         *(StiffScene(f"n = {n:g}", lambda n=n: _sheet(2.0, n)) for n in (1.0, 1.02, 1.3, 2.0)),  # type: ignore[misc]
         StiffScene("mask in air, n = 1", lambda: Setting("", board(Lens("mask", 0.508, 2.0, 1.0), 0.52))),
@@ -55,7 +61,7 @@ def stiff_scenes() -> list[StiffScene]:
         StiffScene("no light", lambda: _light(0.0)),
         StiffScene("saturation, ten times white", lambda: _light(10.0)),
         StiffScene("lenses spread beyond their diameter", lambda: Setting("", _badge(), Build(lens_scale=1.5))),
-    ]  # fmt: skip
+    ]
 
 
 def run_scenes() -> list[dict[str, Any]]:
@@ -99,9 +105,14 @@ def render_case(case: StiffScene) -> dict[str, Any]:
             f"{100 * truth.escaped:.0f} % of the rays leave their lens by its neighbour, which no renderer here follows"
         )
     return row | {
-        "outcome": "right" if good else "wrong", "why": why, "phase_rad": found.phase_rad, "bar_rad": bar_rad,
-        "image": found.image, "bar_image": bar_image, "escaped": truth.escaped,
-    }  # fmt: skip
+        "outcome": "right" if good else "wrong",
+        "why": why,
+        "phase_rad": found.phase_rad,
+        "bar_rad": bar_rad,
+        "image": found.image,
+        "bar_image": bar_image,
+        "escaped": truth.escaped,
+    }
 
 
 def _badge() -> Any:

@@ -35,9 +35,7 @@ FINE = (64, 4)
 BUDGET, LEAST_SAMPLES, MOST_SAMPLES = 600_000, 89, 610
 SETTINGS = ((2, 1), (4, 1), (8, 1), (16, 1), (32, 1), (32, 2), (64, 4))
 MITSUBA_SETTINGS = ((16, 4), (16, 16), (64, 16), (256, 16), (64, 4), (64, 32))
-CAMERAS = {
-    "1080p": Camera(), "720p": Camera(1280, 720, 966.7), "2160p": Camera(3840, 2160, 2900.0),
-}  # fmt: skip
+CAMERAS = {"1080p": Camera(), "720p": Camera(1280, 720, 966.7), "2160p": Camera(3840, 2160, 2900.0)}
 RUNS, QUICK_RUNS = 15, 5
 WORK_TANGENTS = (-0.3, 0.05, 0.35)
 
@@ -68,9 +66,14 @@ def run(*, quick: bool, seed: int, progress: Callable[[int, int | None], None]) 
     unseen = left_out.run(seed)
     progress(total, total)
     return {
-        "suite": "simulate", "seed": seed, "versions": _versions(), "against": against, "work": work,
-        "speed": speed_at_equal_error(work), "left_out": unseen,
-    }  # fmt: skip
+        "suite": "simulate",
+        "seed": seed,
+        "versions": _versions(),
+        "against": against,
+        "work": work,
+        "speed": speed_at_equal_error(work),
+        "left_out": unseen,
+    }
 
 
 def truth_of(setting: Setting, tangent: float, *, per_grating: int = 1, budget: int = BUDGET) -> Truth | None:
@@ -148,10 +151,13 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
     kinds.append(("analytic float64", RAYS, lambda: AnalyticRenderer(scene, rays=RAYS, precision="float64").render))
     for variant, some in mitsuba_sweep(camera_name, quick=quick):
         for samples, segments in some:
-            kinds.append((
-                f"mitsuba {variant}", (samples, segments),
-                lambda v=variant, n=samples, m=segments: _mitsuba(scene, v, n, m, seed),  # type: ignore[misc]
-            ))  # fmt: skip
+            kinds.append(
+                (
+                    f"mitsuba {variant}",
+                    (samples, segments),
+                    lambda v=variant, n=samples, m=segments: _mitsuba(scene, v, n, m, seed),  # type: ignore[misc]
+                )
+            )
     for name, figures, make in kinds:
         row = _timed(make, truths, 3 if name.startswith("mitsuba") else runs, scene.paper - scene.ink)
         rows.append({"renderer": name, "camera": camera_name, "setting": list(figures), **row})
@@ -175,10 +181,14 @@ def _timed(
     errors = [error_of(picture, truth, contrast) for picture, truth in zip(pictures, truths, strict=True) if picture]
     low, middle, high = np.percentile(seconds, [25, 50, 75])
     return {
-        "seconds": float(middle), "seconds_least": float(min(seconds)), "seconds_spread": float(high - low),
-        "first_s": first, "runs": len(seconds), "phase_rad": rms([error.phase_rad for error in errors]),
+        "seconds": float(middle),
+        "seconds_least": float(min(seconds)),
+        "seconds_spread": float(high - low),
+        "first_s": first,
+        "runs": len(seconds),
+        "phase_rad": rms([error.phase_rad for error in errors]),
         "image": rms([error.image for error in errors]),
-    }  # fmt: skip
+    }
 
 
 def mitsuba_variants() -> list[str]:
@@ -206,9 +216,7 @@ def mitsuba_sweep(camera_name: str, *, quick: bool) -> list[tuple[str, tuple[tup
     return [(variant, MITSUBA_SETTINGS if variant == best else few) for variant in variants]
 
 
-def _mitsuba(
-    scene: Any, variant: str, samples: int, segments: int, seed: int
-) -> Callable[[Instant], Rendered | None]:  # fmt: skip
+def _mitsuba(scene: Any, variant: str, samples: int, segments: int, seed: int) -> Callable[[Instant], Rendered | None]:
     from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=samples, segments=segments, variant=variant, seed=seed).render
@@ -226,15 +234,23 @@ def speed_at_equal_error(work: list[dict[str, Any]]) -> dict[str, Any] | None:
         if not row["renderer"].startswith("mitsuba") or row["phase_rad"] is None:
             continue
         equal = [
-            one["seconds"] for one in work
-            if one["renderer"] == "analytic" and one["camera"] == row["camera"] and one["phase_rad"] is not None
+            one["seconds"]
+            for one in work
+            if one["renderer"] == "analytic"
+            and one["camera"] == row["camera"]
+            and one["phase_rad"] is not None
             and one["phase_rad"] <= row["phase_rad"]
-        ]  # fmt: skip
+        ]
         if equal:
-            found.append({
-                "times": row["seconds"] / min(equal), "phase_rad": row["phase_rad"], "mitsuba": row["renderer"],
-                "setting": row["setting"], "camera": row["camera"],
-            })  # fmt: skip
+            found.append(
+                {
+                    "times": row["seconds"] / min(equal),
+                    "phase_rad": row["phase_rad"],
+                    "mitsuba": row["renderer"],
+                    "setting": row["setting"],
+                    "camera": row["camera"],
+                }
+            )
     return min(found, key=lambda one: one["times"]) if found else None
 
 

@@ -68,9 +68,7 @@ def cases() -> list[Case]:
     ]
 
 
-def run(
-    *, quick: bool, seed: int, where: Where = HERE, progress: Callable[[int, int | None], None]
-) -> dict[str, Any]:  # fmt: skip
+def run(*, quick: bool, seed: int, where: Where = HERE, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
     """All cases as one JSON object."""
     jobs = [(case.name, (case, seed, QUICK_FRAMES if quick else FRAMES)) for case in cases()]
     done = itertools.count(1)
@@ -99,10 +97,15 @@ def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:
         film(scene, motion, video, frames=frames, fps=FPS, seed=seed, crf=CRF)
         report = verify(video, badge, claimed_id=badge.id, focal_px=FOCAL_PX)
     return {
-        "name": case.name, "outcome": outcome_of(report, badge, case.beat), "verdict": report.verdict,
-        "why": _why(report), "symbols_corrected": report.identity.symbol_errors_corrected,
-        "tracked": report.track.tracked, "frames": frames, "seconds": report.timing["total_s"],
-    }  # fmt: skip
+        "name": case.name,
+        "outcome": outcome_of(report, badge, case.beat),
+        "verdict": report.verdict,
+        "why": _why(report),
+        "symbols_corrected": report.identity.symbol_errors_corrected,
+        "tracked": report.track.tracked,
+        "frames": frames,
+        "seconds": report.timing["total_s"],
+    }
 
 
 def outcome_of(report: Report, badge: Badge, beat: float) -> Outcome:

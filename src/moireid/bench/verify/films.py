@@ -42,9 +42,13 @@ class Kind:
 
 #: True films at 1 and 2 m, and forgeries that a rash setting could take for true.
 KINDS = (
-    Kind("sway", 1.0), Kind("handheld", 1.0), Kind("sway", 2.0), Kind("handheld", 2.0),
-    Kind("sway", 2.0, "gain_low"), Kind("sway", 1.0, "wobble"),
-)  # fmt: skip
+    Kind("sway", 1.0),
+    Kind("handheld", 1.0),
+    Kind("sway", 2.0),
+    Kind("handheld", 2.0),
+    Kind("sway", 2.0, "gain_low"),
+    Kind("sway", 1.0, "wobble"),
+)
 
 
 @dataclass(frozen=True)

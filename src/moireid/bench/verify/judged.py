@@ -44,9 +44,14 @@ class Judged:
         """Whether no figure of the motion is NaN or infinite; what was not measured is None, and finite."""
         motion = self.invariant
         figures = (
-            motion.correlation, motion.window_correlation_mean, motion.gain_ratio, motion.gain_sd,
-            motion.phase_residual_rad, motion.excitation_rad, motion.score,
-        )  # fmt: skip
+            motion.correlation,
+            motion.window_correlation_mean,
+            motion.gain_ratio,
+            motion.gain_sd,
+            motion.phase_residual_rad,
+            motion.excitation_rad,
+            motion.score,
+        )
         found = [*figures, *(reason.measured for reason in self.reasons), *(reason.limit for reason in self.reasons)]
         return all(math.isfinite(value) for value in found if isinstance(value, float))
 

@@ -123,8 +123,10 @@ def cases() -> list[Extreme]:
         Extreme("a sixteenth of a fringe", held(1.4, slide_mm=swing(0, half_fringe_mm / 8, 0.3)), "motion"),
         Extreme("a quarter of a turn of phase a frame", held(1.4, turn_deg=swing(0, 30, 2.0))),
         Extreme("over half a turn a frame", held(1.4, turn_deg=swing(0, 35, 4.0)), "accept or open", quick=True),
-        *(Extreme(f"{fps} frames a second", sway[0], fps=fps, frames=frames)
-          for fps, frames in ((24, 150), (60, 300), (120, 360), (240, 720))),
+        *(
+            Extreme(f"{fps} frames a second", sway[0], fps=fps, frames=frames)
+            for fps, frames in ((24, 150), (60, 300), (120, 360), (240, 720))
+        ),
         Extreme("variable rate", sway[0], recipe="vfr"),
         Extreme("3 m", sway[1], frames=240),
         Extreme("4 m", sway[2], frames=240),
@@ -136,12 +138,12 @@ def cases() -> list[Extreme]:
         Extreme("first frame smeared", sway[0], spoil=_first_smeared),
         Extreme("one frame", sway[0], "badge_absent", spoil=lambda frames: islice(frames, 1), frames=2, quick=True),
         Extreme("a thousand frames of nothing", None, "badge_absent", frames=1000, camera=NARROW, quick=True),
-    ]  # fmt: skip
+    ]
 
 
 def run_extremes(
     *, quick: bool, seed: int, program: str, kept: Path | None, where: Where, step: Callable[[], None]
-) -> list[dict[str, Any]]:  # fmt: skip
+) -> list[dict[str, Any]]:
     """All cases as rows; those that are kept are not filmed again; program: digest of what made them."""
     jobs = [(f"{program} extreme {case.name} {seed}", (case.name, seed)) for case in chosen(quick=quick)]
     return made_rows(_read, jobs, kept=kept, where=where, step=step)
@@ -162,10 +164,20 @@ def read_extreme(case: Extreme, seed: int) -> dict[str, Any]:
     """Film one case and judge it; one row."""
     badge = design_badge(Request("Bench"), PAYLOAD)
     row: dict[str, Any] = {
-        "name": case.name, "expected": case.expected, "verdict": None, "outcome": "wrong", "reasons": [], "why": "",
-        "true_excitation_rad": None, "correlation": None, "gain_ratio": None, "gain_sd": None, "residual_rad": None,
-        "tracked": 0, "frames": case.frames,
-    }  # fmt: skip
+        "name": case.name,
+        "expected": case.expected,
+        "verdict": None,
+        "outcome": "wrong",
+        "reasons": [],
+        "why": "",
+        "true_excitation_rad": None,
+        "correlation": None,
+        "gain_ratio": None,
+        "gain_sd": None,
+        "residual_rad": None,
+        "tracked": 0,
+        "frames": case.frames,
+    }
     with tempfile.TemporaryDirectory() as folder:
         try:
             if case.motion is None:
@@ -194,11 +206,17 @@ def _figures(case: Extreme, found: Judged, badge: Badge) -> dict[str, Any]:
     if found.decoded_id not in (None, badge.id):
         outcome, texts = "wrong", [f"read as {found.decoded_id}", *texts]
     return {
-        "verdict": found.verdict, "outcome": outcome, "reasons": [reason.code for reason in why],
-        "why": texts[0] if texts else "", "correlation": _number(motion.correlation),
-        "gain_ratio": _number(motion.gain_ratio), "gain_sd": _number(motion.gain_sd),
-        "residual_rad": _number(motion.phase_residual_rad), "tracked": found.tracked, "frames": found.read,
-    }  # fmt: skip
+        "verdict": found.verdict,
+        "outcome": outcome,
+        "reasons": [reason.code for reason in why],
+        "why": texts[0] if texts else "",
+        "correlation": _number(motion.correlation),
+        "gain_ratio": _number(motion.gain_ratio),
+        "gain_sd": _number(motion.gain_sd),
+        "residual_rad": _number(motion.phase_residual_rad),
+        "tracked": found.tracked,
+        "frames": found.read,
+    }
 
 
 def outcome_of(expected: Expected, verdict: str, codes: list[str]) -> Outcome:

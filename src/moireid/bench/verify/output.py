@@ -76,9 +76,10 @@ def verify_plot(result: dict[str, Any]) -> Any:
     FigureCanvasSVG(figure)
     plots = figure.subplots(1, 3, sharey=True, width_ratios=(3, 3, 2))
     xs = {
-        0: lambda row: both_rad(row) if row["pose_rad"] else row["phase_rad"], 1: lambda row: row["gain_error"],
+        0: lambda row: both_rad(row) if row["pose_rad"] else row["phase_rad"],
+        1: lambda row: row["gain_error"],
         2: lambda row: 100 * (1 - row["right"] / row["films"]),
-    }  # fmt: skip
+    }
     for place, axes in enumerate(plots):
         _panel(axes, result, xs[place])
         axes.set_yscale("log")

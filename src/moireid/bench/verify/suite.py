@@ -72,7 +72,7 @@ def settings(*, quick: bool) -> list[Setting]:
 
 def run(
     *, quick: bool, seed: int, kept: Path | None, where: Where = HERE, progress: Callable[[int, int | None], None]
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """All figures as one JSON object; kept: a file that rows are added to, and not measured again.
 
     where: extremes are filmed and judged there.  What is timed runs by itself, here.
@@ -92,17 +92,21 @@ def run(
         step()
     work = [_summary(setting, films) for setting in settings(quick=quick)]
     return {
-        "suite": "verify", "seed": seed, "versions": {name: version(name) for name in ("numpy", "scipy", "av")}
-        | {"opencv": cv2.__version__}, "films": films, "work": work, "knee": knee_of(work),
+        "suite": "verify",
+        "seed": seed,
+        "versions": {name: version(name) for name in ("numpy", "scipy", "av")} | {"opencv": cv2.__version__},
+        "films": films,
+        "work": work,
+        "knee": knee_of(work),
         "extremes": run_extremes(
             quick=quick, seed=seed, program=program_digest(*ROOMS), kept=kept, where=where, step=step
         ),
-    }  # fmt: skip
+    }
 
 
 def sweep(
     kind: Kind, *, quick: bool, seed: int, kept: Path | None, rows: dict[str, dict[str, Any]]
-) -> list[dict[str, Any]]:  # fmt: skip
+) -> list[dict[str, Any]]:
     """One film by all settings; it is filmed only where a row is missing.
 
     Forged films are judged once: their time tells nothing that those of the true ones do not.
@@ -135,10 +139,17 @@ def timed(filmed: Filmed, setting: Setting, runs: int) -> dict[str, Any]:
         cpu.append(1e3 * (time.process_time() - used) / len(filmed.frames))
     true = filmed.kind.forge is None
     return {
-        "film": filmed.kind.name, "forge": filmed.kind.forge, "setting": asdict(setting), **row,
-        "right": (row["verdict"] == "accept") == true, "runs": runs, "ms": wall, "cpu_ms": cpu,
-        "decode_ms": filmed.decode_ms, "decode_cpu_ms": filmed.decode_cpu_ms,
-    }  # fmt: skip
+        "film": filmed.kind.name,
+        "forge": filmed.kind.forge,
+        "setting": asdict(setting),
+        **row,
+        "right": (row["verdict"] == "accept") == true,
+        "runs": runs,
+        "ms": wall,
+        "cpu_ms": cpu,
+        "decode_ms": filmed.decode_ms,
+        "decode_cpu_ms": filmed.decode_cpu_ms,
+    }
 
 
 def used_frames(frames: list[Frame], setting: Setting) -> Iterator[Frame]:
@@ -158,9 +169,13 @@ def _ours(filmed: Filmed, setting: Setting) -> dict[str, Any]:
     with _instead(setting.estimator):
         found = judge_frames(used_frames(filmed.frames, setting), Claim(badge, badge.id, focal_px))
     row = {
-        "verdict": found.verdict, "against": [reason.code for reason in found.why], "tracked": found.tracked,
-        "phase_rad": None, "pose_rad": None, "gain_error": None,
-    }  # fmt: skip
+        "verdict": found.verdict,
+        "against": [reason.code for reason in found.why],
+        "tracked": found.tracked,
+        "phase_rad": None,
+        "pose_rad": None,
+        "gain_error": None,
+    }
     measurement = found.chapters[0].measurement
     if measurement is None:
         return row
@@ -171,7 +186,7 @@ def _ours(filmed: Filmed, setting: Setting) -> dict[str, Any]:
         "phase_rad": phase_error_rad(times, signal.measured_rad[used], truth.times_s, truth.shown_rad),
         "pose_rad": phase_error_rad(times, signal.predicted_rad[used], truth.times_s, truth.law_rad),
         "gain_error": None if gain is None else gain - truth.gain,
-    }  # fmt: skip
+    }
 
 
 def _published(filmed: Filmed, setting: Setting) -> dict[str, Any]:
@@ -186,10 +201,13 @@ def _published(filmed: Filmed, setting: Setting) -> dict[str, Any]:
     invariant = judge(phase, np.array(reader.places), len(filmed.frames))
     errors = [phase_error_rad(np.array(times), way * phase, truth.times_s, truth.shown_rad) for way in (1, -1)]
     return {
-        "verdict": invariant.verdict, "against": [one.code for one in invariant.reasons if one.level != "pass"],
-        "tracked": len(times), "phase_rad": min((e for e in errors if e is not None), default=None),
-        "pose_rad": None, "gain_error": None,
-    }  # fmt: skip
+        "verdict": invariant.verdict,
+        "against": [one.code for one in invariant.reasons if one.level != "pass"],
+        "tracked": len(times),
+        "phase_rad": min((e for e in errors if e is not None), default=None),
+        "pose_rad": None,
+        "gain_error": None,
+    }
 
 
 @contextlib.contextmanager
@@ -218,11 +236,14 @@ def _summary(setting: Setting, films: list[dict[str, Any]]) -> dict[str, Any]:
     rows = [row for row in films if row["setting"] == asdict(setting)]
     true = [row for row in rows if row["forge"] is None]
     found: dict[str, Any] = {
-        "setting": asdict(setting), "default": setting == DEFAULT, "films": len(rows),
+        "setting": asdict(setting),
+        "default": setting == DEFAULT,
+        "films": len(rows),
         **{name: _rms([row[name] for row in rows]) for name in ("phase_rad", "pose_rad", "gain_error")},
-        "right": sum(row["right"] for row in rows), "rejected_true": sum(row["verdict"] == "reject" for row in true),
+        "right": sum(row["right"] for row in rows),
+        "rejected_true": sum(row["verdict"] == "reject" for row in true),
         "accepted_forged": sum(row["verdict"] == "accept" for row in rows if row["forge"]),
-    }  # fmt: skip
+    }
     for name, decoding in (("ms", "decode_ms"), ("cpu_ms", "decode_cpu_ms")):
         low, middle, high = np.percentile([each for row in true for each in row[name]], [25, 50, 75])
         ratio = np.median([np.median(row[name]) / row[decoding] for row in true])

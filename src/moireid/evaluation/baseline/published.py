@@ -47,9 +47,14 @@ SPECK_SHARE = 0.002
 
 
 def verify_published(
-    video: Path, badge: Badge, *, claimed_id: str | None, focal_px: float | None = None,
-    corners: Corners | None = None, progress: Callable[[int, int | None], None] | None = None,
-) -> Report:  # fmt: skip
+    video: Path,
+    badge: Badge,
+    *,
+    claimed_id: str | None,
+    focal_px: float | None = None,
+    corners: Corners | None = None,
+    progress: Callable[[int, int | None], None] | None = None,
+) -> Report:
     """Score a film as the published pipeline does.
 
     Parameters: as `verify.verify`; corners: the striped region's corners at some frames, in place of markers.
@@ -75,11 +80,19 @@ def verify_published(
         reasons += (Reason("identity", "undecided", None, None, "", text),)
     total_s = round(time.perf_counter() - begun, 4)
     return Report(
-        worst(list(reasons)), reasons, invariant, identity, badge,
+        worst(list(reasons)),
+        reasons,
+        invariant,
+        identity,
+        badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
-        {"read": read, "tracked": len(place)}, {"total_s": total_s, "stages": {"film": total_s}}, ("identity", "gain"),
-        no_track(read, (film.width, film.height)), None, pipeline="published",
-    )  # fmt: skip
+        {"read": read, "tracked": len(place)},
+        {"total_s": total_s, "stages": {"film": total_s}},
+        ("identity", "gain"),
+        no_track(read, (film.width, film.height)),
+        None,
+        pipeline="published",
+    )
 
 
 def judge(measured: Array, place: Array, read: int) -> Invariant:
@@ -93,9 +106,12 @@ def judge(measured: Array, place: Array, read: int) -> Invariant:
     text = f"Over windows of {WINDOW_FRAMES} frames phase and place correlate by {score:.3f}; {THRESHOLD} is asked for."
     reason = Reason("window_correlation", "pass" if good else "fail", score, THRESHOLD, "", text)
     return Invariant(
-        worst([reason]), (reason,), correlation=abs(pearson(measured, place)), window_correlation_mean=score,
+        worst([reason]),
+        (reason,),
+        correlation=abs(pearson(measured, place)),
+        window_correlation_mean=score,
         score=score,
-    )  # fmt: skip
+    )
 
 
 class PublishedReader:
@@ -153,8 +169,9 @@ class PublishedReader:
         corners_mm, ids = marker_corners_mm(self._markers), list(self._markers.ids)
         pairs = [
             (corners_mm[ids.index(int(identity))], quad.reshape(4, 2).astype(float))
-            for quad, identity in zip(quads, np.ravel(identities), strict=True) if int(identity) in ids
-        ]  # fmt: skip
+            for quad, identity in zip(quads, np.ravel(identities), strict=True)
+            if int(identity) in ids
+        ]
         if len(pairs) < 2:
             return None
         return np.concatenate([page for page, _ in pairs]), np.concatenate([image for _, image in pairs])

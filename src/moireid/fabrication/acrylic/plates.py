@@ -119,7 +119,9 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     opening = _cover_opening(half_x - process.lip_reach_mm, reach_x, reach_y, spans)
     cover = Plate("cover", cover_mm, sheet_top, outline, (opening, *holes))
     return AcrylicPlan(
-        base, frame, cover,
+        base,
+        frame,
+        cover,
         page=(-half_x, -half_y, half_x, half_y),
         sheets=sheet_rects(badge),
         card_mm=process.card_mm,
@@ -129,7 +131,7 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
         squeeze_mm=sheet_top - frame_mm,
         screws=screws,
         screw_mm=process.base_mm + sheet_top + cover_mm + NUT_MM,
-    )  # fmt: skip
+    )
 
 
 def _rectangle(rect: Rect, *, radius: float = 0.0) -> Contour:
@@ -243,10 +245,13 @@ def _cover_mm(
         obstacles = _obstacles(badge, process, clearance, sheet_top + cover_mm, screws)
         try:
             check_sight(
-                badge, obstacles,
-                card_top=process.card_mm, sheet_top=sheet_top, play_mm=clearance,
+                badge,
+                obstacles,
+                card_top=process.card_mm,
+                sheet_top=sheet_top,
+                play_mm=clearance,
                 advice="take a smaller lip_reach_mm (--mount-figure)",
-            )  # fmt: skip
+            )
         except FabricationError as error:
             if cover_mm != choices[0]:
                 continue

@@ -29,10 +29,16 @@ TOUCH_MM3 = 0.01
 METRES_PER_MM = 1e-3
 #: Red, green, blue and opacity, 0 to 255.
 COLOURS = {
-    "base": (70, 80, 95, 255), "page": (245, 245, 240, 255), "sheet": (150, 200, 235, 90), "frame": (40, 90, 160, 255),
-    "cover": (205, 225, 240, 130), "screw": (150, 150, 155, 255), "tray": (60, 65, 75, 255), "clip": (200, 90, 50, 255),
+    "base": (70, 80, 95, 255),
+    "page": (245, 245, 240, 255),
+    "sheet": (150, 200, 235, 90),
+    "frame": (40, 90, 160, 255),
+    "cover": (205, 225, 240, 130),
+    "screw": (150, 150, 155, 255),
+    "tray": (60, 65, 75, 255),
+    "clip": (200, 90, 50, 255),
     "stand": (200, 90, 50, 255),
-}  # fmt: skip
+}
 
 
 @dataclass(frozen=True)
@@ -108,9 +114,14 @@ def check_stack(plan: AcrylicPlan) -> None:
 
 
 def write_glb(
-    badge: Badge, plan: AcrylicPlan | None, path: Path, *, mount: list[tuple[str, Any]],
-    held_mm: tuple[float, float], spread_mm: float = 15,
-) -> None:  # fmt: skip
+    badge: Badge,
+    plan: AcrylicPlan | None,
+    path: Path,
+    *,
+    mount: list[tuple[str, Any]],
+    held_mm: tuple[float, float],
+    spread_mm: float = 15,
+) -> None:
     """Write the exploded stack, and the printed mount's bodies beside it, as binary glTF; either may be absent.
 
     Parameters: mount: name and build123d shape of each printed body, in its place in use; held_mm: thickness of
@@ -249,9 +260,12 @@ def _mesh(shape: Any) -> Any:
 def _material(trimesh: Any, kind: str) -> Any:
     colour = COLOURS[kind]
     return trimesh.visual.material.PBRMaterial(
-        name=kind, baseColorFactor=colour, metallicFactor=0.0, roughnessFactor=0.4,
+        name=kind,
+        baseColorFactor=colour,
+        metallicFactor=0.0,
+        roughnessFactor=0.4,
         alphaMode="OPAQUE" if colour[3] == 255 else "BLEND",
-    )  # fmt: skip
+    )
 
 
 def _picture(trimesh: Any, badge: Badge, page: Rect, place: tuple[float, float, float]) -> Any:

@@ -78,9 +78,7 @@ def draw_exploded(sheet: Sheet, parts: Sequence[Part], area: Rect) -> float:
     Returns: the scale, page over life.
     """
     lifts = _lifts(parts)
-    flat = [
-        project((x, y, z + lift)) for part, lift in zip(parts, lifts, strict=True) for x, y, z in part.places
-    ]  # fmt: skip
+    flat = [project((x, y, z + lift)) for part, lift in zip(parts, lifts, strict=True) for x, y, z in part.places]
     left, right = min(u for u, _ in flat), max(u for u, _ in flat)
     low, high = min(v for _, v in flat), max(v for _, v in flat)
     wide, tall = area[2] - area[0] - LABELS_MM, area[3] - area[1]
@@ -157,10 +155,14 @@ def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], P
     for loop, inside in ((prism.outline, False), *((opening, True) for opening in prism.openings)):
         count = len(loop)
         quads = [
-            [prism.place(loop[k], prism.low), prism.place(loop[(k + 1) % count], prism.low),
-             prism.place(loop[(k + 1) % count], prism.high), prism.place(loop[k], prism.high)]
+            [
+                prism.place(loop[k], prism.low),
+                prism.place(loop[(k + 1) % count], prism.low),
+                prism.place(loop[(k + 1) % count], prism.high),
+                prism.place(loop[k], prism.high),
+            ]
             for k in range(count)
-        ]  # fmt: skip
+        ]
         seen = [(signed_area([project(p) for p in quad]) > 0) != inside for quad in quads]
         for k, quad in enumerate(quads):
             if not seen[k]:
@@ -208,9 +210,14 @@ def _hides(one: Wall, other: Wall) -> bool:
 
 
 def _path(
-    sheet: Sheet, points: Sequence[Point], fill: float | None, line: float | None, *,
-    closed: bool = True, holes: Iterable[Sequence[Point]] = (),
-) -> None:  # fmt: skip
+    sheet: Sheet,
+    points: Sequence[Point],
+    fill: float | None,
+    line: float | None,
+    *,
+    closed: bool = True,
+    holes: Iterable[Sequence[Point]] = (),
+) -> None:
     """A path in page mm: grey of its filling and of its line, None for none of either; holes stay unfilled."""
     path = sheet.canvas.beginPath()
     for loop in (points, *holes):

@@ -124,9 +124,15 @@ def _tray(plan: TrayPlan, process: MountProcess) -> Part:
     outline.append((-x, half_y))
     inner = x - wall
     rim = (
-        (-x, half_y), (-x, plan.bottom), (x, plan.bottom), (x, half_y),
-        (inner, half_y), (inner, plan.bottom + wall), (-inner, plan.bottom + wall), (-inner, half_y),
-    )  # fmt: skip
+        (-x, half_y),
+        (-x, plan.bottom),
+        (x, plan.bottom),
+        (x, half_y),
+        (inner, half_y),
+        (inner, plan.bottom + wall),
+        (-inner, plan.bottom + wall),
+        (-inner, half_y),
+    )
     prisms = [Prism(tuple(outline), -process.back_mm, 0.0, slot), Prism(rim, 0.0, plan.side_top)]
     lips = plan.lip_rects(process)
     if plan.stepped:

@@ -166,9 +166,12 @@ def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
         sags = [lens.radius_mm - (lens.radius_mm**2 - x**2) ** 0.5 for x in points]
         for i in range(10):
             sheet.stroke(
-                axis + points[i] * scale, top_mm + 8 + sags[i] * scale,
-                axis + points[i + 1] * scale, top_mm + 8 + sags[i + 1] * scale, 0.2,
-            )  # fmt: skip
+                axis + points[i] * scale,
+                top_mm + 8 + sags[i] * scale,
+                axis + points[i + 1] * scale,
+                top_mm + 8 + sags[i + 1] * scale,
+                0.2,
+            )
     cell = badge.gratings[0].cells[0]
     lines = int(10 * lens.pitch_mm / cell.pitch_mm)
     sheet.fill(

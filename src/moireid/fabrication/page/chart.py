@@ -61,20 +61,35 @@ def _write_words(sheet: Sheet, chart: Badge) -> None:
     top_mm = chart.markers.centers_mm[0][1] - half
     room_mm = chart.markers.centers_mm[1][0] - chart.markers.centers_mm[0][0] - 2 * (half + SIDE_GAP_MM)
     sheet.text(
-        middle, top_mm + HEADING_POINTS / POINTS_PER_MM,
-        f"Pitch test, {MM_PER_INCH / grating.pitch_mm:.4g} lines per inch", points=HEADING_POINTS, font=BOLD,
-    )  # fmt: skip
-    _lines(sheet, middle, top_mm + 11.5, room_mm, [
-        "1. Lay the lens sheet on the bands, ribs up and along the lines. Leave one row of numbers free.",
-        f"2. Close one eye. Stand {chart.range_m[0]:g} m away, straight in front.",
-        "3. Turn the sheet until fringes stand upright. Find the band that is all light",
-        "or all dark from edge to edge at once as you move a little. Note its number.",
-    ])  # fmt: skip
-    _lines(sheet, middle, chart.markers.centers_mm[3][1] - 4.0, room_mm, [
-        f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",
-        "or photograph the whole board, all four squares in the picture, and give",
-        "the photo in place of the number; it is read finer than by eye.",
-    ])  # fmt: skip
+        middle,
+        top_mm + HEADING_POINTS / POINTS_PER_MM,
+        f"Pitch test, {MM_PER_INCH / grating.pitch_mm:.4g} lines per inch",
+        points=HEADING_POINTS,
+        font=BOLD,
+    )
+    _lines(
+        sheet,
+        middle,
+        top_mm + 11.5,
+        room_mm,
+        [
+            "1. Lay the lens sheet on the bands, ribs up and along the lines. Leave one row of numbers free.",
+            f"2. Close one eye. Stand {chart.range_m[0]:g} m away, straight in front.",
+            "3. Turn the sheet until fringes stand upright. Find the band that is all light",
+            "or all dark from edge to edge at once as you move a little. Note its number.",
+        ],
+    )
+    _lines(
+        sheet,
+        middle,
+        chart.markers.centers_mm[3][1] - 4.0,
+        room_mm,
+        [
+            f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",
+            "or photograph the whole board, all four squares in the picture, and give",
+            "the photo in place of the number; it is read finer than by eye.",
+        ],
+    )
     for number, cell in enumerate(grating.cells, 1):
         baseline = (cell.rect_mm[1] + cell.rect_mm[3]) / 2 + 0.36 * LABEL_POINTS / POINTS_PER_MM
         name, pitch = band_label(number, cell.pitch_mm)

@@ -24,10 +24,15 @@ from moireid.fabrication.page.artwork import font_file
 
 #: Where systems keep their fonts.
 FONT_FOLDERS = (
-    "/usr/share/fonts", "/usr/local/share/fonts", "~/.local/share/fonts", "~/.fonts",
-    "/System/Library/Fonts", "/Library/Fonts", "~/Library/Fonts",
+    "/usr/share/fonts",
+    "/usr/local/share/fonts",
+    "~/.local/share/fonts",
+    "~/.fonts",
+    "/System/Library/Fonts",
+    "/Library/Fonts",
+    "~/Library/Fonts",
     os.path.join(os.environ.get("WINDIR", "C:/Windows"), "Fonts"),
-)  # fmt: skip
+)
 #: A font whose file says one of these is for other ends than a name that is read from afar.
 _UNFIT = ("italic", "oblique", "mono", "light", "thin", "condensed", "narrow", "emoji", "math")
 #: Joiners and variation selectors ask something of a shaper, and need no letter of their own.
@@ -49,10 +54,12 @@ def printable(words: str) -> bool:
         return True
     letters = font_letters(font_file(bold=True))
     return all(
-        ord(letter) in letters and unicodedata.bidirectional(letter) not in ("R", "AL")
-        and not unicodedata.category(letter).startswith("M") and letter not in _SILENT - {" "}
+        ord(letter) in letters
+        and unicodedata.bidirectional(letter) not in ("R", "AL")
+        and not unicodedata.category(letter).startswith("M")
+        and letter not in _SILENT - {" "}
         for letter in words
-    )  # fmt: skip
+    )
 
 
 def font_for(words: str) -> Path | None:
@@ -136,9 +143,11 @@ def _first_with(needed: frozenset[int]) -> Path | None:
 def system_fonts() -> tuple[Path, ...]:
     """The fonts of this machine, those fit for a name first, then by file name."""
     found = [
-        path for folder in FONT_FOLDERS for path in Path(folder).expanduser().rglob("*")
+        path
+        for folder in FONT_FOLDERS
+        for path in Path(folder).expanduser().rglob("*")
         if path.suffix.lower() in (".ttf", ".otf", ".ttc")
-    ]  # fmt: skip
+    ]
 
     def order(path: Path) -> tuple[bool, bool, bool, str, str]:
         name = path.name.lower()

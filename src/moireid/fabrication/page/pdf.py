@@ -68,9 +68,13 @@ class Sheet:
     """
 
     def __init__(
-        self, path: Path, page_mm: tuple[float, float], title: str, scale: tuple[float, float] = (1.0, 1.0),
+        self,
+        path: Path,
+        page_mm: tuple[float, float],
+        title: str,
+        scale: tuple[float, float] = (1.0, 1.0),
         dot_mm: float | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         from reportlab.pdfbase import pdfmetrics
         from reportlab.pdfbase.ttfonts import TTFont
         from reportlab.pdfgen.canvas import Canvas
@@ -107,9 +111,11 @@ class Sheet:
         path: Any = self.canvas.beginPath()
         for x0, y0, x1, y1 in rects:
             path.rect(
-                x0 * POINTS_PER_MM, (self.height_mm - y1) * POINTS_PER_MM,
-                (x1 - x0) * POINTS_PER_MM, (y1 - y0) * POINTS_PER_MM,
-            )  # fmt: skip
+                x0 * POINTS_PER_MM,
+                (self.height_mm - y1) * POINTS_PER_MM,
+                (x1 - x0) * POINTS_PER_MM,
+                (y1 - y0) * POINTS_PER_MM,
+            )
         self.canvas.setFillGray(grey)
         self.canvas.drawPath(path, stroke=0, fill=1)
 
@@ -136,7 +142,7 @@ class Sheet:
         inset = 0.05 * dot
         canvas.transform(
             size[0] * dot - 2 * inset, 0, 0, size[1] * dot - 2 * inset, x + inset, y - size[1] * dot + inset
-        )  # fmt: skip
+        )
         canvas._code.append(f"/{registered} Do")
         canvas.restoreState()
         canvas._formsinuse.append(picture.name)
@@ -147,9 +153,11 @@ class Sheet:
         self.canvas.setLineWidth(width_mm * POINTS_PER_MM)
         self.canvas.setStrokeGray(0.0)
         self.canvas.line(
-            x0 * POINTS_PER_MM, (self.height_mm - y0) * POINTS_PER_MM,
-            x1 * POINTS_PER_MM, (self.height_mm - y1) * POINTS_PER_MM,
-        )  # fmt: skip
+            x0 * POINTS_PER_MM,
+            (self.height_mm - y0) * POINTS_PER_MM,
+            x1 * POINTS_PER_MM,
+            (self.height_mm - y1) * POINTS_PER_MM,
+        )
 
     def text(
         self, x: float, y: float, words: str, *, points: float, font: str = REGULAR, align: str = "center"
@@ -176,9 +184,13 @@ class Sheet:
 
 
 def write_badge_pdf(
-    badge: Badge, path: Path, *, form: str | None = None, measured_scale: tuple[float, float] = (1.0, 1.0),
+    badge: Badge,
+    path: Path,
+    *,
+    form: str | None = None,
+    measured_scale: tuple[float, float] = (1.0, 1.0),
     write_words: Callable[[Sheet, Badge], None] | None = None,
-) -> None:  # fmt: skip
+) -> None:
     """Write the badge's page, whole or not at all; page 1 is the badge at true scale.
 
     Parameters: form: one of `FORMS`, see the module's docstring, None for the badge's own; measured_scale: printed
@@ -207,9 +219,14 @@ def write_badge_pdf(
 
 
 def draw_board(
-    sheet: Sheet, badge: Badge, form: str, dot_mm: float, block: Rect,
-    write_words: Callable[[Sheet, Badge], None] | None = None, mark_mm: float = CROP_MARK_MM,
-) -> None:  # fmt: skip
+    sheet: Sheet,
+    badge: Badge,
+    form: str,
+    dot_mm: float,
+    block: Rect,
+    write_words: Callable[[Sheet, Badge], None] | None = None,
+    mark_mm: float = CROP_MARK_MM,
+) -> None:
     """Draw all that belongs to one board, its crop marks included.
 
     Parameters: block: what the sheet's scale bars stand about, mm on the sheet; write_words: in place of name and id;

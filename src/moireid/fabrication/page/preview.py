@@ -34,9 +34,7 @@ def draw_preview(badge: Badge) -> Image.Image:
     picture = np.full((size[1], size[0]), PAPER, np.uint8)
     for grating in badge.gratings:
         for cell in grating.cells:
-            x0, y0, x1, y1 = (
-                round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(cell.rect_mm)
-            )  # fmt: skip
+            x0, y0, x1, y1 = (round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(cell.rect_mm))
             along = fringe_profile(badge.lens, grating, cell, x1 - x0 if grating.axis == "x" else y1 - y0, board)
             grey = (INK + (PAPER - INK) * along).astype(np.uint8)
             picture[y0:y1, x0:x1] = grey[None, :] if grating.axis == "x" else grey[:, None]

@@ -74,12 +74,25 @@ def clip(plan: TrayPlan, process: MountProcess) -> Holder:
     inner, outer = spine - CLIP_ARM_MM, spine - CLIP_ARM_MM - CLOTH_MM
     back, top, end = outer - CLIP_ARM_MM, plan.tab_top + 1.0, floor - CLIP_LENGTH_MM
     profile: tuple[Point, ...] = (
-        (end, spine), (floor, spine), (floor, PLAY_MM + 1.4), (lip, PLAY_MM + 1.4), (lip, PLAY_MM), (bar, PLAY_MM),
-        (bar, spine), (top + CLIP_ARM_MM, spine), (top + CLIP_ARM_MM, back), (end - 3.0, back),
+        (end, spine),
+        (floor, spine),
+        (floor, PLAY_MM + 1.4),
+        (lip, PLAY_MM + 1.4),
+        (lip, PLAY_MM),
+        (bar, PLAY_MM),
+        (bar, spine),
+        (top + CLIP_ARM_MM, spine),
+        (top + CLIP_ARM_MM, back),
+        (end - 3.0, back),
         # The rear arm's end is bent out to let the cloth in, and its bump pinches it.
-        (end - 3.0, outer - 1.0), (end + 5.0, inner - PINCH_MM), (end + 8.0, inner - PINCH_MM), (end + 13.0, outer),
-        (top, outer), (top, inner), (end, inner),
-    )  # fmt: skip
+        (end - 3.0, outer - 1.0),
+        (end + 5.0, inner - PINCH_MM),
+        (end + 8.0, inner - PINCH_MM),
+        (end + 13.0, outer),
+        (top, outer),
+        (top, inner),
+        (end, inner),
+    )
     round_end = 0.45 * CLOTH_MM
     radii = ((7, CLIP_ARM_MM), (8, CLIP_ARM_MM), (14, round_end), (15, round_end), (3, 0.6), (0, 0.8))
     return Holder("clip", profile, slot_width - 4.0, radii)
@@ -114,9 +127,15 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> Holder:
     foot_end = min(middle - STAND_SAFETY_MM, at(y_foot, back_of_rest)[0] - 15.0)
     toe = groove[0][0] + 6.0
     profile = (
-        (foot_end, table), (toe, table), (toe, table + STAND_WALL_MM), *groove, at(rest, behind),
-        at(rest, back_of_rest), at(y_foot, back_of_rest), (foot_end, foot_top),
-    )  # fmt: skip
+        (foot_end, table),
+        (toe, table),
+        (toe, table + STAND_WALL_MM),
+        *groove,
+        at(rest, behind),
+        at(rest, back_of_rest),
+        at(y_foot, back_of_rest),
+        (foot_end, foot_top),
+    )
     return Holder("stand", tuple(profile), width, ((9, 4.0), (8, 1.5)))
 
 
@@ -161,10 +180,13 @@ def _front_wall_mm(badge: Badge, plan: TrayPlan, process: MountProcess, width: f
         wall = [Obstacle("front wall", rect, top)]
         try:
             check_sight(
-                badge, wall,
-                card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm,
+                badge,
+                wall,
+                card_top=plan.card_top,
+                sheet_top=plan.sheet_top,
+                play_mm=process.clearance_mm,
                 advice="take a larger wall_mm (--mount-figure), a thinner sheet, or another mount (--mount)",
-            )  # fmt: skip
+            )
         except FabricationError:
             if height == 2.0:
                 raise

@@ -135,9 +135,17 @@ def write_mount(
         _check_bodies(badge, bodies, meshes, plan, process)
     (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
     return MountReport(
-        step, stl, three_mf, expected.volume_mm3, (x1 - x0, y1 - y0, z1 - z0),
-        expected.volume_mm3 * PLA_G_PER_MM3, triangles, seated_twist_deg(plan, process), process.preload_mm, bodies,
-    )  # fmt: skip
+        step,
+        stl,
+        three_mf,
+        expected.volume_mm3,
+        (x1 - x0, y1 - y0, z1 - z0),
+        expected.volume_mm3 * PLA_G_PER_MM3,
+        triangles,
+        seated_twist_deg(plan, process),
+        process.preload_mm,
+        bodies,
+    )
 
 
 def _holder_body(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) -> Body:

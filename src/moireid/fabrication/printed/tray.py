@@ -156,9 +156,13 @@ def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
     while True:
         try:
             check_sight(
-                badge, _obstacles(plan, process),
-                card_top=plan.card_top, sheet_top=plan.sheet_top, play_mm=process.clearance_mm, advice=ADVICE,
-            )  # fmt: skip
+                badge,
+                _obstacles(plan, process),
+                card_top=plan.card_top,
+                sheet_top=plan.sheet_top,
+                play_mm=process.clearance_mm,
+                advice=ADVICE,
+            )
         except FabricationError:
             shorter = replace(plan, lips=tuple((low + LIP_STEP_MM, high - LIP_STEP_MM) for low, high in plan.lips))
             if not plan.stepped or _shortest_spring_mm(shorter) < LEAST_TONGUE_MM:
@@ -289,8 +293,11 @@ def _outline(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     corners = [(plan.out_x, half_y), (-plan.out_x, half_y)]
     if plan.tab:
         corners[1:1] = [
-            (tab_x + 2 * wall, half_y), (tab_x, plan.tab_top), (-tab_x, plan.tab_top), (-tab_x - 2 * wall, half_y),
-        ]  # fmt: skip
+            (tab_x + 2 * wall, half_y),
+            (tab_x, plan.tab_top),
+            (-tab_x, plan.tab_top),
+            (-tab_x - 2 * wall, half_y),
+        ]
     face = b3d.make_face(b3d.Polyline((-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners, close=True))
     # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
     radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.tab else wall / 2}

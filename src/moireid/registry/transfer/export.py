@@ -76,8 +76,6 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
 def _record_line(row: Row, ledger: Ledger) -> str:
     """A record as a JSON object; its documents are put in as they are stored, which is canonical JSON."""
     record = record_of(row, ledger.authority)
-    fields = {
-        key: value for key, value in row._mapping.items() if key not in ("badge", "as_built", "newest")
-    }  # fmt: skip
+    fields = {key: value for key, value in row._mapping.items() if key not in ("badge", "as_built", "newest")}
     documents = f'"badge":{record.badge_json},"as_built":{record.as_built or "null"}'
     return f"{canonical_json(fields)[:-1]},{documents}}}"

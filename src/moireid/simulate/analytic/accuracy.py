@@ -121,9 +121,12 @@ def _carrier(scene: Scene, cell: Cell, across: Array, eye_mm: Array) -> Array:
     lens, build = scene.badge.lens, scene.build
     depth = -eye_mm[1] - lens.thickness_mm
     return optics.fringe_phase_rad(
-        across, (across - eye_mm[0]) / depth, front_pitch_mm=lens.pitch_mm * build.lens_scale,
-        rear_pitch_mm=cell.pitch_mm * build.print_scale, effective_gap_mm=optics.paraxial_effective_gap_mm(lens),
-    )  # fmt: skip
+        across,
+        (across - eye_mm[0]) / depth,
+        front_pitch_mm=lens.pitch_mm * build.lens_scale,
+        rear_pitch_mm=cell.pitch_mm * build.print_scale,
+        effective_gap_mm=optics.paraxial_effective_gap_mm(lens),
+    )
 
 
 def _cut(

@@ -70,9 +70,7 @@ def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, i
         images.append(found.image)
         if found.phase_rad is not None:
             phases.append(found.phase_rad)
-    return Estimate(
-        rays, _rms(phases), _rms(images) or 0.0, min(seconds, default=0.0), min(finer, default=0.0), pixels
-    )  # fmt: skip
+    return Estimate(rays, _rms(phases), _rms(images) or 0.0, min(seconds, default=0.0), min(finer, default=0.0), pixels)
 
 
 def cheapest(scene: Scene, instants: Sequence[Instant], error_rad: float) -> Estimate:

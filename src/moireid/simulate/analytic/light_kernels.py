@@ -36,8 +36,16 @@ def lamp_figures(lens: Lens, light: Light, reach_mm: tuple[float, float], ray_ra
     Source: `light`.
     """
     sky, places, disc = light_table(lens, light, reach_mm)
-    figures = [*light.place_mm, light.radius_mm, light.radiance, 1.0 - light.share, places[0], places[1] - places[0],
-               straight_share(lens.refractive_index), ray_rad]  # fmt: skip
+    figures = [
+        *light.place_mm,
+        light.radius_mm,
+        light.radiance,
+        1.0 - light.share,
+        places[0],
+        places[1] - places[0],
+        straight_share(lens.refractive_index),
+        ray_rad,
+    ]
     return np.array(figures), np.vstack([sky, disc])
 
 
@@ -147,9 +155,17 @@ def glare_at(
 
 @njit(cache=True, error_model="numpy")
 def lit(
-    value: float, s: float, along: float, tx: float, ty: float, landed: float, step: float, lens: Any, lamp: Any,
+    value: float,
+    s: float,
+    along: float,
+    tx: float,
+    ty: float,
+    landed: float,
+    step: float,
+    lens: Any,
+    lamp: Any,
     table: Any,
-) -> float:  # fmt: skip  # pragma: no cover
+) -> float:  # pragma: no cover
     """Radiance of a ray through the sheet, under a light.
 
     Parameters: value: of ink or paper where it lands; s, along: where it crosses the apex plane; tx, ty: its tangents;

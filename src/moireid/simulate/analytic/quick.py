@@ -26,10 +26,20 @@ F = np.float32
 
 @njit(inline="always", error_model="numpy")
 def grating_pixel(
-    grating: int, across: float, along: float, steps: Any, tx: float, ty: float, depth: float, sine: float,
+    grating: int,
+    across: float,
+    along: float,
+    steps: Any,
+    tx: float,
+    ty: float,
+    depth: float,
+    sine: float,
     spread: float,
-    points: Any, shift: Any, sheet: Sheet, cells: Any,
-) -> int:  # fmt: skip  # pragma: no cover
+    points: Any,
+    shift: Any,
+    sheet: Sheet,
+    cells: Any,
+) -> int:  # pragma: no cover
     """How many of a pixel's rays see ink; -1 where the pixel must be traced with care.
 
     Parameters: across, along: the pixel's middle on the lens plane; steps: how that place moves, across and along, for
@@ -46,9 +56,12 @@ def grating_pixel(
     axis = math.floor(x / pitch + 0.5) * pitch
     x += shift[0] * (steps[0] * cosine + steps[1] * sine) + shift[1] * (steps[2] * cosine + steps[3] * sine)
     move = (
-        F(x - axis), F(steps[0] * cosine + steps[1] * sine), F(steps[2] * cosine + steps[3] * sine),
-        F(steps[1] * cosine - steps[0] * sine), F(steps[3] * cosine - steps[2] * sine),
-    )  # fmt: skip
+        F(x - axis),
+        F(steps[0] * cosine + steps[1] * sine),
+        F(steps[2] * cosine + steps[3] * sine),
+        F(steps[1] * cosine - steps[0] * sine),
+        F(steps[3] * cosine - steps[2] * sine),
+    )
     # The page's place on that axis, and the room around the middle ray's landing in which all the pixel's rays land.
     corner_x, corner_y = axis + sheet.offset, y
     page_x, page_y = (
@@ -97,8 +110,8 @@ def _lines(cell: int, page_x: float, cells: Any) -> tuple[Any, Any, Any]:  # pra
 
 @njit(error_model="numpy")
 def _inked_behind_lens(
-    points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, cut_x: Any, cut_y: Any, around: Any, sheet: Sheet,
-) -> int:  # fmt: skip  # pragma: no cover
+    points: Any, move: Any, tx: Any, ty: Any, lean: Any, turn: Any, cut_x: Any, cut_y: Any, around: Any, sheet: Sheet
+) -> int:  # pragma: no cover
     """Rays that see ink through lenses; see `grating_pixel`, whose inner loop this is."""
     half, one = F(0.5), F(1.0)
     pitch, per_pitch, gap, radius = F(sheet.pitch), F(1.0 / sheet.pitch), F(sheet.gap), F(sheet.radius)

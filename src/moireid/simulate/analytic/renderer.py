@@ -72,9 +72,20 @@ class AnalyticRenderer:
         half, texture, lens = scene.board_half_mm, page_texture(scene), self._sheet
         lamps, lights = _lights(scene, self._cells.gratings, math.prod(rays))
         self._board = Board(
-            half[0], half[1], hidden, scene.ink, scene.paper, texture, even_blocks(texture), TEXTURE_PX_PER_MM,
-            BLOCK_PX, np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]), lamps, lights, NO_FIELD,
-        )  # fmt: skip
+            half[0],
+            half[1],
+            hidden,
+            scene.ink,
+            scene.paper,
+            texture,
+            even_blocks(texture),
+            TEXTURE_PX_PER_MM,
+            BLOCK_PX,
+            np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]),
+            lamps,
+            lights,
+            NO_FIELD,
+        )
 
     def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> Rendered | None:
         """Render one frame; None where no pixel sees the board.
@@ -101,11 +112,21 @@ class AnalyticRenderer:
         if instant.field is not None:
             board = board._replace(field=instant.field)
         trace_rows(
-            radiance, coverage, (left - camera.matrix[0, 2], top - camera.matrix[1, 2]),
-            (left - board_box[0], top - board_box[1]), camera.focal_px,
-            np.ascontiguousarray(centres), np.ascontiguousarray(turns), shown, self._points, self._spread(instant),
-            self._sheet, cells, board, np.array(camera.distortion, float),
-        )  # fmt: skip
+            radiance,
+            coverage,
+            (left - camera.matrix[0, 2], top - camera.matrix[1, 2]),
+            (left - board_box[0], top - board_box[1]),
+            camera.focal_px,
+            np.ascontiguousarray(centres),
+            np.ascontiguousarray(turns),
+            shown,
+            self._points,
+            self._spread(instant),
+            self._sheet,
+            cells,
+            board,
+            np.array(camera.distortion, float),
+        )
         return Rendered(radiance, coverage, left, top)
 
     def _spread(self, instant: Instant) -> float:
@@ -132,10 +153,15 @@ class AnalyticRenderer:
         camera = self.scene.camera
         # Distortion bends the edges outwards between the corners, so points along them are asked too.
         way = np.linspace(0, 1, 9)
-        outline = np.array([
-            [x0 + s * (x1 - x0), y0 + e * (y1 - y0), depth]
-            for x0, y0, x1, y1, depth in seen_mm for s in way for e in way if {s, e} & {0.0, 1.0}
-        ])  # fmt: skip
+        outline = np.array(
+            [
+                [x0 + s * (x1 - x0), y0 + e * (y1 - y0), depth]
+                for x0, y0, x1, y1, depth in seen_mm
+                for s in way
+                for e in way
+                if {s, e} & {0.0, 1.0}
+            ]
+        )
         seen = []
         for poses in (instant.first, instant.last):
             local = (outline - poses.camera_mm[0]) @ poses.rotation[0].T
@@ -192,9 +218,17 @@ def _sheet(scene: Scene) -> Sheet:
         raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
     valley = math.sqrt(radius**2 - pitch**2 / 4) if radius else 0.0
     return Sheet(
-        pitch, lens.thickness_mm, lens.refractive_index, radius, build.lens_offset_mm, math.cos(build.twist_rad),
-        math.sin(build.twist_rad), build.print_scale, lens.open_fraction or 0.0, radius - valley,
+        pitch,
+        lens.thickness_mm,
+        lens.refractive_index,
+        radius,
+        build.lens_offset_mm,
+        math.cos(build.twist_rad),
+        math.sin(build.twist_rad),
+        build.print_scale,
+        lens.open_fraction or 0.0,
+        radius - valley,
         # Up to the slope of a lens's own flank a ray falls steeper than the surface everywhere, so that it meets the
         # lens over whose width it crosses the depth of the valleys.
         valley / (pitch / 2) if radius else math.inf,
-    )  # fmt: skip
+    )

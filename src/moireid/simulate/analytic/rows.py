@@ -30,14 +30,39 @@ def _compiled(stamps: tuple[int, ...]) -> Any:
 
     @njit(cache=True, parallel=True, error_model="numpy")
     def trace_rows(
-        radiance: Any, coverage: Any, corner: tuple[float, float], first: tuple[int, int], focal: float, centres: Any,
-        turns: Any, shown: Any, points: Any, spread: float, sheet: Sheet, cells: Any, board: Board, distortion: Any,
-    ) -> int:  # fmt: skip  # pragma: no cover
+        radiance: Any,
+        coverage: Any,
+        corner: tuple[float, float],
+        first: tuple[int, int],
+        focal: float,
+        centres: Any,
+        turns: Any,
+        shown: Any,
+        points: Any,
+        spread: float,
+        sheet: Sheet,
+        cells: Any,
+        board: Board,
+        distortion: Any,
+    ) -> int:  # pragma: no cover
         for row in prange(radiance.shape[0]):
             _row(
-                row, radiance, coverage, corner, first, focal, centres, turns, shown, points, spread, sheet, cells,
-                board, distortion,
-            )  # fmt: skip
+                row,
+                radiance,
+                coverage,
+                corner,
+                first,
+                focal,
+                centres,
+                turns,
+                shown,
+                points,
+                spread,
+                sheet,
+                cells,
+                board,
+                distortion,
+            )
         return len(stamps)
 
     return trace_rows
@@ -45,10 +70,22 @@ def _compiled(stamps: tuple[int, ...]) -> Any:
 
 @njit(inline="always", error_model="numpy")
 def _row(
-    row: int, radiance: Any, coverage: Any, corner: tuple[float, float], first: tuple[int, int], focal: float,
-    centres: Any, turns: Any, shown: Any, points: Any, spread: float, sheet: Sheet, cells: Any, board: Board,
+    row: int,
+    radiance: Any,
+    coverage: Any,
+    corner: tuple[float, float],
+    first: tuple[int, int],
+    focal: float,
+    centres: Any,
+    turns: Any,
+    shown: Any,
+    points: Any,
+    spread: float,
+    sheet: Sheet,
+    cells: Any,
+    board: Board,
     distortion: Any,
-) -> None:  # fmt: skip  # pragma: no cover
+) -> None:  # pragma: no cover
     """Fill one row of radiance (mean over the rays that meet the board) and of coverage (their share).
 
     Parameters: corner: the first pixel's middle, from the principal point; first: its number across and down, counted
@@ -80,9 +117,11 @@ def _row(
         xu, xv = (turn[0, 0] - tx * turn[0, 2]) * per_dz, (turn[1, 0] - tx * turn[1, 2]) * per_dz
         yu, yv = (turn[0, 1] - ty * turn[0, 2]) * per_dz, (turn[1, 1] - ty * turn[1, 2]) * per_dz
         turning = (
-            xu * right[0] + xv * right[1], yu * right[0] + yv * right[1],
-            xu * down[0] + xv * down[1], yu * down[0] + yv * down[1],
-        )  # fmt: skip
+            xu * right[0] + xv * right[1],
+            yu * right[0] + yv * right[1],
+            xu * down[0] + xv * down[1],
+            yu * down[0] + yv * down[1],
+        )
         kind = _kind(tx, ty, turning, centre, sheet, cells, board)
         if kind == PAGE:
             radiance[row, column] = _page_pixel(tx, ty, turning, centre, points, sheet, board)
@@ -107,8 +146,12 @@ def _row(
             value = careful_ray(
                 (turn[0, 0] * u_ray + turn[1, 0] * v_ray + turn[2, 0]) / dz,
                 (turn[0, 1] * u_ray + turn[1, 1] * v_ray + turn[2, 1]) / dz,
-                centre, shown, sheet, cells, board,
-            )  # fmt: skip
+                centre,
+                shown,
+                sheet,
+                cells,
+                board,
+            )
             if value >= 0.0:
                 total += value
                 count += 1
@@ -147,9 +190,19 @@ def _half_footprint(centre: Any, turning: Any) -> tuple[float, float]:  # pragma
 
 @njit(inline="always", error_model="numpy")
 def _grating_pixel(
-    grating: int, tx: float, ty: float, turning: Any, centre: Any, shown: Any, points: Any, shift: Any, spread: float,
-    sheet: Sheet, cells: Any, board: Board,
-) -> int:  # fmt: skip  # pragma: no cover
+    grating: int,
+    tx: float,
+    ty: float,
+    turning: Any,
+    centre: Any,
+    shown: Any,
+    points: Any,
+    shift: Any,
+    spread: float,
+    sheet: Sheet,
+    cells: Any,
+    board: Board,
+) -> int:  # pragma: no cover
     """How many of a grating pixel's rays see ink, -1 for one that needs care: `quick`, told across and along."""
     fall = -(centre[2] + sheet.gap)
     x, y = centre[0] + fall * tx, centre[1] + fall * ty

@@ -154,9 +154,17 @@ def careful_ray(
 
 @njit(inline="always", error_model="numpy")
 def _lines_seen(
-    grating: int, across: float, along: float, tx: float, ty: float, sine: float, depth: float, sheet: Sheet,
-    cells: Any, board: Board,
-) -> float:  # fmt: skip  # pragma: no cover
+    grating: int,
+    across: float,
+    along: float,
+    tx: float,
+    ty: float,
+    sine: float,
+    depth: float,
+    sheet: Sheet,
+    cells: Any,
+    board: Board,
+) -> float:  # pragma: no cover
     """Radiance at a place of the sheet along the tangents, seen from `depth` in front; all told across and along."""
     cosine = sheet.cos_twist
     x, y = across * cosine + along * sine - sheet.offset, along * cosine - across * sine

@@ -56,14 +56,19 @@ def estimate_mitsuba(
     if noise.phase_rad is not None and beyond.phase_rad is not None:
         phase = _both(noise.phase_rad, beyond.phase_rad)
     return Estimate(
-        (samples, 1), phase, _both(noise.image, beyond.image), frame_s, finer_s=finer_s, pixels=one.radiance.size,
+        (samples, 1),
+        phase,
+        _both(noise.image, beyond.image),
+        frame_s,
+        finer_s=finer_s,
+        pixels=one.radiance.size,
         segments=segments,
-    )  # fmt: skip
+    )
 
 
 def cheapest_mitsuba(
     scene: Scene, instant: Instant, error_rad: float, *, seed: int = 0, variant: str | None = None
-) -> Estimate:  # fmt: skip
+) -> Estimate:
     """The cheapest setting whose estimated phase error is at most `error_rad`.
 
     Convention: a frame that shows no fringe has no phase to err in, and gets the cheapest of all.

@@ -35,10 +35,12 @@ def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     Source: the same.
     """
     return {
-        "ink": reflecting(mi, scene.ink), "paper": reflecting(mi, scene.paper),
+        "ink": reflecting(mi, scene.ink),
+        "paper": reflecting(mi, scene.paper),
         "glass": clear(mi, scene.badge.lens.refractive_index, (0.0, 1.0, 0.0)),
-        "bars": shining(mi, scene.ink, 0.0), "walls": shining(mi, scene.paper, 0.0),
-    }  # fmt: skip
+        "bars": shining(mi, scene.ink, 0.0),
+        "walls": shining(mi, scene.paper, 0.0),
+    }
 
 
 def lamps(mi: Any, lens: Lens, light: Light) -> dict[str, Any]:
@@ -51,8 +53,9 @@ def lamps(mi: Any, lens: Lens, light: Light) -> dict[str, Any]:
     # Radiance gains n squared on the way in and loses it again, so that a matt page in glass looks darker by that.
     to_page = n**2 / straight_share(n) ** 2
     sky = 1.0 - light.share
-    made: dict[str, Any] = {"sky": {
-        "type": "constant", "radiance": {"type": "rgb", "value": [sky * to_page, sky, 0.0]}}}  # fmt: skip
+    made: dict[str, Any] = {
+        "sky": {"type": "constant", "radiance": {"type": "rgb", "value": [sky * to_page, sky, 0.0]}}
+    }
     if light.share > 0:
         upright = [0.0, 1.0, 0.0] if abs(light.place_mm[1]) < 0.9 * np.linalg.norm(light.place_mm) else [1.0, 0.0, 0.0]
         facing = mi.ScalarTransform4f().look_at(origin=list(light.place_mm), target=[0.0, 0.0, 0.0], up=upright)

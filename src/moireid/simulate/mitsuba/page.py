@@ -48,9 +48,8 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
             across, along = strips[:, list(ACROSS)], strips[:, [2 + k for k in ALONG]]
             largest = np.maximum(np.abs(across), np.abs(along))
             placed[name] = Strips(
-                across, along,
-                page_depth_mm(scene.badge.lens, scene.build, largest, flat_faces=int(scene.need.bounces)),
-            )  # fmt: skip
+                across, along, page_depth_mm(scene.badge.lens, scene.build, largest, flat_faces=int(scene.need.bounces))
+            )
     return placed
 
 

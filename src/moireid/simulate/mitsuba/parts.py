@@ -32,10 +32,16 @@ def shining(mi: Any, red: float, green: float, blue: float = 0.0) -> dict[str, A
 
 def clear(mi: Any, refractive_index: float, reflected: tuple[float, float, float] = (1.0, 1.0, 1.0)) -> dict[str, Any]:
     """A clear surface between air in front and the sheet behind; `reflected` scales what it mirrors, by channel."""
-    return {"bsdf": mi.load_dict({
-        "type": "dielectric", "int_ior": refractive_index, "ext_ior": 1.0,
-        "specular_reflectance": {"type": "rgb", "value": list(reflected)},
-    })}  # fmt: skip
+    return {
+        "bsdf": mi.load_dict(
+            {
+                "type": "dielectric",
+                "int_ior": refractive_index,
+                "ext_ior": 1.0,
+                "specular_reflectance": {"type": "rgb", "value": list(reflected)},
+            }
+        )
+    }
 
 
 def reflecting(mi: Any, red: float) -> dict[str, Any]:
@@ -61,10 +67,18 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
     share = 2 * half * TEXTURE_PX_PER_MM / np.array(picture.shape[::-1])
     places = np.stack([np.array(ACROSS) * share[0], np.array(ALONG) * share[1]], axis=-1)
     bitmap = mi.Bitmap(np.stack([picture, np.full_like(picture, green), np.zeros_like(picture)], axis=-1))
-    lamp = mi.load_dict({
-        "type": "area",
-        "radiance": {"type": "bitmap", "bitmap": bitmap, "raw": True, "filter_type": "nearest", "wrap_mode": "clamp"},
-    })  # fmt: skip
+    lamp = mi.load_dict(
+        {
+            "type": "area",
+            "radiance": {
+                "type": "bitmap",
+                "bitmap": bitmap,
+                "raw": True,
+                "filter_type": "nearest",
+                "wrap_mode": "clamp",
+            },
+        }
+    )
     strips = Strips(across * scale, along * scale, np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
     return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
 
@@ -86,9 +100,9 @@ def background(mi: Any, acrylic: Acrylic, green: float) -> Any:
     across, along = (np.array([[-side, side]])[:, list(turn)] for side, turn in zip(half, (ACROSS, ALONG), strict=True))
     places = np.stack([np.array(ACROSS, float), np.array(ALONG, float)], axis=-1)
     bitmap = mi.Bitmap(np.stack([picture, np.full_like(picture, green), np.zeros_like(picture)], axis=-1))
-    lamp = mi.load_dict({
-        "type": "area", "radiance": {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"},
-    })  # fmt: skip
+    lamp = mi.load_dict(
+        {"type": "area", "radiance": {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"}}
+    )
     strips = Strips(across, along, np.full(across.shape, acrylic.behind_mm))
     return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
 
@@ -107,8 +121,14 @@ def mesh(mi: Any, axis: str, strips: Strips, parts: dict[str, Any], *, places: A
     for name, part in parts.items():
         props[name] = part
     count = len(strips.across)
-    made = mi.Mesh("strips", 4 * count, 2 * count, props=props, has_vertex_normals=strips.normals is not None,
-                   has_vertex_texcoords=places is not None)  # fmt: skip
+    made = mi.Mesh(
+        "strips",
+        4 * count,
+        2 * count,
+        props=props,
+        has_vertex_normals=strips.normals is not None,
+        has_vertex_texcoords=places is not None,
+    )
     figures = mi.traverse(made)
     points = np.stack([strips.across, strips.along, strips.depth], axis=-1)[..., order]
     figures["vertex_positions"] = points.astype(np.float32).ravel()
@@ -138,18 +158,25 @@ def pinhole(mi: Any, scene: Scene, view: View, box: Crop, size: tuple[int, int],
     to_world[:3, 3] = view.centre
     reach_mm = float(np.linalg.norm(view.centre)) + float(np.linalg.norm(scene.board_half_mm)) + 10.0
     middle = box[0] - 0.5 + size[0] / 2, box[1] - 0.5 + size[1] / 2
-    return mi.load_dict({
-        "type": "perspective",
-        "fov_axis": "x",
-        "fov": math.degrees(2 * math.atan(size[0] / 2 / camera.focal_px)),
-        "principal_point_offset_x": (middle[0] - camera.matrix[0, 2]) / size[0],
-        "principal_point_offset_y": (middle[1] - camera.matrix[1, 2]) / size[1],
-        "near_clip": 0.5,
-        "far_clip": reach_mm,
-        "to_world": mi.ScalarTransform4f(to_world),
-        "sampler": {"type": "multijitter", "sample_count": samples},
-        "film": {
-            "type": "hdrfilm", "width": size[0], "height": size[1], "rfilter": {"type": "box"},
-            "pixel_format": "rgb", "component_format": "float32", "sample_border": False,
-        },
-    })  # fmt: skip
+    return mi.load_dict(
+        {
+            "type": "perspective",
+            "fov_axis": "x",
+            "fov": math.degrees(2 * math.atan(size[0] / 2 / camera.focal_px)),
+            "principal_point_offset_x": (middle[0] - camera.matrix[0, 2]) / size[0],
+            "principal_point_offset_y": (middle[1] - camera.matrix[1, 2]) / size[1],
+            "near_clip": 0.5,
+            "far_clip": reach_mm,
+            "to_world": mi.ScalarTransform4f(to_world),
+            "sampler": {"type": "multijitter", "sample_count": samples},
+            "film": {
+                "type": "hdrfilm",
+                "width": size[0],
+                "height": size[1],
+                "rfilter": {"type": "box"},
+                "pixel_format": "rgb",
+                "component_format": "float32",
+                "sample_border": False,
+            },
+        }
+    )

@@ -121,9 +121,7 @@ class MitsubaRenderer:
         share = coverage(self.scene, view, box)
         mirrored = picture[..., 1] if self.scene.need.glare else 0.0
         radiance = self._of_shining_page(picture) if self.scene.light is None else picture[..., 0] + mirrored
-        return Rendered(
-            np.where(share > 0, radiance, 0.0).astype(np.float32), share.astype(np.float32), box[0], box[1]
-        )  # fmt: skip
+        return Rendered(np.where(share > 0, radiance, 0.0).astype(np.float32), share.astype(np.float32), box[0], box[1])
 
     def _of_shining_page(self, picture: Array) -> Array:
         """Radiance as the mean over the rays that came through, (height, width)."""
@@ -139,9 +137,7 @@ class MitsubaRenderer:
         self._seed = (seed + SEED_STEP) % 2**31
         with mitsuba_with(self._variant) as mi:
             sensor = pinhole(mi, self.scene, view, box, self._film, self.samples)
-            picture = mi.render(
-                self._world, sensor=sensor, integrator=self._integrator, seed=seed, spp=self.samples
-            )  # fmt: skip
+            picture = mi.render(self._world, sensor=sensor, integrator=self._integrator, seed=seed, spp=self.samples)
             return np.array(picture, np.float64)[: box[3] - box[1], : box[2] - box[0]]
 
 
@@ -165,9 +161,12 @@ def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     # Where rays are followed on through a mount, what the lens mirrors would count as having come through it.
     mirrored = (1.0, 1.0, 1.0) if scene.acrylic is None else (0.0, 0.0, 0.0)
     return {
-        "ink": shining(mi, lamp * scene.ink, lamp), "paper": shining(mi, lamp * scene.paper, lamp),
-        "glass": clear(mi, n, mirrored), "bars": shining(mi, scene.ink, 1.0), "walls": shining(mi, scene.paper, 1.0),
-    }  # fmt: skip
+        "ink": shining(mi, lamp * scene.ink, lamp),
+        "paper": shining(mi, lamp * scene.paper, lamp),
+        "glass": clear(mi, n, mirrored),
+        "bars": shining(mi, scene.ink, 1.0),
+        "walls": shining(mi, scene.paper, 1.0),
+    }
 
 
 def _grating_meshes(

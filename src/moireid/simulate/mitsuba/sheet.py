@@ -94,14 +94,21 @@ def sheet_solid(lens: Lens, build: Build, room: Room, segments: int = 16) -> Any
         raise MissingExtraError("this needs trimesh; install it with: pip install 'moireid[simulate]'") from missing
     profile = lens_profile(lens, build, room, segments)
     count = len(profile.s)
-    ends = [np.column_stack([*_slanted(build, profile.s, end), depth])
-            for end in room[2:] for depth in (profile.depth, np.zeros(count))]  # fmt: skip
+    ends = [
+        np.column_stack([*_slanted(build, profile.s, end), depth])
+        for end in room[2:]
+        for depth in (profile.depth, np.zeros(count))
+    ]
     # Rows of points: front and back at the begin, front and back at the end.
     front_b, back_b, front_e, back_e = (np.arange(count) + k * count for k in range(4))
     faces = [
-        _band(front_b, front_e), _band(back_e, back_b), _band(back_b, front_b), _band(front_e, back_e),
-        _quad(back_b[0], back_e[0], front_e[0], front_b[0]), _quad(front_b[-1], front_e[-1], back_e[-1], back_b[-1]),
-    ]  # fmt: skip
+        _band(front_b, front_e),
+        _band(back_e, back_b),
+        _band(back_b, front_b),
+        _band(front_e, back_e),
+        _quad(back_b[0], back_e[0], front_e[0], front_b[0]),
+        _quad(front_b[-1], front_e[-1], back_e[-1], back_b[-1]),
+    ]
     solid = trimesh.Trimesh(np.concatenate(ends), np.concatenate(faces), process=False)
     if not (solid.is_watertight and solid.is_winding_consistent and solid.volume > 0):
         raise SpecError(f"a sheet of {count - 1} strips in {room} mm bounds no volume; give a larger sheet")

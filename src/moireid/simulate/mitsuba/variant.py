@@ -174,9 +174,13 @@ def _renders_with(library: Path) -> bool:
     try:
         # -P keeps the folder that the user happens to stand in from lending the child its modules.
         child = subprocess.run(
-            [sys.executable, "-P", "-c", TRIAL], env={**os.environ, LIBRARY_VARIABLE: str(library)},
-            stdin=subprocess.DEVNULL, capture_output=True, timeout=TRIAL_TIMEOUT_S, check=False,
-        )  # fmt: skip
+            [sys.executable, "-P", "-c", TRIAL],
+            env={**os.environ, LIBRARY_VARIABLE: str(library)},
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            timeout=TRIAL_TIMEOUT_S,
+            check=False,
+        )
     except (OSError, subprocess.TimeoutExpired):
         return False
     return child.returncode == 0

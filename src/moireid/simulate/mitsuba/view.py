@@ -71,8 +71,10 @@ def board_box(scene: Scene, view: View) -> Crop | None:
         return None
     places = (local / local[:, 2:] @ camera.matrix.T)[:, :2]
     left, top = (max(int(v), 0) for v in np.floor(places.min(axis=0)) - 1)
-    right, bottom = (min(int(v), most) for v, most in zip(
-        np.ceil(places.max(axis=0)) + 2, (camera.width, camera.height), strict=True))  # fmt: skip
+    right, bottom = (
+        min(int(v), most)
+        for v, most in zip(np.ceil(places.max(axis=0)) + 2, (camera.width, camera.height), strict=True)
+    )
     return (left, top, right, bottom) if left < right and top < bottom else None
 
 

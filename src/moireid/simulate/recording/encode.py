@@ -27,7 +27,7 @@ ENCODERS: dict[str, tuple[tuple[str, int, dict[str, str]], ...]] = {
     "h264": (("libx264", 23, {"preset": "veryfast"}),),
     "h265": (("libx265", 28, {"preset": "superfast", "x265-params": "log-level=error"}),),
     "av1": (("libsvtav1", 35, {"preset": "9"}), ("libaom-av1", 35, {"cpu-used": "8", "row-mt": "1"})),
-}  # fmt: skip
+}
 CODECS = tuple(ENCODERS)
 DECODERS = {"h264": "h264", "h265": "hevc", "av1": "libdav1d"}
 #: Full-range counts to those of a video file.

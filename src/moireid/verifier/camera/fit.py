@@ -49,9 +49,14 @@ class CameraFit:
 
 
 def fit_camera(
-    points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], *, focal_px: float | None = None,
+    points_px: Array,
+    page_mm: Array,
+    times_s: Array,
+    image_px: tuple[int, int],
+    *,
+    focal_px: float | None = None,
     warps: PageWarps | None = None,
-) -> CameraFit:  # fmt: skip
+) -> CameraFit:
     """Poses of all frames, with focal length (unless given), rolling shutter and distortion solved over the film.
 
     Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising; warps:
@@ -66,18 +71,25 @@ def fit_camera(
     camera, errors = _choose(final)
     # Focal length and distortion err together: what one makes too wide the other mostly makes too narrow.
     probes = np.diag([PROBE, PROBE, *np.full(len(film.warp), WARP_PROBE)])
-    stretch = np.column_stack([
-        np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes
-    ])  # fmt: skip
+    stretch = np.column_stack(
+        [np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes]
+    )
     tangent_sd = np.sqrt(np.maximum(np.diag(stretch @ film.covariance @ stretch.T), 0))
     if warps is not None:
         tangent_sd *= STRETCH_UNTOLD
     camera[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
-        camera, errors, film.focal, film.focal_sd, focal_px is not None, film.shutter_s,
-        (float(tangent_sd[0]), float(tangent_sd[1])), tangent_error(final, film.plane, film.focal),
-        film.bend_k1, film.bend_k1_sd,
-    )  # fmt: skip
+        camera,
+        errors,
+        film.focal,
+        film.focal_sd,
+        focal_px is not None,
+        film.shutter_s,
+        (float(tangent_sd[0]), float(tangent_sd[1])),
+        tangent_error(final, film.plane, film.focal),
+        film.bend_k1,
+        film.bend_k1_sd,
+    )
 
 
 def _choose(poses: PlanePoses) -> tuple[Array, Array]:

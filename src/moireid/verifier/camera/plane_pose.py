@@ -57,9 +57,14 @@ def start_poses(plane: Array, points_px: Array, focal: float, centre: tuple[floa
 
 
 def moved_poses(
-    poses: PlanePoses, plane: Array, points_px: Array, zoom: float, focal: float, centre: tuple[float, float],
+    poses: PlanePoses,
+    plane: Array,
+    points_px: Array,
+    zoom: float,
+    focal: float,
+    centre: tuple[float, float],
     steps: int = STEPS,
-) -> PlanePoses:  # fmt: skip
+) -> PlanePoses:
     """Poses at another focal length `focal`, `zoom` times that of `poses`, or for points that moved a little."""
     nearer = poses.translation * np.array([1.0, 1.0, zoom])
     return refine_poses(plane, points_px, focal, centre, poses.rotation, nearer, steps)
@@ -101,9 +106,14 @@ def _seen_and_tangents(plane: Array, rotation: Array, translation: Array) -> tup
 
 
 def refine_poses(
-    plane: Array, points_px: Array, focal: float, centre: tuple[float, float], rotation: Array, translation: Array,
+    plane: Array,
+    points_px: Array,
+    focal: float,
+    centre: tuple[float, float],
+    rotation: Array,
+    translation: Array,
     steps: int = STEPS,
-) -> PlanePoses:  # fmt: skip
+) -> PlanePoses:
     """Gauss-Newton from the given poses, (T, 2, 3, 3) and (T, 2, 3)."""
     seen = np.moveaxis((points_px[:, None] - np.array(centre)) / focal, -1, -2)  # axes: T, 2 poses, u or v, N
     jacobian = np.empty((*rotation.shape[:2], 6, 2, len(plane)))

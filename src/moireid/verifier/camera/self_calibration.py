@@ -64,9 +64,14 @@ class FilmWide:
     """
 
     def __init__(
-        self, points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], focal_px: float | None,
+        self,
+        points_px: Array,
+        page_mm: Array,
+        times_s: Array,
+        image_px: tuple[int, int],
+        focal_px: float | None,
         warps: PageWarps | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Parameters: as `camera.fit_camera`."""
         self._points, self._times = points_px, times_s
         self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
@@ -175,9 +180,13 @@ class FilmWide:
         return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._centre)
 
     def _flat(
-        self, frames: NDArray[np.int64] | slice, *, shutter_s: float | None = None, bend: float | None = None,
+        self,
+        frames: NDArray[np.int64] | slice,
+        *,
+        shutter_s: float | None = None,
+        bend: float | None = None,
         warp: Array | None = None,
-    ) -> Array:  # fmt: skip
+    ) -> Array:
         """Points as a pinhole without a rolling shutter would have seen them."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds

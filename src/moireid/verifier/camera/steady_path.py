@@ -28,8 +28,9 @@ STEPS = 5
 SPARE = 4
 
 
-def steady_errors_px(poses: PlanePoses, plane: Array, points_px: Array, times_s: Array, focal: float,
-                     centre: tuple[float, float]) -> Array:  # fmt: skip
+def steady_errors_px(
+    poses: PlanePoses, plane: Array, points_px: Array, times_s: Array, focal: float, centre: tuple[float, float]
+) -> Array:
     """Reprojection errors (T,) px of poses whose direction is smoothed over time.
 
     Parameters: poses: the best ones without that; points_px (T, N, 2); times_s (T,), rising.

@@ -109,7 +109,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     mapped = np.einsum("tij,nj->tni", homographies, homogeneous)
     camera = fit_camera(
         mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px, warps=warps
-    )  # fmt: skip
+    )
     raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
     posed = time.perf_counter()
@@ -151,10 +151,14 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         places = [a for strip, a in zip(track.strips, apart, strict=True) if strip.grating == g and strip.uniform]
         gratings.append(
             replace(
-                signal, phase_sd_rad=sd, place_residual_rad=np.array(places), tangent_sd=camera.tangent_sd[axis],
-                elsewhere=elsewhere, held_rad=held,
+                signal,
+                phase_sd_rad=sd,
+                place_residual_rad=np.array(places),
+                tangent_sd=camera.tangent_sd[axis],
+                elsewhere=elsewhere,
+                held_rad=held,
             )
-        )  # fmt: skip
+        )
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 

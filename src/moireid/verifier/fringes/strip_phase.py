@@ -56,8 +56,9 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     blocks = np.array_split(np.arange(len(profiles)), BLOCKS)
     apart = [
         _refine(profiles[block], _part(law, block), frequency, 0.4 / length_mm, REFINE_FRAMES // BLOCKS)
-        for block in blocks if len(block) >= 4
-    ]  # fmt: skip
+        for block in blocks
+        if len(block) >= 4
+    ]
     spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else np.inf
     harmonics = 3 if abs(frequency) * length_mm >= 1.5 else 1
     # In pieces, because the columns of the fit are some twenty times the profiles themselves.
@@ -119,8 +120,10 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
     some, law = profiles[frames], _part(law, frames)
     found = minimize_scalar(
         lambda f: _fit(some, law.phase_rad(f), 1)[2],
-        bounds=(start - reach, start + reach), method="bounded", options={"xatol": 1e-3 * reach},
-    )  # fmt: skip
+        bounds=(start - reach, start + reach),
+        method="bounded",
+        options={"xatol": 1e-3 * reach},
+    )
     return float(found.x)
 
 

@@ -50,9 +50,14 @@ class Identity:
     def to_json(self) -> dict[str, Any]:
         """As the `identity` object of `verify --json`."""
         names = (
-            "decoded_id", "claimed_id", "beat_period_mm", "expected_beat_period_mm", "symbol_errors_corrected",
-            "built", "score",
-        )  # fmt: skip
+            "decoded_id",
+            "claimed_id",
+            "beat_period_mm",
+            "expected_beat_period_mm",
+            "symbol_errors_corrected",
+            "built",
+            "score",
+        )
         return {"verdict": self.verdict, **{name: json_number(getattr(self, name)) for name in names}}
 
 
@@ -192,9 +197,10 @@ def _cell_readings(
             readings.append(CellReading(math.nan, math.inf, seen.phase_rad, seen.phase_sd_rad, seen.free_rad))
             continue
         own = [
-            phase for strip, phase in zip(track.strips, measurement.strips, strict=True)
+            phase
+            for strip, phase in zip(track.strips, measurement.strips, strict=True)
             if strip.grating == index and strip.cells == (cell,) and phase is not None
-        ]  # fmt: skip
+        ]
         covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > MAX_VAGUER * max(clearest, 1e-3)
         # An error bar from four blocks can come out small by luck; a millicycle over 100 mm is its floor.
         sd = np.array([max(phase.frequency_sd, 1e-5) for phase in own])

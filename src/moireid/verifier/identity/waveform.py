@@ -97,9 +97,11 @@ def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> A
         # Least squares within bounds: where the level stands at one, the contrast is sought again beside it.
         contrast = np.clip((b2 - level * total_w) / a22, MIN_CONTRAST, MAX_CONTRAST)
         misfit = (
-            total_vv + spread / CONTRAST_SD**2 + level * (a11 * level - 2 * b1)
+            total_vv
+            + spread / CONTRAST_SD**2
+            + level * (a11 * level - 2 * b1)
             + contrast * (a22 * contrast + 2 * total_w * level - 2 * b2)
-        )  # fmt: skip
+        )
         noise2 = max(float(misfit.min()) / count, 1e-4)
     return np.asarray(misfit / (2 * spread))
 

@@ -27,16 +27,17 @@ from moireid.verifier.timeline import Spans
 Array = NDArray[np.float64]
 Place = tuple[int, int, int]  #: Steps to the person's left, up, and nearer.
 #: What may be asked for, and which way it goes; "face" is no way but a place.
-WAYS = {
-    "left": (0, 1), "right": (0, -1), "up": (1, 1), "down": (1, -1), "nearer": (2, 1), "farther": (2, -1),
-}  # fmt: skip
+WAYS = {"left": (0, 1), "right": (0, -1), "up": (1, 1), "down": (1, -1), "nearer": (2, 1), "farther": (2, -1)}
 FACE = "face"
 WORDS = {
-    "left": "Move it 20 cm to your left", "right": "Move it 20 cm to your right",
-    "up": "Move it 10 cm up", "down": "Move it 10 cm down",
-    "nearer": "Bring it nearer to the camera", "farther": "Take it farther from the camera",
+    "left": "Move it 20 cm to your left",
+    "right": "Move it 20 cm to your right",
+    "up": "Move it 10 cm up",
+    "down": "Move it 10 cm down",
+    "nearer": "Bring it nearer to the camera",
+    "farther": "Take it farther from the camera",
     FACE: "Hold it across your face",
-}  # fmt: skip
+}
 #: One amount: sideways, upright, and as the ratio of distances: half of what is asked for, as nobody measures.  A
 #: laptop's picture is half as high as it is wide.
 SIDEWAYS_MM, UPRIGHT_MM, AMOUNT_RATIO = 100.0, 50.0, 1.12

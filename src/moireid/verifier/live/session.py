@@ -52,9 +52,13 @@ class LiveCheck:
     """One session of one person before a camera.  Memory: the challenge's track, 40 bytes a frame for a minute."""
 
     def __init__(
-        self, claim: Claim, *, draw: Draw = draw_prompts, now: Callable[[], float] = time.monotonic,
+        self,
+        claim: Claim,
+        *,
+        draw: Draw = draw_prompts,
+        now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Parameters: draw: prompts of a challenge from its earliest start; now: our clock; others in tests alone;
             aside: as `Verifier` has it.
 
@@ -110,19 +114,27 @@ class LiveCheck:
             reasons += (judge_unbroken(self._course(), asked, np.array(self._frames_s)),) if asked else ()
         reasons += (self._whole(), self._in_time())
         return {
-            "event": "verdict", "verdict": worst(list(reasons)), "challenged": self._prompts is not None,
-            "reasons": [reason.to_json() for reason in reasons], "invariant": invariant.to_json(),
-            "identity": identity.to_json(), "overlap": overlap.to_json() if overlap else None,
+            "event": "verdict",
+            "verdict": worst(list(reasons)),
+            "challenged": self._prompts is not None,
+            "reasons": [reason.to_json() for reason in reasons],
+            "invariant": invariant.to_json(),
+            "identity": identity.to_json(),
+            "overlap": overlap.to_json() if overlap else None,
             "frames": {"read": self._index, "tracked": sum(chapter.tracked for chapter in chapters)},
-        }  # fmt: skip
+        }
 
     def _status(self, running: Running) -> Event:
         return {
-            "event": "status", "time_s": round(running.time_s, 3), "verdict": running.verdict,
-            "reasons": [reason.to_json() for reason in running.reasons], "tracked": running.tracked,
-            "badge": bool(self._verifier.in_view), "face": self._watch.face is not None,
+            "event": "status",
+            "time_s": round(running.time_s, 3),
+            "verdict": running.verdict,
+            "reasons": [reason.to_json() for reason in running.reasons],
+            "tracked": running.tracked,
+            "badge": bool(self._verifier.in_view),
+            "face": self._watch.face is not None,
             "late": self._clock.late,
-        }  # fmt: skip
+        }
 
     def _challenged(self, frame: Frame) -> list[Event]:
         """Begin the challenge, note the badge's place, and tell and judge the prompts that are due."""
@@ -139,8 +151,9 @@ class LiveCheck:
             self._prompts[self._told] = prompt
             self._told += 1
             words = f"{WORDS[prompt.move]}{', and hold it there' if prompt.move == FACE else ''}."
-            events.append({"event": "prompt", "number": self._told, "of": len(self._prompts), "move": prompt.move,
-                           "text": words})  # fmt: skip
+            events.append(
+                {"event": "prompt", "number": self._told, "of": len(self._prompts), "move": prompt.move, "text": words}
+            )
         if self._judged < self._told and now_s > _over_s(self._prompts[self._judged]):
             reason = judge_prompt(self._course(), self._prompts[self._judged])
             self._judged += 1

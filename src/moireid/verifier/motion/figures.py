@@ -98,10 +98,23 @@ def figures_of(signal: GratingSignal) -> Figures:
         gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, held_rad=signal.held_rad
     )
     return Figures(
-        abs(pearson(measured, predicted)), window_correlation_mean(measured, predicted), gain, gain_sd,
-        float(residual.std()), fast, slow, spell, excitation, expected, strips, strip_sd, places, score, suspected,
+        abs(pearson(measured, predicted)),
+        window_correlation_mean(measured, predicted),
+        gain,
+        gain_sd,
+        float(residual.std()),
+        fast,
+        slow,
+        spell,
+        excitation,
+        expected,
+        strips,
+        strip_sd,
+        places,
+        score,
+        suspected,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
-    )  # fmt: skip
+    )
 
 
 def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float:

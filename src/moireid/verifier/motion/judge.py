@@ -68,9 +68,14 @@ class Invariant:
     def to_json(self) -> dict[str, Any]:
         """As the `invariant` object of `verify --json`."""
         names = (
-            "correlation", "window_correlation_mean", "gain_ratio", "gain_sd",
-            "phase_residual_rad", "excitation_rad", "score",
-        )  # fmt: skip
+            "correlation",
+            "window_correlation_mean",
+            "gain_ratio",
+            "gain_sd",
+            "phase_residual_rad",
+            "excitation_rad",
+            "score",
+        )
         figures = {name: json_number(getattr(self, name)) for name in names}
         return {"verdict": self.verdict, **figures, "gratings": list(self.gratings)}
 
@@ -108,19 +113,30 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
         wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=told)
         most = max(f.excitation_rad for f in figures)
         rested = [
-            _at_rest(f, signal.tangent_sd, most) for f, signal in zip(figures, signals, strict=True)
+            _at_rest(f, signal.tangent_sd, most)
+            for f, signal in zip(figures, signals, strict=True)
             if f.information > 0 and f not in moved
-        ]  # fmt: skip
+        ]
         strayed = [_residual_explained(mean("wandering_rad"), excitation, expected), *rested]
         reasons += [
-            _correlated(correlation, excitation, expected), _gain_right(wrong.gain_ratio, wrong.gain_sd),
-            max(strayed, key=lambda reason: ORDER[reason.level]), _strips_agree(wander, expected),
+            _correlated(correlation, excitation, expected),
+            _gain_right(wrong.gain_ratio, wrong.gain_sd),
+            max(strayed, key=lambda reason: ORDER[reason.level]),
+            _strips_agree(wander, expected),
             _likely_true(told),
-        ]  # fmt: skip
+        ]
     return Invariant(
-        worst(reasons), tuple(reasons), correlation, mean("window_correlation_mean"), gain, gain_sd, residual,
-        excitation, told.score, tuple(f.to_json() for f in figures),
-    )  # fmt: skip
+        worst(reasons),
+        tuple(reasons),
+        correlation,
+        mean("window_correlation_mean"),
+        gain,
+        gain_sd,
+        residual,
+        excitation,
+        told.score,
+        tuple(f.to_json() for f in figures),
+    )
 
 
 def _enough_motion(excitation: float, expected: float) -> Reason:
@@ -180,9 +196,8 @@ def _at_rest(told: Figures, tangent_sd: float, most_rad: float) -> Reason:
     """
     strayed = math.hypot((told.gain_ratio - 1) * told.excitation_rad, told.phase_residual_rad)
     fixed = math.hypot(
-        RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * most_rad,
-        (GAIN_TOLERANCE + GAIN_SDS * tangent_sd) * told.excitation_rad,
-    )  # fmt: skip
+        RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * most_rad, (GAIN_TOLERANCE + GAIN_SDS * tangent_sd) * told.excitation_rad
+    )
     what = "The fringes of a grating that should hardly move stray"
     return _explained(what, strayed, fixed, told.expected_error_rad)
 

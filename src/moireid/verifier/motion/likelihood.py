@@ -93,9 +93,16 @@ EXPECTED: dict[str, Expected] = {
 
 
 def log10_ratio(
-    gain: float, gain_sd: float, figures: Mapping[str, float], excitation_rad: float, error_rad: float,
-    expected: Mapping[str, Expected] = EXPECTED, *, strip_sd_rad: float = 0.0, held_rad: float = 0.0,
-) -> tuple[float, str]:  # fmt: skip
+    gain: float,
+    gain_sd: float,
+    figures: Mapping[str, float],
+    excitation_rad: float,
+    error_rad: float,
+    expected: Mapping[str, Expected] = EXPECTED,
+    *,
+    strip_sd_rad: float = 0.0,
+    held_rad: float = 0.0,
+) -> tuple[float, str]:
     """The decadic logarithm of the likelihood ratio, and the kind of forgery that speaks most against the film.
 
     Parameters: figures: root mean squares, rad, by the names of `EXPECTED`; excitation_rad: spread of the predicted

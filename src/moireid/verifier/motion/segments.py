@@ -56,16 +56,20 @@ def judge_segments(measurement: Measurement, first: int = 0) -> tuple[Segment, .
             continue
         judged = judge_signals(tuple(part_of(signal, frames) for signal in measurement.gratings))
         found.append(
-            Segment(start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio,
-                    judged.excitation_rad)
-        )  # fmt: skip
+            Segment(
+                start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio, judged.excitation_rad
+            )
+        )
     return tuple(found)
 
 
 def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> GratingSignal:
     """The signal in some frames."""
     return replace(
-        signal, measured_rad=signal.measured_rad[frames], predicted_rad=signal.predicted_rad[frames],
-        phase_sd_rad=signal.phase_sd_rad[frames], times_s=signal.times_s[frames],
+        signal,
+        measured_rad=signal.measured_rad[frames],
+        predicted_rad=signal.predicted_rad[frames],
+        phase_sd_rad=signal.phase_sd_rad[frames],
+        times_s=signal.times_s[frames],
         elsewhere=None if signal.elsewhere is None else signal.elsewhere[frames],
-    )  # fmt: skip
+    )

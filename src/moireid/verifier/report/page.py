@@ -96,9 +96,10 @@ def signals_csv(report: Report) -> str:
     parallax = parallax_of(report)
     for k, time_s in enumerate(found.times_s):
         phases = [
-            value[k] for signal in found.gratings
+            value[k]
+            for signal in found.gratings
             for value in (signal.measured_rad, signal.predicted_rad, signal.phase_sd_rad)
-        ]  # fmt: skip
+        ]
         figures = [f"{value:.6g}" for value in (time_s, *found.camera_mm[k], *parallax[k], *phases)]
         writer.writerow([int(report.track.frame_numbers[k]), *figures])
     return out.getvalue()
@@ -114,6 +115,12 @@ def render_page(report: Report, pictures: Pictures | None = None) -> str:
     words = words_of(report.verdict, report.identity.verdict)
     picture = "data:image/png;base64," + base64.b64encode(shown.badge_png).decode() if shown.badge_png else None
     return environment.from_string(template).render(
-        report=report, data=report.to_json(), words=words, plots=shown.plots, picture=picture,
-        timeline=shown.timeline, says=SAYS, says_not=SAYS_NOT,
-    )  # fmt: skip
+        report=report,
+        data=report.to_json(),
+        words=words,
+        plots=shown.plots,
+        picture=picture,
+        timeline=shown.timeline,
+        says=SAYS,
+        says_not=SAYS_NOT,
+    )

@@ -25,10 +25,12 @@ def plots_of(report: Report) -> list[tuple[str, str]]:
     if report.measurement is None:
         return []
     plots = [
-        ("Fringe phase over time", _phase_plot(report)), ("Measured against predicted", _gain_plot(report)),
-        ("What the law leaves", _residual_plot(report)), ("Where the camera was", _parallax_plot(report)),
+        ("Fringe phase over time", _phase_plot(report)),
+        ("Measured against predicted", _gain_plot(report)),
+        ("What the law leaves", _residual_plot(report)),
+        ("Where the camera was", _parallax_plot(report)),
         ("Correlation by time", _window_plot(report)),
-    ]  # fmt: skip
+    ]
     coded = next((g for g in report.badge.gratings if g.code), None)
     if coded and coded.code:
         if "phase" in coded.code.roles:
@@ -87,9 +89,13 @@ def timeline_plot(report: Report) -> str | None:
     for verdict, colour in SEGMENT_COLOURS.items():
         own = [part for part in report.segments if part.verdict == verdict]
         axes.broken_barh(
-            [(part.start_s, max(part.end_s - part.start_s, 0.02)) for part in own], (0, 1), facecolors=colour,
-            edgecolor="white", linewidth=1.0, label=SEGMENT_WORDS[verdict] if own else None,
-        )  # fmt: skip
+            [(part.start_s, max(part.end_s - part.start_s, 0.02)) for part in own],
+            (0, 1),
+            facecolors=colour,
+            edgecolor="white",
+            linewidth=1.0,
+            label=SEGMENT_WORDS[verdict] if own else None,
+        )
     end = report.segments[-1].end_s
     axes.set_yticks([])
     if report.overlap:

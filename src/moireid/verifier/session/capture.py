@@ -17,9 +17,13 @@ from moireid.verifier.tracking.badge_tracker import Progress
 
 
 def capture_as_built(
-    videos: list[Path], badge: Badge, *, focal_px: float | None = None, measured_scale: float | None = None,
+    videos: list[Path],
+    badge: Badge,
+    *,
+    focal_px: float | None = None,
+    measured_scale: float | None = None,
     progress: Progress | None = None,
-) -> AsBuilt:  # fmt: skip
+) -> AsBuilt:
     """As-built figures of `badge` from one or more films of it.
 
     Parameters: measured_scale: what a ruler read off the scale bar over its printed length, kept beside.

@@ -92,9 +92,19 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         reason = _badge_absent(track)
         identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
         return Chapter(
-            track.frames_read, track.tracked - repeated, Invariant("inconclusive", (reason,)), identity, (), (), (),
-            span, dict(track.stages_s), track, None, track.by_corners,
-        )  # fmt: skip
+            track.frames_read,
+            track.tracked - repeated,
+            Invariant("inconclusive", (reason,)),
+            identity,
+            (),
+            (),
+            (),
+            span,
+            dict(track.stages_s),
+            track,
+            None,
+            track.by_corners,
+        )
     measurement = measure(track, claim.badge, focal_px=claim.focal_px)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
@@ -112,9 +122,20 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     identity, built_reasons = _judge_built(track, measurement, invariant, identity, claim)
     signals = tuple(part_of(signal, slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
-        track.frames_read, track.tracked - repeated, invariant, identity, built_reasons, segments, signals,
-        span, stages, track, measurement, track.by_corners, focal_told,
-    )  # fmt: skip
+        track.frames_read,
+        track.tracked - repeated,
+        invariant,
+        identity,
+        built_reasons,
+        segments,
+        signals,
+        span,
+        stages,
+        track,
+        measurement,
+        track.by_corners,
+        focal_told,
+    )
 
 
 def invariant_of(chapters: Sequence[Chapter]) -> Invariant:

@@ -83,7 +83,9 @@ class Report:
                 "shutter_s": json_number(camera.shutter_s),
                 "distortion_k1": json_number(camera.bend_k1),
                 "distortion_sd": json_number(camera.bend_sd),
-            } if camera else None,
+            }
+            if camera
+            else None,
             "frames": self.frames,
             "segments": [segment.to_json() for segment in self.segments],
             "mirrored": self.track.mirrored,
@@ -94,7 +96,7 @@ class Report:
             "left_out": list(self.left_out),
             "input": self.film,
             "moireid": __version__,
-        }  # fmt: skip
+        }
 
 
 def verify(
@@ -147,13 +149,21 @@ def verify(
     }
     shown = next(chapter for chapter in seen.chapters if chapter.track is not None)
     return Report(
-        verdict, reasons, invariant, identity, badge,
+        verdict,
+        reasons,
+        invariant,
+        identity,
+        badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
-        {"read": seen.read, "tracked": seen.tracked}, timing,
-        _left_out(badge, shown.measurement), shown.track or no_track(seen.read, (film.width, film.height)),
-        shown.measurement, segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
-        region=judged.region(), overlap=overlapped,
-    )  # fmt: skip
+        {"read": seen.read, "tracked": seen.tracked},
+        timing,
+        _left_out(badge, shown.measurement),
+        shown.track or no_track(seen.read, (film.width, film.height)),
+        shown.measurement,
+        segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
+        region=judged.region(),
+        overlap=overlapped,
+    )
 
 
 @dataclass(frozen=True)

@@ -46,8 +46,10 @@ class Identification:
         """The object that `identify --json` prints, whose keys contain those of `verify --json`."""
         document: dict[str, Any] = self.report.to_json() if self.report else {}
         return document | {
-            "finding": self.finding, "found_id": self.found_id, "reasons": [r.to_json() for r in self.reasons],
-        }  # fmt: skip
+            "finding": self.finding,
+            "found_id": self.found_id,
+            "reasons": [r.to_json() for r in self.reasons],
+        }
 
 
 def identify(

@@ -254,9 +254,7 @@ class BadgeTracker:
         """
         track = self.look()
         gone = max(self.tracked - keep, 0)
-        kept_lists = (
-            self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague
-        )  # fmt: skip
+        kept_lists = (self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague)
         for kept in kept_lists:
             del kept[:gone]
         self._cells.drop(gone)

@@ -61,7 +61,7 @@ class MarkerFinder:
         least, most, step = SMALL_WINDOWS_PX
         self._small = self._searcher(
             adaptiveThreshWinSizeMin=least, adaptiveThreshWinSizeMax=most, adaptiveThreshWinSizeStep=step, **finely
-        )  # fmt: skip
+        )
         self._searches = 0
         self._markers = markers
         self._corners_mm = marker_corners_mm(markers)
@@ -114,11 +114,12 @@ class MarkerFinder:
     def glance(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
         """As `pages`, but for clear markers of `GLANCE_PX` and more, at a small part of the cost."""
         coarse = self._searcher(
-            adaptiveThreshConstant=GLANCE_COUNTS, adaptiveThreshWinSizeMin=GLANCE_WINDOW_PX,
+            adaptiveThreshConstant=GLANCE_COUNTS,
+            adaptiveThreshWinSizeMin=GLANCE_WINDOW_PX,
             adaptiveThreshWinSizeMax=GLANCE_WINDOW_PX,
             # OpenCV takes the least perimeter as a share of the picture's longer side.
             minMarkerPerimeterRate=4 * GLANCE_PX / max(luma.shape),
-        )  # fmt: skip
+        )
         return self._found_by(coarse, luma, 1.0, (0, 0), luma.shape[1])[0]
 
     def expected(self, frame: int) -> NDArray[np.float64] | None:
@@ -164,9 +165,13 @@ class MarkerFinder:
         return self._found_by(detector, crop, scale, (x0, y0), luma.shape[1])
 
     def _found_by(
-        self, detector: cv2.aruco.ArucoDetector, picture: NDArray[np.uint8], scale: float, origin: tuple[int, int],
+        self,
+        detector: cv2.aruco.ArucoDetector,
+        picture: NDArray[np.uint8],
+        scale: float,
+        origin: tuple[int, int],
         width: int,
-    ) -> EitherWay:  # fmt: skip
+    ) -> EitherWay:
         """Pages in a part of the frame that begins at `origin` and was scaled, told in the frame's own px."""
         corners, identities, _, which = detector.detectMarkersMultiDict(picture)
         quads: tuple[list[Array], list[Array]] = ([], [])

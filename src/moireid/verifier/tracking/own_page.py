@@ -72,9 +72,9 @@ class OwnPage:
 
     def _set_right(self, luma: Luma, corners: Array) -> Registration | None:
         """The page where somebody says that it is: by the print known already, or by the print of this frame."""
-        homography = np.asarray(cv2.getPerspectiveTransform(
-            self._region.astype(np.float32), corners.astype(np.float32)
-        ), float)  # fmt: skip
+        homography = np.asarray(
+            cv2.getPerspectiveTransform(self._region.astype(np.float32), corners.astype(np.float32)), float
+        )
         known = self._registrar.register(luma, homography, self._template) if self._template is not None else None
         if known is not None:
             return known

@@ -46,9 +46,7 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[A
         group = sorted(left) if alone else _largest_group(quads_px, index, corners_mm, left)
         if len(group) < 2:
             break
-        page = fit_homography(
-            corners_mm[[index[k] for k in group]].reshape(-1, 2), quads_px[group].reshape(-1, 2)
-        )  # fmt: skip
+        page = fit_homography(corners_mm[[index[k] for k in group]].reshape(-1, 2), quads_px[group].reshape(-1, 2))
         if page is not None:
             found.append(page)
             plain += _plain(quads_px[group], corners_mm[[index[k] for k in group]])
@@ -116,9 +114,7 @@ def fit_homography(page_mm: Array, image_px: Array) -> Array | None:
     A marker that was found where the others do not expect it (another badge, a misread bit) is left out by RANSAC.
     """
     side_px = float(np.linalg.norm(image_px[1] - image_px[0]))
-    homography, used = cv2.findHomography(
-        page_mm, image_px, cv2.RANSAC, max(TOLERANCE_PX, TOLERANCE_SIDES * side_px)
-    )  # fmt: skip
+    homography, used = cv2.findHomography(page_mm, image_px, cv2.RANSAC, max(TOLERANCE_PX, TOLERANCE_SIDES * side_px))
     if homography is None or used.sum() < 8 or not np.all(np.isfinite(homography)):
         return None
     return np.asarray(homography / homography[2, 2])

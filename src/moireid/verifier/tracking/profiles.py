@@ -141,6 +141,8 @@ def _span(grating: Grating, cells: tuple[int, ...]) -> tuple[float, float, float
     along, across = (0, 1) if grating.axis == "x" else (1, 0)
     rects = [grating.cells[k].rect_mm for k in cells]
     return (
-        min(rect[along] for rect in rects), max(rect[along + 2] for rect in rects),
-        rects[0][across], rects[0][across + 2],
-    )  # fmt: skip
+        min(rect[along] for rect in rects),
+        max(rect[along + 2] for rect in rects),
+        rects[0][across],
+        rects[0][across + 2],
+    )

@@ -63,10 +63,14 @@ class JobStatus(BaseModel):
 def status_of(job: Job) -> JobStatus:
     """What is told of a job."""
     return JobStatus(
-        id=job.id, kind=job.kind, state=job.state, frames=Frames(read=job.frames[0], expected=job.frames[1]),
-        result=job.result if job.over else None, problem=Problem(code=job.problem[0], text=job.problem[1])
-        if job.problem else None, report=job.over and bool(job.kept),
-    )  # fmt: skip
+        id=job.id,
+        kind=job.kind,
+        state=job.state,
+        frames=Frames(read=job.frames[0], expected=job.frames[1]),
+        result=job.result if job.over else None,
+        problem=Problem(code=job.problem[0], text=job.problem[1]) if job.problem else None,
+        report=job.over and bool(job.kept),
+    )
 
 
 @router.get("/health", dependencies=[anyone])
@@ -76,18 +80,20 @@ def health() -> Health:
 
 
 @router.post(
-    "/verify", openapi_extra=form(*VERIFY_FIELDS),
+    "/verify",
+    openapi_extra=form(*VERIFY_FIELDS),
     responses=UPLOAD | answers(REPORT, "what `moireid verify --json` prints"),
-)  # fmt: skip
+)
 async def verify(request: Request, visitor: Verifier) -> Response:
     """Check that a film shows the claimed badge; answers once it is judged."""
     return await _result(request, visitor, "verify")
 
 
 @router.post(
-    "/identify", openapi_extra=form(*IDENTIFY_FIELDS),
+    "/identify",
+    openapi_extra=form(*IDENTIFY_FIELDS),
     responses=UPLOAD | answers(IDENTIFICATION, "what `moireid identify --json` prints"),
-)  # fmt: skip
+)
 async def identify(request: Request, visitor: Verifier) -> Response:
     """Say whose badge a film shows, if anybody's in the registry; answers once it is judged."""
     return await _result(request, visitor, "identify")
@@ -105,10 +111,7 @@ async def _result(request: Request, visitor: Visitor, kind: str) -> Response:
     return JSONResponse(job.result)
 
 
-@router.post(
-    "/jobs", status_code=202, openapi_extra=form("kind", *VERIFY_FIELDS),
-    responses=UPLOAD,
-)  # fmt: skip
+@router.post("/jobs", status_code=202, openapi_extra=form("kind", *VERIFY_FIELDS), responses=UPLOAD)
 async def create_job(request: Request, response: Response, visitor: Verifier) -> JobStatus:
     """As verify or identify, but answers at once: the job tells its progress, and keeps its report for a while."""
     job = await start_job(request, visitor, report=True)
@@ -123,10 +126,11 @@ async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobS
 
 
 @router.get(
-    "/jobs/{job_id}/events", response_class=StreamingResponse,
+    "/jobs/{job_id}/events",
+    response_class=StreamingResponse,
     responses=problem_responses(401, 403, 404, 422)
     | {200: {"description": "events `progress`, and one `end`", "content": {"text/event-stream": {}}}},
-)  # fmt: skip
+)
 async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> StreamingResponse:
     """Server-sent events: `progress` with state and frames as they change, and `end` once the job is over."""
     job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
@@ -134,10 +138,11 @@ async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> Stre
 
 
 @router.get(
-    "/jobs/{job_id}/report", response_class=Response,
+    "/jobs/{job_id}/report",
+    response_class=Response,
     responses=problem_responses(401, 403, 404, 409, 422)
     | {200: {"description": "a file to keep", "content": {"text/html": {}, "application/zip": {}}}},
-)  # fmt: skip
+)
 async def job_report(
     request: Request, job_id: JobId, visitor: Verifier, format: Annotated[Literal["html", "zip"], Query()] = "html"
 ) -> Response:

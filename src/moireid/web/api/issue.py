@@ -66,15 +66,26 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
     """What would be made of an order: the badge, its link budget, and what could not be made."""
     found = checked(order, studio_of(request).registry)
     links = [
-        Link(distance_m=metres, cell_px=link.cell_px, phase_error_rad=link.phase_error_rad,
-             decode_probability=link.decode_probability)
+        Link(
+            distance_m=metres,
+            cell_px=link.cell_px,
+            phase_error_rad=link.phase_error_rad,
+            decode_probability=link.decode_probability,
+        )
         for metres, link in found.links
-    ]  # fmt: skip
+    ]
     return CheckAnswer(
-        id=found.badge.id or "", name=found.badge.name, already_issued=found.holder is not None,
-        namesakes=[record.id for record in found.namesakes], explain=dict(found.rows), link_budget=links,
-        files=list(found.files), left_out=found.left_out, note=found.note, badge=json.loads(found.badge.to_json()),
-    )  # fmt: skip
+        id=found.badge.id or "",
+        name=found.badge.name,
+        already_issued=found.holder is not None,
+        namesakes=[record.id for record in found.namesakes],
+        explain=dict(found.rows),
+        link_budget=links,
+        files=list(found.files),
+        left_out=found.left_out,
+        note=found.note,
+        badge=json.loads(found.badge.to_json()),
+    )
 
 
 @router.post("", status_code=202, responses=problem_responses(400, 413, 503))
@@ -92,9 +103,12 @@ def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
     return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
 
 
-@router.get("/jobs/{job_id}/events", responses=problem_responses(404) | {
-    200: {"content": {"text/event-stream": {}}, "description": "events `progress`, and one `end`"}
-}, response_class=StreamingResponse)  # fmt: skip
+@router.get(
+    "/jobs/{job_id}/events",
+    responses=problem_responses(404)
+    | {200: {"content": {"text/event-stream": {}}, "description": "events `progress`, and one `end`"}},
+    response_class=StreamingResponse,
+)
 async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
     """The same as server-sent events, one for each change, until the job is over."""
     return StreamingResponse(
@@ -102,9 +116,12 @@ async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingR
     )
 
 
-@router.get("/jobs/{job_id}/package.zip", responses=problem_responses(404) | {
-    200: {"content": {"application/zip": {}}, "description": "everything that was made"}
-}, response_class=FileResponse)  # fmt: skip
+@router.get(
+    "/jobs/{job_id}/package.zip",
+    responses=problem_responses(404)
+    | {200: {"content": {"application/zip": {}}, "description": "everything that was made"}},
+    response_class=FileResponse,
+)
 def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
     """Everything that a job has made, as one archive."""
     path, name = package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
@@ -112,9 +129,11 @@ def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
 
 
 @router.post(
-    "/{badge_id}/captures", status_code=202, responses=problem_responses(400, 404, 408, 413, 415, 503),
+    "/{badge_id}/captures",
+    status_code=202,
+    responses=problem_responses(400, 404, 408, 413, 415, 503),
     openapi_extra=form(),
-)  # fmt: skip
+)
 async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobStatus:
     """Measure a badge as built from a film of it: a job, whose end offers the figures; they are not kept yet."""
     studio = studio_of(request)

@@ -96,16 +96,21 @@ def audited(studio: Studio, expected_head: str) -> Audit:
 
 def _held(record: Record) -> dict[str, Any]:
     return {
-        "id": record.id, "name": record.name, "issued_at": record.issued_at, "revoked_at": record.revoked_at,
+        "id": record.id,
+        "name": record.name,
+        "issued_at": record.issued_at,
+        "revoked_at": record.revoked_at,
         "revoked_reason": record.revoked_reason,
-    }  # fmt: skip
+    }
 
 
 @router.get("", responses=problem_responses(401, 403, 422))
 def search(
-    request: Request, visitor: Reader, search: Annotated[str, Query(max_length=200)] = "",
+    request: Request,
+    visitor: Reader,
+    search: Annotated[str, Query(max_length=200)] = "",
     limit: Annotated[int, Query(ge=1, le=MOST)] = 20,
-) -> Holders:  # fmt: skip
+) -> Holders:
     """Whose name holds a text, or whose id begins with it; by name."""
     found = studio_of(request).registry.search(search, limit)
     return Holders(badges=[Held(**_held(record)) for record in found])
@@ -119,9 +124,12 @@ def show(request: Request, badge_id: BadgeId, visitor: Reader) -> Shown:
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
     return Shown(
-        **_held(record), fingerprint=registry.fingerprint, badge=json.loads(record.badge.to_json()),
-        as_built_at=record.as_built_at, as_built=None if record.as_built is None else json.loads(record.as_built),
-    )  # fmt: skip
+        **_held(record),
+        fingerprint=registry.fingerprint,
+        badge=json.loads(record.badge.to_json()),
+        as_built_at=record.as_built_at,
+        as_built=None if record.as_built is None else json.loads(record.as_built),
+    )
 
 
 @router.post("/{badge_id}/revoke", responses=problem_responses(400, 401, 403, 404, 408, 413, 422))

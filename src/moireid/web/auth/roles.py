@@ -50,9 +50,11 @@ class Rule:
             return visitor
         if visitor is None:
             refusal = Refusal(
-                401, "token", "Sign in with a token to use this; whoever runs this studio gives you one.",
+                401,
+                "token",
+                "Sign in with a token to use this; whoever runs this studio gives you one.",
                 headers={"WWW-Authenticate": "Bearer"},
-            )  # fmt: skip
+            )
         else:
             needed = " or ".join(self.roles)
             refusal = Refusal(403, "role", f"Your token is of the role {visitor.role}; this asks for {needed}.")

@@ -72,9 +72,12 @@ def run_task(
 
 
 def _listen(
-    pipe: Connection, heard: Callable[[dict[str, Any]], None], deadline: float, wall_s: float,
+    pipe: Connection,
+    heard: Callable[[dict[str, Any]], None],
+    deadline: float,
+    wall_s: float,
     stopping: Callable[[], bool],
-) -> None:  # fmt: skip
+) -> None:
     """Hand messages on until the last one."""
     while True:
         rest = deadline - time.monotonic()

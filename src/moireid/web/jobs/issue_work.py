@@ -43,14 +43,26 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
         badge, holder = free_badge(order.request(order.name), order.chosen(), registry.by_id)
         most = len(file_names(plan_parts(badge, order.mount)))
         printed = print_badge(
-            badge, folder, mount=order.mount, before_moving=lambda: registry.enroll(badge),
+            badge,
+            folder,
+            mount=order.mount,
+            before_moving=lambda: registry.enroll(badge),
             progress=lambda file: progress(next(steps), most),
-        )  # fmt: skip
+        )
     _pack(folder, f"badge-{badge.id}")
-    tell({"result": {
-        "kind": "badge", "id": badge.id, "name": badge.name, "files": list(printed.files),
-        "already_issued": holder is not None, "left_out": printed.left_out, "mount_mass_g": printed.mount_mass_g,
-    }})  # fmt: skip
+    tell(
+        {
+            "result": {
+                "kind": "badge",
+                "id": badge.id,
+                "name": badge.name,
+                "files": list(printed.files),
+                "already_issued": holder is not None,
+                "left_out": printed.left_out,
+                "mount_mass_g": printed.mount_mass_g,
+            }
+        }
+    )
 
 
 def issue_event(
@@ -66,14 +78,21 @@ def issue_event(
     with server_registry(registry_url, keys) as registry:
         badges = badges_of(design_people(parse_people(people_csv.read_bytes()), wanted.request("Everybody")))
         event = print_event(
-            badges, folder, mount=wanted.mount, before_moving=lambda: registry.enroll_many(badges), progress=progress,
-        )  # fmt: skip
+            badges, folder, mount=wanted.mount, before_moving=lambda: registry.enroll_many(badges), progress=progress
+        )
     _pack(folder, "event")
-    tell({"result": {
-        "kind": "event", "people": [{"id": badge.id, "name": badge.name} for badge in badges],
-        "sheets": event.sheet_count, "boards_to_a_sheet": event.boards_to_a_sheet, "left_out": event.left_out,
-        "mount_mass_g": event.mount_mass_g,
-    }})  # fmt: skip
+    tell(
+        {
+            "result": {
+                "kind": "event",
+                "people": [{"id": badge.id, "name": badge.name} for badge in badges],
+                "sheets": event.sheet_count,
+                "boards_to_a_sheet": event.boards_to_a_sheet,
+                "left_out": event.left_out,
+                "mount_mass_g": event.mount_mass_g,
+            }
+        }
+    )
 
 
 def server_registry(url: str, keys: str) -> Registry:

@@ -45,9 +45,15 @@ class Wish(BaseModel):
     def request(self, name: str) -> Request:
         """The library's request for a person of that name.  Raises: SpecError as `clean_name`, `parse_range_m`."""
         return Request(
-            clean_name(name), self.lens, self.printer_dpi, self.paper, parse_range_m(f"{self.near_m:g}-{self.far_m:g}"),
-            (self.width_mm, self.height_mm), "spacing", self.axes,
-        )  # fmt: skip
+            clean_name(name),
+            self.lens,
+            self.printer_dpi,
+            self.paper,
+            parse_range_m(f"{self.near_m:g}-{self.far_m:g}"),
+            (self.width_mm, self.height_mm),
+            "spacing",
+            self.axes,
+        )
 
 
 class Order(Wish):
@@ -94,9 +100,15 @@ def checked(order: Order, registry: Registry) -> Checked:
     parts = plan_parts(badge, order.mount)
     namesakes = [record for record in named(registry, badge.name) if record.id != badge.id]
     return Checked(
-        badge, explain(badge), link_budgets(badge), holder, namesakes, parts.files, parts.left_out,
+        badge,
+        explain(badge),
+        link_budgets(badge),
+        holder,
+        namesakes,
+        parts.files,
+        parts.left_out,
         missing_note([badge]),
-    )  # fmt: skip
+    )
 
 
 def named(registry: Registry, name: str) -> list[Record]:
@@ -131,6 +143,11 @@ def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
 
 #: What the fields are called where people read of them.
 LABELS = {
-    "lens": "lens sheet", "printer_dpi": "printer resolution", "near_m": "nearest camera", "far_m": "farthest camera",
-    "width_mm": "board width", "height_mm": "board height", "axes": "fringes",
-}  # fmt: skip
+    "lens": "lens sheet",
+    "printer_dpi": "printer resolution",
+    "near_m": "nearest camera",
+    "far_m": "farthest camera",
+    "width_mm": "board width",
+    "height_mm": "board height",
+    "axes": "fringes",
+}

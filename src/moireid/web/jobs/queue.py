@@ -106,9 +106,11 @@ class Jobs:
             owners = Counter(job.owner for job in self._jobs.values() if not job.over)
             if owners.total() >= places or owners[owner] >= places - places // LEFT_TO_OTHERS:
                 raise Refusal(
-                    503, "busy", "Too many films wait to be judged; try again in a minute.",
+                    503,
+                    "busy",
+                    "Too many films wait to be judged; try again in a minute.",
                     headers={"Retry-After": "60"},
-                )  # fmt: skip
+                )
             job_id = secrets.token_hex(16)
             job = self._jobs[job_id] = Job(job_id, kind, owner, self._folder / job_id)
         try:

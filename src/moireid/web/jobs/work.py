@@ -47,14 +47,29 @@ Tell = Callable[[dict[str, Any]], None]
 Progress = Callable[[int, int | None], None]
 
 
-def verify_film(video: Path, progress: Progress, tell: Tell, *, found: Claimed, focal_px: float | None = None,
-                require_original: bool = False, report: bool = False, laws: Sequence[Law] = ()) -> None:  # fmt: skip
+def verify_film(
+    video: Path,
+    progress: Progress,
+    tell: Tell,
+    *,
+    found: Claimed,
+    focal_px: float | None = None,
+    require_original: bool = False,
+    report: bool = False,
+    laws: Sequence[Law] = (),
+) -> None:
     """What `moireid verify --json` prints; with `report` also the files of `moireid verify --report`, and the plots."""
     _know(laws)
     made = verify(
-        video, found.badge, claimed_id=found.badge.id, focal_px=focal_px, as_built=found.as_built,
-        require_original=require_original, revoked=found.revoked, progress=progress,
-    )  # fmt: skip
+        video,
+        found.badge,
+        claimed_id=found.badge.id,
+        focal_px=focal_px,
+        as_built=found.as_built,
+        require_original=require_original,
+        revoked=found.revoked,
+        progress=progress,
+    )
     tell({"result": made.to_json()})
     if not report:
         return
@@ -68,8 +83,16 @@ def verify_film(video: Path, progress: Progress, tell: Tell, *, found: Claimed, 
     tell({"plots": [title for title, _ in drawn], "badge": pictures.badge_png is not None})
 
 
-def identify_film(video: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str,
-                  focal_px: float | None = None, laws: Sequence[Law] = ()) -> None:  # fmt: skip
+def identify_film(
+    video: Path,
+    progress: Progress,
+    tell: Tell,
+    *,
+    registry_url: str,
+    keys: str,
+    focal_px: float | None = None,
+    laws: Sequence[Law] = (),
+) -> None:
     """What `moireid identify --json` prints."""
     _know(laws)
     with server_registry(registry_url, keys) as registry:
@@ -86,9 +109,12 @@ def _know(laws: Sequence[Law]) -> None:
 
 #: Kinds of work by name.  Each is called with the film, for progress and results, and with the task's arguments.
 WORK: dict[str, Callable[..., None]] = {
-    "verify": verify_film, "identify": identify_film, "badge": issue_badge, "event": issue_event,
+    "verify": verify_film,
+    "identify": identify_film,
+    "badge": issue_badge,
+    "event": issue_event,
     "capture": measure_capture,
-}  # fmt: skip
+}
 
 
 def run(pipe: Connection, task: Task) -> None:

@@ -102,10 +102,16 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
         return
     worker = await asyncio.create_subprocess_exec(
         # -P: what lies in the present folder is not taken for a package.
-        sys.executable, "-P", "-m", "moireid.web.live.worker", stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.DEVNULL, limit=1 << 20,
+        sys.executable,
+        "-P",
+        "-m",
+        "moireid.web.live.worker",
+        stdin=asyncio.subprocess.PIPE,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.DEVNULL,
+        limit=1 << 20,
         env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )  # fmt: skip
+    )
     assert worker.stdin is not None and worker.stdout is not None
     tasks: list[asyncio.Task[None]] = []
     try:

@@ -73,22 +73,46 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
     gain, gain_error = found.gain_ratio, SD * found.gain_sd
     return [
         Measured(
-            "Beat", beat, beat_error, shortest, longest, 1 / abs(designed), "mm",
+            "Beat",
+            beat,
+            beat_error,
+            shortest,
+            longest,
+            1 / abs(designed),
+            "mm",
             f"The fringes of the reference row repeat every {beat:.2f} ± {beat_error:.2f} mm; the design has "
             f"{1 / abs(designed):.2f} mm, and the difference is what print scale and lens sheet are off by.",
         ),
         Measured(
-            "Gain", gain, gain_error, 1 - GAIN_TOLERANCE, 1 + GAIN_TOLERANCE, 1.0, "",
+            "Gain",
+            gain,
+            gain_error,
+            1 - GAIN_TOLERANCE,
+            1 + GAIN_TOLERANCE,
+            1.0,
+            "",
             f"They move {gain:.3f} ± {gain_error:.3f} times as far as the optics say.",
         ),
         Measured(
-            "Twist", twist, twist_error, -TWIST_DEG, TWIST_DEG, 0.0, "°",
+            "Twist",
+            twist,
+            twist_error,
+            -TWIST_DEG,
+            TWIST_DEG,
+            0.0,
+            "°",
             f"The lens sheet is turned by {abs(twist):.3f} ± {twist_error:.3f}° against the lines, "
             f"{'clockwise' if twist >= 0 else 'anticlockwise'}.",
         ),
         Measured(
-            "Offset", offset, offset_error, -pitch_mm / 2, pitch_mm / 2, 0.0, "mm",
+            "Offset",
+            offset,
+            offset_error,
+            -pitch_mm / 2,
+            pitch_mm / 2,
+            0.0,
+            "mm",
             f"The lens nearest to the board's middle lies {1000 * abs(offset):.0f} ± {1000 * offset_error:.0f} µm to "
             f"its {side}, as chance would have it: any place is right, and a copy will lie elsewhere.",
         ),
-    ]  # fmt: skip
+    ]

@@ -42,9 +42,7 @@ def issue(request: Request, sent: Sent, visitor: Issuer) -> Response:
             return RedirectResponse(f"/issue/jobs/{start_badge(studio, order, visitor.id).id}", 303)
     except MoireIdError as error:
         return _page(request, sent.texts, status=422, problem=sentence(studio, error))
-    return _page(
-        request, sent.texts, checked=found, law=preview_law(found.badge), sentences=sentences(found),
-    )  # fmt: skip
+    return _page(request, sent.texts, checked=found, law=preview_law(found.badge), sentences=sentences(found))
 
 
 @router.get("/issue/event")

@@ -51,16 +51,23 @@ def show(request: Request, badge_id: str, visitor: Reader) -> Response:
     registry = studio_of(request).registry
     record = _record(registry, badge_id)
     return render(
-        request, "record.html.j2", record=record, fingerprint=registry.fingerprint, may_revoke=visitor.may("issuer"),
+        request,
+        "record.html.j2",
+        record=record,
+        fingerprint=registry.fingerprint,
+        may_revoke=visitor.may("issuer"),
         may_verify=visitor.may("verifier"),
-    )  # fmt: skip
+    )
 
 
 @router.post("/{badge_id}/revoke")
 def revoke(
-    request: Request, badge_id: str, visitor: Issuer, reason: Annotated[str, Form(max_length=1000)],
+    request: Request,
+    badge_id: str,
+    visitor: Issuer,
+    reason: Annotated[str, Form(max_length=1000)],
     sure: Annotated[bool, Form()] = False,
-) -> Response:  # fmt: skip
+) -> Response:
     """Revoke a badge for good, and show the record."""
     registry = studio_of(request).registry
     record = _record(registry, badge_id)

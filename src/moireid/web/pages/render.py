@@ -34,9 +34,12 @@ NAVIGATION = (
 )
 
 _environment = jinja2.Environment(
-    loader=jinja2.PackageLoader("moireid.web"), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
+    loader=jinja2.PackageLoader("moireid.web"),
+    autoescape=True,
+    undefined=jinja2.StrictUndefined,
+    trim_blocks=True,
     lstrip_blocks=True,
-)  # fmt: skip
+)
 
 
 def render(request: Request, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:
@@ -45,7 +48,11 @@ def render(request: Request, template: str, *, status: int = 200, **context: Any
     path = request.url.path
     shown = [place for place in NAVIGATION if not place.roles or (visitor is not None and visitor.may(*place.roles))]
     page = _environment.get_template(template).render(
-        navigation=shown, here=path, visitor=visitor, auth=studio_of(request).settings.auth, version=__version__,
+        navigation=shown,
+        here=path,
+        visitor=visitor,
+        auth=studio_of(request).settings.auth,
+        version=__version__,
         **context,
-    )  # fmt: skip
+    )
     return HTMLResponse(page, status)

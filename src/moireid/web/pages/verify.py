@@ -58,9 +58,17 @@ def outcome(request: Request, job_id: str, visitor: Verifier) -> Response:
     kept = f"{keep // 60} minutes" if keep >= 120 else f"{keep} seconds"
     colour, title, words = _headline(job)
     return render(
-        request, "verdict.html.j2", job=job, result=job.result, kept_for=kept, says=SAYS, says_not=SAYS_NOT,
-        colour=colour, title=title, words=words,
-    )  # fmt: skip
+        request,
+        "verdict.html.j2",
+        job=job,
+        result=job.result,
+        kept_for=kept,
+        says=SAYS,
+        says_not=SAYS_NOT,
+        colour=colour,
+        title=title,
+        words=words,
+    )
 
 
 def _headline(job: Job) -> tuple[str, str, str]:
