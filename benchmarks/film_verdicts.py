@@ -21,7 +21,7 @@ from moireid.simulate.forgeries.courses import KINDS
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import CODECS, RECIPES
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier.session import film as verify
+from moireid.verifier import verify
 
 FRAMES, FPS, SEED, DISTANCE_MM = 210, 30.0, 5, 1000.0
 LIMITS = Limits(memory_mb=8192)

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 from moireid.badge import load_badge
-from moireid.verifier.session import film as verify
+from moireid.verifier import verify
 from moireid.verifier.video import Film
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -129,7 +129,7 @@ def work(badge_json: Path, pipe: Connection) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (GUARD_BYTES, GUARD_BYTES))
     from moireid.badge import load_badge
     from moireid.errors import MoireIdError
-    from moireid.verifier.session import film as verify
+    from moireid.verifier import verify
 
     badge = load_badge(badge_json)
     while (path := pipe.recv()) is not None:

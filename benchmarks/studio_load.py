@@ -34,7 +34,7 @@ from hostile_files import hostile, spoilt_from
 
 from moireid.badge import load_badge
 from moireid.registry import open_registry
-from moireid.verifier.session import film as verify
+from moireid.verifier import verify
 from moireid.web.auth.tokens import open_tokens
 
 FILMS = Path(__file__).parents[1] / "tests" / "data" / "films"

@@ -28,7 +28,7 @@ import av
 import cv2
 
 from moireid.badge import Badge, load_badge
-from moireid.verifier.session import film as verify
+from moireid.verifier import verify
 from moireid.verifier.video import Film
 
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"

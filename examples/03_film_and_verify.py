@@ -7,8 +7,8 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier import verify
 from moireid.verifier.report.page import write_report
-from moireid.verifier.session import film as verify
 
 
 def main(folder: Path) -> None:

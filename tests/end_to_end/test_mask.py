@@ -19,7 +19,7 @@ from moireid.fabrication.page.pdf import mask_grating, write_badge_pdf
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier.session import film as verify
+from moireid.verifier import verify
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 

@@ -22,10 +22,9 @@ from moireid.registry import open_registry
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Report
+from moireid.verifier import Report, verify
 from moireid.verifier.fringes import predicted_phase as predict
 from moireid.verifier.fringes.signals import measure
-from moireid.verifier.session import film as verify
 
 CONTRACT: dict[str, set[str]] = {
     "": {"verdict", "reasons", "invariant", "identity", "frames", "timing", "left_out", "input"},

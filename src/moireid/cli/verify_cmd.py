@@ -133,8 +133,8 @@ def verify_command(
 
         planned(report_paths(report_folder), overwrite=overwrite)
     from moireid.evaluation.baseline.published import verify_published
+    from moireid.verifier import verify
     from moireid.verifier.corners import corners_from
-    from moireid.verifier.session import film as verify
 
     corners = corners_from(corners_given) if corners_given is not None else None
     with progress_bar("reading the film") as progress:

@@ -16,7 +16,7 @@ from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
 from moireid.cli.verify_cmd import verify_command
 from moireid.evaluation.baseline.published import verify_published
-from moireid.verifier.session import film as verify
+from moireid.verifier import verify
 
 #: What the contract of the command line promises, by object.
 PROMISED = {

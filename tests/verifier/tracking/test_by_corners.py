@@ -16,12 +16,11 @@ from scipy.spatial.transform import Rotation
 from kit.coded_films import written
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.verifier import Claim, Frame, Verifier
+from moireid.verifier import Claim, Frame, Verifier, verify
 from moireid.verifier.camera.page_warp import page_warps
 from moireid.verifier.corners import CornerFollower, corners_from
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason
-from moireid.verifier.session import film as verify
 from moireid.verifier.session.by_corners import never_accepted
 from moireid.verifier.session.chapters import invariant_of
 from moireid.verifier.tracking.markers import marker_corners_mm

@@ -20,8 +20,8 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.film import film
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier import verify
 from moireid.verifier.reasons import worst
-from moireid.verifier.session import film as verify
 from moireid.verifier.session.badge_session import reasons_of
 from moireid.verifier.session.chapters import Claim
 from moireid.verifier.session.streaming import Verifier

@@ -19,7 +19,7 @@ import pytest
 from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
-from moireid.verifier.session import film as verify
+from moireid.verifier import verify
 from moireid.web.app import create_app
 
 

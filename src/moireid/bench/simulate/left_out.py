@@ -97,7 +97,7 @@ def _light_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
             _row(
                 "analytic",
                 what,
-                lambda one=one: one.render(instant),
+                lambda one=one: one.render(instant),  # type: ignore[misc]
                 lambda other=other: other.render(instant),  # type: ignore[misc]
                 scene,
                 instant,
