@@ -1,34 +1,89 @@
-"""What mkdocs asks as it builds: the page of commands, made from the programs' own help so that it is never stale."""
+"""What mkdocs asks as it builds: the reference pages that are made from the code, so that they are never stale.
+
+commands.md     every command, from click's own help
+api.md          what the rooms' faces export, from their docstrings (by mkdocstrings)
+badge-json.md   each field of badge.json, from the shipped schema; report-json.md the same of a report
+reason-codes.md written by hand; `{{ module.NAME }}` in it becomes the value of that constant
+"""
 
 from __future__ import annotations
 
+import importlib
+import json
+import re
 from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import click
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import File, Files
+from mkdocs.structure.pages import Page
 
-from moireid.cli.main import moireid
+import moireid
+from moireid.cli.main import moireid as program
 
+HOUSE = Path(moireid.__file__).parent
 WIDTH = 84
-INTRO = """# Commands
+COMMANDS = """# Commands
 
-Made from the programs' own `--help` when this site was built. `print-your-badge` is `moireid print`.
-Every command that tells something takes `--json`: one JSON object on stdout, and nothing else there.
+This page is made from the programs' own `--help`. `print-your-badge` is the same as `moireid print`.
 
-| exit code | meaning |
-|---|---|
-| 0 | done; accepted; found |
-| 1 | rejected; found to be nobody's |
-| 2 | wrong usage or bad input; one sentence on stderr says what, and what to do |
-| 3 | inconclusive |
+Commands that report something take `--json`. They then print one JSON object on stdout, and nothing else there.
+What an exit code means is on [its own page](exit-codes.md).
 """
+API = """# Python
+
+Each room of the library has a face: the names that its `__init__` exports. Import from there.
+This page is made from their docstrings. [For the developer](../how-to/developer.md) shows them at work.
+"""
+#: Modules that have no face of their own, and what of them is for everybody.
+GROUND = {"moireid.badge": ["Badge", "load_badge"]}
+FACES = ("designer", "fabrication", "simulate", "verifier", "registry", "idcodes", "errors")
+FIELDS = """# {title}
+
+{text}
+
+This page is made from the JSON Schema that moireid ships and checks every file against ({where}).
+A field in **bold** must be there. `[]` stands for each entry of a list.
+
+| field | type | meaning |
+|---|---|---|
+"""
+BADGE_TEXT = """The file that says all that is printed on one badge. Whoever has it can print the badge, so keep it as you would
+keep a key. Lengths are in millimetres of the page: origin top left, x to the right, y down."""
+REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys are only
+added. So a program must pass over the keys that it does not know. A figure is null where nothing was measured."""
+#: `{{ verifier.motion.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
+LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
 
 
 def on_files(files: Files, config: MkDocsConfig) -> Files:
-    """Add the page of commands."""
-    files.append(File.generated(config, "commands.md", content=INTRO + "".join(_sections(moireid, "moireid", None))))
+    """Add the pages that are made."""
+    made = {
+        "commands": COMMANDS + "".join(_sections(program, "moireid", None)),
+        "api": API + "".join(_faces()),
+        "badge-json": _fields("badge", "badge.json", BADGE_TEXT, "`src/moireid/schema/badge.schema.json`"),
+        "report-json": _fields("report", "The report", REPORT_TEXT, "print it with `moireid verify --schema`"),
+    }
+    for name, text in made.items():
+        files.append(File.generated(config, f"reference/{name}.md", content=text))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Put the verifier's limits in their places."""
+    return with_limits(markdown) if page.file.src_uri == "reference/reason-codes.md" else markdown
+
+
+def with_limits(text: str) -> str:
+    """A text with the value of each constant that it names.  Raises: ImportError, AttributeError where one is gone."""
+    return LIMIT.sub(lambda found: f"{_constant(found[1], found[2]):.4g}", text)
+
+
+def _constant(module: str, name: str) -> float:
+    value = getattr(importlib.import_module(f"moireid.{module}"), name)
+    return float(value)
 
 
 def _sections(command: click.Command, name: str, parent: click.Context | None) -> Iterator[str]:
@@ -41,3 +96,59 @@ def _sections(command: click.Command, name: str, parent: click.Context | None) -
             found = command.get_command(context, each)
             if found is not None and not found.hidden:
                 yield from _sections(found, each, context)
+
+
+def _faces() -> Iterator[str]:
+    """One section a room, with what its face exports."""
+    faces = {f"moireid.{room}": getattr(importlib.import_module(f"moireid.{room}"), "__all__", []) for room in FACES}
+    for module, names in (GROUND | faces).items():
+        if names:
+            yield f"\n## {module}\n"
+        for name in names:
+            yield f"\n::: {module}.{name}\n    options:\n      heading_level: 3\n"
+
+
+def _fields(schema: str, title: str, text: str, where: str) -> str:
+    """A page of a shipped schema: one row a field."""
+    told = json.loads((HOUSE / "schema" / f"{schema}.schema.json").read_text(encoding="utf-8"))
+    return FIELDS.format(title=title, text=text, where=where) + "".join(_rows(told, told, ""))
+
+
+def _rows(node: dict[str, Any], root: dict[str, Any], path: str) -> Iterator[str]:
+    """The rows of all fields below a node of a schema."""
+    for name, given in node.get("properties", {}).items():
+        field = _resolved(given, root)
+        place = f"{path}{name}"
+        shown = f"**`{place}`**" if name in node.get("required", []) else f"`{place}`"
+        meaning = field.get("description", "").replace("|", "\\|")
+        yield f"| {shown} | {_kind(field, root)} | {meaning} |\n"
+        inner = _resolved(field.get("items", {}), root)
+        yield from _rows(field, root, f"{place}.")
+        yield from _rows(inner, root, f"{place}[].")
+
+
+def _resolved(node: dict[str, Any], root: dict[str, Any]) -> dict[str, Any]:
+    """A node, with what it refers to."""
+    if "$ref" not in node:
+        return node
+    return root["$defs"][node["$ref"].rsplit("/", 1)[1]] | {key: value for key, value in node.items() if key != "$ref"}
+
+
+def _kind(field: dict[str, Any], root: dict[str, Any]) -> str:
+    """Type and range of a field in a few words."""
+    if "const" in field:
+        return f"always {field['const']}"
+    if "enum" in field:
+        return " or ".join(f"`{each}`" for each in field["enum"])
+    types = field.get("type", "any")
+    words = [" or ".join(types) if isinstance(types, list) else types]
+    if "array" in words[0] and "items" in field:
+        inner = _resolved(field["items"], root)
+        words = [f"list of {inner.get('type', 'object')}s" if isinstance(inner.get("type"), str) else "list"]
+        if field.get("minItems") == field.get("maxItems") and "minItems" in field:
+            words = [f"{field['minItems']} {words[0].removeprefix('list of ')}"]
+    least, above = field.get("minimum"), field.get("exclusiveMinimum")
+    most, below = field.get("maximum"), field.get("exclusiveMaximum")
+    words += [f"≥ {least:g}"] if least is not None else [f"> {above:g}"] if above is not None else []
+    words += [f"≤ {most:g}"] if most is not None else [f"< {below:g}"] if below is not None else []
+    return ", ".join(words)

@@ -215,7 +215,7 @@ def test_page_plane_slope_is_that_of_a_fixed_page_point() -> None:
 def test_page_plane_slope_of_the_prototype_is_four_percent_higher() -> None:
     """Catches: the effective gap in the correction in place of the true thickness.
 
-    physics.md says 3.8 % for the lens; its formula gives 3.94 % with its g_eff of 0.60.  A mask in air has the closed
+    docs/explanation/physics.md says 3.9 % for the lens: 3.94 % with its g_eff of 0.60.  A mask in air has the closed
     form 2 pi g / p_f, which is 2.4 % higher, and a finer rear pitch gives less.
     """
     ratio = optics.page_plane_slope_rad(SHEET, G_EFF, REAR) / optics.parallax_slope_rad(G_EFF, REAR)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import ast
+import importlib
 import re
 import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -18,8 +21,12 @@ from kit.places import ROOT
 from moireid.cli.main import moireid
 
 DOCS = ROOT / "docs"
-PAGES = sorted(DOCS.glob("*.md"))
-FIRST = DOCS / "index.md"
+PAGES = sorted(path for path in DOCS.rglob("*.md") if path.parent.name != "gallery")
+FIRST = DOCS / "tutorial" / "first-verdict.md"
+#: Pages that people read in the project itself.
+READ_THERE = [ROOT / name for name in ("README.md", "ARCHITECTURE.md", "THREATS.md")]
+#: Pages that are made from the code as the site is built.
+MADE = {"reference/commands.html", "reference/api.html", "reference/badge-json.html", "reference/report-json.html"}
 #: Blocks that may be left unrun: each needs minutes, a camera or a second machine, and says so.
 MOST_UNRUN = 3
 #: What makes a browser fetch something; a link that somebody has to click is no such thing.
@@ -37,7 +44,7 @@ ELSEWHERE = re.compile(r"^\s*(?:[a-z]+:)?//", re.IGNORECASE)
 
 @pytest.fixture(scope="module")
 def walked(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The first page's walk, and what it leaves: the files by which the other pages go on."""
+    """The tutorial, and what it leaves: the files with which the other pages go on."""
     folder = tmp_path_factory.mktemp("walked")
     with Session(folder) as session:
         session.follow(FIRST)
@@ -58,10 +65,10 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_every_block_runs_as_its_page_says(walked: Path, tmp_path: Path) -> None:
     """Catches: a command that was renamed, an option that is gone, an exit code or a line shown that does not come.
 
-    All pages are one test, so that the walk by which they begin is made once.
+    All pages are one test, so that the tutorial by which they begin is walked once.
     """
     for page in PAGES:
-        if page != FIRST:
+        if page != FIRST and any(block.kind in ("console", "python") for block in blocks_of(page)):
             folder = tmp_path / page.stem
             shutil.copytree(walked, folder)
             with Session(folder) as session:
@@ -81,7 +88,7 @@ def test_hardly_any_block_is_left_unrun() -> None:
 def test_every_command_is_one() -> None:
     """Catches: a command or option in running text, or in a block that is not run, which the programs do not have."""
     wrong = []
-    for page in PAGES:
+    for page in PAGES + READ_THERE:
         text = page.read_text(encoding="utf-8")
         said = re.findall(r"`((?:moireid|print-your-badge) [^`\n]+)`", text)
         said += [typed for block in blocks_of(page) if block.kind == "console" for typed, _ in commands_of(block)]
@@ -102,6 +109,50 @@ def _is_command(typed: str) -> bool:
         command, rest = command.commands[rest[0]], rest[1:]
     options = {name for parameter in command.params for name in (*parameter.opts, "--help", "--version")}
     return all(word.split("=")[0] in options for word in rest if word.startswith("--"))
+
+
+def test_every_file_that_is_named_is_there() -> None:
+    """Catches: a decision, a figure or a rule that names a file which was moved, renamed or thrown out."""
+    gone = []
+    for page in PAGES + READ_THERE:
+        named = set(
+            re.findall(r"`([\w./-]+\.(?:py|js|sh|toml|lock)|benchmarks/[\w.]+)", page.read_text(encoding="utf-8"))
+        )
+        places = (ROOT, ROOT / "src", ROOT / "src" / "moireid")
+        gone += [
+            f"{page.name}: {name}" for name in sorted(named) if not any((place / name).exists() for place in places)
+        ]
+    assert gone == []
+
+
+def test_every_reason_code_is_told_and_no_other() -> None:
+    """Catches: a finding that nobody documented, and a code on the page that no film can get any more."""
+    told = (DOCS / "reference" / "reason-codes.md").read_text(encoding="utf-8")
+    rows = "\n".join(line.split("|")[1] for line in told.splitlines() if line.startswith("| `"))
+    levels = {"pass", "fail", "undecided", "note"}
+    assert set(re.findall(r"`(\w+)`", rows)) - levels == set(_codes())
+
+
+def _codes() -> Iterator[str]:
+    """Every code of a `Reason` or of an audit's finding that stands in the source as a word."""
+    for path in (ROOT / "src" / "moireid").rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in ("Reason", "Fault", "tell"):
+                if node.args and isinstance(node.args[0], ast.Constant) and isinstance(node.args[0].value, str):
+                    yield node.args[0].value
+            # What an enrolment is compared by stands in a table.
+            if (
+                isinstance(node, ast.Constant)
+                and str(node.value).startswith("as_built_")
+                and path.stem == "compare_built"
+            ):
+                yield node.value
+
+
+def test_the_first_pages_are_short() -> None:
+    """Catches: a README that grows back into a book."""
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 100
+    assert len((ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8").splitlines()) <= 80
 
 
 def test_a_page_that_shows_what_does_not_come_is_told() -> None:
@@ -160,17 +211,16 @@ class _Fetched(HTMLParser):
 
 def test_the_site_is_built_strictly_and_asks_nothing_of_outside(site: Path) -> None:
     """Catches: a dead link, a page nobody leads to, and a font, script or picture from another host."""
-    pages = sorted(site.glob("*.html"))
-    assert {page.stem for page in pages} >= {page.stem for page in PAGES} | {"commands"}
+    pages = sorted(site.rglob("*.html"))
+    written = {path.relative_to(DOCS).with_suffix(".html").as_posix() for path in PAGES}
+    assert {page.relative_to(site).as_posix() for page in pages} >= written | MADE
     for page in pages:
         fetched = _Fetched(page).found
         assert fetched
         assert [each for each in fetched if ELSEWHERE.match(each)] == [], page.name
         if page.name != "404.html":
-            gone = [
-                each for each in fetched if not each.startswith("data:") and not (site / each.split("?")[0]).exists()
-            ]
-            assert gone == [], page.name
+            files = [each for each in fetched if not each.startswith("data:")]
+            assert [each for each in files if not (page.parent / each.split("?")[0]).exists()] == [], page.name
     for sheet in site.rglob("*.css"):
         asked = re.findall(r"(?:url\(|@import)\s*['\"]?([^)'\"]+)", sheet.read_text(encoding="utf-8"))
         assert [each for each in asked if ELSEWHERE.match(each)] == [], sheet.name
@@ -178,11 +228,24 @@ def test_the_site_is_built_strictly_and_asks_nothing_of_outside(site: Path) -> N
 
 def test_every_command_has_its_help_on_the_site(site: Path) -> None:
     """Catches: a page of commands that was written once and forgot the commands that came after."""
-    text = (site / "commands.html").read_text(encoding="utf-8")
+    text = (site / "reference" / "commands.html").read_text(encoding="utf-8")
     for name, command in moireid.commands.items():
         assert f">moireid {name}<" in text
         for each in command.commands if isinstance(command, click.Group) else ():
             assert f">moireid {name} {each}<" in text
+
+
+def test_every_export_and_every_field_is_on_the_site(site: Path) -> None:
+    """Catches: a face whose names have no page, and a key of badge.json or of the report that nobody explains."""
+    shown = (site / "reference" / "api.html").read_text(encoding="utf-8")
+    for face in ("moireid.designer", "moireid.verifier", "moireid.registry", "moireid.idcodes", "moireid.errors"):
+        for name in importlib.import_module(face).__all__:
+            assert f'id="{face}.{name}"' in shown, f"{face}.{name}"
+    for name in ("badge", "report"):
+        page = (site / "reference" / f"{name}-json.html").read_text(encoding="utf-8")
+        rows = re.findall(r"<tr>\s*<td>(.*?)</td>\s*<td>.*?</td>\s*<td>(.*?)</td>", page, re.DOTALL)
+        assert len(rows) > 30
+        assert [field for field, meaning in rows if not meaning.strip()] == [], name
 
 
 def test_pictures_are_small_and_used() -> None:
