@@ -50,10 +50,11 @@ A field in **bold** must be there. `[]` stands for each entry of a list.
 | field | type | meaning |
 |---|---|---|
 """
-BADGE_TEXT = """The file that says all that is printed on one badge. Whoever has it can print the badge, so keep it as you would
-keep a key. Lengths are in millimetres of the page: origin top left, x to the right, y down."""
-REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys are only
-added. So a program must pass over the keys that it does not know. A figure is null where nothing was measured."""
+BADGE_TEXT = """The file that says all that is printed on one badge. Whoever has it can print the badge, so keep it as
+you would keep a key. Lengths are in millimetres of the page: origin top left, x to the right, y down."""
+REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
+are only added. So a program must pass over the keys that it does not know. A figure is null where nothing was
+measured."""
 #: `{{ verifier.motion.judge.MIN_CORRELATION }}`: a constant by the module that uses it.
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
 

@@ -16,7 +16,7 @@ reflected within.  Mount and background are left out unless `Scene.acrylic` tell
 mount's outline, background and all, and rays are followed through its plates.  Forgeries and hidden parts are refused.
 
 Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0.
-Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `docs/explanation/physics.md`, Traps of rendering.
+Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `docs/explanation/physics.md`.
 """
 
 from __future__ import annotations
