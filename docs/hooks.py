@@ -59,6 +59,18 @@ measured."""
 LIMIT = re.compile(r"\{\{ ([\w.]+)\.(\w+) \}\}")
 
 
+def on_config(config: MkDocsConfig) -> MkDocsConfig:
+    """Put the decisions into the navigation, in the groups of their own first page."""
+    groups: list[dict[str, list[str]]] = []
+    for line in (Path(config.docs_dir) / "decisions" / "index.md").read_text(encoding="utf-8").splitlines():
+        if line.startswith("## "):
+            groups.append({line[3:]: []})
+        elif found := re.match(r"- \[.+\]\((.+\.md)\)", line):
+            next(iter(groups[-1].values())).append(f"decisions/{found[1]}")
+    config.nav = [*(config.nav or []), {"Decisions": ["decisions/index.md", *groups]}]
+    return config
+
+
 def on_files(files: Files, config: MkDocsConfig) -> Files:
     """Add the pages that are made."""
     made = {
@@ -140,7 +152,8 @@ def _kind(field: dict[str, Any], root: dict[str, Any]) -> str:
     if "const" in field:
         return f"always {field['const']}"
     if "enum" in field:
-        return " or ".join(f"`{each}`" for each in field["enum"])
+        shown = [f"`{each}`" for each in field["enum"]]
+        return " or ".join(shown) if len(shown) <= 4 else f"one of {len(shown)}: {', '.join(shown[:2])}, …"
     types = field.get("type", "any")
     words = [" or ".join(types) if isinstance(types, list) else types]
     if "array" in words[0] and "items" in field:
