@@ -242,6 +242,14 @@ def test_every_export_and_every_field_is_on_the_site(site: Path) -> None:
         assert [field for field, meaning in rows if not meaning.strip()] == [], name
 
 
+def test_every_parameter_on_the_site_is_explained(site: Path) -> None:
+    """Catches: a docstring whose entries the site's reader of NumPy style passes over, so that they come out empty."""
+    shown = (site / "reference" / "api.html").read_text(encoding="utf-8")
+    items = re.findall(r'<li class="doc-section-item field-body">(.*?)</li>', shown, re.DOTALL)
+    empty = [item for item in items if re.search(r'<div class="doc-md-description">\s*</div>', item)]
+    assert [re.sub(r"<[^>]+>|\s", "", item) for item in empty] == []
+
+
 def test_pictures_are_small_and_used() -> None:
     """Catches: a gallery that outgrows the repository, and pictures that no page shows."""
     pictures = [path for path in (DOCS / "gallery").iterdir() if path.suffix != ".md"]
