@@ -1,4 +1,4 @@
-"""The figures that `docs/accuracy.md` states of the films of the tests: run `.venv/bin/python benchmarks/first_path.py`.
+"""The figures of `docs/accuracy.md` on the films of the tests: run `.venv/bin/python benchmarks/first_path.py`.
 
 Times are whole processes, the median of five with the least and the most; what a film says is measured on the films
 made outside the project in tests/data/films, beside the time that decoding alone takes in the same run.

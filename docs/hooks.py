@@ -46,10 +46,8 @@ FIELDS = """# {title}
 
 This page is made from the JSON Schema that moireid ships and checks every file against ({where}).
 A field in **bold** must be there. `[]` stands for each entry of a list.
-
-| field | type | meaning |
-|---|---|---|
 """
+TABLE = "\n| field | type | meaning |\n|---|---|---|\n"
 BADGE_TEXT = """The file that says all that is printed on one badge. Whoever has it can print the badge, so keep it as
 you would keep a key. Lengths are in millimetres of the page: origin top left, x to the right, y down."""
 REPORT_TEXT = """What `moireid verify --json` prints, and what `--report` writes as `report.json`. Within a format, keys
@@ -122,22 +120,34 @@ def _faces() -> Iterator[str]:
 
 
 def _fields(schema: str, title: str, text: str, where: str) -> str:
-    """A page of a shipped schema: one row a field."""
+    """A page of a shipped schema: a table of its fields, and one for each object within."""
     told = json.loads((HOUSE / "schema" / f"{schema}.schema.json").read_text(encoding="utf-8"))
-    return FIELDS.format(title=title, text=text, where=where) + "".join(_rows(told, told, ""))
+    return FIELDS.format(title=title, text=text, where=where) + "".join(_tables(told, told, ""))
 
 
-def _rows(node: dict[str, Any], root: dict[str, Any], path: str) -> Iterator[str]:
-    """The rows of all fields below a node of a schema."""
-    for name, given in node.get("properties", {}).items():
+def _tables(node: dict[str, Any], root: dict[str, Any], path: str) -> Iterator[str]:
+    """The table of an object of a schema, and those of the objects in it."""
+    if path:
+        yield f"\n## {path} {{ #{_anchor(path)} }}\n"
+    yield TABLE
+    within: list[tuple[dict[str, Any], str]] = []
+    for name, given in node["properties"].items():
         field = _resolved(given, root)
-        place = f"{path}{name}"
-        shown = f"**`{place}`**" if name in node.get("required", []) else f"`{place}`"
+        item = _resolved(field.get("items", {}), root)
         meaning = field.get("description", "").replace("|", "\\|")
-        yield f"| {shown} | {_kind(field, root)} | {meaning} |\n"
-        inner = _resolved(field.get("items", {}), root)
-        yield from _rows(field, root, f"{place}.")
-        yield from _rows(inner, root, f"{place}[].")
+        for inner, mark in ((field, ""), (item, "[]")):
+            if "properties" in inner:
+                below = f"{path}.{name}{mark}".lstrip(".")
+                meaning += f" ([its fields](#{_anchor(below)}))"
+                within.append((inner, below))
+        shown = f"**`{name}`**" if name in node.get("required", []) else f"`{name}`"
+        yield f"| {shown} | {_kind(field, root)} | {meaning.strip()} |\n"
+    for inner, below in within:
+        yield from _tables(inner, root, below)
+
+
+def _anchor(path: str) -> str:
+    return path.replace("[]", "").replace(".", "-")
 
 
 def _resolved(node: dict[str, Any], root: dict[str, Any]) -> dict[str, Any]:
