@@ -22,38 +22,53 @@ from moireid.cli.serve_cmd import serve_command, token_group
 from moireid.cli.simulate_cmd import simulate_command
 from moireid.cli.verify_cmd import identify_command, verify_command
 
+#: The sections of `moireid --help`, and the commands of each in the order in which people need them.
+SECTIONS: dict[str, tuple[click.Command, ...]] = {
+    "Commands that most people need": (
+        print_command,
+        enroll_command,
+        verify_command,
+        identify_command,
+        simulate_command,
+        serve_command,
+    ),
+    "Lens sheets": (pitch_test_command, calibrate_command),
+    "The registry, and access to the studio": (registry_group, token_group),
+    "Many films at once": (film_set_command, evaluate_command),
+    "The figures that this project states": (bench_command,),
+}
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"]})
+
+class Sections(click.Group):
+    """A group whose help lists its commands under the headings of SECTIONS."""
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write one table for each section."""
+        for heading, commands in SECTIONS.items():
+            with formatter.section(heading):
+                rows = [(command.name or "", command.get_short_help_str(limit=80)) for command in commands]
+                formatter.write_dl(rows, col_spacing=2)
+
+
+@click.group(cls=Sections, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(__version__, prog_name="moireid")
 def moireid() -> None:
-    """Print a moiré badge, film it, and check its motion and whose badge it is.
+    """Print a moiré badge, and check on film that it is real and whose it is.
 
-    A badge is a lenticular sheet over printed lines. As badge or camera moves, its fringes shift by an exact optical
-    law, which a real camera records for free; and the spacing of the lines says whose badge it is.
+    A badge is a lenticular sheet (a sheet of narrow lenses) over printed lines. Where the two meet, dark bands appear:
+    moiré fringes. When the badge or the camera moves, the fringes move by an exact law of optics, which is hard to fake
+    in a film. The spacing of the lines says whose badge it is.
 
     \b
-    Begin with:  moireid print "Ada Lovelace" --out ada
+    Start here:  moireid print "Ada Lovelace" --out ada
                  moireid enroll ada/badge.json
                  moireid verify film.mp4 --claim "Ada Lovelace"
     """
 
 
-for command in (
-    print_command,
-    pitch_test_command,
-    calibrate_command,
-    enroll_command,
-    verify_command,
-    identify_command,
-    simulate_command,
-    film_set_command,
-    registry_group,
-    evaluate_command,
-    bench_command,
-    serve_command,
-    token_group,
-):
-    moireid.add_command(command)
+for _commands in SECTIONS.values():
+    for _command in _commands:
+        moireid.add_command(_command)
 
 
 def main() -> None:

@@ -76,7 +76,7 @@ def verify_published(
     reasons = invariant.reasons
     identity = Identity("unreadable" if claimed_id else "not_claimed", (), claimed_id=claimed_id)
     if claimed_id is not None:
-        text = "The published pipeline reads no identity, so whose badge it is stays open."
+        text = "The published pipeline does not read identities, so it cannot say whose badge this is."
         reasons += (Reason("identity", "undecided", None, None, "", text),)
     total_s = round(time.perf_counter() - begun, 4)
     return Report(
@@ -98,12 +98,15 @@ def verify_published(
 def judge(measured: Array, place: Array, read: int) -> Invariant:
     """The score of one film: phase (T,) rad against the place over the distance (T,)."""
     if len(measured) < WINDOW_FRAMES:
-        text = f"The badge was found in {len(measured)} of {read} frames; a window has {WINDOW_FRAMES}."
+        text = f"The badge was found in {len(measured)} of {read} frames; at least {WINDOW_FRAMES} are needed."
         reason = Reason("badge_absent", "undecided", float(len(measured)), float(WINDOW_FRAMES), "frames", text)
         return Invariant("inconclusive", (reason,))
     score = window_correlation_mean(measured, place)
     good = score >= THRESHOLD
-    text = f"Over windows of {WINDOW_FRAMES} frames phase and place correlate by {score:.3f}; {THRESHOLD} is asked for."
+    text = (
+        f"Over windows of {WINDOW_FRAMES} frames, fringe phase and camera position correlate by {score:.3f}; at least "
+        f"{THRESHOLD} is needed."
+    )
     reason = Reason("window_correlation", "pass" if good else "fail", score, THRESHOLD, "", text)
     return Invariant(
         worst([reason]),

@@ -102,16 +102,16 @@ def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge) -> Comparison
     twist = abs(found.twist_rad_per_mm - enrolled.twist_rad_per_mm)
     twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * TWIST_REPEATS_RAD * lines_per_mm)
     checks = (
-        ("as_built_beat", abs(beat), beat_limit, beat_sd, "cycles/mm", "beat"),
-        ("as_built_offset", offset, slide_rad, offset_sd, "rad", "place of the sheet"),
-        ("as_built_twist", twist, 0.0, twist_sd, "rad/mm", "twist of the sheet"),
+        ("as_built_beat", abs(beat), beat_limit, beat_sd, "cycles/mm", "fringe frequency"),
+        ("as_built_offset", offset, slide_rad, offset_sd, "rad", "position of the sheet"),
+        ("as_built_twist", twist, 0.0, twist_sd, "rad/mm", "rotation of the sheet"),
     )
     reasons, levels = [], []
     for code, difference, room, sd, unit, words in checks:
         limit, far = room + ORIGINAL_SD * sd, room + COPY_SD * sd
         level: Built = "original" if difference <= limit else "copy" if difference > far else "not_known"
         levels.append(level)
-        text = f"The {words} differs from enrolment by {difference:.4g} {unit}; drift and error explain {limit:.4g}."
+        text = f"The {words} differs from enrolment by {difference:.4g} {unit}; known errors explain {limit:.4g}."
         reasons.append(Reason(code, "note", difference, limit, unit, text))
     built: Built = "copy" if "copy" in levels else "not_known" if "not_known" in levels else "original"
     return Comparison(built, tuple(reasons))

@@ -142,8 +142,8 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
         return ()
     level: Level = "pass" if motion >= CELLS_MOVE else "fail" if motion <= CELLS_STAND else "undecided"
     text = (
-        f"The cells' fringes change {motion:.2f} times as far as the rows' motion makes them; {CELLS_MOVE:g} is the "
-        "least that shows a badge."
+        f"The fringes in the code cells move {motion:.2f} times as far as the motion of their rows demands; at least "
+        f"{CELLS_MOVE:g} is needed."
     )
     return (Reason("cells_move", level, motion, CELLS_MOVE, "", text),)
 
@@ -153,26 +153,26 @@ def _compare(
 ) -> tuple[IdentityVerdict, Reason, float | None]:
     """Verdict, reason and score of what was read against what is claimed."""
     if decoded is None and claimed_id is not None:
-        text = f"{claimed_id} is claimed, but the board carries no code that could bear it out."
+        text = f"{claimed_id} is claimed, but this badge carries no code that could confirm it."
         return "unreadable", Reason("identity", "undecided", None, claimed_id, "", text), 0.0
     if decoded is None:
-        text = "The board carries no identity; none was asked for."
+        text = "The badge carries no identity, and none was claimed."
         return "not_claimed", Reason("identity", "note", None, None, "", text), None
     margin = decoded.margin
     if claimed_id is None:
-        text = f"The badge reads {found}." if found else "No identity can be read off the badge."
+        text = f"The badge reads {found}." if found else "No identity can be read from the badge."
         return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
         text = (
-            f"The identity cannot be read: of {decoded.symbols} symbols too many are wrong or hidden, and "
-            f"{decoded.unclear} cells are unclear; film the whole badge from nearer, with more motion."
+            f"The identity cannot be read: too many of the {decoded.symbols} symbols are wrong or hidden, and "
+            f"{decoded.unclear} cells are unclear. Film the whole badge from nearer, with more motion."
         )
         return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0
     if decoded.beats_agree is False:
-        text = f"The line spacing reads {found}, but the beats of the rows are not that badge's."
+        text = f"The line spacing reads {found}, but the rows' fringe spacing does not belong to that badge."
         return "mismatch", Reason("beats", "fail", found, claimed_id, "", text), -margin
     if decoded.beats_agree is None and found == claimed_id:
-        text = f"The line spacing reads {found}, as claimed, but the beats of no row can be read beside it."
+        text = f"The line spacing reads {found}, as claimed, but no row's fringe spacing is clear enough to confirm it."
         return "unreadable", Reason("beats", "undecided", found, claimed_id, "", text), 0.0
     if found == claimed_id:
         text = f"The badge reads {found}, as claimed."

@@ -204,14 +204,14 @@ def judge_prompt(course: Course, prompt: Prompt) -> Reason:
         return _finding(prompt, "undecided", None, text)
     rest = np.median(course.place[before], axis=0)
     if np.abs(course.place[before] - rest).max() > BEGUN:
-        text = "the badge moved before it was asked to; hold it still until the next prompt"
+        text = "the badge moved before the prompt; hold it still until the next one"
         return _finding(prompt, "fail", None, text)
     gone = course.place[after] - rest
     begun = np.flatnonzero(np.abs(gone).max(axis=1) > BEGUN)
     reaction = float(since[after[begun[0]]]) if len(begun) else None
     if reaction is None or reaction > LATEST_S:
         words = "did not move" if reaction is None else f"moved {reaction:.1f} s after it"
-        return _finding(prompt, "fail", reaction, f"the badge {words}; {LATEST_S:g} s are allowed")
+        return _finding(prompt, "fail", reaction, f"the badge {words}; it must move within {LATEST_S:g} s")
     if prompt.move == FACE:
         return _across_face(course, prompt, after, reaction)
     axis, sign = WAYS[prompt.move]
@@ -220,7 +220,7 @@ def judge_prompt(course: Course, prompt: Prompt) -> Reason:
     back = np.flatnonzero(along <= -1.0)
     if not len(there) or (len(back) and back[0] < there[0]):
         way = "the other way" if len(back) else "elsewhere, or not far enough"
-        return _finding(prompt, "fail", reaction, f"the badge went {way}; go {_amount(prompt.move)} that way and stop")
+        return _finding(prompt, "fail", reaction, f"the badge went {way}; go {_amount(prompt.move)} as asked and stop")
     return _finding(prompt, "pass", reaction, f"followed after {reaction:.1f} s")
 
 
@@ -233,7 +233,7 @@ def _across_face(course: Course, prompt: Prompt, after: NDArray[np.int64], react
     held = [end - start for start, end in spans.spans if start <= prompt.at_s + DONE_S]
     longest = max(held, default=0.0)
     if longest < HOLD_S:
-        text = f"the badge was before the face for {longest:.1f} s, {HOLD_S:g} s are needed; stay until the next prompt"
+        text = f"the badge was before the face for {longest:.1f} s; stay until the next prompt, for {HOLD_S:g} s at least"
         return _finding(prompt, "fail", reaction, text)
     return _finding(prompt, "pass", reaction, f"followed after {reaction:.1f} s, and held for {longest:.1f} s or more")
 

@@ -192,7 +192,7 @@ class LiveCheck:
     def _whole(self) -> Reason:
         """Whether there was a challenge, and whether it came to its end."""
         if self._asked_s is None:
-            text = "No challenge was made, so nothing tells when this was filmed."
+            text = "No challenge was made, so it is not known when this was filmed."
             return Reason("challenge", "note", None, None, "prompts", text)
         asked = len(self._prompts or ())
         if asked and self._judged == asked:
@@ -205,11 +205,12 @@ class LiveCheck:
     def _in_time(self) -> Reason:
         share = self._clock.late_share
         if share <= MOST_LATE:
-            text = f"{share:.0%} of the frames came later than their times allow; {MOST_LATE:.0%} may."
+            text = f"{share:.0%} of the frames came later than their time stamps say; up to {MOST_LATE:.0%} may."
             return Reason("clock", "pass", share, MOST_LATE, "share", text)
         text = (
-            f"{share:.0%} of the frames came later than their times allow, {MOST_LATE:.0%} may: the connection is too "
-            "slow for a live check, or the sender's clock is not true; use a faster one, or a smaller picture."
+            f"{share:.0%} of the frames came later than their time stamps say; up to {MOST_LATE:.0%} may. The "
+            "connection is too slow for a live check, or the sender's clock is wrong; use a faster connection, or a "
+            "smaller picture."
         )
         return Reason("clock", "fail", share, MOST_LATE, "share", text)
 

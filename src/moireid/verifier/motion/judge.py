@@ -142,11 +142,11 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
 def _enough_motion(excitation: float, expected: float) -> Reason:
     limit = max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR * expected)
     if excitation >= limit:
-        text = f"The badge moved enough: the optics predict a phase spread of {excitation:.2f} rad."
+        text = f"The badge moved enough: the predicted fringe phase varies by {excitation:.2f} rad."
         return Reason("motion", "pass", excitation, limit, "rad", text)
     text = (
-        f"Too little motion: the optics predict a phase spread of {excitation:.2f} rad, {limit:.2f} are needed; "
-        "film again and move the badge or the camera sideways by 20 cm or more, some times."
+        f"Too little motion: the predicted fringe phase varies by {excitation:.2f} rad; {limit:.2f} rad are needed. "
+        "Film again, and move the badge or the camera sideways by 20 cm or more, several times."
     )
     return Reason("motion", "undecided", excitation, limit, "rad", text)
 
@@ -155,7 +155,7 @@ def _correlated(correlation: float, excitation: float, expected: float) -> Reaso
     """Pass from the least on; fail below what a true badge may show where poses are worse than they tell."""
     possible = min(MIN_CORRELATION, excitation / math.hypot(excitation, ERROR_UNTOLD * expected))
     level: Level = "pass" if correlation >= MIN_CORRELATION else "fail" if correlation < possible else "undecided"
-    text = f"Fringe phase and prediction correlate by {correlation:.4f}; {MIN_CORRELATION} is the least allowed."
+    text = f"Measured and predicted fringe phase correlate by {correlation:.4f}; at least {MIN_CORRELATION} is needed."
     return Reason("correlation", level, correlation, MIN_CORRELATION, "", text)
 
 
@@ -168,23 +168,22 @@ def _gain_right(gain: float, gain_sd: float) -> Reason:
     if abs(gain - 1) <= GAIN_TOLERANCE and not vague:
         return Reason("gain", "pass", gain, GAIN_TOLERANCE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE:g} is allowed.")
     if abs(gain - 1) > limit:
-        return Reason("gain", "fail", gain, limit, "ratio", f"{words}; 1 ± {limit:.2f} would be possible.")
+        return Reason("gain", "fail", gain, limit, "ratio", f"{words}; a real badge gives 1 ± {limit:.2f}.")
     advice = "give the focal length with --focal-px, or film with more motion"
-    return Reason("gain", "undecided", gain, limit, "ratio", f"{words}, too vague to tell from 1; {advice}.")
+    return Reason("gain", "undecided", gain, limit, "ratio", f"{words}. This is too uncertain to decide; {advice}.")
 
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * excitation)
-    return _explained(
-        "Beside what goes with the camera's place or comes a frame late, the phase strays", residual, fixed, expected
-    )
+    what = "Small errors of the camera's position and timing removed, the fringe phase differs"
+    return _explained(what, residual, fixed, expected)
 
 
 def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
     """Pass what known errors explain, `fixed` and three times the expected; fail beyond what poses leave untold."""
     limit, possible = math.hypot(fixed, 3 * expected), math.hypot(fixed, 3 * RESIDUAL_UNTOLD * expected)
     level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
-    text = f"{what} from the law by {strayed:.3f} rad; known errors explain up to {limit:.3f} rad."
+    text = f"{what} from the prediction by {strayed:.3f} rad; known errors explain up to {limit:.3f} rad."
     return Reason("residual", level, strayed, limit, "rad", text)
 
 
@@ -198,14 +197,14 @@ def _at_rest(told: Figures, tangent_sd: float, most_rad: float) -> Reason:
     fixed = math.hypot(
         RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * most_rad, (GAIN_TOLERANCE + GAIN_SDS * tangent_sd) * told.excitation_rad
     )
-    what = "The fringes of a grating that should hardly move stray"
+    what = "The fringes of a grating that should hardly move differ"
     return _explained(what, strayed, fixed, told.expected_error_rad)
 
 
 def _strips_agree(wander: float, expected: float) -> Reason:
     limit = math.hypot(MAX_STRIP_WANDER_RAD, 3 * expected)
     good = wander <= limit
-    text = f"Parts of the badge move apart by at most {wander:.3f} rad; {limit:.2f} rad are allowed."
+    text = f"The fringes in different parts of the badge differ by up to {wander:.3f} rad; {limit:.2f} rad are allowed."
     return Reason("agreement", "pass" if good else "fail", wander, limit, "rad", text)
 
 
@@ -214,10 +213,10 @@ def _likely_true(told: Figures) -> Reason:
     size = 10 ** abs(told.score)
     times = "over a million times" if size > 1e6 else f"{size:,.0f} times" if size >= 10 else f"{size:.1f} times"
     if told.score >= 0:
-        text = f"What was measured is {times} likelier of a true badge than of a forged one"
+        text = f"These measurements are {times} more likely from a real badge than from a forged one"
     else:
         kind = KINDS[told.suspected]
-        text = f"What was measured is {times} likelier of a forged badge ({kind}) than of a true one"
+        text = f"These measurements are {times} more likely from a forged badge ({kind}) than from a real one"
     if level == "undecided":
-        text += f"; {10**ACCEPTED:.0f} times are needed, so film again with more motion, or from nearer"
+        text += f"; {10**ACCEPTED:.0f} times is needed. Film again with more motion, or from nearer"
     return Reason("likelihood", level, told.score, ACCEPTED, "log10", f"{text}.")

@@ -44,12 +44,12 @@ MOST_LOG10 = 20.0
 ACCEPTED, REJECTED = 0.8, -1.0
 #: Each kind in words.
 KINDS = {
-    "gain": "fringes that go too far or not far enough",
-    "wander": "a slow wander of the fringes' own",
-    "jitter": "a wander or jitter of the fringes' own",
-    "spell": "a spell in which the fringes do not follow",
-    "strips": "rows of the badge that move apart",
-    "places": "places within a row that move apart",
+    "gain": "the fringes move too far, or not far enough",
+    "wander": "the fringes drift slowly by themselves",
+    "jitter": "the fringes drift or tremble by themselves",
+    "spell": "the fringes do not follow the motion for a while",
+    "strips": "the rows of the badge do not move together",
+    "places": "places within a row do not move together",
 }
 
 

@@ -18,17 +18,15 @@ from moireid.verifier.session.film import Report
 
 WORDS = {
     "accept": "The fringes moved as only a real badge's do, and the badge is the one claimed.",
-    "reject": "This film does not show the claimed badge as it would look in reality.",
+    "reject": "This film does not show the claimed badge as a real camera would record it.",
     "inconclusive": "This film does not show enough to decide.",
 }
 
 
 #: What a verdict speaks of, in plain words.
-SAYS = (
-    "Checked was the badge: that its fringes moved with its own motion as optics demand, and whose identity it bears."
-)
+SAYS = "Checked were the badge's fringes, which must move with the badge as optics demand, and whose badge it is."
 SAYS_NOT = (
-    "Not checked were the face, the voice, the words and everything else in the film; nor who wore the badge, or when."
+    "Not checked were the face, the voice, the words and everything else in the film, or who wore the badge and when."
 )
 
 

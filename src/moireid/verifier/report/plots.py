@@ -26,8 +26,8 @@ def plots_of(report: Report) -> list[tuple[str, str]]:
         return []
     plots = [
         ("Fringe phase over time", _phase_plot(report)),
-        ("Measured against predicted", _gain_plot(report)),
-        ("What the law leaves", _residual_plot(report)),
+        ("Measured against predicted phase", _gain_plot(report)),
+        ("Measured minus predicted phase", _residual_plot(report)),
         ("Where the camera was", _parallax_plot(report)),
         ("Correlation by time", _window_plot(report)),
     ]

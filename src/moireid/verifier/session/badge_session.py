@@ -84,8 +84,8 @@ def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tu
     which = f", reading {', '.join(named)}{' and more' if len(read) > len(named) else ''}" if named else ""
     x, y = (sum(corner[axis] for corner in region["corners_px"]) / 4 for axis in (0, 1))
     text = (
-        f"{count} more {'badge was' if count == 1 else 'badges or pieces of them were'} followed{which}; this verdict "
-        f"is of one alone, seen first in frame {region['frame']} around ({x:.0f}, {y:.0f}) px."
+        f"{count} more {'badge was' if count == 1 else 'badges or parts of badges were'} seen{which}. This verdict is "
+        f"about one badge only: the one first seen in frame {region['frame']} near ({x:.0f}, {y:.0f}) px."
     )
     return (Reason("others", "note", float(count), None, "badges", text),)
 

@@ -228,9 +228,9 @@ def _judge_built(
         return identity, reasons
     level: Level = "pass" if identity.built == "original" else "fail" if identity.built == "copy" else "undecided"
     text = {
-        "original": "The badge is the very one that was enrolled.",
-        "copy": "The badge is a copy of the enrolled one, and the original is asked for.",
-    }.get(identity.built, "Whether this is the enrolled badge or a copy cannot be told.")
+        "original": "This is the badge that was enrolled, and not a copy of it.",
+        "copy": "This is a copy of the enrolled badge, and the original is required.",
+    }.get(identity.built, "The film does not show whether this is the enrolled badge or a copy.")
     return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
 
 
@@ -249,7 +249,7 @@ def _badge_absent(track: Track) -> Reason:
         )
         return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)
     text = (
-        f"The badge was found in {track.tracked} of {track.frames_read} frames, at least {MIN_FRAMES} are needed; film "
-        "the whole badge with its four corner markers, nearer or in better light."
+        f"The badge was found in {track.tracked} of {track.frames_read} frames; at least {MIN_FRAMES} are needed. Film "
+        "the whole badge with its four corner markers, from nearer or in better light."
     )
     return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)

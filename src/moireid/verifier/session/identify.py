@@ -76,7 +76,7 @@ def identify(
             report = verify(video, layout, claimed_id=None, focal_px=focal_px, progress=progress)
         except (SpecError, CodeError) as error:
             # One badge that nobody can read must not keep all others from being found.
-            text = f"One layout among the enrolled is left out: {error}."
+            text = f"One badge layout in the registry cannot be checked: {error}."
             reason = Reason("layout", "undecided", None, None, "", text)
             outcomes.append(Identification("inconclusive", None, (reason,), None))
             continue
@@ -93,7 +93,7 @@ def judge(report: Report, enrolled: Enrolled) -> Identification:
     """The finding of one layout's report, made without a claim."""
     invariant = report.invariant
     if invariant.verdict == "reject":
-        text = "The fringes break the motion law, so this is nobody's badge."
+        text = "The fringes do not move as a real badge's do, so this is nobody's badge."
         reason = Reason("genuine", "fail", None, None, "", text)
         return Identification("nobody", None, (*invariant.reasons, reason), report)
     found, reason = _whose(report.identity, enrolled)
@@ -112,13 +112,13 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
     if read is None:
         return _nearest(identity.partial, enrolled)
     if not enrolled.holds(read):
-        text = f"The badge reads {read}, which nobody holds here: not issued, or revoked."
+        text = f"The badge reads {read}, which nobody in this registry holds: it was never issued, or was revoked."
         return None, Reason("enrolled", "fail", read, None, "", text)
     if identity.beats_agree is False:
-        text = f"The line spacing reads {read}, but the beats of the rows are not that badge's."
+        text = f"The line spacing reads {read}, but the rows' fringe spacing does not belong to that badge."
         return None, Reason("beats", "fail", read, None, "", text)
     if identity.beats_agree is None:
-        text = f"The line spacing reads {read}, but the beats of no row can be read beside it."
+        text = f"The line spacing reads {read}, but no row's fringe spacing is clear enough to confirm it."
         return read, Reason("beats", "undecided", read, None, "", text)
     for reason in identity.reasons:
         if reason.code == "cells_move" and reason.level != "pass":
@@ -128,7 +128,7 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
 
 def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, Reason]:
     """The one enrolled id whose word agrees with the reading so well that chance is excluded."""
-    unread = Reason("identity", "undecided", None, None, "", "No identity can be read off the badge.")
+    unread = Reason("identity", "undecided", None, None, "", "No identity can be read from the badge.")
     if word is None:
         return None, unread
     # Whoever was revoked is asked too: else the next best would be named for them.
@@ -140,7 +140,7 @@ def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, 
     if word.beats_agree(bytes.fromhex(found)) is not True or not enrolled.holds(found):
         return None, unread
     text = (
-        f"Too many symbols are wrong to be mended, but {agreeing} of {len(word.octets)} are those of {found}, who is "
-        f"enrolled; a stranger's would agree so well with a chance of {word.wrong_person(agreeing):.0e} at most."
+        f"Too many symbols are wrong to correct them, but {agreeing} of {len(word.octets)} match {found}, who is "
+        f"enrolled; another badge would match so well with a probability of {word.wrong_person(agreeing):.0e} at most."
     )
     return found, Reason("enrolled", "pass", found, None, "", text)

@@ -185,26 +185,29 @@ def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[fl
     why = next((reason for reason in judged.reasons if reason.level == "fail"), None)
     if why is None:
         return None
-    text = f"While the badge is before the face the law is broken: {why.text}"
+    text = f"While the badge is before the face, its fringes do not follow the optics: {why.text}"
     return Reason("overlap_law", "fail", why.measured, why.limit, why.unit, text)
 
 
 def _agreement(frames: int, told: int, share: float | None) -> Reason:
     if share is None or told < MIN_TOLD * frames:
         text = (
-            f"While the badge is before the face its fringes are read in {told} of {frames} frames; let its markers "
-            "stay in view and free of fingers."
+            f"While the badge is before the face, its fringes can be read in {told} of {frames} frames only; keep its "
+            "markers in view and free of fingers."
         )
         return Reason("overlap_law", "undecided", told / max(frames, 1), MIN_TOLD, "share", text)
     level: Level = "pass" if share >= MIN_AGREEING else "fail"
-    text = f"While the badge is before the face the law holds in {share:.0%} of {told} frames; {MIN_AGREEING:.0%} must."
+    text = (
+        f"While the badge is before the face, its fringes follow the optics in {share:.0%} of {told} frames; "
+        f"{MIN_AGREEING:.0%} are needed."
+    )
     return Reason("overlap_law", level, share, MIN_AGREEING, "share", text)
 
 
 def _no_face(looks: int) -> Reason:
     text = (
-        f"No face was found in {looks} looks at the film, so nothing overlaps; show the face from the front, at least "
-        "an eighth of the picture wide, and well lit."
+        f"No face was found in the {looks} frames that were searched; show the face from the front, well lit and at "
+        "least an eighth of the picture wide."
     )
     return Reason("face", "undecided", 0.0, 1.0, "faces", text)
 
@@ -216,7 +219,7 @@ def _long_enough(overlaps: Spans) -> Reason:
         text = f"The badge is before the face for {seconds:.1f} s without a break; {MIN_OVERLAP_S:g} s are needed."
         return Reason("overlap", "pass", seconds, MIN_OVERLAP_S, "s", text)
     text = (
-        f"The badge is before the face for {seconds:.1f} s at most, {MIN_OVERLAP_S:g} s are needed; hold it so that it "
+        f"The badge is before the face for {seconds:.1f} s at most; {MIN_OVERLAP_S:g} s are needed. Hold it so that it "
         "covers a quarter of the face, with all four markers in view, while it moves."
     )
     return Reason("overlap", "undecided", seconds, MIN_OVERLAP_S, "s", text)
