@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from kit.places import ROOT
+from moireid.verifier.video import Film
 
 EXAMPLES = ROOT / "examples"
 LEAVES = {
@@ -16,10 +17,12 @@ LEAVES = {
     "02_fringes_by_the_law.py": (),
     "03_film_and_verify.py": ("genuine.mp4.truth.csv", "genuine/report.html", "frozen/report.html"),
 }
+#: What `make demo` shows two films with; it needs films and reports.
+SIDE_BY_SIDE = "side_by_side.py"
 
 
 def test_every_example_is_listed_here() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.py")} == set(LEAVES)
+    assert {path.name for path in EXAMPLES.glob("*.py")} == {*LEAVES, SIDE_BY_SIDE}
 
 
 @pytest.mark.parametrize("name", LEAVES)
@@ -35,3 +38,13 @@ def test_example_runs(name: str, tmp_path: Path) -> None:
         verdicts = dict(line.split(":")[:2] for line in done.stdout.splitlines())
         assert verdicts["genuine"].split(",")[0].strip() == "accept"
         assert verdicts["frozen"].split(",")[0].strip() == "reject"
+        shown_side_by_side(tmp_path)
+
+
+def shown_side_by_side(folder: Path) -> None:
+    """Catches: a film that ends before its sources do, or has another size than every player shows."""
+    words = [word for name in ("genuine", "frozen") for word in (name, folder / f"{name}.mp4", folder / name)]
+    subprocess.run([sys.executable, EXAMPLES / SIDE_BY_SIDE, folder / "both.mp4", *words], check=True, timeout=120)
+    both = Film(folder / "both.mp4")
+    assert (both.width, both.height, len(list(both.frames()))) == (1280, 720, 120)
+    assert (folder / "both.png").stat().st_size > 0

@@ -163,7 +163,10 @@ def verify_command(
     if as_json:
         show_json(report.to_json())
     else:
+        from moireid.verifier.report.page import words_of
+
         click.echo(f"{report.verdict.upper()}: badge of {badge.name or 'unnamed board'} ({badge.id or 'no identity'})")
+        click.echo(words_of(report.verdict, report.invariant.verdict, report.identity.verdict))
         _show_reasons(report.reasons)
     sys.exit(VERDICT_EXIT[report.verdict])
 

@@ -233,7 +233,7 @@ def _across_face(course: Course, prompt: Prompt, after: NDArray[np.int64], react
     held = [end - start for start, end in spans.spans if start <= prompt.at_s + DONE_S]
     longest = max(held, default=0.0)
     if longest < HOLD_S:
-        text = f"the badge was before the face for {longest:.1f} s; stay until the next prompt, for {HOLD_S:g} s at least"
+        text = f"the badge was before the face for {longest:.1f} s; stay until the next prompt ({HOLD_S:g} s or more)"
         return _finding(prompt, "fail", reaction, text)
     return _finding(prompt, "pass", reaction, f"followed after {reaction:.1f} s, and held for {longest:.1f} s or more")
 

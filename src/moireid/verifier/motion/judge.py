@@ -175,7 +175,7 @@ def _gain_right(gain: float, gain_sd: float) -> Reason:
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * excitation)
-    what = "Small errors of the camera's position and timing removed, the fringe phase differs"
+    what = "After correcting small errors of the camera's position and timing, the fringe phase differs"
     return _explained(what, residual, fixed, expected)
 
 

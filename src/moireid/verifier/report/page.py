@@ -18,7 +18,7 @@ from moireid.verifier.session.film import Report
 
 WORDS = {
     "accept": "The fringes moved as only a real badge's do, and the badge is the one claimed.",
-    "reject": "This film does not show the claimed badge as a real camera would record it.",
+    "reject": "The claimed badge is not accepted; the lines that fail say why.",
     "inconclusive": "This film does not show enough to decide.",
 }
 
@@ -30,10 +30,14 @@ SAYS_NOT = (
 )
 
 
-def words_of(verdict: str, identity: str) -> str:
-    """What a verdict says in one sentence, given that on the identity."""
+def words_of(verdict: str, invariant: str, identity: str) -> str:
+    """What a verdict says in one sentence, given those on the invariant and on the identity."""
     if verdict == "accept" and identity == "not_claimed":
         return "The fringes moved as only a real badge's do. No identity was claimed."
+    if verdict == "reject" and invariant == "reject":
+        return "The fringes did not move as a real badge's do, so this is no film of the real badge."
+    if verdict == "reject" and invariant == "accept" and identity == "mismatch":
+        return "The fringes moved as only a real badge's do, but it is not the badge that is claimed."
     return WORDS[verdict]
 
 
@@ -110,7 +114,7 @@ def render_page(report: Report, pictures: Pictures | None = None) -> str:
     shown = pictures or pictures_of(report)
     template = resources.files("moireid.verifier.report").joinpath("report.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    words = words_of(report.verdict, report.identity.verdict)
+    words = words_of(report.verdict, report.invariant.verdict, report.identity.verdict)
     picture = "data:image/png;base64," + base64.b64encode(shown.badge_png).decode() if shown.badge_png else None
     return environment.from_string(template).render(
         report=report,

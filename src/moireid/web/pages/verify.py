@@ -81,7 +81,7 @@ def _headline(job: Job) -> tuple[str, str, str]:
         return colour, title, FINDINGS[finding]
     verdict = result["verdict"]
     title = {"accept": "✓ Accepted", "reject": "✗ Rejected", "inconclusive": "? Inconclusive"}[verdict]
-    return verdict, title, words_of(verdict, result["identity"]["verdict"])
+    return verdict, title, words_of(verdict, result["invariant"]["verdict"], result["identity"]["verdict"])
 
 
 @router.get("/{job_id}/plot/{number}")
