@@ -99,7 +99,7 @@ def refused(run: Run, tmp_path: Path) -> Callable[..., str]:
     def call(*arguments: str, entry: Callable[[], None] = main) -> str:
         before = snapshot(tmp_path)
         outcome = run(*arguments, entry=entry)
-        lines = [line for line in outcome.err.splitlines() if not line.startswith("making ")]
+        lines = outcome.err.splitlines()
         assert (outcome.code, outcome.out) == (2, ""), outcome
         assert len(lines) == 1 and lines[0].startswith("error: "), outcome.err
         # The net under everything is for surprises; whatever is tried here ought to have been expected.

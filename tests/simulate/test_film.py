@@ -249,7 +249,7 @@ def test_the_command_films_with_camera_codec_and_recipe(prototype, tmp_path):
     with av.open(str(video)) as container:
         assert container.streams.video[0].codec_context.name == "hevc"
     assert len(pictures(video)) == told["frames"] == len(truth_of(video)["frame"]) < 20
-    again = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--overwrite"])
+    again = CliRunner().invoke(moireid, [*asked, "--motion", "circle", "--overwrite", "--explain"])
     assert again.exit_code == 0 and "render" in again.stdout and "encode" in again.stdout
 
 

@@ -210,7 +210,7 @@ def test_the_command_leaves_out_and_tells_the_time(prototype, tmp_path: Path) ->
     ):
         assert told[what]["saved_s"] is not None and told[what]["how"], what
     assert told["pixels off the badge"]["saved_s"] > 0 and told["page and markers"]["saved_s"] > 0
-    said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite"])
+    said = CliRunner().invoke(moireid, [*asked[:6], "--leave-out", "background", "--overwrite", "--explain"])
     assert said.exit_code == 0 and "background (" in said.stdout and "estimated error" in said.stdout
 
 

@@ -12,10 +12,22 @@ from moireid.cli.rate import scheduler_option, workers_option
 
 @click.command("bench")
 @click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify"]))
-@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for JSON and plot.")
-@click.option("--quick", is_flag=True, help="A few clips only: minutes, not hours.")
-@click.option("--clips", type=click.IntRange(1, 10000), help="Clips a condition, instead of 100 (or 4 with --quick).")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True)
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
+@click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
+@click.option(
+    "--clips",
+    type=click.IntRange(1, 10000),
+    metavar="NUMBER",
+    help="Films for each condition; default: 100, or 4 with --quick.",
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    metavar="NUMBER",
+    show_default=True,
+    help="Seed of everything random.",
+)
 @workers_option
 @scheduler_option
 @overwrite_option
@@ -32,18 +44,19 @@ def bench_command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Measure SUITE on simulated films: a table, JSON and a plot.
+    """Measure a suite of figures, and print its table.
 
-    identity: payloads read, originals told from copies, false matches.  stability: stiff and extreme cases.
-    fabricate: edges of the page by form and resolution, facets of the mount, both at their extremes.  simulate: the
-    renderers against an outside tracer, and their error against their run time.  verify: the verifier's error against
-    its run time by frames used, resolution and estimator; stiff and extreme motions.
+    \b
+    identity    how often identities are read, originals told from copies, and false matches
+    stability   stiff and extreme cases
+    fabricate   errors of the printed page and of the mount, also at their extremes
+    simulate    the renderers against an outside tracer, and their error against their run time
+    verify      the verifier's error against its run time; stiff and extreme motions
 
-    Films of identity and stability, and the extreme motions of verify, are made and read on the engine of `moireid
-    evaluate` (--workers, --scheduler); all that is timed runs by itself.
+    The figures and a plot go into the folder of --out. The films of identity and stability, and the extreme motions of
+    verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
 
-    Figures of films that were read are kept beside them, in clips.jsonl and verify.jsonl, so that a run that was broken
-    off goes on.
+    Figures of finished films are kept in clips.jsonl and verify.jsonl, so a run that was interrupted goes on there.
     """
     from moireid.bench.identity import suite as identity
     from moireid.bench.output import TABLES, outputs, write
@@ -52,7 +65,7 @@ def bench_command(
     from moireid.files import planned
 
     if suite in ("fabricate", "simulate") and (workers or scheduler):
-        fail(f"{suite} makes no films that others could read; leave out --workers and --scheduler")
+        fail(f"{suite} has no films to share out; leave out --workers and --scheduler")
     where = Where(scheduler, workers)
     planned(outputs(folder, suite), overwrite=overwrite)
     with progress_bar("clips") as progress:

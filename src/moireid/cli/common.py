@@ -48,13 +48,13 @@ class FolderPath(click.Path):
 ACCEPT, REJECT, BAD_INPUT, INCONCLUSIVE = 0, 1, 2, 3
 VERDICT_EXIT = {"accept": ACCEPT, "reject": REJECT, "inconclusive": INCONCLUSIVE}
 
-json_option = click.option("--json", "as_json", is_flag=True, help="Print one JSON object on stdout, and nothing else.")
-overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that exist already.")
+json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object on stdout.")
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that already exist.")
 registry_option = click.option(
     "--registry",
     "registry_url",
     metavar="URL",
-    help="Registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; the default lies in your user data folder.",
+    help="The registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; default: in your user data folder.",
 )
 
 
@@ -130,6 +130,24 @@ def progress_bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
                 update(done, total)
 
             yield step
+
+
+@contextmanager
+def status_line() -> Iterator[Callable[[str], None]]:
+    """A line on stderr that says what is being done, and goes away; interrupts and no terminal as in `progress_bar`."""
+    with interrupts() as check:
+        if not sys.stderr.isatty():
+            yield lambda words: check()
+            return
+        from rich.console import Console
+
+        with Console(stderr=True).status("") as status:
+
+            def tell(words: str) -> None:
+                check()
+                status.update(words)
+
+            yield tell
 
 
 @contextmanager

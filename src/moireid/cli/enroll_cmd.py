@@ -39,10 +39,17 @@ SHOWN = 20
     "captures",
     type=click.Path(path_type=Path),
     multiple=True,
-    help="A film of the badge as built, moved sideways; may be given several times.",
+    help="A film of the finished badge, moved sideways, to measure it by. May be given several times.",
 )
-@click.option("--measured-scale", type=FiniteRange(0.9, 1.1), help="What a ruler read off the scale bar, over 150 mm.")
-@click.option("--focal-px", type=FiniteRange(50, 100000), help="Focal length of the captures in pixels, if known.")
+@click.option(
+    "--measured-scale",
+    type=FiniteRange(0.9, 1.1),
+    metavar="X",
+    help="Length of the printed scale bar by a ruler, in mm, divided by 150; 0.9 to 1.1.",
+)
+@click.option(
+    "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
+)
 @json_option
 @friendly
 def enroll_command(
@@ -53,9 +60,12 @@ def enroll_command(
     focal_px: float | None,
     as_json: bool,
 ) -> None:
-    """Enter the badge in BADGE_JSON into the registry; doing it again changes nothing.
+    """Enter a badge into the registry of who holds which badge.
 
-    With --capture the badge is also measured as built, so that verify can tell it from a copy made of the same files.
+    BADGE_JSON is the badge.json that print-your-badge wrote. Entering the same badge again changes nothing.
+
+    With --capture, the finished badge is also measured. The verifier can then tell it from a second badge that was
+    printed from the same files.
     """
     from moireid.badge import load_badge
     from moireid.registry import open_registry
@@ -83,7 +93,9 @@ def enroll_command(
             click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
             if as_built is not None:
                 beat = f"{as_built.beat_period_mm:.2f} mm"
-                click.echo(f"as built: beat {beat}, gain {as_built.gain_ratio:.3f}, from {as_built.captures} film(s)")
+                click.echo(
+                    f"as built: beat {beat}, gain {as_built.gain_ratio:.3f}, measured in {as_built.captures} film(s)"
+                )
         if record.revoked_at is not None:
             say(f"note: this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked")
 
@@ -100,7 +112,7 @@ def _check_identity(badge: Badge, source: Path) -> None:
 
 @click.group("registry")
 def registry_group() -> None:
-    """Look at the registry of issued badges, revoke some, audit, export and import it."""
+    """Look after the registry of badges: list, show, revoke, audit."""
 
 
 @registry_group.command("init")
@@ -108,7 +120,10 @@ def registry_group() -> None:
 @json_option
 @friendly
 def registry_init(registry_url: str | None, as_json: bool) -> None:
-    """Make an empty registry and its key; an existing one is left as it is."""
+    """Make an empty registry and its signing key.
+
+    A registry that already exists is left as it is.
+    """
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=True) as registry:
@@ -121,7 +136,7 @@ def registry_init(registry_url: str | None, as_json: bool) -> None:
         if key.exists():
             click.echo(f"its private key is {key}: keep a copy, and show it to nobody")
         else:
-            click.echo(f"its private key is not here ({key}), so it can only be read")
+            click.echo(f"its private key is not here ({key}), so it can only be read and not changed")
 
 
 @registry_group.command("list")
@@ -129,7 +144,7 @@ def registry_init(registry_url: str | None, as_json: bool) -> None:
 @json_option
 @friendly
 def registry_list(registry_url: str | None, as_json: bool) -> None:
-    """List everybody who holds a badge, by name."""
+    """List all people who hold a badge."""
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=False) as registry:
@@ -147,7 +162,10 @@ def registry_list(registry_url: str | None, as_json: bool) -> None:
 @json_option
 @friendly
 def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
-    """Show the record of one person, by name or id."""
+    """Show one person's record.
+
+    Give the name exactly as it was entered, or the badge's id.
+    """
     import json
 
     from moireid.registry import open_registry
@@ -169,12 +187,17 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
 
 @registry_group.command("revoke")
 @click.argument("claim", metavar="NAME|ID")
-@click.option("--reason", required=True, metavar="TEXT", help="Why, on one line; it is shown to whoever checks.")
+@click.option(
+    "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
+)
 @registry_option
 @json_option
 @friendly
 def registry_revoke(claim: str, reason: str, registry_url: str | None, as_json: bool) -> None:
-    """Revoke the badge of one person, by name or id, for good."""
+    """Revoke one person's badge, for good.
+
+    Every later verification rejects it. Give the name exactly as it was entered, or the badge's id.
+    """
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=False) as registry:
@@ -186,14 +209,19 @@ def registry_revoke(claim: str, reason: str, registry_url: str | None, as_json: 
 
 
 @registry_group.command("audit")
-@click.option("--expected-head", metavar="SEQ:HASH", help="A head noted earlier, which the log must still contain.")
+@click.option(
+    "--expected-head", metavar="SEQ:HASH", help="The head that an earlier audit printed; the log must still contain it."
+)
 @registry_option
 @json_option
 @friendly
 def registry_audit(expected_head: str | None, registry_url: str | None, as_json: bool) -> None:
-    """Check every signature and the whole log; note the head somewhere else, and give it next time.
+    """Check every signature and the whole log.
 
-    Exit code 0: sound; 1: something does not hold; 2: bad input.
+    The audit ends with the log's head. Note it somewhere else, and give it as --expected-head next time: then nobody
+    can have shortened or replaced the log in between.
+
+    Exit code 0: sound; 1: something is wrong; 2: bad input.
     """
     from moireid.registry import open_registry
 
@@ -210,7 +238,7 @@ def registry_audit(expected_head: str | None, registry_url: str | None, as_json:
             click.echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:
             click.echo(f"  and {seen.found - SHOWN} more")
-        click.echo(f"head: {seen.head or 'none to be believed'}")
+        click.echo(f"head: {seen.head or 'none that can be trusted'}")
     sys.exit(ACCEPT if seen.sound else REJECT)
 
 
@@ -221,7 +249,7 @@ def registry_audit(expected_head: str | None, registry_url: str | None, as_json:
 @json_option
 @friendly
 def registry_export(path: Path, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
-    """Write the records, the log and the public key to the JSON file PATH."""
+    """Write the records, the log and the public key to a JSON file."""
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=False) as registry, progress_bar("exporting") as progress:
@@ -238,7 +266,10 @@ def registry_export(path: Path, registry_url: str | None, overwrite: bool, as_js
 @json_option
 @friendly
 def registry_import(path: Path, registry_url: str | None, as_json: bool) -> None:
-    """Take in what `export` wrote to PATH, all of it or nothing; a registry that is absent is made."""
+    """Read in a file that `registry export` wrote.
+
+    Either everything is imported or nothing. The registry is made if there is none.
+    """
     from moireid.registry import import_registry, open_registry
 
     done = import_registry(path, registry_url)

@@ -22,10 +22,18 @@ from moireid.cli.rate import film_rate, scheduler_option, workers_option
 
 @click.command("evaluate")
 @click.argument("manifest_csv", metavar="MANIFEST")
-@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for JSON and plots.")
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
 @registry_option
-@click.option("--badge", "badge_json", type=click.Path(path_type=Path), help="The badge of films without a claim.")
-@click.option("--pipeline", type=click.Choice(["moireid", "published", "both"]), default="both", show_default=True)
+@click.option(
+    "--badge", "badge_json", type=click.Path(path_type=Path), help="The badge.json for films without a claim."
+)
+@click.option(
+    "--pipeline",
+    type=click.Choice(["moireid", "published", "both"]),
+    default="both",
+    show_default=True,
+    help="Our method, the published one (Qing et al. 2026), or both.",
+)
 @workers_option
 @scheduler_option
 @click.option(
@@ -34,7 +42,8 @@ from moireid.cli.rate import film_rate, scheduler_option, workers_option
     type=FiniteRange(1, 1e6),
     default=3600.0,
     show_default=True,
-    help="Seconds for one film with one pipeline.",
+    metavar="S",
+    help="Longest time for one film with one pipeline, in seconds.",
 )
 @click.option(
     "--memory",
@@ -42,7 +51,8 @@ from moireid.cli.rate import film_rate, scheduler_option, workers_option
     type=click.IntRange(256, 1_000_000),
     default=2048,
     show_default=True,
-    help="Millions of bytes for one film.",
+    metavar="MB",
+    help="Most memory for one film, in megabytes.",
 )
 @click.option(
     "--film-limit",
@@ -50,10 +60,18 @@ from moireid.cli.rate import film_rate, scheduler_option, workers_option
     type=FiniteRange(0.001, 1e7),
     default=4096.0,
     show_default=True,
-    help="Millions of bytes of a film that is fetched.",
+    metavar="MB",
+    help="Largest film that is fetched from an address, in megabytes.",
 )
-@click.option("--retry", is_flag=True, help="Score films anew that crashed or went beyond their limits.")
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of the resampling.")
+@click.option("--retry", is_flag=True, help="Score again the films that crashed or went beyond a limit.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    metavar="NUMBER",
+    show_default=True,
+    help="Seed of the random resampling.",
+)
 @overwrite_option
 @json_option
 @friendly
@@ -73,17 +91,22 @@ def evaluate_command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Score a labelled collection of films: distributions, ROC, DET and verdicts, for ours and the published pipeline.
+    """Score a collection of labelled films.
 
-    MANIFEST is a CSV file with the columns video, label, claim, group, and corners if need be; its paths are relative
-    to it. Films, and the manifest itself, are paths or addresses such as s3://bucket/film.mp4, where the package of the
-    protocol is installed. label: genuine, forged or forged:KIND.  claim: a badge.json, or a name or id in the registry;
-    empty: --badge.  corners: of films that lost their markers, as in `moireid verify --corners`: written out, or a
-    file. Ours accepts nothing that is followed from them, but tells its score.
+    It gives verdicts, score distributions, ROC and DET curves, for our method and for the published one.
 
-    Rows are kept in results/part-*.parquet as they are made, to be read at any time, so that a run that was broken off
-    goes on; only films, claims and programs that changed are scored anew. A film that cannot be scored, crashes or goes
-    beyond its limits is counted as failed, and the run goes on.
+    MANIFEST is a CSV file with a line for each film. Paths in it are relative to it. Its columns:
+
+    \b
+    video     the film: a path, or an address such as s3://bucket/film.mp4
+    label     genuine, forged or forged:KIND
+    claim     a badge.json, or a name or id in the registry; empty: --badge
+    group     any word, by which results are grouped
+    corners   optional, for films without visible markers: as in `moireid verify --corners`
+
+    An address needs the Python package for its protocol. Results are kept in results/part-*.parquet as they are made.
+    So a run that was interrupted goes on, and only what has changed is scored again. A film that cannot be scored,
+    crashes or goes beyond a limit counts as failed, and the run goes on.
     """
     from moireid import __version__
     from moireid.archive.isolated import Limits
@@ -101,7 +124,7 @@ def evaluate_command(
     badge = load_badge(badge_json) if badge_json else None
     manifest = read_manifest(manifest_csv, registry_url=registry_url, badge=badge)
     if manifest.unused:
-        say(f"nothing is done with the column {', '.join(name[:40] or 'without a name' for name in manifest.unused)}")
+        say(f"this column is not used: {', '.join(name[:40] or 'without a name' for name in manifest.unused)}")
     planned(outputs, overwrite=overwrite)
     pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
     with film_rate() as progress:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from moireid.bench.film_set import Planned
 
 #: Columns that are no option of `simulate`; every long option of it but these is a column too.
-OWN, NOT_COLUMNS = ("badge", "name", "group"), ("out", "overwrite", "json", "help")
+OWN, NOT_COLUMNS = ("badge", "name", "group"), ("out", "overwrite", "json", "explain", "help")
 #: Bytes; files are named by it with some letters more, and mostly 255 are allowed.
 LONGEST_NAME = 200
 YES, NO = ("yes", "true", "1"), ("no", "false", "0")
@@ -28,7 +28,7 @@ EXAMPLE = "begin the plan with a line such as badge,motion,distance,forge"
 
 @click.command("film-set")
 @click.argument("plan_csv", metavar="PLAN", type=click.Path(path_type=Path))
-@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for all of them.")
+@click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the films.")
 @workers_option
 @scheduler_option
 @overwrite_option
@@ -37,14 +37,15 @@ EXAMPLE = "begin the plan with a line such as badge,motion,distance,forge"
 def film_set_command(
     plan_csv: Path, folder: Path, workers: int | None, scheduler: str | None, overwrite: bool, as_json: bool
 ) -> None:
-    """Film many badges, truly and forged, several at a time; `moireid evaluate DIR/films.csv` scores them.
+    """Simulate many films, real and forged, from a plan.
 
-    PLAN is a CSV file with a line for each film. Its columns are badge, the path of a badge.json relative to the plan,
-    and any option of `moireid simulate` by its name, such as motion, distance, forge or seed; an empty cell is the
-    option's default, and `yes` sets mirror. name is the film's file name without .mp4, its number where there is none;
-    group is the group in films.csv.
+    PLAN is a CSV file with a line for each film. The column badge is needed: the path of a badge.json, relative to the
+    plan. Every other column is an option of `moireid simulate`, such as motion, distance, forge or seed. An empty cell
+    takes the option's default, and `yes` sets mirror. The column name is the film's file name without .mp4 (default:
+    its number), and the column group is copied into films.csv.
 
-    A run that was broken off goes on where it stopped; films that are there as planned are not made again.
+    `moireid evaluate DIR/films.csv` then scores the films. A run that was interrupted goes on where it stopped, and
+    does not make films again that are already there.
     """
     from moireid.bench.film_set import make_film_set
     from moireid.bench.rows import Where
@@ -160,7 +161,7 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
 
 
 #: Of the command's parameters those that say nothing of the film.
-TAKEN = ("badge_json", "video", "overwrite", "as_json")
+TAKEN = ("badge_json", "video", "overwrite", "as_json", "explain")
 
 
 def _words(row: dict[str, str]) -> list[str]:

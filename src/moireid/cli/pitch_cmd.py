@@ -28,24 +28,43 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
     metavar="LABEL|FILE",
     help="What the sheet is sold as: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile (.json).",
 )
-@click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
-@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True)
 @click.option(
-    "--distance", type=FiniteRange(0.1, 100), default=1.0, show_default=True, help="From where it is read, metres."
+    "--printer-dpi",
+    type=click.IntRange(72, 9600),
+    default=1200,
+    metavar="DPI",
+    show_default=True,
+    help="The printer's dots per inch.",
 )
-@click.option("--steps", type=int, default=10, show_default=True, help="Bands on each side, 0.1 lines per inch apart.")
+@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size.")
+@click.option(
+    "--distance",
+    type=FiniteRange(0.1, 100),
+    default=1.0,
+    metavar="M",
+    show_default=True,
+    help="Distance from which you will read it, in metres.",
+)
+@click.option(
+    "--steps",
+    type=int,
+    default=10,
+    metavar="NUMBER",
+    show_default=True,
+    help="Bands on each side of the middle, 0.1 lines per inch apart.",
+)
 @click.option(
     "--form",
     type=click.Choice(["dots", "vector", "bitmap"]),
     default="dots",
     show_default=True,
-    help="Lines on the printer's dots, as plain vectors, or as a picture of one bit a dot.",
+    help="How the lines are drawn: dots, vectors on the printer's grid; vector, free of the grid; bitmap, a picture.",
 )
 @click.option(
     "--measured-scale",
     "scale_text",
     metavar="X[,Y]",
-    help="What the scale bars of an earlier print measured over what they say, such as 0.9973; prints true to size.",
+    help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
 )
 @overwrite_option
 @json_option
@@ -62,10 +81,11 @@ def pitch_test_command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Print a chart that tells a lens sheet's true pitch: pitch-test.pdf and pitch-test.json.
+    """Make a chart that measures a lens sheet's true pitch.
 
-    Lay the sheet on it; the band that is all light or all dark from edge to edge matches. Then run 'moireid calibrate'
-    with the band's number, or with a photograph.
+    It writes pitch-test.pdf and pitch-test.json. Print the PDF and lay the sheet on it. The band that is all light or
+    all dark from edge to edge is the one that matches. Then run `moireid calibrate` with the number of that band, or
+    with a photo.
     """
     from moireid.designer.chart import ChartRequest, design_chart
     from moireid.designer.request import parse_scale
@@ -100,21 +120,35 @@ def pitch_test_command(
 @click.command("calibrate")
 @click.argument("photo", required=False, type=click.Path(path_type=Path))
 @click.option(
-    "--chart", "chart_json", required=True, type=click.Path(path_type=Path), help="pitch-test.json of the chart."
-)
-@click.option("--band", type=FiniteRange(0, 1000), help="The matching band's number; 10.5 lies between 10 and 11.")
-@click.option(
-    "--out", "out", required=True, type=click.Path(path_type=Path, dir_okay=False), help="The lens profile, .json."
+    "--chart", "chart_json", required=True, type=click.Path(path_type=Path), help="The pitch-test.json of the chart."
 )
 @click.option(
-    "--distance", type=FiniteRange(0.1, 100), help="From eye or camera to the sheet, metres; by eye, else the chart's."
+    "--band",
+    type=FiniteRange(0, 1000),
+    metavar="NUMBER",
+    help="Number of the band that matches; 10.5 lies between 10 and 11.",
 )
-@click.option("--focal-px", type=FiniteRange(50, 100_000), help="Focal length of the photo in pixels, if known.")
+@click.option(
+    "--out",
+    "out",
+    required=True,
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="The lens profile to write, .json.",
+)
+@click.option(
+    "--distance",
+    type=FiniteRange(0.1, 100),
+    metavar="M",
+    help="Distance from eye or camera to the sheet, in metres; by eye, the default is the one that the chart is for.",
+)
+@click.option(
+    "--focal-px", type=FiniteRange(50, 100_000), metavar="PX", help="The camera's focal length in pixels, if known."
+)
 @click.option(
     "--measured-scale",
     "scale_text",
     metavar="X[,Y]",
-    help="What this chart's scale bars measured over what they say; makes the pitch true millimetres.",
+    help="Measured over stated length of this chart's scale bars; needed for the pitch in true millimetres.",
 )
 @overwrite_option
 @json_option
@@ -130,9 +164,10 @@ def calibrate_command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Make a lens profile from a chart: from PHOTO of it (or a film) with the sheet on it, or from --band.
+    """Make a lens profile from a chart of `moireid pitch-test`.
 
-    The profile then stands for the label: print-your-badge NAME --lens my-lens.json.
+    Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. Then print
+    badges for that sheet: print-your-badge NAME --lens my-lens.json.
     """
     from moireid.badge import load_badge
     from moireid.calibration.lens_fit import lens_from_band
@@ -188,7 +223,7 @@ def _from_photo(
     )
     if source == "a usual phone":
         say(
-            f"note: nothing tells the focal length, so the camera's distance is guessed at "
+            f"note: the focal length is not known, so the camera's distance is guessed to be "
             f"{made.profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"
         )
     return made
@@ -222,9 +257,9 @@ def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
     if made.used:
         click.echo(f"  {made.used} of {made.bands} bands read; the match lies at band {made.matching_band:.2f}")
         if made.twist_deg is not None:
-            click.echo(f"  the sheet lay {abs(made.twist_deg):.2f} degrees askew, which is allowed for")
+            click.echo(f"  the sheet lay {abs(made.twist_deg):.2f} degrees askew, which is corrected")
     if profile.found["unit"] == "printed page":
         click.echo(
-            "  in mm of the printed page: right for badges of the same printer and scale; for true mm give the scale "
-            "bars' reading as --measured-scale"
+            "  this is in mm of the printed page: right for badges from the same printer at the same scale; for "
+            "true mm, measure the scale bars and give --measured-scale"
         )

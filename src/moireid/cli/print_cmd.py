@@ -12,11 +12,11 @@ from moireid.cli.common import (
     FiniteRange,
     FolderPath,
     friendly,
-    interrupts,
     json_option,
     overwrite_option,
     say,
     show_json,
+    status_line,
     tell_mount,
 )
 from moireid.errors import SpecError
@@ -34,64 +34,88 @@ if TYPE_CHECKING:
     "--people",
     "people_csv",
     type=click.Path(path_type=Path),
-    help="Instead of NAME: a CSV file with the columns name and, if wished, payload; fills sheets for an event.",
+    help="Instead of NAME: a CSV file with the column name, and payload if you like. Makes all badges of an event.",
 )
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
-    "--registry", "registry_url", metavar="URL", help="Also issue the badge in this registry (SQLAlchemy URL)."
+    "--registry", "registry_url", metavar="URL", help="Also enter the badge into this registry, as moireid enroll does."
 )
-@click.option("--payload", metavar="HEX", help="The identity, 16 or 32 hex digits; else it is derived from the name.")
+@click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: derived from the name.")
 @click.option(
     "--key",
     "key_file",
     type=click.Path(path_type=Path),
-    help="Make the fingerprint of this public key (PEM) the identity.",
+    help="Use the fingerprint of this public key (PEM file) as the identity.",
 )
 @click.option(
-    "--code", type=click.Choice(["spacing", "pitch"]), default="spacing", show_default=True, help="Code family."
+    "--code",
+    type=click.Choice(["spacing", "pitch"]),
+    default="spacing",
+    show_default=True,
+    help="How lines carry the identity: by their places, or by their pitch.",
 )
 @click.option(
     "--lens",
     default="50lpi",
     show_default=True,
     metavar="LABEL|FILE",
-    help="Lenticular sheet: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile that moireid calibrate wrote (.json).",
+    help="The lenticular sheet: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile (.json) of moireid calibrate.",
 )
 @click.option(
     "--front",
     type=click.Choice(["lens", "mask"]),
     default="lens",
     show_default=True,
-    help="A lenticular sheet, or a line mask of its pitch printed on clear film over an acrylic spacer.",
-)
-@click.option("--gap", "gap_mm", type=FiniteRange(0, 100), show_default="1.5", help="Spacer of a mask, mm thick.")
-@click.option("--printer-dpi", type=click.IntRange(72, 9600), default=1200, show_default=True, help="Dots per inch.")
-@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True)
-@click.option(
-    "--range", "range_text", default="0.8-2.5", show_default=True, metavar="M-M", help="Camera distances, metres."
+    help="What lies on top: a lenticular sheet, or a line mask printed on clear film with an acrylic spacer.",
 )
 @click.option(
-    "--axes", type=click.Choice(["x", "xy"]), default="x", show_default=True, help="Directions that the fringes sense."
+    "--gap", "gap_mm", type=FiniteRange(0, 100), show_default="1.5", metavar="MM", help="Thickness of a mask's spacer."
 )
-@click.option("--size", "size_text", default="146x160", show_default=True, metavar="WxH", help="Board, mm.")
+@click.option(
+    "--printer-dpi",
+    type=click.IntRange(72, 9600),
+    default=1200,
+    metavar="DPI",
+    show_default=True,
+    help="The printer's dots per inch.",
+)
+@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size.")
+@click.option(
+    "--range",
+    "range_text",
+    default="0.8-2.5",
+    show_default=True,
+    metavar="M-M",
+    help="Nearest and farthest camera, in metres.",
+)
+@click.option(
+    "--axes",
+    type=click.Choice(["x", "xy"]),
+    default="x",
+    show_default=True,
+    help="Motion that the fringes show: sideways, or also up and down.",
+)
+@click.option(
+    "--size", "size_text", default="146x160", show_default=True, metavar="WxH", help="Size of the badge, in mm."
+)
 @click.option(
     "--form",
     type=click.Choice(["dots", "vector", "bitmap"]),
     default="dots",
     show_default=True,
-    help="Lines on the printer's dots, as plain vectors, or as a picture of one bit a dot.",
+    help="How the lines are drawn: dots, vectors on the printer's grid; vector, free of the grid; bitmap, a picture.",
 )
 @click.option(
     "--measured-scale",
     "scale_text",
     metavar="X[,Y]",
-    help="What the scale bars of an earlier print measured over what they say, such as 0.9973; prints true to size.",
+    help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
 )
 @click.option(
     "--mount",
     type=click.Choice(["lanyard", "clip", "stand", "none"]),
     show_default="lanyard; with --people none",
-    help="What carries the badge; with it come the parts to 3D-print and an acrylic stack to laser-cut.",
+    help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut.",
 )
 @click.option(
     "--kerf",
@@ -99,7 +123,7 @@ if TYPE_CHECKING:
     type=FiniteRange(0, 1),
     show_default="0.15",
     metavar="MM",
-    help="Width that the laser burns away; 0 where the shop compensates.",
+    help="Width of the laser's cut; 0 if the shop corrects for it.",
 )
 @click.option(
     "--acrylic",
@@ -107,16 +131,16 @@ if TYPE_CHECKING:
     type=FiniteRange(2, 10),
     show_default="3",
     metavar="MM",
-    help="Thickness of the acrylic base plate; frame and cover follow from the badge.",
+    help="Thickness of the acrylic base plate.",
 )
 @click.option(
     "--mount-figure",
     "mount_pairs",
     multiple=True,
     metavar="NAME=MM",
-    help="Another figure of the mount, by the name that messages give it, such as card_mm=0.5; may be repeated.",
+    help="Another dimension of the mount, such as card_mm=0.5; may be given several times.",
 )
-@click.option("--explain", is_flag=True, help="Show why the badge is as it is.")
+@click.option("--explain", is_flag=True, help="Show the figures of the design.")
 @overwrite_option
 @json_option
 @friendly
@@ -146,13 +170,16 @@ def print_command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Make the badge of NAME: PDF to print at 100 %, preview, assembly sheet, and a mount.
+    """Make a badge for NAME, ready to print.
 
-    With --people, the badges of many: sheets with as many boards as fit, a folder for each person, and a summary; with
-    --mount too, one set of a mount's files for all.
+    The folder gets badge.pdf (the page to print at 100 %), preview.png, assembly.pdf (how to build the badge), the
+    files of a mount, and badge.json, which the other commands read.
 
-    The identity is derived from the name, so the same name gives the same badge; with --registry an identity that
-    somebody else holds is never given twice.
+    The identity is derived from the name, so the same name gives the same badge. With --registry, no two people get the
+    same identity.
+
+    With --people, badges are made for many people: sheets with as many badges as fit, a folder for each person, and a
+    summary. With --mount too, one set of mount files serves them all.
     """
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
@@ -162,7 +189,7 @@ def print_command(
     from moireid.files import planned
 
     if (name is None) == (people_csv is None):
-        raise SpecError("give the NAME of one person, or --people with a CSV file of many")
+        raise SpecError("give either the NAME of one person, or --people with a CSV file of many")
     if payload is not None and key_file is not None:
         raise SpecError("give --payload or --key, not both")
     if gap_mm is not None and front != "mask":
@@ -250,12 +277,7 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
     if note := missing_note([badge]):
         say(f"note: {note}")
     issue = (lambda: registry.enroll(badge)) if registry else None
-    with interrupts() as check:
-
-        def tell(file: str) -> None:
-            check()
-            say(f"making {file}")
-
+    with status_line() as tell:
         printed = print_badge(
             badge,
             order.folder,
@@ -264,7 +286,7 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
             figures=order.figures,
             overwrite=order.overwrite,
             before_moving=issue,
-            progress=tell,
+            progress=lambda file: tell(f"making {file}"),
         )
     files = {name: str(path) for name, path in printed.files.items()}
     tell_mount(printed.left_out, printed.removed)
@@ -302,7 +324,7 @@ def _design(request: Request, payload: bytes | None, registry: Registry | None) 
     badge, holder = free_badge(request, payload, registry.by_id if registry else lambda _: None)
     if holder is not None and payload is None:
         say(
-            f"note: this very badge was issued to {holder.name} on {holder.issued_at[:10]}; for another person of "
-            "that name give --payload"
+            f"note: this badge was already issued to {holder.name} on {holder.issued_at[:10]}; for another person of "
+            "that name, give --payload"
         )
     return badge

@@ -17,12 +17,13 @@ LINE_S = 30.0
 workers_option = click.option(
     "--workers",
     type=click.IntRange(1, 256),
-    help="Films at a time on this machine, each on one processor; default: all.",
+    metavar="NUMBER",
+    help="How many films at a time on this machine, one per processor; default: all processors.",
 )
 scheduler_option = click.option(
     "--scheduler",
     metavar="ADDRESS",
-    help="Dask scheduler whose workers do the work, tcp://HOST:PORT; default: local, a cluster on this machine.",
+    help="Dask scheduler to send the work to, tcp://HOST:PORT; default: local, a cluster on this machine.",
 )
 
 

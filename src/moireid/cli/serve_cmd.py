@@ -15,21 +15,29 @@ data_option = click.option(
     "--data",
     "data",
     type=click.Path(path_type=Path, file_okay=False),
-    help="The studio's folder: tokens, and films while they are checked; the default lies in your user data folder.",
+    help="The studio's folder, for tokens and for films while they are checked; default: in your user data folder.",
 )
 
 
 @click.command("serve")
-@click.option("--host", default="127.0.0.1", show_default=True, help="The address to listen on.")
-@click.option("--port", type=click.IntRange(0, 65535), default=8000, show_default=True, help="0: any that is free.")
+@click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
+@click.option(
+    "--port",
+    type=click.IntRange(0, 65535),
+    default=8000,
+    show_default=True,
+    metavar="NUMBER",
+    help="The port to listen on; 0 takes any free one.",
+)
 @registry_option
-@click.option("--no-auth", is_flag=True, help="Ask for no token; on this machine's own address alone.")
+@click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
 @friendly
 def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool, data: Path | None) -> None:
-    """Run the studio: pages and an API to issue, enroll and verify.
+    """Run the studio: web pages and an API for all of this.
 
-    Make a token for each who uses it with `moireid token create`; on your own machine --no-auth asks for none.
+    Whoever uses the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
+    --no-auth, which asks for none.
     """
     try:
         import uvicorn
@@ -40,7 +48,7 @@ def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool,
         raise MissingExtraError(f"the studio needs the package {error.name}; install moireid[web]") from error
     if no_auth and not is_loopback(host):
         raise SpecError(
-            f"--no-auth lets whoever reaches {host} do everything; listen on 127.0.0.1, or leave it out and make tokens"
+            f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
     app = create_app(Settings(registry_url, data or default_data(), auth=not no_auth))
     bound = _listen(host, port)
@@ -69,7 +77,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 @click.group("token")
 def token_group() -> None:
-    """Make, list and revoke the tokens by which people and programs use the studio."""
+    """Make, list and revoke access tokens for the studio."""
 
 
 @token_group.command("create")
@@ -77,14 +85,17 @@ def token_group() -> None:
     "--role",
     type=click.Choice(["issuer", "verifier", "admin"]),
     required=True,
-    help="issuer: issues, enrolls, revokes; verifier: verifies and checks live; admin: both.",
+    help="issuer: may issue, enroll and revoke; verifier: may verify films and live pictures; admin: may do both.",
 )
-@click.option("--note", default="", help="Whose it is, for your own list.")
+@click.option("--note", default="", metavar="TEXT", help="Whose token it is, for your own list.")
 @data_option
 @json_option
 @friendly
 def token_create(role: str, note: str, data: Path | None, as_json: bool) -> None:
-    """Make a token and print it: the only time that it is seen, as only its hash is kept."""
+    """Make a token and print it.
+
+    Copy it now: only its hash is kept, so it cannot be shown again.
+    """
     from moireid.web.auth.tokens import open_tokens
 
     with open_tokens(data) as tokens:
@@ -93,7 +104,7 @@ def token_create(role: str, note: str, data: Path | None, as_json: bool) -> None
         show_json({"token": secret, "id": token.id, "role": token.role, "note": token.note, "made_at": token.made_at})
         return
     click.echo(secret)
-    say(f"this is the token of {token.id}, {token.role}; it is not kept and cannot be shown again")
+    say(f"this is the token with the id {token.id} and the role {token.role}; copy it, it cannot be shown again")
 
 
 @token_group.command("list")
@@ -101,7 +112,10 @@ def token_create(role: str, note: str, data: Path | None, as_json: bool) -> None
 @json_option
 @friendly
 def token_list(data: Path | None, as_json: bool) -> None:
-    """List all tokens by id, role and note: not the tokens, which nobody has but their holders."""
+    """List all tokens by id, role and note.
+
+    The tokens themselves are not kept, so they are not shown.
+    """
     from dataclasses import asdict
 
     from moireid.web.auth.tokens import open_tokens
@@ -122,7 +136,10 @@ def token_list(data: Path | None, as_json: bool) -> None:
 @json_option
 @friendly
 def token_revoke(token_id: str, data: Path | None, as_json: bool) -> None:
-    """Revoke the token of that id, at once and for good."""
+    """Revoke a token, at once and for good.
+
+    ID is what `moireid token list` shows.
+    """
     from moireid.web.auth.tokens import open_tokens
 
     with open_tokens(data) as tokens:

@@ -11,6 +11,8 @@ import click
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
 
 if TYPE_CHECKING:
+    from moireid.simulate.film import FilmReport
+    from moireid.simulate.scene import Scene
     from moireid.simulate.wish import Wish
 
 #: The names of `moireid.simulate`, written again because importing that room costs a second; a test compares.
@@ -41,57 +43,100 @@ PARTS = ("background", "page", "shutter", "glare")
 @click.argument("badge_json", type=click.Path(path_type=Path))
 @click.option("--out", "video", required=True, type=click.Path(path_type=Path, dir_okay=False), help="The film, .mp4.")
 @click.option(
-    "--motion", default="handheld", show_default=True, metavar="NAME|CSV", help=f"{', '.join(MOTIONS)}, or a file."
+    "--motion",
+    default="handheld",
+    show_default=True,
+    metavar="NAME|CSV",
+    help=f"How the camera moves: {', '.join(MOTIONS)}, or a CSV file of poses.",
 )
-@click.option("--distance", type=FiniteRange(0.1, 100), default=1.4, show_default=True, help="Camera to badge, metres.")
-@click.option("--frames", type=click.IntRange(2, 1_000_000), default=300, show_default=True)
-@click.option("--fps", type=FiniteRange(1, 1000), default=60.0, show_default=True, help="Frames a second.")
+@click.option(
+    "--distance",
+    type=FiniteRange(0.1, 100),
+    default=1.4,
+    metavar="M",
+    show_default=True,
+    help="From camera to badge, in metres.",
+)
+@click.option(
+    "--frames", type=click.IntRange(2, 1_000_000), default=300, metavar="NUMBER", show_default=True, help="How many."
+)
+@click.option(
+    "--fps", type=FiniteRange(1, 1000), default=60.0, metavar="NUMBER", show_default=True, help="Frames per second."
+)
 @click.option(
     "--backend",
     type=click.Choice(["analytic", "mitsuba"]),
     default="analytic",
     show_default=True,
-    help="Renderer; mitsuba is the reference, and takes a second a frame.",
+    help="Renderer: analytic is fast; mitsuba is the reference, and takes a second for each frame.",
 )
 @click.option(
     "--error",
     "error_rad",
     type=FiniteRange(1e-6, 1),
     metavar="RAD",
-    help="Phase error that the renderer must meet; the cheapest setting that does is taken.",
+    help="Largest error of the fringe phase; the fastest setting that keeps it is taken.",
 )
-@click.option("--forge", type=click.Choice(FORGERIES), help="Forge the film in one thing.")
-@click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="What films.")
-@click.option("--mirror", is_flag=True, help="Turn the picture left to right, as a self-view is.")
-@click.option("--blur", type=FiniteRange(0, 50), metavar="PX", help="Out of focus by so many pixels (one sigma).")
-@click.option("--codec", type=click.Choice(CODECS), default="h264", show_default=True, help="Of the video file.")
-@click.option("--crf", type=click.IntRange(0, 63), help="Quality on the codec's own scale; small is good.")
-@click.option("--recipe", type=click.Choice(RECIPES), help="Worsen the film as sending it by a chat program does.")
+@click.option(
+    "--forge",
+    type=click.Choice(FORGERIES),
+    metavar="KIND",
+    help=f"Forge the film in one thing: {', '.join(FORGERIES)}.",
+)
+@click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="Kind of camera.")
+@click.option("--mirror", is_flag=True, help="Swap left and right, as a self-view does.")
+@click.option(
+    "--blur", type=FiniteRange(0, 50), metavar="PX", help="Put the film out of focus: sigma of the blur, in pixels."
+)
+@click.option("--codec", type=click.Choice(CODECS), default="h264", show_default=True, help="How the file is coded.")
+@click.option(
+    "--crf", type=click.IntRange(0, 63), metavar="NUMBER", help="Quality on the codec's own scale; smaller is better."
+)
+@click.option(
+    "--recipe",
+    type=click.Choice(RECIPES),
+    help="Worsen the film as sending does: by chat, in a call, at low quality, coded twice, at a varying rate.",
+)
 @click.option(
     "--light",
     type=click.Choice(LIGHT_NAMES),
-    help="Light the badge from one side, with glare on its lenses; without it the page shines evenly by itself.",
+    help="Light the badge by a lamp, with glare on its lenses; default: the page shines evenly by itself.",
 )
 @click.option(
     "--leave-out",
     "unneeded",
     type=click.Choice(PARTS),
     multiple=True,
-    help="What the film need not show; without the page it has no markers. Can be given again.",
+    help="Leave something out of the film, to save time; may be given several times. Without the page, no markers.",
 )
-@click.option("--seed", type=click.IntRange(0, 2**31 - 1), default=0, show_default=True, help="Of all that is random.")
+@click.option(
+    "--seed",
+    type=click.IntRange(0, 2**31 - 1),
+    default=0,
+    metavar="NUMBER",
+    show_default=True,
+    help="Seed of everything random.",
+)
+@click.option("--explain", is_flag=True, help="Show run times, estimated errors, and what was left out.")
 @overwrite_option
 @json_option
 @friendly
-def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bool, **wished: Any) -> None:
-    """Film the badge in BADGE_JSON as a phone would; the truth lies beside the film as VIDEO.truth.csv.
+def simulate_command(
+    badge_json: Path, video: Path, overwrite: bool, as_json: bool, explain: bool, **wished: Any
+) -> None:
+    """Simulate a film of a badge, real or forged.
 
-    The badge is filmed as one that somebody built: the sheet a little off its place and turned, print and lens pitch a
-    little off their size. The seed says how.
+    The true camera poses and fringe phases are written beside the film, as VIDEO.truth.csv.
 
-    Lights: even, an overcast sky all round; softbox, 0.8 m across, 1.5 m away, 35 degrees to the left and 25 up;
-    window, a square metre, 2.5 m away, 40 degrees to the right, at the badge's height, which the lenses mirror; lamp,
-    0.25 m across, 2 m away, 45 degrees up. Each gives 60 to 70 % of the light, an even sky the rest.
+    The badge is filmed as if somebody had built it: the sheet lies a little off and is a little turned, and print and
+    lens pitch are a little off their size. The seed decides how much.
+
+    \b
+    Lights; an even sky gives the other 30 to 40 % of the light:
+    even      an overcast sky all round
+    softbox   0.8 m across, 1.5 m away, 35 degrees to the left, 25 degrees up
+    window    1 m2, 2.5 m away, 40 degrees to the right, at the badge's height; the lenses mirror it
+    lamp      0.25 m across, 2 m away, 45 degrees up
     """
     from moireid.badge import load_badge
 
@@ -102,34 +147,44 @@ def simulate_command(badge_json: Path, video: Path, overwrite: bool, as_json: bo
     scene = scene_of(badge, wish)
     with progress_bar("filming") as progress:
         report = filmed(scene, wish, video, overwrite=overwrite, progress=progress)
-    stages = {name: round(seconds, 3) for name, seconds in report.stages_s.items()}
-    estimate = report.estimate
     if as_json:
-        show_json(
-            {
-                "video": str(report.video),
-                "truth": str(report.truth),
-                "frames": report.frames,
-                "label": report.label,
-                "size": report.size,
-                "camera": asdict(scene.camera),
-                "stages_s": stages,
-                "left_out": [asdict(one) for one in report.left_out],
-                "estimated_error_rad": estimate.phase_rad,
-                "estimated_image_error": estimate.image,
-                "rays": estimate.rays,
-                "segments": estimate.segments,
-            }
-        )
-    else:
-        click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
-        click.echo(", ".join(f"{name} {seconds:.1f} s" for name, seconds in stages.items()))
-        phase = "no fringe to err in" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
-        setting = f"{estimate.rays[0] * estimate.rays[1]} rays a pixel"
-        setting += "" if estimate.segments is None else f" and {estimate.segments} segments a lens"
-        click.echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
-        saved = (f"{one.what} ({_saved(one.saved_s)})" for one in report.left_out)
-        click.echo(f"left out, and the time it saved a frame: {', '.join(saved)}")
+        show_json(_document(report, scene))
+        return
+    click.echo(f"{report.video}: {report.frames} frames, {report.label}; truth in {report.truth}")
+    if explain:
+        _explain(report)
+
+
+def _document(report: FilmReport, scene: Scene) -> dict[str, Any]:
+    """What --json prints."""
+    estimate = report.estimate
+    return {
+        "video": str(report.video),
+        "truth": str(report.truth),
+        "frames": report.frames,
+        "label": report.label,
+        "size": report.size,
+        "camera": asdict(scene.camera),
+        "stages_s": {name: round(seconds, 3) for name, seconds in report.stages_s.items()},
+        "left_out": [asdict(one) for one in report.left_out],
+        "estimated_error_rad": estimate.phase_rad,
+        "estimated_image_error": estimate.image,
+        "rays": estimate.rays,
+        "segments": estimate.segments,
+    }
+
+
+def _explain(report: FilmReport) -> None:
+    """Show run times, estimated errors, and what the film leaves out."""
+    estimate = report.estimate
+    click.echo("time: " + ", ".join(f"{name} {seconds:.1f} s" for name, seconds in report.stages_s.items()))
+    phase = "no fringes" if estimate.phase_rad is None else f"phase {estimate.phase_rad:.4f} rad"
+    setting = f"{estimate.rays[0] * estimate.rays[1]} rays a pixel"
+    setting += "" if estimate.segments is None else f" and {estimate.segments} segments a lens"
+    click.echo(f"estimated error: {phase}, brightness {100 * estimate.image:.1f} %, with {setting}")
+    click.echo("not in the film, and the time that saves for each frame:")
+    for one in report.left_out:
+        click.echo(f"  {one.what} ({_saved(one.saved_s)})")
 
 
 def wish_of(

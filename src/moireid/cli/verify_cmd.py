@@ -28,7 +28,10 @@ if TYPE_CHECKING:
     from moireid.verifier.reasons import Reason
 
 focal_option = click.option(
-    "--focal-px", type=FiniteRange(50, 100000), help="Focal length in pixels; solved over the film if not given."
+    "--focal-px",
+    type=FiniteRange(50, 100000),
+    metavar="PX",
+    help="The camera's focal length in pixels, if known; else it is estimated from the film.",
 )
 
 
@@ -46,31 +49,37 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 
 @click.command("verify")
 @click.argument("video", type=click.Path(path_type=Path))
-@click.option("--claim", metavar="NAME|ID", help="Whose badge it is said to be, looked up in the registry.")
+@click.option("--claim", metavar="NAME|ID", help="Whose badge it is said to be; looked up in the registry.")
 @registry_option
 @click.option(
-    "--badge", "badge_json", type=click.Path(path_type=Path), help="The claimed badge's file, without a registry."
+    "--badge",
+    "badge_json",
+    type=click.Path(path_type=Path),
+    help="The badge.json of the claimed badge, instead of --claim and a registry.",
 )
 @focal_option
 @click.option(
-    "--report", "report_folder", type=click.Path(path_type=Path, file_okay=False), help="Write report.html here."
+    "--report",
+    "report_folder",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="Write a report here: report.html, with plots, and its figures.",
 )
 @click.option(
     "--require-original",
     is_flag=True,
-    help="Reject a copy of the badge that was enrolled; asks for an enrolled capture.",
+    help="Accept only the badge that was enrolled, and no copy of it; the badge must be enrolled with --capture.",
 )
 @click.option(
     "--overlap",
     is_flag=True,
-    help="Ask too that the badge passes before the face for a second, and obeys the law there; needs moireid[face].",
+    help="Demand too that the badge passes in front of the face for a second; needs moireid[face].",
 )
 @click.option(
     "--pipeline",
     type=click.Choice(["moireid", "published"]),
     default="moireid",
     show_default=True,
-    help="Ours, or the published one (Qing et al. 2026) as a baseline: correlation alone, and no identity.",
+    help="Our method, or the published one (Qing et al. 2026) for comparison: correlation only, and no identity.",
 )
 @click.option(
     "--corners",
@@ -87,7 +96,7 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     is_eager=True,
     expose_value=False,
     callback=_show_schema,
-    help="Print the JSON Schema of what --json prints, and leave.",
+    help="Print the JSON Schema of what --json prints, and exit.",
 )
 @overwrite_option
 @json_option
@@ -106,7 +115,10 @@ def verify_command(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Check that VIDEO shows the claimed badge, and that its fringes move as only a real badge's do.
+    """Check a film: is the badge real, and is it the claimed one?
+
+    The fringes must move as the optics of a real badge demand, and the badge must spell the claimed identity. Say whose
+    badge it should be with --claim, or give its file with --badge.
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
@@ -114,9 +126,9 @@ def verify_command(
     from moireid.files import planned
 
     if pipeline == "published" and require_original:
-        raise SpecError("--require-original asks for what --pipeline published cannot tell; leave one of them out")
+        raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")
     if pipeline == "published" and overlap:
-        raise SpecError("--overlap asks for what --pipeline published cannot tell; leave one of them out")
+        raise SpecError("--pipeline published cannot check --overlap; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     as_built, revoked = None, None
@@ -178,7 +190,9 @@ def verify_command(
 @json_option
 @friendly
 def identify_command(video: Path, registry_url: str | None, focal_px: float | None, as_json: bool) -> None:
-    """Say whose badge VIDEO shows, if anyone's in the registry.
+    """Find out whose badge a film shows.
+
+    Everyone in the registry is considered, and no claim is needed.
 
     Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
     """
