@@ -569,7 +569,7 @@ def test_json_is_one_object_and_talk_goes_elsewhere(run: Run, tmp_path: Path) ->
     assert printed.code == 0 and printed.document["issued"] is True
     # Whether some font has both scripts is the machine's; a note tells where none has.
     told = [line for line in printed.err.splitlines() if not line.startswith("note: no font")]
-    assert told == ["making badge.pdf", "making preview.png", "making assembly.pdf"]
+    assert told == []
     badge_id = printed.document["id"]
     enrolled = run("enroll", "z/badge.json", *url)
     assert (enrolled.code, enrolled.err) == (0, "")

@@ -47,11 +47,11 @@ def bench_command(
     """Measure a suite of figures, and print its table.
 
     \b
-    identity    how often identities are read, originals told from copies, and false matches
+    identity    identities read, originals told from copies, false matches
     stability   stiff and extreme cases
-    fabricate   errors of the printed page and of the mount, also at their extremes
-    simulate    the renderers against an outside tracer, and their error against their run time
-    verify      the verifier's error against its run time; stiff and extreme motions
+    fabricate   errors of the printed page and the mount, also at extremes
+    simulate    the renderers against an outside tracer; error against run time
+    verify      the verifier's error against its run time; extreme motions
 
     The figures and a plot go into the folder of --out. The films of identity and stability, and the extreme motions of
     verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.

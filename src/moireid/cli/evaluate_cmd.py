@@ -102,7 +102,7 @@ def evaluate_command(
     label     genuine, forged or forged:KIND
     claim     a badge.json, or a name or id in the registry; empty: --badge
     group     any word, by which results are grouped
-    corners   optional, for films without visible markers: as in `moireid verify --corners`
+    corners   optional, for films that lost their markers; see verify --corners
 
     An address needs the Python package for its protocol. Results are kept in results/part-*.parquet as they are made.
     So a run that was interrupted goes on, and only what has changed is scored again. A film that cannot be scored,

@@ -58,7 +58,12 @@ PARTS = ("background", "page", "shutter", "glare")
     help="From camera to badge, in metres.",
 )
 @click.option(
-    "--frames", type=click.IntRange(2, 1_000_000), default=300, metavar="NUMBER", show_default=True, help="How many."
+    "--frames",
+    type=click.IntRange(2, 1_000_000),
+    default=300,
+    metavar="NUMBER",
+    show_default=True,
+    help="How many frames.",
 )
 @click.option(
     "--fps", type=FiniteRange(1, 1000), default=60.0, metavar="NUMBER", show_default=True, help="Frames per second."
@@ -81,7 +86,7 @@ PARTS = ("background", "page", "shutter", "glare")
     "--forge",
     type=click.Choice(FORGERIES),
     metavar="KIND",
-    help=f"Forge the film in one thing: {', '.join(FORGERIES)}.",
+    help="Forge the film in one thing; the kinds stand above.",
 )
 @click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="Kind of camera.")
 @click.option("--mirror", is_flag=True, help="Swap left and right, as a self-view does.")
@@ -100,7 +105,7 @@ PARTS = ("background", "page", "shutter", "glare")
 @click.option(
     "--light",
     type=click.Choice(LIGHT_NAMES),
-    help="Light the badge by a lamp, with glare on its lenses; default: the page shines evenly by itself.",
+    help="Light the badge, with glare on its lenses; default: the page shines evenly by itself.",
 )
 @click.option(
     "--leave-out",
@@ -132,10 +137,20 @@ def simulate_command(
     lens pitch are a little off their size. The seed decides how much.
 
     \b
-    Lights; an even sky gives the other 30 to 40 % of the light:
+    Kinds of --forge, each wrong in one thing:
+    frozen               the fringes stay still
+    drift, randomwalk    they drift evenly, or wander, by themselves
+    late, reversed       they follow a quarter of a second late, or backwards
+    gain_low, gain_high  they move half as far, or nearly twice as far
+    splice, wobble       they move as in another film, or tremble as well
+    patchy, generative   they differ from place to place, or are made up
+    photo, screen        the badge is a printed photo, or a film on a screen
+
+    \b
+    Kinds of --light; an even sky gives the other 30 to 40 % of the light:
     even      an overcast sky all round
     softbox   0.8 m across, 1.5 m away, 35 degrees to the left, 25 degrees up
-    window    1 m2, 2.5 m away, 40 degrees to the right, at the badge's height; the lenses mirror it
+    window    1 m2, 2.5 m away, 40 degrees to the right; the lenses mirror it
     lamp      0.25 m across, 2 m away, 45 degrees up
     """
     from moireid.badge import load_badge
