@@ -204,7 +204,7 @@ def judge_prompt(course: Course, prompt: Prompt) -> Reason:
         return _finding(prompt, "undecided", None, text)
     rest = np.median(course.place[before], axis=0)
     if np.abs(course.place[before] - rest).max() > BEGUN:
-        text = "the badge moved before the prompt; hold it still until the next one"
+        text = "the badge moved before it was asked; hold it still until the next prompt"
         return _finding(prompt, "fail", None, text)
     gone = course.place[after] - rest
     begun = np.flatnonzero(np.abs(gone).max(axis=1) > BEGUN)
