@@ -163,7 +163,6 @@ def verify_command(
                 as_built=as_built,
                 require_original=require_original,
                 revoked=revoked,
-                corners=corners,
                 overlap=overlap,
                 progress=progress,
             )

@@ -140,5 +140,4 @@ def _report(job: Job, film: Path) -> Report:
         claimed_id=badge.id,
         as_built=entry.claimed.as_built,
         revoked=entry.claimed.revoked,
-        corners=entry.corners,
     )

@@ -5,5 +5,4 @@ distortion.py        radial lens distortion                      map_search.py  
 self_calibration.py  focal length, shutter and distortion of a film
 steady_path.py       a steady course asks for the focal length   smoothing.py    the course, smoothed
 fit.py               the camera over a film
-page_warp.py         what corners given by hand are wrong by
 """

@@ -15,15 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.page_warp import STRETCH_UNTOLD, PageWarps
 from moireid.verifier.camera.plane_pose import PlanePoses, tangent_error
 from moireid.verifier.camera.self_calibration import FilmWide
 
 Array = NDArray[np.float64]
 #: Change of the focal length's logarithm, and of the distortion, by which their effect on the poses is told.
 PROBE = 0.003
-#: The same of the page's warp, in its own units.
-WARP_PROBE = 0.02
 
 
 @dataclass(frozen=True)
@@ -55,28 +52,24 @@ def fit_camera(
     image_px: tuple[int, int],
     *,
     focal_px: float | None = None,
-    warps: PageWarps | None = None,
 ) -> CameraFit:
     """Poses of all frames, with focal length (unless given), rolling shutter and distortion solved over the film.
 
-    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising; warps:
-        solved for too, where the page's corners were given by hand.
+    Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising.
     Convention: module docstring; the principal point is the picture's centre.
     Returns: CameraFit with T frames.
     Source: maximum a posteriori over reprojection error; the plane's two poses by `plane_pose`.
     """
-    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px, warps)
+    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px)
     film.solve()
     final = film.all_poses()
     camera, errors = _choose(final)
     # Focal length and distortion err together: what one makes too wide the other mostly makes too narrow.
-    probes = np.diag([PROBE, PROBE, *np.full(len(film.warp), WARP_PROBE)])
+    probes = PROBE * np.eye(2)
     stretch = np.column_stack(
         [np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes]
     )
     tangent_sd = np.sqrt(np.maximum(np.diag(stretch @ film.covariance @ stretch.T), 0))
-    if warps is not None:
-        tangent_sd *= STRETCH_UNTOLD
     camera[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
         camera,

@@ -20,7 +20,6 @@ from scipy.interpolate import CubicSpline
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.map_search import Unknown, minimise, minimise_together, posterior
-from moireid.verifier.camera.page_warp import PageWarps
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.camera.smoothing import GAP_S, stretches
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
@@ -44,23 +43,15 @@ FAR_SDS = 2.0
 NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
 #: Within this of the logarithm of the focal length, poses are near those that were refined already.
 NEARBY_ZOOM = 0.15
-#: The page's warp, in units of what a corner set wrong makes of it, is sought so far from none.
-WARP_LIMIT = 6.0
 #: Frames that the film-wide unknowns are solved on; a long film has more than enough.
 SOLVE_FRAMES = 300
-
-
-def guessed_focal_px(image_px: tuple[int, int]) -> float:
-    """The middle of the focal length's prior."""
-    return FOCAL_PRIOR * max(image_px)
 
 
 class FilmWide:
     """The film-wide unknowns of registered pages.
 
     focal: px; shutter_s: first to last row; bend: distortion in units of the guessed focal length; covariance (2, 2):
-    of the focal length's logarithm, 0 where it was given, and the distortion.  Where the page's corners were given by
-    hand, warp (K,): of the page (`page_warp`), and covariance has its K rows too.
+    of the focal length's logarithm, 0 where it was given, and the distortion.
     """
 
     def __init__(
@@ -70,7 +61,6 @@ class FilmWide:
         times_s: Array,
         image_px: tuple[int, int],
         focal_px: float | None,
-        warps: PageWarps | None = None,
     ) -> None:
         """Parameters: as `camera.fit_camera`."""
         self._points, self._times = points_px, times_s
@@ -83,15 +73,12 @@ class FilmWide:
         self._rows = self._directions[0]
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
         self._long_side, self._given = max(image_px), focal_px is not None
-        self._guess = focal_px or guessed_focal_px(image_px)
-        self._ways = warps.points_px(page_mm) if warps else np.zeros((0, *points_px.shape))
-        self._warp_priors = warps.prior if warps else np.zeros(0)
-        self.warp = np.zeros(len(self._ways))
+        self._guess = focal_px or FOCAL_PRIOR * max(image_px)
         self._bends = TakenIn(points_px, self._guess, self._centre)
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
-        self.covariance = np.zeros((2 + len(self.warp), 2 + len(self.warp)))
+        self.covariance = np.zeros((2, 2))
 
     @property
     def focal_sd(self) -> float:
@@ -126,29 +113,27 @@ class FilmWide:
             self._solve_steadily(zoom, Unknown(*shutter, 0.003))  # 4
 
     def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
-        """Focal length where it is unknown, shutter, distortion, and the page's warp if any, ever nearer."""
+        """Focal length where it is unknown, shutter and distortion, ever nearer."""
         bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03, heavy=True)
-        warps = [Unknown(prior - WARP_LIMIT, prior + WARP_LIMIT, prior, 1.0, 0.1) for prior in self._warp_priors]
-        unknowns, k = (*zoom, shutter, bend, *warps), len(zoom)
+        unknowns, k = (*zoom, shutter, bend), len(zoom)
 
         def left_over(at: Array) -> Array:
             focal = math.exp(at[0]) if zoom else self.focal
-            points = self._flat(self._chosen, shutter_s=float(at[k]), bend=float(at[k + 1]), warp=at[k + 2 :])
+            points = self._flat(self._chosen, shutter_s=float(at[k]), bend=float(at[k + 1]))
             return self._near.left_over_px(points, focal / self._start_focal, focal, self._centre)
 
         for _ in range(MOST_SETTLED):
             self._settle()
-            before = np.array([math.log(self.focal)] * k + [self.shutter_s, self.bend, *self.warp])
+            before = np.array([math.log(self.focal)] * k + [self.shutter_s, self.bend])
             usual = float(np.median(self._errors())) or 1e-9
             near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before, strict=True)]
             place, covariance = minimise_together(left_over, before, near, usual)
             if zoom:
                 self.focal = math.exp(place[0])
-                told = [0, *range(2, len(place))]
-                self.covariance = covariance[np.ix_(told, told)]
+                self.covariance = covariance[np.ix_([0, 2], [0, 2])]
             else:
-                self.covariance[1:, 1:] = covariance[1:, 1:]
-            self.shutter_s, self.bend, self.warp = float(place[k]), float(place[k + 1]), place[k + 2 :]
+                self.covariance[1, 1] = covariance[1, 1]
+            self.shutter_s, self.bend = float(place[k]), float(place[k + 1])
             if np.all(np.abs(place - before) < [SETTLED * one.step for one in near]):
                 break
 
@@ -176,24 +161,16 @@ class FilmWide:
     def moved(self, poses: PlanePoses, off: Array) -> PlanePoses:
         """The same poses where what `covariance` is of, in its order, were off by so much."""
         zoom = math.exp(off[0])
-        points = self._flat(slice(None), bend=self.bend + off[1], warp=self.warp + off[2:])
+        points = self._flat(slice(None), bend=self.bend + off[1])
         return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._centre)
 
     def _flat(
-        self,
-        frames: NDArray[np.int64] | slice,
-        *,
-        shutter_s: float | None = None,
-        bend: float | None = None,
-        warp: Array | None = None,
+        self, frames: NDArray[np.int64] | slice, *, shutter_s: float | None = None, bend: float | None = None
     ) -> Array:
         """Points as a pinhole without a rolling shutter would have seen them."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds
-        flat = self._points[frames] - self._bends.px(bent, frames) - rolled
-        if not len(self.warp):
-            return np.asarray(flat)
-        return np.asarray(flat + np.tensordot(self.warp if warp is None else warp, self._ways[:, frames], 1))
+        return np.asarray(self._points[frames] - self._bends.px(bent, frames) - rolled)
 
     def _errors(
         self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None

@@ -15,8 +15,6 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.page_warp import POSE_UNTOLD, page_warps
-from moireid.verifier.camera.self_calibration import guessed_focal_px
 from moireid.verifier.camera.smoothing import smooth_camera, stretches, without_strays
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
@@ -101,15 +99,9 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     clock = time.perf_counter()
     page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
     homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
-    homographies, warps = track.homographies, None
-    if track.by_corners:
-        guess = focal_px or guessed_focal_px(track.image_px)
-        warps = page_warps(track.homographies, badge.gratings[0].rect_mm, track.image_px, guess)
-        homographies = warps.homographies
-    mapped = np.einsum("tij,nj->tni", homographies, homogeneous)
-    camera = fit_camera(
-        mapped[..., :2] / mapped[..., 2:], page_mm, track.times_s, track.image_px, focal_px=focal_px, warps=warps
-    )
+    mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
+    points_px = mapped[..., :2] / mapped[..., 2:]
+    camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px)
     raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
     posed = time.perf_counter()
@@ -130,7 +122,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         strips.append(found)
         apart.append(places_apart_rad(profiles, law, found, track.times_s))
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
-    gratings, untold = [], _untold(mapped[..., :2] / mapped[..., 2:]) * (POSE_UNTOLD if track.by_corners else 1.0)
+    gratings, untold = [], _untold(points_px)
     known = within_law(track.strips, camera_mm) & good
     for g, grating in enumerate(badge.gratings):
         own = [

@@ -26,7 +26,6 @@ from moireid.verifier.motion.figures import WINDOW_FRAMES
 from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals
 from moireid.verifier.motion.segments import Segment, judge_segments, part_of
 from moireid.verifier.reasons import Level, Reason
-from moireid.verifier.session.by_corners import focal_is_told, never_accepted, told_by_hand
 from moireid.verifier.tracking.badge_tracker import Track
 
 #: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.
@@ -58,8 +57,7 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: frames that no chapter before it holds; signals: of these; track, measurement: of all its frames, None
-    where they were let go of; by_corners: as `Track.by_corners`; focal_told: as
-    `by_corners.focal_is_told`, True where there were markers.
+    where they were let go of.
     """
 
     frames_read: int
@@ -73,8 +71,6 @@ class Chapter:
     stages_s: dict[str, float]
     track: Track | None
     measurement: Measurement | None
-    by_corners: bool = False
-    focal_told: bool = True
 
     def light(self) -> Chapter:
         """The same without what only a picture of it needs."""
@@ -103,18 +99,12 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
             dict(track.stages_s),
             track,
             None,
-            track.by_corners,
         )
     measurement = measure(track, claim.badge, focal_px=claim.focal_px)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
     invariant = judge_invariant(measurement)
     segments = judge_segments(measurement, repeated)
-    focal_told = True
-    if track.by_corners:
-        focal_told = focal_is_told(measurement.camera, track.image_px)
-        invariant = told_by_hand(invariant, focal_told=focal_told)
-        segments = tuple(_by_hand(segment, invariant) for segment in segments)
     stages["invariant"] = time.perf_counter() - clock
     clock = time.perf_counter()
     identity = judge_identity(track, measurement, claim.badge, claimed_id=claim.badge_id)
@@ -133,8 +123,6 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         stages,
         track,
         measurement,
-        track.by_corners,
-        focal_told,
     )
 
 
@@ -142,16 +130,7 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     """The motion invariant of all chapters together: of one its own, of several that of their signals joined.
 
     Convention: each chapter's signals have mean 0, so what drifts from chapter to chapter is no evidence.
-    Policy: what was followed from corners given by hand is never accepted (`by_corners`).
     """
-    whole = _invariant_of(chapters)
-    if not any(chapter.by_corners for chapter in chapters):
-        return whole
-    tracked, focal_told = sum(chapter.tracked for chapter in chapters), all(c.focal_told for c in chapters)
-    return never_accepted(whole, tracked, focal_told=focal_told)
-
-
-def _invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     seen = [chapter for chapter in chapters if chapter.signals]
     if len(seen) <= 1:
         return (seen or list(chapters))[0].invariant
@@ -219,9 +198,7 @@ def _judge_built(
     if as_built is not None:
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
-    # Corners given by hand do not tell the page's size, which a beat's period is told by.
-    comparable = invariant.verdict == "accept" and not track.by_corners
-    if as_built is not None and identity.verdict == "match" and comparable:
+    if as_built is not None and identity.verdict == "match" and invariant.verdict == "accept":
         comparison = compare_built(measure_built(track, measurement, badge, invariant), as_built, badge)
         identity, reasons = replace(identity, built=comparison.built), comparison.reasons
     if not claim.require_original or identity.verdict != "match":
@@ -234,20 +211,7 @@ def _judge_built(
     return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
 
 
-def _by_hand(segment: Segment, invariant: Invariant) -> Segment:
-    """A segment of a film that was followed from corners, which is nowhere rejected but where the whole is."""
-    rejected = segment.verdict == invariant.verdict == "reject"
-    return replace(segment, verdict="reject" if rejected else "inconclusive")
-
-
 def _badge_absent(track: Track) -> Reason:
-    if track.by_corners:
-        lost = f"; it was lost after frame {track.frame_numbers[-1]}" if track.tracked else ""
-        text = (
-            f"From the corners given the badge was followed in {track.tracked} of {track.frames_read} frames, at least "
-            f"{MIN_FRAMES} are needed{lost}. Give the corners in later frames too, where the whole board is in view."
-        )
-        return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)
     text = (
         f"The badge was found in {track.tracked} of {track.frames_read} frames; at least {MIN_FRAMES} are needed. Film "
         "the whole badge with its four corner markers, from nearer or in better light."

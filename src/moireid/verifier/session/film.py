@@ -15,8 +15,6 @@ Policy: the invariant and the identity must both hold.  A failure of either reje
 A copy is reported, and rejected where the policy asks for the original.
 Where the overlap protocol is asked for, the badge must also pass before the face, and obey the law there (`overlap`).
 Of several badges in view the verdict is of one alone (`line`); its place is in the report.
-Where corners are given by hand, they stand in for markers that most frames lack (`by_corners`); nothing that is
-followed so is accepted.
 """
 
 from __future__ import annotations
@@ -30,7 +28,6 @@ from typing import Any
 from moireid import __version__
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.verifier.corners import Corners
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.judge import Invariant
@@ -108,7 +105,6 @@ def verify(
     as_built: AsBuilt | None = None,
     require_original: bool = False,
     revoked: str | None = None,
-    corners: Corners | None = None,
     overlap: bool = False,
     progress: Progress | None = None,
 ) -> Report:
@@ -117,9 +113,8 @@ def verify(
     Parameters: badge: of the claim, or any badge of the same layout; claimed_id: the id that must be read, None
         where no identity is claimed; focal_px: where it is known; as_built: the badge's figures from enrolment;
         require_original: reject a copy, and leave open what cannot be told from one; revoked: the reason for which
-        the claimed badge was revoked; corners: the first grating's corners at some frames, by which the badge is
-        followed where it is followed in less than half of the film by its markers; overlap: ask that the badge passes
-        before the face, and obeys the law there (`overlap`); progress: called with frames read and expected.
+        the claimed badge was revoked; overlap: ask that the badge passes before the face, and obeys the law there
+        (`overlap`); progress: called with frames read and expected.
     Convention: verdict "accept" needs both invariant and identity; without a claim the invariant alone.
     Returns: Report.
     Raises: MediaError where the film cannot be read; MissingExtraError where the face detector is missing.
@@ -128,11 +123,7 @@ def verify(
     begun = time.perf_counter()
     film = Film(video)  # 1
     claim = Claim(badge, claimed_id, focal_px, as_built, require_original)
-    seen = _judged(film, claim, None, overlap, progress)
-    if corners and 2 * seen.tracked < seen.read:
-        second = _judged(Film(video), claim, corners, overlap, progress)
-        if second.tracked >= seen.tracked:
-            seen = second
+    seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
     reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others
@@ -181,9 +172,9 @@ class _Seen:
         return sum(chapter.tracked for chapter in self.chapters)
 
 
-def _judged(film: Film, claim: Claim, corners: Corners | None, overlap: bool, progress: Progress | None) -> _Seen:
+def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _Seen:
     """Steps 2 to 7."""
-    verifier = Verifier(claim, running=False, corners=corners)
+    verifier = Verifier(claim, running=False)
     watch = OverlapWatch() if overlap else None
     read, decode_s, face_s = 0, 0.0, 0.0
     clock = time.perf_counter()

@@ -15,10 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.corners import Corners
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
-from moireid.verifier.session.by_corners import ByCorners
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, Claim, judge_chapter
 from moireid.verifier.tracking.badge_tracker import BadgeTracker, Track
 from moireid.verifier.tracking.scene_tracker import BadgesInView
@@ -48,20 +46,17 @@ class Running:
 class Verifier:
     """Takes a film frame by frame; memory does not grow with its length."""
 
-    def __init__(
-        self, claim: Claim, *, running: bool = True, corners: Corners | None = None, aside: Executor | None = None
-    ) -> None:
-        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out; corners: by
-            which the badge is followed in place of its markers (`by_corners`); aside: where running verdicts are made
-            while `push` goes on, so that a camera's frames need not wait half a second: each is then told by a later
-            push, and one at a time is made.
+    def __init__(self, claim: Claim, *, running: bool = True, aside: Executor | None = None) -> None:
+        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out; aside: where
+            running verdicts are made while `push` goes on, so that a camera's frames need not wait half a second: each
+            is then told by a later push, and one at a time is made.
 
         Raises: SpecError where the badge cannot be read at all.
         """
         self._aside = aside
         self._pending: Future[Running] | None = None
         self._claim, self._running = claim, running
-        self._view = ByCorners(claim.badge, corners) if corners else BadgesInView(claim.badge)
+        self._view = BadgesInView(claim.badge)
         self._lines = [Line(claim, self._view.trackers[0])]
         #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
         self._gone, self._gone_read = 0, set[str]()

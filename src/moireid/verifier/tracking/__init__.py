@@ -6,5 +6,4 @@ borders.py         the gratings' borders, where only two markers are seen
 smeared_frames.py  frames that motion smeared             profiles.py        brightness along each row
 even_sample.py     a bounded, even sample of frames       badge_tracker.py   one badge over the frames
 scene_tracker.py   all badges in view
-own_page.py        a page followed by the rest of its print, from corners given by hand
 """

@@ -38,7 +38,7 @@ class Track:
     (T, N) of a uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the
     board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge
     mirror-wise (a self-view) and was turned back before it was measured; vague (T, 2): as `Registration.vague`, None
-    where every frame is 1; by_corners: whether the page was followed from corners given by hand (`own_page`).
+    where every frame is 1.
     """
 
     frames_read: int
@@ -53,7 +53,6 @@ class Track:
     mirrored: bool = False
     snapshot: NDArray[np.uint8] | None = None
     vague: Array | None = None
-    by_corners: bool = False
     stages_s: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -95,7 +94,7 @@ class BadgeTracker:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
-        self._mirrored, self._by_corners = False, False
+        self._mirrored = False
         self._image_px = (0, 0)
         #: Where it is in the present frame, and the first and last frame and place in which it was seen; None: nowhere.
         self.place: Array | None = None
@@ -155,14 +154,6 @@ class BadgeTracker:
         self._lap("register")
         self._mirrored = self._mirrored or (mirrored and registration is not None)
         return self._taken_in(frame, luma, registration, taken)
-
-    def take_in(
-        self, frame: Frame, luma: NDArray[np.uint8], registration: Registration | None, *, mirrored: bool = False
-    ) -> bool:
-        """The next frame, in which the page was followed from corners given by hand; whether it was seen."""
-        self.frames_read, self._by_corners, self._clock = self.frames_read + 1, True, time.perf_counter()
-        self._image_px, self._mirrored, self.place = (luma.shape[1], luma.shape[0]), mirrored, None
-        return self._taken_in(frame, luma, registration, ())
 
     def lose(self, frame: Frame) -> None:
         """The badge is not in this frame: do not look for it where it was."""
@@ -243,7 +234,6 @@ class BadgeTracker:
             mirrored=self._mirrored,
             snapshot=self._snapshot,
             vague=np.array(self._vague[first:]) if any(max(pair) > 1 for pair in self._vague[first:]) else None,
-            by_corners=self._by_corners,
             stages_s=dict(self._stages),
         )
 
