@@ -55,22 +55,12 @@ MAY_IMPORT = {
 #: Rooms inside rooms: which folders and files beside it in its room a folder may import.  Data flows one way, so a
 #: folder never imports one that stands below it here.
 WITHIN: dict[str, set[str]] = {
-    "verifier.tracking": {"corners", "video"},
+    "verifier.tracking": {"video"},
     "verifier.camera": set(),
     "verifier.fringes": {"tracking", "camera"},
     "verifier.motion": {"fringes", "camera", "reasons"},
     "verifier.identity": {"tracking", "fringes", "motion", "reasons"},
-    "verifier.session": {
-        "corners",
-        "tracking",
-        "camera",
-        "fringes",
-        "motion",
-        "identity",
-        "reasons",
-        "timeline",
-        "video",
-    },
+    "verifier.session": {"tracking", "camera", "fringes", "motion", "identity", "reasons", "timeline", "video"},
     "verifier.report": {"motion", "identity", "session"},
     "verifier.live": {"tracking", "fringes", "session", "reasons", "timeline", "video"},
     "evaluation.baseline": set(),

@@ -17,12 +17,15 @@ import moireid
 
 @cache
 def program_digest(*rooms: str) -> str:
-    """Digest of the package's sources: of the ground and the `rooms` named, or of everything where none is named."""
+    """Digest of the package's sources: of the ground and the `rooms` named, or of everything where none is named.
+
+    Parameters: rooms: folders of the package, such as "verifier" or "evaluation/baseline".
+    """
     root = Path(moireid.__file__).parent
     digest = hashlib.sha256()
     for source in sorted(root.rglob("*.py")):
         name = source.relative_to(root)
-        if not rooms or len(name.parts) == 1 or name.parts[0] in rooms:
+        if not rooms or len(name.parts) == 1 or any(name.is_relative_to(room) for room in rooms):
             digest.update(name.as_posix().encode() + b"\0" + source.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -220,6 +220,7 @@ def test_kept_rows_outlive_a_line_that_was_cut_off(tmp_path: Path):
         file.write('[1]\n{"key": 1, "row": {}}\n')
     assert kept_rows(path) == {"a": {"n": 4}, "c": {"n": 3}} and kept_rows(tmp_path / "absent") == {}
     assert program_digest("verifier") != program_digest("registry") != program_digest()
+    assert program_digest("verifier", "evaluation/baseline") != program_digest("verifier")
 
 
 def collection(*films: tuple[str, str, float | None]) -> list[Scored]:

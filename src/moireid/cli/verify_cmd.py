@@ -85,10 +85,10 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     "--corners",
     "corners_given",
     metavar="X,Y,... | FILE.csv",
-    help="For films that lost their markers: the striped region's corners (top left, top right, bottom right, bottom "
-    "left; px) in the first frame, to be followed; corrections at later frames as FRAME:X,Y,... after a blank. "
-    "Markers seen in half of the frames come before. What is followed from corners can be rejected and is never "
-    "accepted; --pipeline published knows no such difference.",
+    help="For films that lost their markers, scored with --pipeline published: the striped region's corners (top left, "
+    "top right, bottom right, bottom left; px) in the first frame, to be followed; corrections at later frames as "
+    "FRAME:X,Y,... after a blank. Our own pipeline follows markers alone; where they are seen in less than half of the "
+    "frames, it leaves such a film open.",
 )
 @click.option(
     "--schema",
@@ -144,9 +144,9 @@ def verify_command(
         from moireid.verifier.report.page import report_paths
 
         planned(report_paths(report_folder), overwrite=overwrite)
+    from moireid.evaluation.baseline.corners import corners_from, without_corners
     from moireid.evaluation.baseline.published import verify_published
     from moireid.verifier import verify
-    from moireid.verifier.corners import corners_from
 
     corners = corners_from(corners_given) if corners_given is not None else None
     with progress_bar("reading the film") as progress:
@@ -166,6 +166,7 @@ def verify_command(
                 overlap=overlap,
                 progress=progress,
             )
+            report = without_corners(report) if corners else report
     if report_folder is not None:
         from moireid.verifier.report.page import write_report
 

@@ -21,8 +21,8 @@ from moireid.archive.addresses import fetched, is_address, joined, read_text, st
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
+from moireid.evaluation.baseline.corners import ENTRIES, Corners, corners_from, read_corners
 from moireid.registry import Record, Registry, open_registry
-from moireid.verifier.corners import ENTRIES, Corners, corners_from, read_corners
 
 COLUMNS = ("video", "label", "claim", "group")
 OPTIONAL = ("corners",)

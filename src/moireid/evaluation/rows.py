@@ -19,6 +19,7 @@ from typing import Any, Literal
 
 from moireid.archive.isolated import Fault, Lost
 from moireid.errors import MoireIdError
+from moireid.evaluation.baseline.corners import without_corners
 from moireid.evaluation.baseline.published import verify_published
 from moireid.evaluation.manifest import Entry
 from moireid.kept import program_digest
@@ -126,7 +127,7 @@ def claim_digest(entry: Entry) -> str:
 @cache
 def scorer() -> str:
     """Digest of the program that scores."""
-    return program_digest("verifier", "idcodes")
+    return program_digest("verifier", "idcodes", "evaluation/baseline")
 
 
 def _report(job: Job, film: Path) -> Report:
@@ -134,10 +135,11 @@ def _report(job: Job, film: Path) -> Report:
     badge = entry.claimed.badge
     if job.pipeline == "published":
         return verify_published(film, badge, claimed_id=None, corners=entry.corners)
-    return verify(
+    report = verify(
         film,
         badge,
         claimed_id=badge.id,
         as_built=entry.claimed.as_built,
         revoked=entry.claimed.revoked,
     )
+    return without_corners(report) if entry.corners else report

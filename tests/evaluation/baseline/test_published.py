@@ -1,4 +1,4 @@
-"""The published pipeline, kept as a baseline, and corners followed by hand where markers are lost."""
+"""The published pipeline, kept as a baseline."""
 
 from __future__ import annotations
 
@@ -12,10 +12,7 @@ from click.testing import CliRunner
 
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.errors import SpecError
 from moireid.evaluation.baseline.published import fringe_lean_rad, judge, upright_region, verify_published
-from moireid.verifier.corners import COLUMNS, CornerFollower, read_corners
-from moireid.verifier.video import Film
 
 
 @pytest.mark.parametrize("lean_deg", [-25.0, -8.0, 0.0, 12.0, 30.0])
@@ -56,37 +53,6 @@ def test_a_claim_of_an_identity_stays_open(films: Path, prototype: Badge):
     assert report.verdict == "inconclusive" and report.identity.verdict == "unreadable"
 
 
-def test_corners_are_followed_until_they_are_set_right(films: Path):
-    """Catches: corners that stay behind, x for y, a correction that is passed over."""
-    frames = [frame.luma for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(6), strict=False)]
-    truth = np.array([[700.0, 400.0], [1200.0, 380.0], [1180.0, 800.0], [720.0, 820.0]])
-    picture, shift = frames[0], np.array([5.0, -3.0])
-    moved = cv2.warpAffine(picture, np.float32([[1, 0, shift[0]], [0, 1, shift[1]]]), picture.shape[::-1])
-    corners = cv2.goodFeaturesToTrack(picture[300:900, 600:1300], 60, 0.01, 30).reshape(-1, 2) + np.array([600, 300])
-    quad = corners[[int(np.argmin(np.linalg.norm(corners - want, axis=1))) for want in truth]]
-    follower = CornerFollower({0: quad, 2: quad + 40.0})
-    assert np.array_equal(follower.follow(0, picture), quad)
-    assert follower.follow(1, moved) == pytest.approx(quad + shift, abs=0.3)
-    assert np.array_equal(follower.follow(2, moved), quad + 40.0)
-    assert follower.follow(3, np.full_like(picture, 128)) is None
-
-
-def test_corner_files_are_read_or_refused(tmp_path: Path):
-    """Catches: a bow-tie, a missing first frame, words for numbers, a missing column."""
-    path = tmp_path / "corners.csv"
-
-    def written(*rows: str) -> Path:
-        path.write_text("\n".join([",".join(COLUMNS), *rows]) + "\n")
-        return path
-
-    good = "0,10,10,90,12,92,80,11,85"
-    assert list(read_corners(written(good, "30,20,20,95,22,96,88,21,90"))) == [0, 30]
-    assert read_corners(written(good))[0][1] == pytest.approx([90, 12])
-    for rows in ([], [good.replace("0,", "5,", 1)], ["0,10,10,92,80,90,12,11,85"], ["0,a,b,c,d,e,f,g,h"], ["0,1,2"]):
-        with pytest.raises(SpecError):
-            read_corners(written(*rows))
-
-
 def test_the_program_offers_the_baseline(films: Path, tmp_path: Path):
     """Catches: options that are passed over, a report that asks for what the baseline has not."""
     film, badge = str(films / "genuine_1.0m.mp4"), str(films / "badge.json")
@@ -96,5 +62,3 @@ def test_the_program_offers_the_baseline(films: Path, tmp_path: Path):
     )
     assert ran.exit_code == 0, ran.output
     assert json.loads(ran.stdout)["pipeline"] == "published" and (tmp_path / "r" / "report.html").exists()
-    ran = CliRunner().invoke(moireid, ["verify", film, "--badge", badge, "--corners", "none.csv"])
-    assert ran.exit_code == 2 and "none.csv" in ran.output

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
-from moireid.verifier.corners import CornerFollower, Corners
+from moireid.evaluation.baseline.corners import CornerFollower, Corners
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.figures import WINDOW_FRAMES, pearson, window_correlation_mean
 from moireid.verifier.motion.judge import Invariant

@@ -1,8 +1,8 @@
 """The striped region's corners, given by hand at some frames and followed between them.
 
 Generated videos often lose their markers.  The published protocol then marks the region's four corners in the first
-frame, follows them by pyramidal Lucas-Kanade, and corrects them by hand where they slip.  Our own pipeline follows the
-page around them instead (`own_page`).
+frame, follows them by pyramidal Lucas-Kanade, and corrects them by hand where they slip.  Our own pipeline follows
+markers alone: a page that lies only where somebody says could never be accepted.
 
 Convention: corners in the order top left, top right, bottom right, bottom left of the first grating, picture px with
 (0, 0) at the centre of the top left pixel.
@@ -15,6 +15,7 @@ import csv
 import math
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import SpecError
+from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.session.film import Report
 
 Array = NDArray[np.float64]
 #: Frame number -> corners (4, 2), px.
@@ -99,6 +102,22 @@ def _four_sided(values: list[float], said: str) -> Array:
             "right, bottom left"
         )
     return corners
+
+
+def without_corners(report: Report) -> Report:
+    """Our report of a film for which corners were given: left open where markers were seen in less than half of it.
+
+    Policy: of such a film most was not looked at, so it cannot be accepted; what its markers reject stays rejected.
+    """
+    read, tracked = report.frames["read"], report.frames["tracked"]
+    if 2 * tracked >= read:
+        return report
+    text = (
+        f"The badge was followed by its markers in {tracked} of {read} frames, and our pipeline does not follow a "
+        "badge by corners given by hand; --pipeline published scores such a film as the paper does."
+    )
+    reasons = (*report.reasons, Reason("corners", "undecided", float(tracked), read / 2, "frames", text))
+    return replace(report, verdict=worst(list(reasons)), reasons=reasons)
 
 
 class CornerFollower:
