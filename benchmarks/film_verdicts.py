@@ -21,7 +21,7 @@ from moireid.simulate.forgeries.courses import KINDS
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import CODECS, RECIPES
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier import verify
+from moireid.verifier import Claim, verify
 
 FRAMES, FPS, SEED, DISTANCE_MM = 210, 30.0, 5, 1000.0
 LIMITS = Limits(memory_mb=8192)
@@ -55,7 +55,7 @@ def verdict_of(badge: Badge, folder: Path, *, motion: str = "sway", camera: Any 
     course = motion_named(motion, distance_mm=DISTANCE_MM, seed=SEED)
     video = folder / "film.mp4"
     film(scene, course, video, frames=FRAMES, fps=FPS, seed=SEED, overwrite=True, **options)
-    report = verify(video, badge, claimed_id=badge.id)
+    report = verify(video, Claim(badge, badge.id))
     found = report.invariant
     against = [reason.code for reason in report.reasons if reason.level in ("fail", "undecided")]
     return (

@@ -15,7 +15,7 @@ import time
 from pathlib import Path
 
 from moireid.badge import load_badge
-from moireid.verifier import verify
+from moireid.verifier import Claim, verify
 from moireid.verifier.video import Film
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -61,7 +61,7 @@ def main() -> None:
     print(f"\n{head[0]:<26}{head[1]:<10}" + "".join(f"{word:>10}" for word in head[2:]))
     for video in sorted(FILMS.glob("*.mp4")):
         badge = load_badge(FILMS / ("badge_mask.json" if video.name.startswith("rendered") else "badge.json"))
-        report = verify(video, badge, claimed_id=None)
+        report = verify(video, Claim(badge))
         found, seconds = report.invariant, report.timing["total_s"]
         figures = [
             found.correlation,

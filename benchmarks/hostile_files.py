@@ -129,13 +129,13 @@ def work(badge_json: Path, pipe: Connection) -> None:
     resource.setrlimit(resource.RLIMIT_DATA, (GUARD_BYTES, GUARD_BYTES))
     from moireid.badge import load_badge
     from moireid.errors import MoireIdError
-    from moireid.verifier import verify
+    from moireid.verifier import Claim, verify
 
     badge = load_badge(badge_json)
     while (path := pipe.recv()) is not None:
         forget_peak()
         try:
-            outcome = verify(path, badge, claimed_id=badge.id).verdict
+            outcome = verify(path, Claim(badge, badge.id)).verdict
         except MoireIdError:
             outcome = "refused"
         except (Exception, MemoryError) as error:  # noqa: BLE001 - this is what is looked for

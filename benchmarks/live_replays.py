@@ -34,7 +34,7 @@ from moireid.bench.live.replays import course_of, passes_in_order
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.session import READY_S, LiveCheck
-from moireid.verifier.session.chapters import Claim
+from moireid.verifier.session.claim import Claim
 
 #: Badge and face are seen by then; the first prompt of what the film answers comes no sooner.
 SEEN_S = 1.5

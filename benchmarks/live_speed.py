@@ -35,7 +35,7 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.verifier.live.challenge import MOVES, Prompt, replay_chance
 from moireid.verifier.live.clock import SLACK_S
 from moireid.verifier.live.session import LiveCheck
-from moireid.verifier.session.chapters import Claim
+from moireid.verifier.session.claim import Claim
 
 FPS = 24.0
 #: Where the photograph's face is put, mm in the plane of the badge at rest, and px (tests/portrait.py has the same).

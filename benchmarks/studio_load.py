@@ -34,7 +34,7 @@ from hostile_files import hostile, spoilt_from
 
 from moireid.badge import load_badge
 from moireid.registry import open_registry
-from moireid.verifier import verify
+from moireid.verifier import Claim, verify
 from moireid.web.auth.tokens import open_tokens
 
 FILMS = Path(__file__).parents[1] / "tests" / "data" / "films"
@@ -81,7 +81,7 @@ def overhead(client: httpx.Client, server: psutil.Process, films: Path, pairs: i
     """What the API adds, in pairs of one verify by the API and one by the library."""
     film, badge = films / "long.mp4", load_badge(films / "badge.json")
     content, claim = film.read_bytes(), {"claim": badge.name}
-    verify(film, badge, claimed_id=badge.id)
+    verify(film, Claim(badge, badge.id))
     upload(client, content, **claim).raise_for_status()
     stated, beside, cpu = [], [], []
     for _ in range(pairs):
@@ -93,7 +93,7 @@ def overhead(client: httpx.Client, server: psutil.Process, films: Path, pairs: i
         time.sleep(0.1)
         cpu_s = processor_s(server) - cpu_s
         begun, own_s = time.perf_counter(), time.process_time()
-        verify(film, badge, claimed_id=badge.id)
+        verify(film, Claim(badge, badge.id))
         beside.append(1000 * (api_s - (time.perf_counter() - begun)))
         cpu.append(1000 * (cpu_s - (time.process_time() - own_s)))
     for name, found in (

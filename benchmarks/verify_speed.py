@@ -28,7 +28,7 @@ import av
 import cv2
 
 from moireid.badge import Badge, load_badge
-from moireid.verifier import verify
+from moireid.verifier import Claim, verify
 from moireid.verifier.video import Film
 
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
@@ -68,7 +68,7 @@ def timed_decode(film: Path) -> tuple[float, float, int]:
 def timed_verify(film: Path, badge: Badge) -> tuple[float, float, dict[str, float], str]:
     """Wall and CPU seconds of a verify, its time by stage, and the verdict."""
     wall, cpu = time.perf_counter(), time.process_time()
-    report = verify(film, badge, claimed_id=badge.id)
+    report = verify(film, Claim(badge, badge.id))
     return time.perf_counter() - wall, time.process_time() - cpu, report.timing["stages"], report.verdict
 
 
@@ -89,7 +89,7 @@ def child(film: Path, badge_json: Path, folder: Path) -> None:
     from moireid.verifier.report.page import write_report
 
     badge = load_badge(badge_json)
-    write_report(verify(film, badge, claimed_id=badge.id), folder)
+    write_report(verify(film, Claim(badge, badge.id)), folder)
     if sys.platform == "linux":
         # `resource` would tell the parent's memory too, whose count a child begins with.
         print(int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1e3)

@@ -7,7 +7,7 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import verify
+from moireid.verifier import Claim, verify
 from moireid.verifier.report.page import write_report
 
 
@@ -20,7 +20,7 @@ def main(folder: Path) -> None:
     for kind in (None, "frozen"):
         name = kind or "genuine"
         made = film(scene, motion, folder / f"{name}.mp4", frames=120, fps=30, forge=kind, overwrite=True)
-        report = verify(made.video, badge, claimed_id=badge.id)
+        report = verify(made.video, Claim(badge, badge.id))
         write_report(report, folder / name, overwrite=True)
         found = report.invariant
         print(f"{name}: {report.verdict}, |rho| {found.correlation:.4f}, gain {found.gain_ratio:.3f}")

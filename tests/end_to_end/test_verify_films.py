@@ -22,7 +22,7 @@ from moireid.registry import open_registry
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Report, verify
+from moireid.verifier import Claim, Report, verify
 from moireid.verifier.fringes import predicted_phase as predict
 from moireid.verifier.fringes.signals import measure
 
@@ -109,7 +109,7 @@ def solved_parallax(report: Report) -> np.ndarray:
 )
 def test_genuine_films_are_accepted_and_their_poses_true(films, prototype, name, gain_limit, parallax_limit):
     """Catches: a law without g/D or on the wrong plane (3.8 %); a mirrored x; a shutter or focal length that is off."""
-    report = verify(films / f"{name}.mp4", prototype, claimed_id=None)
+    report = verify(films / f"{name}.mp4", Claim(prototype))
     invariant, measurement = report.invariant, report.measurement
     assert report.verdict == invariant.verdict == "accept" and report.identity.verdict == "not_claimed"
     assert report.frames == {"read": 240, "tracked": 240}
@@ -167,7 +167,7 @@ def test_a_path_traced_mask_is_accepted(films):
 
 def test_another_board_s_markers_are_no_badge(films, prototype):
     """Catches: a page of 146 mm laid over a board of 140 mm, on whose fringes a verdict would then be given."""
-    report = verify(films / "rendered_path_1.4m.mp4", prototype, claimed_id=None)
+    report = verify(films / "rendered_path_1.4m.mp4", Claim(prototype))
     assert report.verdict == "inconclusive" and report.frames["tracked"] == 0
     assert [reason.code for reason in report.reasons] == ["badge_absent"]
 
@@ -208,7 +208,7 @@ def shoot(badge: Badge, path: Path, *, motion="handheld", camera=SMALL, frames=9
 
 def test_a_film_in_which_nothing_moves_is_inconclusive(ada, tmp_path):
     """Catches: noise that passes for motion; a genuine badge rejected because nobody moved it."""
-    report = verify(shoot(ada, tmp_path / "a.mp4", motion="static", frames=64), ada, claimed_id=ada.id)
+    report = verify(shoot(ada, tmp_path / "a.mp4", motion="static", frames=64), Claim(ada, ada.id))
     assert report.verdict == report.invariant.verdict == "inconclusive"
     levels = {reason.code: reason.level for reason in report.reasons}
     assert levels["motion"] == "undecided" and "fail" not in levels.values()
@@ -262,7 +262,7 @@ def test_the_claimed_badge_is_accepted(ada, grace, ada_film, tmp_path):
 
 def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     """Catches: motion alone; a decoder that finds what is claimed."""
-    report = verify(ada_film, grace, claimed_id=grace.id)
+    report = verify(ada_film, Claim(grace, grace.id))
     assert report.verdict == "reject" and report.invariant.verdict == "accept"
     assert report.identity.verdict == "mismatch" and report.identity.decoded_id == ada.id
     assert [reason.code for reason in report.reasons if reason.level == "fail"] == ["identity"]
@@ -294,7 +294,7 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
     beyond the table that are judged by its edge all the same.
     """
     path = shoot(ada, tmp_path / "a.mp4", motion="oblique", camera=PHONE, frames=64)
-    report = verify(path, ada, claimed_id=ada.id)
+    report = verify(path, Claim(ada, ada.id))
     assert report.verdict == "accept" and solved_parallax(report)[:, 0].max() > 1.7
     assert report.invariant.gain_ratio == pytest.approx(1.0, abs=0.01)
     assert report.invariant.phase_residual_rad < 0.04
@@ -312,7 +312,7 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
 )
 def test_forged_films_of_a_true_badge_are_rejected(ada, tmp_path, kind, must_fail):
     """Catches: a right payload that lets a wrong motion pass."""
-    report = verify(shoot(ada, tmp_path / "a.mp4", forge=kind), ada, claimed_id=ada.id)
+    report = verify(shoot(ada, tmp_path / "a.mp4", forge=kind), Claim(ada, ada.id))
     assert report.verdict == report.invariant.verdict == "reject"
     assert report.identity.verdict == "match"
     assert must_fail in [reason.code for reason in report.reasons if reason.level == "fail"]

@@ -38,7 +38,7 @@ focal_option = click.option(
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
     """Print the schema and leave, before a film is asked for."""
     if asked and not context.resilient_parsing:
-        from moireid.verifier.session.film import report_schema
+        from moireid.verifier.session.result import report_schema
 
         click.echo(report_schema(), nl=False)
         context.exit()
@@ -146,26 +146,15 @@ def verify_command(
         planned(report_paths(report_folder), overwrite=overwrite)
     from moireid.evaluation.baseline.corners import corners_from, without_corners
     from moireid.evaluation.baseline.published import verify_published
-    from moireid.verifier import verify
+    from moireid.verifier import Claim, verify
 
     corners = corners_from(corners_given) if corners_given is not None else None
+    held = Claim(badge, badge.id, focal_px, as_built, require_original)
     with progress_bar("reading the film") as progress:
         if pipeline == "published":
-            report = verify_published(
-                video, badge, claimed_id=badge.id, focal_px=focal_px, corners=corners, progress=progress
-            )
+            report = verify_published(video, held, corners=corners, progress=progress)
         else:
-            report = verify(
-                video,
-                badge,
-                claimed_id=badge.id,
-                focal_px=focal_px,
-                as_built=as_built,
-                require_original=require_original,
-                revoked=revoked,
-                overlap=overlap,
-                progress=progress,
-            )
+            report = verify(video, held, revoked=revoked, overlap=overlap, progress=progress)
             report = without_corners(report) if corners else report
     if report_folder is not None:
         from moireid.verifier.report.page import write_report

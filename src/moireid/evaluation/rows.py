@@ -24,7 +24,9 @@ from moireid.evaluation.baseline.published import verify_published
 from moireid.evaluation.manifest import Entry
 from moireid.kept import program_digest
 from moireid.verifier.reasons import json_number
-from moireid.verifier.session.film import Report, verify
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.session.result import Report
 from moireid.verifier.video import file_sha256
 
 Pipeline = Literal["moireid", "published"]
@@ -134,12 +136,7 @@ def _report(job: Job, film: Path) -> Report:
     entry = job.entry
     badge = entry.claimed.badge
     if job.pipeline == "published":
-        return verify_published(film, badge, claimed_id=None, corners=entry.corners)
-    report = verify(
-        film,
-        badge,
-        claimed_id=badge.id,
-        as_built=entry.claimed.as_built,
-        revoked=entry.claimed.revoked,
-    )
+        return verify_published(film, Claim(badge), corners=entry.corners)
+    claim = Claim(badge, badge.id, as_built=entry.claimed.as_built)
+    report = verify(film, claim, revoked=entry.claimed.revoked)
     return without_corners(report) if entry.corners else report

@@ -17,8 +17,9 @@ timeline.py intervals of time
 corners.py  corners given by hand, followed
 """
 
-from moireid.verifier.session.chapters import Claim
-from moireid.verifier.session.film import Report, verify
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Running, Verifier
 from moireid.verifier.video import Film, Frame
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections import deque
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,6 +44,8 @@ VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).asty
 FULL_RANGE = 2
 #: Frames that are decoded ahead; 17 MB at 1080p.
 AHEAD_FRAMES = 8
+#: Told of a film while it is read: frames read, and frames expected where the file says.
+Progress = Callable[[int, int | None], None]
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from moireid.bench.verify.judged import judge_frames
 from moireid.bench.verify.motion_extremes import cases, outcome_of, read_extreme
 from moireid.cli.main import moireid
 from moireid.verifier.fringes import signals as measure
-from moireid.verifier.session.chapters import Claim
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film, Frame
 
 

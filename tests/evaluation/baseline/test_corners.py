@@ -24,7 +24,7 @@ from moireid.evaluation.baseline.corners import (
 )
 from moireid.evaluation.manifest import read_manifest
 from moireid.evaluation.rows import Job, score_film
-from moireid.verifier import Film, verify
+from moireid.verifier import Claim, Film, verify
 
 CORNERS = "200,150,300,150,300,250,200,250"
 
@@ -116,7 +116,7 @@ def test_markers_come_before_corners(films: Path):
 
 def test_what_markers_reject_stays_rejected(films: Path, prototype: Badge):
     """Catches: an open finding that takes a rejection back."""
-    report = verify(films / "forged_reversed_1.0m.mp4", prototype, claimed_id=None)
+    report = verify(films / "forged_reversed_1.0m.mp4", Claim(prototype))
     told = without_corners(replace(report, frames={"read": 900, "tracked": report.frames["tracked"]}))
     assert told.verdict == "reject" and told.reasons[-1].code == "corners"
 

@@ -13,6 +13,7 @@ from click.testing import CliRunner
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.evaluation.baseline.published import fringe_lean_rad, judge, upright_region, verify_published
+from moireid.verifier import Claim
 
 
 @pytest.mark.parametrize("lean_deg", [-25.0, -8.0, 0.0, 12.0, 30.0])
@@ -32,10 +33,10 @@ def test_leaning_fringes_are_turned_upright(lean_deg):
 
 def test_a_true_film_scores_as_published_and_so_does_a_reversed_one(films: Path, prototype: Badge):
     """The baseline must be as good as its paper (0.87), and blind to sign as it is; catches a baseline made weak."""
-    true = verify_published(films / "genuine_1.0m.mp4", prototype, claimed_id=None)
+    true = verify_published(films / "genuine_1.0m.mp4", Claim(prototype))
     assert true.verdict == "accept" and true.invariant.correlation > 0.99
     assert true.invariant.window_correlation_mean > 0.95
-    false = verify_published(films / "forged_reversed_1.0m.mp4", prototype, claimed_id=None)
+    false = verify_published(films / "forged_reversed_1.0m.mp4", Claim(prototype))
     assert false.verdict == "accept" and false.invariant.gain_ratio is None
 
 
@@ -49,7 +50,7 @@ def test_too_short_and_unrelated_series_are_no_accept(rng):
 
 def test_a_claim_of_an_identity_stays_open(films: Path, prototype: Badge):
     """Catches: an accept for a person whom nothing was read of."""
-    report = verify_published(films / "genuine_1.0m.mp4", prototype, claimed_id="00" * 8)
+    report = verify_published(films / "genuine_1.0m.mp4", Claim(prototype, "00" * 8))
     assert report.verdict == "inconclusive" and report.identity.verdict == "unreadable"
 
 

@@ -28,7 +28,7 @@ from moireid.verifier.motion.segments import Segment
 from moireid.verifier.reasons import Reason
 from moireid.verifier.report.page import render_page, report_paths, write_report
 from moireid.verifier.report.plots import timeline_plot
-from moireid.verifier.session.film import Report
+from moireid.verifier.session.result import Report
 
 #: Tags of HTML that have no end.
 VOID = {"meta", "link", "img", "br", "hr", "input"}

@@ -25,7 +25,8 @@ from moireid.verifier import verify
 from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.report.page import write_report
 from moireid.verifier.session import faces
-from moireid.verifier.session.chapters import Chapter, Claim
+from moireid.verifier.session.chapters import Chapter
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.faces import CARRY_S, HIDDEN_S, Face, FaceFollower
 from moireid.verifier.session.overlap import MIN_OVERLAP_S, OverlapWatch, law_through, overlap_share
 from moireid.verifier.session.streaming import Verifier
@@ -152,14 +153,14 @@ def test_without_the_package_it_is_told_what_to_install(monkeypatch):
 
 def test_a_recorded_call_is_judged_with_its_overlap(badge, films_of_calls, tmp_path):
     """Catches: `--overlap` that changes no verdict; a report without it; a film whose lie the overlap passes."""
-    report = verify(films_of_calls["true"], badge, claimed_id=badge.id, overlap=True)
+    report = verify(films_of_calls["true"], Claim(badge, badge.id), overlap=True)
     told = report.to_json()
     assert told["verdict"] == "accept" and told["overlap"]["verdict"] == "accept"
     assert told["overlap"]["longest_s"] > 2 * MIN_OVERLAP_S and told["overlap"]["total_s"] < told["overlap"]["face_s"]
     assert faults(told) == []
     page = write_report(report, tmp_path)[0].read_text(encoding="utf-8")
     assert "badge before it" in page and "before the face for" in page
-    forged = verify(films_of_calls["frozen"], badge, claimed_id=badge.id, overlap=True)
+    forged = verify(films_of_calls["frozen"], Claim(badge, badge.id), overlap=True)
     assert forged.verdict == "reject" and forged.overlap.verdict == "reject"
 
 

@@ -16,7 +16,7 @@ from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
 from moireid.cli.verify_cmd import verify_command
 from moireid.evaluation.baseline.published import verify_published
-from moireid.verifier import verify
+from moireid.verifier import Claim, verify
 
 #: What the contract of the command line promises, by object.
 PROMISED = {
@@ -44,14 +44,14 @@ def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
     nothing = written(tmp_path_factory.mktemp("films") / "nothing.mp4", [grey] * 3, "libx264", "yuv420p")
     genuine, reversed_ = films / "genuine_2.0m.mp4", films / "forged_reversed_1.0m.mp4"
     return {
-        "accept": verify(genuine, board, claimed_id=None).to_json(),
-        "reject": verify(reversed_, board, claimed_id=None).to_json(),
-        "unreadable": verify(genuine, board, claimed_id="00" * 8, focal_px=1450.0).to_json(),
-        "revoked": verify(genuine, board, claimed_id=None, revoked="lost").to_json(),
-        "no face": verify(reversed_, board, claimed_id=None, overlap=True).to_json(),
-        "no badge": verify(nothing, board, claimed_id="00" * 8).to_json(),
-        "published": verify_published(genuine, board, claimed_id=None).to_json(),
-        "published, no badge": verify_published(nothing, board, claimed_id="00" * 8).to_json(),
+        "accept": verify(genuine, Claim(board)).to_json(),
+        "reject": verify(reversed_, Claim(board)).to_json(),
+        "unreadable": verify(genuine, Claim(board, "00" * 8, focal_px=1450.0)).to_json(),
+        "revoked": verify(genuine, Claim(board), revoked="lost").to_json(),
+        "no face": verify(reversed_, Claim(board), overlap=True).to_json(),
+        "no badge": verify(nothing, Claim(board, "00" * 8)).to_json(),
+        "published": verify_published(genuine, Claim(board)).to_json(),
+        "published, no badge": verify_published(nothing, Claim(board, "00" * 8)).to_json(),
     }
 
 

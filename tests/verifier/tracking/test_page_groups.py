@@ -23,7 +23,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import verify
 from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
-from moireid.verifier.session.chapters import Claim
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.page_groups import MOST_PAGES, pages_of, same_page
@@ -88,7 +88,7 @@ def both(shots, tmp_path_factory) -> Path:
 def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
     """Catches: the first badge judged whatever is claimed; two badges read as one; a neighbour that rejects."""
     for badge, left in ((ada, True), (bob, False)):
-        report = verify(both, badge, claimed_id=badge.id)
+        report = verify(both, Claim(badge, badge.id))
         assert report.verdict == "accept" and report.identity.decoded_id == badge.id
         assert report.frames == {"read": FRAMES, "tracked": FRAMES}
         document = report.to_json()
@@ -104,9 +104,9 @@ def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
 def test_a_stranger_s_claim_is_rejected_and_without_one_the_larger_is_judged(both, ada, bob):
     """Catches: a claim that nobody in view bears out left open, or borne out by whoever is there."""
     stranger = design_badge(Request("Eve Moneypenny"), payload_for_name("Eve Moneypenny"))
-    report = verify(both, stranger, claimed_id=stranger.id)
+    report = verify(both, Claim(stranger, stranger.id))
     assert report.verdict == "reject" and report.identity.verdict == "mismatch"
-    report = verify(both, ada, claimed_id=None)
+    report = verify(both, Claim(ada))
     assert report.verdict == "accept" and report.identity.decoded_id == bob.id
     assert "others" in {reason.code for reason in report.reasons}
 

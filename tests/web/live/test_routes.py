@@ -24,7 +24,7 @@ from moireid.bench.live.film import answer, frames
 from moireid.registry import open_registry
 from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.session import READY_S, LiveCheck
-from moireid.verifier.session.chapters import Claim
+from moireid.verifier.session.claim import Claim
 from moireid.web.app import create_app
 from moireid.web.auth.tokens import Tokens
 from moireid.web.live import routes as live

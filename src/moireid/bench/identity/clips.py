@@ -66,6 +66,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     from moireid.simulate.scene import Camera, Scene
     from moireid.verifier.identity.compare_built import measure_built
     from moireid.verifier.identity.decode import read_identity
+    from moireid.verifier.session.claim import Claim
     from moireid.verifier.session.film import verify
 
     badge = design_badge(Request("Bench", range_m=(0.8, 2.5)), clip.payload)
@@ -75,7 +76,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / "clip.mp4"
         film(scene, motion, video, frames=clip.frames, fps=FPS, seed=clip.motion_seed, crf=CRF)
-        report = verify(video, badge, claimed_id=badge.id, focal_px=FOCAL_PX)
+        report = verify(video, Claim(badge, badge.id, focal_px=FOCAL_PX))
     row: dict[str, Any] = {
         "payload": clip.payload.hex(),
         "verdict": report.verdict,

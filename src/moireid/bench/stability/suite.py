@@ -21,7 +21,9 @@ from moireid.designer import Request, design_badge
 from moireid.simulate.film import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier.session.film import Report, verify
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.session.result import Report
 
 Outcome = Literal["right", "unreadable", "refused", "wrong"]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
@@ -95,7 +97,7 @@ def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as folder:
         video = Path(folder) / "case.mp4"
         film(scene, motion, video, frames=frames, fps=FPS, seed=seed, crf=CRF)
-        report = verify(video, badge, claimed_id=badge.id, focal_px=FOCAL_PX)
+        report = verify(video, Claim(badge, badge.id, focal_px=FOCAL_PX))
     return {
         "name": case.name,
         "outcome": outcome_of(report, badge, case.beat),

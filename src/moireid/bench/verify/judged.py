@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, Verdict, worst
-from moireid.verifier.session.chapters import Chapter, Claim, identity_of, invariant_of
+from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.video import Frame
 

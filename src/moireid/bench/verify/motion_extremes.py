@@ -32,7 +32,7 @@ from moireid.simulate.film import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier.session.chapters import Claim
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film, Frame
 
 Array = NDArray[np.float64]

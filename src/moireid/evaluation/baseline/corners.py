@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from moireid.errors import SpecError
 from moireid.verifier.reasons import Reason, worst
-from moireid.verifier.session.film import Report
+from moireid.verifier.session.result import Report
 
 Array = NDArray[np.float64]
 #: Frame number -> corners (4, 2), px.

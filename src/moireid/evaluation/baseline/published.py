@@ -18,7 +18,6 @@ two markers are enough, and the threshold lies equally many standard deviations 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import cv2
@@ -31,10 +30,11 @@ from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.figures import WINDOW_FRAMES, pearson, window_correlation_mean
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, worst
-from moireid.verifier.session.film import Report
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.result import Report
 from moireid.verifier.tracking.badge_tracker import no_track
 from moireid.verifier.tracking.markers import marker_corners_mm
-from moireid.verifier.video import Film, file_sha256
+from moireid.verifier.video import Film, Progress, file_sha256
 
 Array = NDArray[np.float64]
 #: Rectified pixels to the millimetre, and the most along either side.
@@ -47,24 +47,19 @@ SPECK_SHARE = 0.002
 
 
 def verify_published(
-    video: Path,
-    badge: Badge,
-    *,
-    claimed_id: str | None,
-    focal_px: float | None = None,
-    corners: Corners | None = None,
-    progress: Callable[[int, int | None], None] | None = None,
+    video: Path, claim: Claim, *, corners: Corners | None = None, progress: Progress | None = None
 ) -> Report:
     """Score a film as the published pipeline does.
 
-    Parameters: as `verify.verify`; corners: the striped region's corners at some frames, in place of markers.
+    Parameters: as `film.verify`, of whose claim badge, identity and focal length are looked at; corners: the striped
+        region's corners at some frames, in place of markers.
     Returns: Report; an identity is never read, so a claim of one stays open.
     Raises: MediaError where the film cannot be read.
     Source: module docstring.
     """
     begun = time.perf_counter()
     film = Film(video)
-    reader = PublishedReader(badge, corners, (film.width, film.height), focal_px)
+    reader = PublishedReader(claim.badge, corners, (film.width, film.height), claim.focal_px)
     read = 0
     for frame in film.frames_ahead():
         read += 1
@@ -74,8 +69,8 @@ def verify_published(
     measured, place = np.unwrap(reader.phases), np.array(reader.places)
     invariant = judge(measured, place, read)
     reasons = invariant.reasons
-    identity = Identity("unreadable" if claimed_id else "not_claimed", (), claimed_id=claimed_id)
-    if claimed_id is not None:
+    identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
+    if claim.badge_id is not None:
         text = "The published pipeline does not read identities, so it cannot say whose badge this is."
         reasons += (Reason("identity", "undecided", None, None, "", text),)
     total_s = round(time.perf_counter() - begun, 4)
@@ -84,7 +79,7 @@ def verify_published(
         reasons,
         invariant,
         identity,
-        badge,
+        claim.badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
         {"read": read, "tracked": len(place)},
         {"total_s": total_s, "stages": {"film": total_s}},

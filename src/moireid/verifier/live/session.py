@@ -34,7 +34,8 @@ from moireid.verifier.live.challenge import (
 )
 from moireid.verifier.live.clock import MOST_LATE, BoundedClock
 from moireid.verifier.reasons import Reason, worst
-from moireid.verifier.session.chapters import Claim, identity_of, invariant_of
+from moireid.verifier.session.chapters import identity_of, invariant_of
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.streaming import Running, Verifier
 from moireid.verifier.tracking.markers import marker_corners_mm

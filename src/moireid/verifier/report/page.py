@@ -14,7 +14,7 @@ import cv2
 
 from moireid.files import planned, write_text
 from moireid.verifier.report.plots import parallax_of, plots_of, timeline_plot
-from moireid.verifier.session.film import Report
+from moireid.verifier.session.result import Report
 
 WORDS = {
     "accept": "The fringes moved as only a real badge's do, and the badge is the one claimed.",

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.motion.figures import WINDOW_FRAMES, window_correlations
-from moireid.verifier.session.film import Report
+from moireid.verifier.session.result import Report
 
 INK, PREDICTED, MEASURED, PALE = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6"
 SEGMENT_COLOURS = {"accept": "#1c7c4a", "reject": "#b3261e", "inconclusive": "#c9ced6"}

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from moireid.verifier.reasons import Reason, json_number, worst
-from moireid.verifier.session.chapters import Chapter, Claim, identity_of, invariant_of, judge_chapter
+from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of, judge_chapter
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 
 #: Of one claimed identity, a broken law is told before one that is kept, and that before an open one.

@@ -12,8 +12,9 @@ from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
 from moireid.verifier.identity.compare_built import measure_built
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
-from moireid.verifier.tracking.badge_tracker import Progress
+from moireid.verifier.video import Progress
 
 
 def capture_as_built(
@@ -36,7 +37,7 @@ def capture_as_built(
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
     parts = []
     for video in videos:
-        report = verify(video, badge, claimed_id=badge.id, focal_px=focal_px, progress=progress)
+        report = verify(video, Claim(badge, badge.id, focal_px), progress=progress)
         if report.verdict != "accept" or report.measurement is None:
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")

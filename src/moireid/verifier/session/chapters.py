@@ -17,8 +17,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from moireid.asbuilt import AsBuilt
-from moireid.badge import Badge
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
 from moireid.verifier.identity.compare_built import compare_built, measure_built
 from moireid.verifier.identity.decode import Identity, judge_identity
@@ -26,6 +24,7 @@ from moireid.verifier.motion.figures import WINDOW_FRAMES
 from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals
 from moireid.verifier.motion.segments import Segment, judge_segments, part_of
 from moireid.verifier.reasons import Level, Reason
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.tracking.badge_tracker import Track
 
 #: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.
@@ -35,21 +34,6 @@ CHAPTER_FRAMES = 1800
 OVERLAP_FRAMES = 240
 #: Fewer frames than two windows say nothing about motion.
 MIN_FRAMES = 2 * WINDOW_FRAMES
-
-
-@dataclass(frozen=True)
-class Claim:
-    """What is held against the film: the badge, the id that must be read, and the badge as it was enrolled.
-
-    badge: of the claim, or any badge of the same layout; badge_id: None where no identity is claimed; focal_px: where
-    it is known; require_original: reject a copy, and leave open what cannot be told from one.
-    """
-
-    badge: Badge
-    badge_id: str | None = None
-    focal_px: float | None = None
-    as_built: AsBuilt | None = None
-    require_original: bool = False
 
 
 @dataclass(frozen=True)

@@ -20,109 +20,54 @@ Of several badges in view the verdict is of one alone (`line`); its place is in 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field
-from importlib import resources
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
-from moireid import __version__
-from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.decode import Identity
-from moireid.verifier.motion.judge import Invariant
-from moireid.verifier.motion.segments import Segment
-from moireid.verifier.reasons import Reason, Verdict, json_number, worst
-from moireid.verifier.session.chapters import Chapter, Claim, identity_of, invariant_of
-from moireid.verifier.session.overlap import Overlap, OverlapWatch
+from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.overlap import OverlapWatch
+from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Verifier
-from moireid.verifier.tracking.badge_tracker import Progress, Track, no_track
-from moireid.verifier.video import Film, file_sha256
-
-#: Of the JSON report; within one, keys are only added.
-REPORT_FORMAT = 1
-
-
-@dataclass(frozen=True)
-class Report:
-    """The verdict with all that it rests on; `to_json` is the contract's object."""
-
-    verdict: Verdict
-    reasons: tuple[Reason, ...]
-    invariant: Invariant
-    identity: Identity
-    badge: Badge
-    film: dict[str, Any]
-    frames: dict[str, int]
-    timing: dict[str, Any]
-    left_out: tuple[str, ...]
-    track: Track = field(repr=False)
-    measurement: Measurement | None = field(default=None, repr=False)
-    pipeline: str = "moireid"
-    segments: tuple[Segment, ...] = ()
-    region: dict[str, Any] | None = None
-    overlap: Overlap | None = None
-
-    def to_json(self) -> dict[str, Any]:
-        """The object that `verify --json` prints, as `report_schema` describes it."""
-        camera = self.measurement.camera if self.measurement else None
-        return {
-            "format": REPORT_FORMAT,
-            "verdict": self.verdict,
-            "reasons": [reason.to_json() for reason in self.reasons],
-            "invariant": self.invariant.to_json(),
-            "identity": self.identity.to_json(),
-            "badge": {"id": self.badge.id, "name": self.badge.name},
-            "camera": {
-                "focal_px": json_number(camera.focal_px),
-                "focal_sd_px": json_number(camera.focal_sd_px),
-                "focal_given": camera.focal_given,
-                "shutter_s": json_number(camera.shutter_s),
-                "distortion_k1": json_number(camera.bend_k1),
-                "distortion_sd": json_number(camera.bend_sd),
-            }
-            if camera
-            else None,
-            "frames": self.frames,
-            "segments": [segment.to_json() for segment in self.segments],
-            "mirrored": self.track.mirrored,
-            "region": self.region,
-            "overlap": self.overlap.to_json() if self.overlap else None,
-            "pipeline": self.pipeline,
-            "timing": self.timing,
-            "left_out": list(self.left_out),
-            "input": self.film,
-            "moireid": __version__,
-        }
+from moireid.verifier.tracking.badge_tracker import no_track
+from moireid.verifier.video import Film, Progress, file_sha256
 
 
 def verify(
     video: Path,
-    badge: Badge,
+    claim: Claim,
     *,
-    claimed_id: str | None,
-    focal_px: float | None = None,
-    as_built: AsBuilt | None = None,
-    require_original: bool = False,
     revoked: str | None = None,
     overlap: bool = False,
     progress: Progress | None = None,
 ) -> Report:
-    """Verify a film.
+    """Verify a film against a claim.
 
-    Parameters: badge: of the claim, or any badge of the same layout; claimed_id: the id that must be read, None
-        where no identity is claimed; focal_px: where it is known; as_built: the badge's figures from enrolment;
-        require_original: reject a copy, and leave open what cannot be told from one; revoked: the reason for which
-        the claimed badge was revoked; overlap: ask that the badge passes before the face, and obeys the law there
-        (`overlap`); progress: called with frames read and expected.
-    Convention: verdict "accept" needs both invariant and identity; without a claim the invariant alone.
-    Returns: Report.
-    Raises: MediaError where the film cannot be read; MissingExtraError where the face detector is missing.
-    Source: steps of the module docstring.
+    Parameters
+    ----------
+    video: path of the film
+    claim: the badge, the identity that must be read, and what else is known of it
+    revoked: the reason for which the claimed badge was revoked, if it was
+    overlap: ask that the badge passes before the face, and obeys the law there (`overlap`)
+    progress: called with frames read, and frames expected where the file says
+
+    Returns
+    -------
+    The report.  Its verdict "accept" needs both invariant and identity; without a claimed identity the invariant alone.
+
+    Raises
+    ------
+    MediaError: the film cannot be read
+    MissingExtraError: the face detector is missing
+
+    Notes
+    -----
+    The steps, and the policy, are those of the module docstring.
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
-    claim = Claim(badge, claimed_id, focal_px, as_built, require_original)
     seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
@@ -144,11 +89,11 @@ def verify(
         reasons,
         invariant,
         identity,
-        badge,
+        claim.badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
         {"read": seen.read, "tracked": seen.tracked},
         timing,
-        _left_out(badge, shown.measurement),
+        _left_out(claim.badge, shown.measurement),
         shown.track or no_track(seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
@@ -196,11 +141,6 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
         for name, seconds in chapter.stages_s.items():
             stages[name] = stages.get(name, 0.0) + seconds
     return _Seen(verifier, watch, chapters, read, stages)
-
-
-def report_schema() -> str:
-    """JSON Schema (2020-12) of `Report.to_json`, as text."""
-    return resources.files("moireid").joinpath("schema/report.schema.json").read_text(encoding="utf-8")
 
 
 def _left_out(badge: Badge, measurement: Measurement | None) -> tuple[str, ...]:

@@ -17,8 +17,10 @@ from moireid.errors import CodeError, SpecError
 from moireid.idcodes import PartialWord
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason
-from moireid.verifier.session.film import Report, verify
-from moireid.verifier.tracking.badge_tracker import Progress
+from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.film import verify
+from moireid.verifier.session.result import Report
+from moireid.verifier.video import Progress
 
 Finding = Literal["found", "nobody", "inconclusive"]
 
@@ -73,7 +75,7 @@ def identify(
     outcomes = []
     for layout in layouts:
         try:
-            report = verify(video, layout, claimed_id=None, focal_px=focal_px, progress=progress)
+            report = verify(video, Claim(layout, focal_px=focal_px), progress=progress)
         except (SpecError, CodeError) as error:
             # One badge that nobody can read must not keep all others from being found.
             text = f"One badge layout in the registry cannot be checked: {error}."

@@ -7,7 +7,7 @@ phase cells are kept of at most `SAMPLE_FRAMES` frames, evenly spread over a tra
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import cv2
@@ -27,7 +27,6 @@ from moireid.verifier.video import Frame
 Array = NDArray[np.float64]
 #: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
-Progress = Callable[[int, int | None], None]  #: Frames read, and frames expected if the file says.
 
 
 @dataclass(frozen=True)

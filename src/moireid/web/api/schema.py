@@ -9,7 +9,7 @@ from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 
-from moireid.verifier.session.film import report_schema
+from moireid.verifier.session.result import report_schema
 from moireid.web.auth.roles import rules_of
 
 REPORT = {"$ref": "#/components/schemas/Report"}

@@ -29,6 +29,7 @@ from moireid.errors import MoireIdError
 from moireid.lenticule import know_law
 from moireid.registry import Claimed, People
 from moireid.verifier.report.page import pictures_of, write_report
+from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
 from moireid.web.jobs.enroll_work import measure_capture
@@ -60,16 +61,8 @@ def verify_film(
 ) -> None:
     """What `moireid verify --json` prints; with `report` also the files of `moireid verify --report`, and the plots."""
     _know(laws)
-    made = verify(
-        video,
-        found.badge,
-        claimed_id=found.badge.id,
-        focal_px=focal_px,
-        as_built=found.as_built,
-        require_original=require_original,
-        revoked=found.revoked,
-        progress=progress,
-    )
+    claim = Claim(found.badge, found.badge.id, focal_px, found.as_built, require_original)
+    made = verify(video, claim, revoked=found.revoked, progress=progress)
     tell({"result": made.to_json()})
     if not report:
         return

@@ -48,7 +48,7 @@ def _serve(source: BinaryIO, start: dict[str, Any]) -> None:
     from moireid.badge import badge_from_json
     from moireid.verifier.live.challenge import Prompt
     from moireid.verifier.live.session import LiveCheck
-    from moireid.verifier.session.chapters import Claim
+    from moireid.verifier.session.claim import Claim
 
     # The running verdict has a thread of its own; one more would take time from other sessions.
     cv2.setNumThreads(1)

@@ -1,0 +1,78 @@
+"""The verdict with all that it rests on, and its JSON."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from importlib import resources
+from typing import Any
+
+from moireid import __version__
+from moireid.badge import Badge
+from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.identity.decode import Identity
+from moireid.verifier.motion.judge import Invariant
+from moireid.verifier.motion.segments import Segment
+from moireid.verifier.reasons import Reason, Verdict, json_number
+from moireid.verifier.session.overlap import Overlap
+from moireid.verifier.tracking.badge_tracker import Track
+
+#: Of the JSON report; within one, keys are only added.
+REPORT_FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Report:
+    """The verdict with all that it rests on; `to_json` is the contract's object."""
+
+    verdict: Verdict
+    reasons: tuple[Reason, ...]
+    invariant: Invariant
+    identity: Identity
+    badge: Badge
+    film: dict[str, Any]
+    frames: dict[str, int]
+    timing: dict[str, Any]
+    left_out: tuple[str, ...]
+    track: Track = field(repr=False)
+    measurement: Measurement | None = field(default=None, repr=False)
+    pipeline: str = "moireid"
+    segments: tuple[Segment, ...] = ()
+    region: dict[str, Any] | None = None
+    overlap: Overlap | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """The object that `verify --json` prints, as `report_schema` describes it."""
+        camera = self.measurement.camera if self.measurement else None
+        return {
+            "format": REPORT_FORMAT,
+            "verdict": self.verdict,
+            "reasons": [reason.to_json() for reason in self.reasons],
+            "invariant": self.invariant.to_json(),
+            "identity": self.identity.to_json(),
+            "badge": {"id": self.badge.id, "name": self.badge.name},
+            "camera": {
+                "focal_px": json_number(camera.focal_px),
+                "focal_sd_px": json_number(camera.focal_sd_px),
+                "focal_given": camera.focal_given,
+                "shutter_s": json_number(camera.shutter_s),
+                "distortion_k1": json_number(camera.bend_k1),
+                "distortion_sd": json_number(camera.bend_sd),
+            }
+            if camera
+            else None,
+            "frames": self.frames,
+            "segments": [segment.to_json() for segment in self.segments],
+            "mirrored": self.track.mirrored,
+            "region": self.region,
+            "overlap": self.overlap.to_json() if self.overlap else None,
+            "pipeline": self.pipeline,
+            "timing": self.timing,
+            "left_out": list(self.left_out),
+            "input": self.film,
+            "moireid": __version__,
+        }
+
+
+def report_schema() -> str:
+    """JSON Schema (2020-12) of `Report.to_json`, as text."""
+    return resources.files("moireid").joinpath("schema/report.schema.json").read_text(encoding="utf-8")
