@@ -29,9 +29,9 @@ from moireid.simulate.film import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Scene
-from moireid.verifier.tracking.badge_tracker import Track
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Film, Frame
 
 Array = NDArray[np.float64]

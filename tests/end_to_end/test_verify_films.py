@@ -301,7 +301,7 @@ def test_a_badge_that_faces_away_follows_the_law(ada, tmp_path, monkeypatch):
     assert report.measurement is not None
     assert np.isfinite(report.measurement.gratings[0].phase_sd_rad).all()
     monkeypatch.setattr(predict, "MAX_TANGENT", 1.5)
-    less = measure(report.track, ada)
+    less = measure(report.track)
     known = solved_parallax(report)[:, 0] < 1.3
     assert np.isfinite(less.gratings[0].phase_sd_rad[known]).all()
     assert np.isinf(less.gratings[0].phase_sd_rad[solved_parallax(report)[:, 0] > 1.5]).all()

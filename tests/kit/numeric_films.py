@@ -12,8 +12,8 @@ import numpy as np
 
 from moireid.badge import Badge, Cell
 from moireid.lenticule import view_law
-from moireid.verifier.tracking.badge_tracker import Track
 from moireid.verifier.tracking.profiles import ProfileReader, Strip
+from moireid.verifier.tracking.track import Track
 
 FRAMES, FPS, FOCAL = 90, 30.0, 1450.0
 
@@ -92,6 +92,7 @@ def filmed(badge: Badge, built: Building | None = None) -> Track:
     profiles += built.noise * rng.standard_normal(profiles.shape).astype(np.float32)
     times = np.arange(FRAMES) / FPS
     return Track(
+        badge,
         FRAMES,
         np.arange(FRAMES),
         times,

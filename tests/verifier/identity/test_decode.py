@@ -19,12 +19,13 @@ from moireid.designer import Request, design_badge, payload_for_name, payload_fr
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.cell_phase import uniform_fields
 from moireid.verifier.identity.decode import Identity, judge_identity, read_identity
-from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.track import Track
 
 
 def judged(track: Track, layout: Badge, claimed_id: str | None = None) -> Identity:
     """`layout` is the badge that is claimed, of which nothing but the layout may be used."""
-    return judge_identity(track, measure(track, layout, focal_px=FOCAL), layout, claimed_id=claimed_id)
+    track = replace(track, badge=layout)
+    return judge_identity(track, measure(track, focal_px=FOCAL), claimed_id=claimed_id)
 
 
 @pytest.fixture(scope="module")
@@ -165,12 +166,12 @@ def test_a_twist_that_evenly_lying_rows_cannot_tell_is_told_by_the_code(degrees)
     badge = design_badge(Request("Even", size_mm=(150.0, 170.0)), payload_from_hex("00112233445566778899aabbccddeeff"))
     twist = 2 * math.pi * math.tan(math.radians(degrees)) / badge.lens.pitch_mm
     track = filmed(badge, Building(scale=1.001, offset_rad=1.0, twist_rad_per_mm=twist))
-    measurement = measure(track, badge, focal_px=FOCAL)
-    reading = read_identity(track, measurement, badge)
+    measurement = measure(track, focal_px=FOCAL)
+    reading = read_identity(track, measurement)
     assert reading.decoded.payload.hex() == badge.id and reading.decoded.corrected == 0
     assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
     # Beyond 0.3 degrees the other twist, 0.65 degrees away, lies within what is sought.
-    assert len(uniform_fields(track, measurement, badge, 0)) == {0.2: 1, 0.24: 1, 0.33: 2}.get(abs(degrees), 2)
+    assert len(uniform_fields(track, measurement, 0)) == {0.2: 1, 0.24: 1, 0.33: 2}.get(abs(degrees), 2)
 
 
 @pytest.mark.parametrize("degrees", [-0.23, -0.21, 0.21, 0.23])
@@ -180,7 +181,7 @@ def test_rows_that_a_twist_turns_against_one_another_still_tell_it(ada, degrees)
     """
     twist = 2 * math.pi * math.tan(math.radians(degrees)) / ada.lens.pitch_mm
     track = filmed(ada, Building(noise=25.0, twist_rad_per_mm=twist))
-    reading = read_identity(track, measure(track, ada, focal_px=FOCAL), ada)
+    reading = read_identity(track, measure(track, focal_px=FOCAL))
     assert reading.fields[0].twist_rad_per_mm == pytest.approx(twist, abs=0.002)
     assert reading.decoded.payload.hex() == ada.id
 

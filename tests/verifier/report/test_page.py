@@ -46,7 +46,7 @@ def report_of(
     """A report on a film of `badge`, of which the verdict, names and paths may be put in."""
     track = replace(filmed(badge, TYPICAL), frames_read=FRAMES + 3)
     track = replace(track, snapshot=np.tile(np.arange(60, dtype=np.uint8) * 4, (40, 1)) if tracked else None)
-    measurement = measure(track, badge, focal_px=1450.0)
+    measurement = measure(track, focal_px=1450.0)
     camera = replace(measurement.camera, focal_px=1432.1, focal_sd_px=11.2, focal_given=False, shutter_s=0.0123)
     measurement = replace(measurement, camera=camera)
     invariant = judge_invariant(measurement)
@@ -65,12 +65,11 @@ def report_of(
         invariant.reasons + who.reasons,
         invariant,
         who,
-        replace(badge, name=name or badge.name),
         film,
         {"read": FRAMES + 3, "tracked": FRAMES},
         {"total_s": 3.21, "stages": {"decode": 1.0, "find": 2.0}},
         ("colour",),
-        track,
+        replace(track, badge=replace(badge, name=name or badge.name)),
         measurement if tracked else None,
         segments=SEGMENTS if tracked else (),
     )

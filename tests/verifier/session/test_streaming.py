@@ -18,8 +18,8 @@ from moireid.verifier.motion.segments import SEGMENT_S, judge_segments
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
 from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter
-from moireid.verifier.tracking.badge_tracker import no_track
 from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Frame
 
 
@@ -137,7 +137,7 @@ def test_a_running_verdict_comes_every_second_and_knows_no_future(films, prototy
 def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
     """Catches: the guess made while a badge is held still, taken as given from then on: no error bar, never anew."""
     asked: list[float | None] = []
-    empty = judge_chapter(no_track(240, (64, 64)), Claim(prototype))
+    empty = judge_chapter(no_track(prototype, 240, (64, 64)), Claim(prototype))
     camera = SimpleNamespace(focal_px=1500.0, tangent_sd=(sd, sd))
 
     def judged(track, claim):
@@ -147,7 +147,7 @@ def test_a_focal_length_that_is_a_guess_is_not_kept(prototype, monkeypatch, sd):
     monkeypatch.setattr(stream, "judge_chapter", judged)
     live = Verifier(Claim(prototype))
     for tracked in (60, 90, 130, 240, 240, 240):
-        live._judged_now(replace(no_track(tracked, (64, 64)), times_s=np.arange(tracked) / 30))
+        live._judged_now(replace(no_track(prototype, tracked, (64, 64)), times_s=np.arange(tracked) / 30))
     kept = [None, 1500.0, None, 1500.0, 1500.0, 1500.0]
     assert asked == (kept if sd < 0.03 else [None] * 6)
 

@@ -13,7 +13,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.verifier.tracking.badge_tracker import Track
+    from moireid.verifier.tracking.track import Track
 
 #: The picture is cut to what a swaying badge needs at 1 m; pixels to the millimetre are those of 1080p.
 WIDTH, HEIGHT, FOCAL_PX = 1024, 576, 1450.0
@@ -96,13 +96,13 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     }
     if report.measurement is None:
         return row
-    readings = read_identity(report.track, report.measurement, badge).cells
+    readings = read_identity(report.track, report.measurement).cells
     for (index, cell), true in true_phases_rad(clip.payload, badge.gratings).items():
         reading = readings[index][cell]
         row["phase_error_rad"].append(math.remainder(reading.free_rad - true, 2 * math.pi))
         row["cells_wrong"] += abs(math.remainder(reading.phase_rad - true, 2 * math.pi)) > math.pi / 4
         row["phase_sd_rad"].append(reading.phase_sd)
-    as_built = measure_built(report.track, report.measurement, badge, report.invariant)
+    as_built = measure_built(report.track, report.measurement, report.invariant)
     row["as_built"] = as_built.to_json()
     # The sheet's pitch in page units: what is true of it in mm, over the scale of the print.
     lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale
@@ -133,9 +133,9 @@ def read_shorter(track: Track, badge: Badge, frames: int) -> dict[str, Any]:
         cell_frames=track.cell_frames[kept],
     )
     clock = time.perf_counter()
-    measurement = measure(short, badge, focal_px=FOCAL_PX)
+    measurement = measure(short, focal_px=FOCAL_PX)
     measured = time.perf_counter()
-    reading = read_identity(short, measurement, badge)
+    reading = read_identity(short, measurement)
     done = time.perf_counter()
     true = true_phases_rad(bytes.fromhex(badge.id or ""), badge.gratings)
     found = [reading.cells[grating][cell] for grating, cell in true]

@@ -32,8 +32,8 @@ from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.result import Report
-from moireid.verifier.tracking.badge_tracker import no_track
 from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Progress, file_sha256
 
 Array = NDArray[np.float64]
@@ -79,12 +79,11 @@ def verify_published(
         reasons,
         invariant,
         identity,
-        claim.badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
         {"read": read, "tracked": len(place)},
         {"total_s": total_s, "stages": {"film": total_s}},
         ("identity", "gain"),
-        no_track(read, (film.width, film.height)),
+        no_track(claim.badge, read, (film.width, film.height)),
         None,
         pipeline="published",
     )

@@ -19,8 +19,8 @@ from moireid.verifier.camera.smoothing import smooth_camera, stretches, without_
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, held_rad, measure_strip
-from moireid.verifier.tracking.badge_tracker import Track
 from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
 #: Print scale (0.5 %) and lens pitch (0.3 %) shift every beat by up to this share of 1 / p_f.
@@ -88,7 +88,7 @@ class Measurement:
     stages_s: dict[str, float] = field(default_factory=dict)
 
 
-def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Measurement:
+def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     """Measure a track of at least a few frames.
 
     Parameters: focal_px: focal length in pixels where it is known, else it is solved for.
@@ -96,7 +96,7 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     Returns: Measurement.
     Source: `camera`, `predict`, `fringe`, and the combination in `_combine`.
     """
-    clock = time.perf_counter()
+    clock, badge = time.perf_counter(), track.badge
     page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
     homogeneous = np.column_stack([page_mm, np.ones(len(page_mm))])
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)

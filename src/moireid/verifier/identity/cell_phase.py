@@ -18,8 +18,8 @@ from moireid.badge import Badge
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.waveform import Complex, learn_waveform, match_cost, match_phase, match_symbol, waveform
-from moireid.verifier.tracking.badge_tracker import Track
 from moireid.verifier.tracking.profiles import Strip
+from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
 #: Left out at a cell's ends, mm, or a fifth of it: there the picture's blur mixes neighbours.
@@ -74,9 +74,7 @@ class Field:
     middle_mm: float
 
 
-def read_cells(
-    track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field
-) -> dict[int, CellPhase]:
+def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> dict[int, CellPhase]:
     """Phases of all phase cells of one grating, by cell index, against one of its `uniform_fields`.
 
     Convention: phase positive where the cell's fringe is ahead, that is where its lines are shifted back.
@@ -88,7 +86,7 @@ def read_cells(
     rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
     if not rows:
         return {}
-    shape = _shape(track, measurement, badge, grating, field)
+    shape, badge = _shape(track, measurement, grating, field), track.badge
     found: dict[int, CellPhase] = {}
     costs: dict[int, Array] = {}
     views: dict[int, tuple[Array, Array]] = {}
@@ -138,20 +136,20 @@ def _in_contrasts(profiles: NDArray[np.float32], field: Field, frames: NDArray[n
     return np.asarray((profiles - field.level[frames, None]) / np.maximum(field.contrast[frames], 1.0)[:, None])
 
 
-def _shape(track: Track, measurement: Measurement, badge: Badge, grating: int, field: Field) -> Complex:
+def _shape(track: Track, measurement: Measurement, grating: int, field: Field) -> Complex:
     """The fringe's shape, learnt from the reference rows, whose beat the cells share."""
-    code = badge.gratings[grating].code
+    code = track.badge.gratings[grating].code
     assert code is not None
     frames = np.unique(np.linspace(0, track.tracked - 1, min(SHAPE_FRAMES, track.tracked)).astype(int))
     seen, phases = [], []
     for index, strip in enumerate(track.strips):
         if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
             seen.append(_in_contrasts(track.profiles[index][frames], field, frames).ravel())
-            phases.append(_field_phase(badge, strip, measurement.camera_mm, field, frames).ravel())
+            phases.append(_field_phase(track.badge, strip, measurement.camera_mm, field, frames).ravel())
     return learn_waveform(np.concatenate(seen), np.concatenate(phases))
 
 
-def uniform_fields(track: Track, measurement: Measurement, badge: Badge, grating: int) -> list[Field]:
+def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list[Field]:
     """The fields that a grating's uniform rows may have, the likeliest first.
 
     Convention: clock + twist (across - middle) + law is the phase of a uniform row anywhere on the grating.
@@ -159,6 +157,7 @@ def uniform_fields(track: Track, measurement: Measurement, badge: Badge, grating
     Rows that lie evenly cannot tell a twist from one that adds a turn from each row to the next; so there may be
     several, and the code says which is right: with a wrong one whole rows of symbols are wrong.
     """
+    badge = track.badge
     code = badge.gratings[grating].code
     assert code is not None
     rect, axis = badge.gratings[grating].rect_mm, 0 if badge.gratings[grating].axis == "x" else 1

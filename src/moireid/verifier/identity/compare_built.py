@@ -20,7 +20,7 @@ from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason
-from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.track import Track
 
 Built = Literal["original", "copy", "not_known"]
 #: Paper grows by up to this share between enrolment and any later day; 0.1 % is a change of some 20 % of relative
@@ -42,7 +42,7 @@ class Comparison:
     reasons: tuple[Reason, ...]
 
 
-def measure_built(track: Track, measurement: Measurement, badge: Badge, invariant: Invariant) -> AsBuilt:
+def measure_built(track: Track, measurement: Measurement, invariant: Invariant) -> AsBuilt:
     """The as-built figures that one film gives.
 
     Convention: as `AsBuilt`.
@@ -51,10 +51,11 @@ def measure_built(track: Track, measurement: Measurement, badge: Badge, invarian
     Source: `cells.uniform_fields` of the first grating that carries a code; the offset is the mean of measured less
         predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
     """
+    badge = track.badge
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
     if index is None or badge.id is None or invariant.gain_ratio is None or invariant.gain_sd is None:
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
-    reading = read_identity(track, measurement, badge)
+    reading = read_identity(track, measurement)
     field = reading.fields[index]
     code = badge.gratings[index].code
     assert code is not None

@@ -9,14 +9,13 @@ from typing import Any, Literal
 
 import numpy as np
 
-from moireid.badge import Badge
 from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
 from moireid.optics import beat_period_mm
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
 from moireid.verifier.motion.figures import MAX_VAGUER
 from moireid.verifier.reasons import Level, Reason, json_number
-from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.track import Track
 
 #: The cells' fringes must move with the rows'.  Genuine films gave 0.96 and more, cells that are a picture 0; a third
 #: of the cells may be covered.
@@ -76,20 +75,21 @@ class Reading:
     cell_motion: float | None = None
 
 
-def read_identity(track: Track, measurement: Measurement, badge: Badge) -> Reading:
+def read_identity(track: Track, measurement: Measurement) -> Reading:
     """Decode the gratings that carry a code.
 
-    Convention: only the layout of `badge` is used.
+    Convention: only the layout of the track's badge is used.
     Source: where the uniform rows leave several fields open, that with which a payload decodes; else the likeliest.
     """
+    badge = track.badge
     coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
-    options = [uniform_fields(track, measurement, badge, index) for index in coded]
+    options = [uniform_fields(track, measurement, index) for index in coded]
     first: Reading | None = None
     for chosen in itertools.product(*options):
         fields = dict(zip(coded, chosen, strict=True))
-        shifted = {index: read_cells(track, measurement, badge, index, field) for index, field in fields.items()}
+        shifted = {index: read_cells(track, measurement, index, field) for index, field in fields.items()}
         cells = tuple(
-            tuple(_cell_readings(track, measurement, badge, index, shifted.get(index, {})))
+            tuple(_cell_readings(track, measurement, index, shifted.get(index, {})))
             for index in range(len(badge.gratings))
         )
         if not coded:
@@ -108,13 +108,13 @@ def read_identity(track: Track, measurement: Measurement, badge: Badge) -> Readi
     return first
 
 
-def judge_identity(track: Track, measurement: Measurement, badge: Badge, *, claimed_id: str | None) -> Identity:
+def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | None) -> Identity:
     """Decode, then compare with the claim; `claimed_id` None asks for the decoding alone.
 
     Convention: the score is the distance of the symbols from confusion: 1 where each lies on its place, 0 where the
     worst one that was used is as near to its neighbour; negative for another identity.
     """
-    reading = read_identity(track, measurement, badge)
+    reading, badge = read_identity(track, measurement), track.badge
     decoded, readings = reading.decoded, reading.cells
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), 0)
     coded = badge.gratings[index]
@@ -182,7 +182,7 @@ def _compare(
 
 
 def _cell_readings(
-    track: Track, measurement: Measurement, badge: Badge, index: int, shifted: dict[int, CellPhase]
+    track: Track, measurement: Measurement, index: int, shifted: dict[int, CellPhase]
 ) -> list[CellReading]:
     """One reading a cell of a grating; a uniform cell's strips are taken together, weighted by their error bars.
 
@@ -191,7 +191,7 @@ def _cell_readings(
     """
     clearest = min((float(np.median(p.phase_sd_rad)) for p in measurement.strips if p is not None), default=math.inf)
     readings = []
-    for cell in range(len(badge.gratings[index].cells)):
+    for cell in range(len(track.badge.gratings[index].cells)):
         if cell in shifted:
             seen = shifted[cell]
             readings.append(CellReading(math.nan, math.inf, seen.phase_rad, seen.phase_sd_rad, seen.free_rad))

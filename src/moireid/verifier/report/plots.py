@@ -196,7 +196,7 @@ def _band_plot(report: Report) -> str:
 def _symbol_plot(report: Report) -> str:
     """Phase of every cell on a circle; the spokes are where symbols lie, a dot's distance out is how sure it is."""
     assert report.measurement is not None
-    readings = read_identity(report.track, report.measurement, report.badge).cells
+    readings = read_identity(report.track, report.measurement).cells
     found = [cell for row in readings for cell in row if np.isfinite(cell.phase_sd)]
     phase = np.array([cell.phase_rad for cell in found])
     sure = 1.0 / (1.0 + np.array([cell.phase_sd for cell in found]))

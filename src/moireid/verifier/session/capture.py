@@ -41,5 +41,5 @@ def capture_as_built(
         if report.verdict != "accept" or report.measurement is None:
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
-        parts.append(measure_built(report.track, report.measurement, badge, report.invariant))
+        parts.append(measure_built(report.track, report.measurement, report.invariant))
     return replace(merge(parts), measured_scale=measured_scale)

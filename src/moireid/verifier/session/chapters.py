@@ -25,7 +25,7 @@ from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_sign
 from moireid.verifier.motion.segments import Segment, judge_segments, part_of
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.track import Track
 
 #: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.
 CHAPTER_FRAMES = 1800
@@ -84,14 +84,14 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
             track,
             None,
         )
-    measurement = measure(track, claim.badge, focal_px=claim.focal_px)
+    measurement = measure(track, focal_px=claim.focal_px)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
     invariant = judge_invariant(measurement)
     segments = judge_segments(measurement, repeated)
     stages["invariant"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    identity = judge_identity(track, measurement, claim.badge, claimed_id=claim.badge_id)
+    identity = judge_identity(track, measurement, claimed_id=claim.badge_id)
     stages["identity"] = time.perf_counter() - clock
     identity, built_reasons = _judge_built(track, measurement, invariant, identity, claim)
     signals = tuple(part_of(signal, slice(repeated, None)) for signal in measurement.gratings)
@@ -178,12 +178,12 @@ def _judge_built(
     track: Track, measurement: Measurement, invariant: Invariant, identity: Identity, claim: Claim
 ) -> tuple[Identity, tuple[Reason, ...]]:
     """The identity with what is known of the building, and the reasons for it."""
-    as_built, badge = claim.as_built, claim.badge
+    as_built = claim.as_built
     if as_built is not None:
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
     if as_built is not None and identity.verdict == "match" and invariant.verdict == "accept":
-        comparison = compare_built(measure_built(track, measurement, badge, invariant), as_built, badge)
+        comparison = compare_built(measure_built(track, measurement, invariant), as_built, track.badge)
         identity, reasons = replace(identity, built=comparison.built), comparison.reasons
     if not claim.require_original or identity.verdict != "match":
         return identity, reasons

@@ -31,7 +31,7 @@ from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Verifier
-from moireid.verifier.tracking.badge_tracker import no_track
+from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Progress, file_sha256
 
 
@@ -89,12 +89,11 @@ def verify(
         reasons,
         invariant,
         identity,
-        claim.badge,
         {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
         {"read": seen.read, "tracked": seen.tracked},
         timing,
         _left_out(claim.badge, shown.measurement),
-        shown.track or no_track(seen.read, (film.width, film.height)),
+        shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
         region=judged.region(),

@@ -14,7 +14,7 @@ from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.motion.segments import Segment
 from moireid.verifier.reasons import Reason, Verdict, json_number
 from moireid.verifier.session.overlap import Overlap
-from moireid.verifier.tracking.badge_tracker import Track
+from moireid.verifier.tracking.track import Track
 
 #: Of the JSON report; within one, keys are only added.
 REPORT_FORMAT = 1
@@ -28,7 +28,6 @@ class Report:
     reasons: tuple[Reason, ...]
     invariant: Invariant
     identity: Identity
-    badge: Badge
     film: dict[str, Any]
     frames: dict[str, int]
     timing: dict[str, Any]
@@ -39,6 +38,11 @@ class Report:
     segments: tuple[Segment, ...] = ()
     region: dict[str, Any] | None = None
     overlap: Overlap | None = None
+
+    @property
+    def badge(self) -> Badge:
+        """The badge that the film was held against."""
+        return self.track.badge
 
     def to_json(self) -> dict[str, Any]:
         """The object that `verify --json` prints, as `report_schema` describes it."""

@@ -19,8 +19,9 @@ from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.tracking.badge_tracker import BadgeTracker, Track
+from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
 
 #: The running verdict is of so many of the last tracked frames, made anew after so much of the film.

@@ -4,6 +4,6 @@ markers.py         markers found in a picture             page_groups.py     whi
 template.py        the markers as a picture shows them    registration.py    the page aligned to its print
 borders.py         the gratings' borders, where only two markers are seen
 smeared_frames.py  frames that motion smeared             profiles.py        brightness along each row
-even_sample.py     a bounded, even sample of frames       badge_tracker.py   one badge over the frames
-scene_tracker.py   all badges in view
+even_sample.py     a bounded, even sample of frames       track.py           what a film shows of one badge
+badge_tracker.py   one badge over the frames              scene_tracker.py   all badges in view
 """

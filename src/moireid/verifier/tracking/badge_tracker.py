@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -19,51 +19,15 @@ from moireid.verifier.tracking.borders import borders_of
 from moireid.verifier.tracking.even_sample import EvenSample
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.page_groups import same_page
-from moireid.verifier.tracking.profiles import ProfileReader, Strip
+from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
+from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 #: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
-
-
-@dataclass(frozen=True)
-class Track:
-    """The badge over the film: T tracked frames of the `frames_read` that were read.
-
-    homographies (T, 3, 3) page mm -> px; correlations (T,) of picture and print; profiles: one array a strip, counts:
-    (T, N) of a uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the
-    board of the best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge
-    mirror-wise (a self-view) and was turned back before it was measured; vague (T, 2): as `Registration.vague`, None
-    where every frame is 1.
-    """
-
-    frames_read: int
-    frame_numbers: NDArray[np.int64]
-    times_s: Array
-    homographies: Array
-    correlations: Array
-    profiles: tuple[NDArray[np.float32], ...]
-    cell_frames: NDArray[np.int64]
-    strips: tuple[Strip, ...]
-    image_px: tuple[int, int]
-    mirrored: bool = False
-    snapshot: NDArray[np.uint8] | None = None
-    vague: Array | None = None
-    stages_s: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def tracked(self) -> int:
-        """Number of frames in which the badge was found and registered."""
-        return len(self.times_s)
-
-
-def no_track(frames_read: int, image_px: tuple[int, int]) -> Track:
-    """The track of a film in which no badge was followed."""
-    none, flat = np.zeros(0, np.int64), np.zeros(0)
-    return Track(frames_read, none, flat, np.zeros((0, 3, 3)), flat, (), none, (), image_px)
 
 
 @dataclass(frozen=True)
@@ -221,6 +185,7 @@ class BadgeTracker:
         kept = places >= first
         cells = [item for item, keep in zip(self._cells.items, kept, strict=True) if keep]
         return Track(
+            badge=self._badge,
             frames_read=self.frames_read,
             frame_numbers=np.array(self._numbers[first:], np.int64),
             times_s=np.array(self._times[first:], float),
