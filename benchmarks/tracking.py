@@ -30,7 +30,7 @@ from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
-from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Film, Frame
 
@@ -126,7 +126,7 @@ def _read(video: Path, scene: Scene) -> Filmed:
 
 def _follow(made: Filmed, paint: Paint | None) -> tuple[Track, Array, NDArray[np.bool_], float]:
     """The track of painted frames, the true homographies, which frames show the badge, and seconds a frame."""
-    view, true, shown, spent = BadgesInView(made.badge), [], [], 0.0
+    view, true, shown, spent = SceneTracker(made.badge), [], [], 0.0
     for frame, homography in zip(made.frames, made.homographies, strict=True):
         picture, there = paint(frame.luma.copy(), frame.index, homography) if paint else (frame.luma, homography)
         begun = time.perf_counter()
@@ -274,7 +274,7 @@ def _nothing_row(name: str, badge: Badge) -> None:
     """Time a frame of a film that shows a background alone, and the first one, beside what the two searches of a frame
     and of its mirror image take that are made without looking for small markers.
     """
-    sensor, view, finder = Sensor(CAMERA, SEED), BadgesInView(badge), MarkerFinder(badge.markers)
+    sensor, view, finder = Sensor(CAMERA, SEED), SceneTracker(badge), MarkerFinder(badge.markers)
     turns = Rotation.from_rotvec(np.outer(np.linspace(0, 0.1, FRAMES), [0.0, 1.0, 0.0])).as_matrix()
     spent, plain = [], 0.0
     for index, turn in enumerate(turns):

@@ -27,7 +27,7 @@ from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.profiles import CHART_FAMILY, Printer
 from moireid.verifier.camera.plane_pose import start_poses
-from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder, marker_corners_mm
+from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, ProfileReader, counts_of
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm
 
@@ -133,14 +133,13 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     Source: `markers`, `register`, `plane_pose`, `strips`.
     """
     finder = MarkerFinder(chart.markers)
-    # Every third search looks for faded print too.
-    start = next((found for _ in range(FAINT_EVERY) if (found := finder.find(luma)) is not None), None)
-    if start is None:
+    pages = finder.pages(luma) or finder.pages(luma, faint=True)
+    if not pages:
         raise MediaError(
             f"the picture does not show this chart (markers {list(chart.markers.ids)} are not found); photograph the "
             "whole board, sharp and evenly lit, and give the pitch-test.json of this very chart"
         )
-    corners_mm = marker_corners_mm(chart.markers).reshape(-1, 2)
+    start, corners_mm = pages[0], marker_corners_mm(chart.markers).reshape(-1, 2)
     middle_mm = corners_mm.mean(axis=0)
     shrink = WORK_PX_PER_MM / scale_px_per_mm(start, middle_mm)
     # Light is averaged, not counts: where a mean runs over ink and paper, that of coded counts is off by a tenth.

@@ -18,7 +18,7 @@ from moireid.verifier.motion.segments import SEGMENT_S, judge_segments
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
 from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter
-from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Frame
 
@@ -38,7 +38,7 @@ def frames_of(*paths: Path) -> Iterator[Frame]:
 @pytest.fixture(scope="module")
 def whole(films: Path, prototype: Badge):
     """The tracks of the genuine film: all of it, and by halves."""
-    view = BadgesInView(prototype)
+    view = SceneTracker(prototype)
     tracker = view.trackers[0]
     halves = []
     for frame in frames_of(films / "genuine_1.0m.mp4"):

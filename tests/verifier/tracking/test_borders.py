@@ -19,7 +19,7 @@ from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.borders import borders_of
 from moireid.verifier.tracking.markers import marker_corners_mm
 from moireid.verifier.tracking.registration import PageRegistrar
-from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.video import Film
 
 CAMERA = Camera(width=640, height=480, focal_px=1450.0, shutter_s=0.0)
@@ -108,7 +108,7 @@ def test_a_square_of_grey_is_no_marker(prototype):
 
 def test_vague_frames_weigh_less_and_say_so(films, prototype):
     """Catches: an error bar that forgets how a pose was come by; smoothing that follows a vague frame."""
-    view = BadgesInView(prototype)
+    view = SceneTracker(prototype)
     for frame, _ in zip(Film(films / "genuine_1.0m.mp4").frames(), range(90), strict=False):
         view.push(frame)
     track = view.trackers[0].take()

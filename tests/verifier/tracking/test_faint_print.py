@@ -13,7 +13,7 @@ from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, seen_from
 from moireid.verifier.fringes.signals import ALL_HELD_RAD, SMOOTHED_SHARE, _after_smoothing
 from moireid.verifier.fringes.strip_phase import StripPhase, held_rad
 from moireid.verifier.motion.likelihood import ACCEPTED, EXPECTED, REJECTED, log10_ratio
-from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder
+from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder, faint_turns
 from moireid.verifier.tracking.page_groups import same_page
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, counts_of
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, MIN_CORRELATION, PageRegistrar, Registration
@@ -31,8 +31,8 @@ def faint():
 def test_faint_markers_are_found_by_every_third_search(faint, rng):
     """Catches: OpenCV's least spread of five counts within a marker; faint searches left out."""
     truth, picture = faint
-    finder = MarkerFinder(MARKERS)
-    pages = [finder.pages(filmed(picture, rng, noise=0.7)) for _ in range(2 * FAINT_EVERY)]
+    finder, turns = MarkerFinder(MARKERS), faint_turns()
+    pages = [finder.pages(filmed(picture, rng, noise=0.7), faint=next(turns)) for _ in range(2 * FAINT_EVERY)]
     assert [len(found) for found in pages] == [0, 0, 1, 0, 0, 1]
     assert same_page(pages[2][0], truth, CORNERS)
 

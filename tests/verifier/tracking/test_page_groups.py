@@ -27,7 +27,7 @@ from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.page_groups import MOST_PAGES, pages_of, same_page
-from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.video import Film, Frame
 
 WIDTH, HEIGHT, FPS, FRAMES = 960, 540, 30.0, 80
@@ -132,7 +132,7 @@ def test_a_forged_badge_is_not_excused_by_a_true_one(shots, ada, bob):
 
 def test_a_badge_that_leaves_and_comes_back_elsewhere_is_followed_again(shots, ada):
     """Catches: a track that ends at a cut; a second track for the one badge of a film."""
-    view = BadgesInView(ada)
+    view = SceneTracker(ada)
     grey = np.full((HEIGHT, WIDTH), 120, np.uint8)
     there = shots["ada left"][:20]
     elsewhere = [np.roll(picture, 300, axis=1) for picture in shots["ada left"][20:40]]
@@ -153,7 +153,7 @@ def with_cuts(shots):
 
 def test_after_a_cut_no_track_is_made_of_two_badges(with_cuts, ada):
     """Catches: badges that have changed places taken for each other; tracks without bound in a film of many cuts."""
-    view, given_up = BadgesInView(ada), []
+    view, given_up = SceneTracker(ada), []
     for frame in with_cuts:
         view.push(frame)
         assert len(view.trackers) <= MOST_PAGES
@@ -176,7 +176,7 @@ def test_pieces_that_were_given_up_are_judged_and_told_of(with_cuts, ada):
 
 def test_in_a_mirrored_film_the_region_is_told_as_the_film_shows_it(shots, ada):
     """Catches: corners of the picture that was turned back; a film mirrored for one badge and not for the other."""
-    view = BadgesInView(ada)
+    view = SceneTracker(ada)
     for frame in frames_of([picture[:, ::-1] for picture in beside(shots["ada left"], shots["bob right"])[:3]]):
         view.push(frame)
     assert [tracker.tracked for tracker in view.trackers] == [3, 3]
@@ -189,12 +189,12 @@ def test_in_a_mirrored_film_the_region_is_told_as_the_film_shows_it(shots, ada):
 
 def test_a_badge_that_comes_in_later_is_taken_up_within_two_seconds(shots, ada):
     """Catches: others looked for in the first frame alone, or never while a badge is seen."""
-    view, empty = BadgesInView(ada), np.full((HEIGHT, WIDTH), 200, np.uint8)
+    view, empty = SceneTracker(ada), np.full((HEIGHT, WIDTH), 200, np.uint8)
     alone = beside(shots["ada left"], [empty] * FRAMES)
     for frame in frames_of([*alone[:10], *beside(shots["ada left"], shots["bob right"])[10:]]):
         view.push(frame)
     first, second = view.trackers
-    assert first.tracked == FRAMES and second.first.frame == 60 and second.tracked == FRAMES - 60
+    assert first.tracked == FRAMES and second.course.first.frame == 60 and second.tracked == FRAMES - 60
 
 
 # Which markers belong together.

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import HEIGHT, MARKERS, WIDTH, apart_px, corners_px, draw, filmed, nudged, seen_from
+from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.page_groups import fit_homography
-from moireid.verifier.tracking.registration import PageRegistrar, sample, scale_px_per_mm
+from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, sample, scale_px_per_mm
 
 
 @pytest.fixture(scope="module")
@@ -60,10 +61,11 @@ def test_size_does_not_matter(rng, px_per_mm):
 def test_a_template_of_another_scale_is_drawn_anew(rng):
     """Catches: the first frame's template kept for ever as the badge comes nearer.  Against one without past."""
     registrar = PageRegistrar(MARKERS)
+    kept = KeptTemplate(registrar.printer)
     far, near = seen_from(px_per_mm=0.8), seen_from(px_per_mm=1.7, at=(70.0, 30.0))
     for truth in (far, near, far):
         luma, start = filmed(draw(truth), rng, noise=2.0), nudged(truth, 0.5, -0.5)
-        found, fresh = registrar.register(luma, start), PageRegistrar(MARKERS).register(luma, start)
+        found, fresh = registrar.register(luma, start, kept.at(start)), registrar.register(luma, start)
         assert found is not None and fresh is not None
         assert apart_px(found.homography, truth) < 0.06
         assert apart_px(found.homography, fresh.homography) < 1e-6
@@ -194,40 +196,33 @@ def test_the_finder_puts_the_page_within_a_pixel(page, rng):
     truth, picture = page
     luma = filmed(picture, rng, noise=2.0)
     finder = MarkerFinder(MARKERS)
-    first = finder.find(luma)
-    assert first is not None and apart_px(first, truth) < 1.2
-    finder.follow(truth, 0)
-    assert apart_px(finder.find(luma), truth) < 1.2
-    finder.follow(nudged(truth, 60.0, -40.0), 1)
-    assert apart_px(finder.find(luma), truth) < 1.2
-    finder.follow(nudged(truth, 5000.0, 0.0), 2)
-    assert apart_px(finder.find(luma), truth) < 1.2
+    assert apart_px(finder.pages(luma)[0], truth) < 1.2
+    for before in (truth, nudged(truth, 60.0, -40.0)):
+        assert apart_px(finder.pages_near(luma, before)[0], truth) < 1.2
+    assert finder.pages_near(luma, nudged(truth, 5000.0, 0.0)) == []
 
 
-def test_the_finder_expects_the_page_to_move_on(page):
+def test_a_course_expects_the_page_to_move_on(page):
     """Catches: motion of the page taken for motion of the picture; a course over frames in which it was not seen."""
     truth, _ = page
-    finder = MarkerFinder(MARKERS)
-    assert finder.expected(0) is None
-    finder.follow(truth, 0)
-    assert apart_px(finder.expected(1), truth) < 1e-6
-    finder.follow(nudged(truth, 3.0, -2.0), 1)
-    assert apart_px(finder.expected(2), nudged(truth, 6.0, -4.0)) < 1e-6
-    assert apart_px(finder.expected(5), nudged(truth, 3.0, -2.0)) < 1e-6
-    finder.follow(None, 2)
-    assert finder.expected(3) is None
-    finder.follow(truth, 3)
-    assert apart_px(finder.expected(4), truth) < 1e-6
+    course = Course()
+    assert course.expected(0) is None
+    course.follow(Seen(0, 0.0, truth))
+    assert apart_px(course.expected(1), truth) < 1e-6
+    course.follow(Seen(1, 0.1, nudged(truth, 3.0, -2.0)))
+    assert apart_px(course.expected(2), nudged(truth, 6.0, -4.0)) < 1e-6
+    assert apart_px(course.expected(5), nudged(truth, 3.0, -2.0)) < 1e-6
+    course.lose()
+    assert course.expected(3) is None
+    course.follow(Seen(3, 0.3, truth))
+    assert apart_px(course.expected(4), truth) < 1e-6
 
 
 def test_small_markers_are_enlarged_without_a_shift(rng):
     """Catches: half a pixel lost in enlarging (0.25 px of bias, the same in all corners)."""
     truth = seen_from(px_per_mm=0.62, turn_deg=0.0, tilt=(0.0, 0.0), at=(150.3, 90.7))
     luma = filmed(draw(truth), rng, noise=1.0)
-    finder = MarkerFinder(MARKERS)
-    finder.follow(truth, 0)
-    found = finder.find(luma)
-    assert found is not None
+    found = MarkerFinder(MARKERS).pages_near(luma, truth)[0]
     assert np.abs((corners_px(found) - corners_px(truth)).mean(axis=0)).max() < 0.2
 
 
@@ -242,10 +237,10 @@ def test_two_markers_suffice_and_one_does_not(page):
             one[part] = 215.0
         if k not in (0, 2):
             two[part] = 215.0
-    assert MarkerFinder(MARKERS).find(filmed(one)) is None
-    found = MarkerFinder(MARKERS).find(filmed(two))
-    assert found is not None and apart_px(found, truth) < 4.0
-    assert MarkerFinder(MARKERS).find(filmed(np.full((HEIGHT, WIDTH), 215.0))) is None
+    finder = MarkerFinder(MARKERS)
+    assert finder.pages(filmed(one)) == []
+    assert apart_px(finder.pages(filmed(two))[0], truth) < 4.0
+    assert finder.pages(filmed(np.full((HEIGHT, WIDTH), 215.0))) == []
 
 
 def test_a_marker_of_another_badge_is_left_out(rng):

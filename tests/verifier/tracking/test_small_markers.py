@@ -12,7 +12,7 @@ import pytest
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, nudged, seen_from
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm, tiles_of
 from moireid.verifier.tracking.page_groups import PLAIN_BELOW_PX, pages_of, same_page
-from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.video import Frame
 
 SHAPE = (480, 640)
@@ -24,7 +24,7 @@ def small(at=(150.3, 90.7)) -> np.ndarray:
     return seen_from(px_per_mm=0.40, turn_deg=0.0, tilt=(0.0, 0.0), at=at)
 
 
-def push(view: BadgesInView, luma: np.ndarray, index: int) -> bool:
+def push(view: SceneTracker, luma: np.ndarray, index: int) -> bool:
     return view.push(Frame(index, index / FPS, luma))
 
 
@@ -50,7 +50,7 @@ def test_tiles_hold_each_place_with_its_surroundings(shape):
 @pytest.mark.parametrize("at", [(20.3, 20.7), (480.3, 20.7), (20.3, 330.7), (480.3, 330.7), (280.0, 200.0)])
 def test_a_small_badge_is_found_in_the_first_frame(at, ada, rng):
     """Catches: a corner that no tile reaches; a tile's corner forgotten; small badges found by luck, or as several."""
-    view, truth = BadgesInView(ada), small(at)
+    view, truth = SceneTracker(ada), small(at)
     assert push(view, filmed(draw(truth, ada.markers, shape=SHAPE), rng, noise=1.0), 0)
     (tracker,) = view.trackers
     assert same_page(tracker.place, truth, marker_corners_mm(ada.markers)) and not tracker.take().mirrored
@@ -59,7 +59,7 @@ def test_a_small_badge_is_found_in_the_first_frame(at, ada, rng):
 def test_a_small_badge_that_comes_in_later_is_found_within_the_tiles_round(shown, ada, rng):
     """Catches: all tiles in the first frame and none after it; a turn that leaves one out."""
     for first in range(1, 5):
-        view = BadgesInView(ada)
+        view = SceneTracker(ada)
         for index in range(first):
             assert not push(view, np.full(SHAPE, 200, np.uint8), index)
         found = [push(view, filmed(shown[1], rng, noise=1.0), first + k) for k in range(5)]
@@ -69,7 +69,7 @@ def test_a_small_badge_that_comes_in_later_is_found_within_the_tiles_round(shown
 def test_a_small_badge_that_was_hidden_is_found_again_at_once(shown, ada, rng):
     """Catches: a neighbourhood forgotten with the first frame that does not show the badge."""
     for away in range(12, 16):
-        view = BadgesInView(ada)
+        view = SceneTracker(ada)
         assert push(view, filmed(shown[1], rng, noise=1.0), 0)
         for index in range(away):
             assert not push(view, np.full(SHAPE, 200, np.uint8), 1 + index)
@@ -81,7 +81,7 @@ def test_a_mirrored_badge_is_found_without_turning_the_picture(px_per_mm, ada, r
     """Catches: corners in the mirror's order; places told in the picture as it is; a film turned back twice."""
     truth = seen_from(px_per_mm=px_per_mm, turn_deg=5.0, tilt=(0.0, 0.0), at=(150.3, 90.7))
     picture = filmed(draw(truth, ada.markers, shape=SHAPE), rng, noise=1.0)[:, ::-1]
-    view = BadgesInView(ada)
+    view = SceneTracker(ada)
     for index in range(3):
         assert push(view, np.ascontiguousarray(picture), index)
         assert same_page(view.trackers[0].place, truth, marker_corners_mm(ada.markers))

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
-from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, PageRegistrar
+from moireid.verifier.tracking.course import Course, Seen
+from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, KeptTemplate, PageRegistrar
 from moireid.verifier.tracking.smeared_frames import MOST_REACH, ShakenFollower
+from moireid.verifier.tracking.template import TemplatePrinter
 
 FPS, EXPOSURE_S = 30.0, 1 / 60
 #: A marker's module in these pictures, px.
@@ -26,12 +28,21 @@ def smeared(homography: np.ndarray, way: np.ndarray) -> np.ndarray:
     return 255.0 * (total / steps) ** (1 / 2.2)
 
 
+def follower_on(course: Course) -> ShakenFollower:
+    registrar = PageRegistrar(MARKERS)
+    return ShakenFollower(MARKERS, registrar, KeptTemplate(registrar.printer), course)
+
+
 def follower_at(*places: np.ndarray) -> ShakenFollower:
-    """A follower that saw the page at places of the frames before."""
-    follower = ShakenFollower(MARKERS, PageRegistrar(MARKERS))
+    """A follower of a badge that was at places of the frames before."""
+    return follower_on(course_of(*places))
+
+
+def course_of(*places: np.ndarray) -> Course:
+    course = Course()
     for number, place in enumerate(places):
-        follower.follow(place, number / FPS)
-    return follower
+        course.follow(Seen(number, number / FPS, place))
+    return course
 
 
 @pytest.mark.parametrize("way_deg", [0.0, 90.0, 35.0])
@@ -55,11 +66,12 @@ def test_the_exposure_is_learnt(rng):
     way = np.array([1.5 * MODULE_PX, 0.0])
     moved = way / EXPOSURE_S / FPS
     places = [nudged(seen_from(at=(90.0, 60.0)), *(k * moved)) for k in range(4)]
-    follower = follower_at(*places[:2])
+    course = course_of(*places[:2])
+    follower = follower_on(course)
     for number in (2, 3):
         found = follower.find(filmed(smeared(places[number], way), rng, noise=1.0), number / FPS)
         assert found is not None
-        follower.follow(found.homography, number / FPS)
+        course.follow(Seen(number, number / FPS, found.homography))
     assert follower.exposure_s == pytest.approx(EXPOSURE_S, rel=0.15)
 
 
@@ -97,11 +109,11 @@ def test_something_else_is_not_followed(rng):
 
 def test_a_page_at_rest_is_drawn_as_without_a_smear(rng):
     """Catches: samples shifted by half a pixel where a smear is averaged."""
-    registrar = PageRegistrar(MARKERS)
-    sharp = registrar.template_for(seen_from())
-    still = registrar.template_for(seen_from(), np.zeros((4, 2)))
+    printer = TemplatePrinter(MARKERS)
+    sharp = printer.draw(1.45)
+    still = printer.smeared(sharp, np.zeros((4, 2)))
     assert still.values == pytest.approx(sharp.values, abs=1e-6)
-    barely = registrar.template_for(seen_from(), np.full((4, 2), 0.4))
+    barely = printer.smeared(sharp, np.full((4, 2), 0.4))
     assert len(barely.values) == len(sharp.values)
     assert np.abs(barely.values - sharp.values).max() < 0.1
 
@@ -109,9 +121,10 @@ def test_a_page_at_rest_is_drawn_as_without_a_smear(rng):
 def test_times_that_repeat_do_not_widen_the_search_without_end(rng, monkeypatch):
     """Catches: a million frames counted as lost between equal times, for which 200 GB were asked for."""
     truth = seen_from(at=(120.0, 60.0))
-    follower = ShakenFollower(MARKERS, PageRegistrar(MARKERS))
-    follower.follow(truth, 0.0)
-    follower.follow(truth, 0.0)
+    course = Course()
+    for frame in (0, 1):
+        course.follow(Seen(frame, 0.0, truth))
+    follower = follower_on(course)
     reaches, sought = [], follower._sought
     monkeypatch.setattr(follower, "_sought", lambda *given: reaches.append(given[-1]) or sought(*given))
     found = follower.find(filmed(draw(truth), rng, noise=1.0), 0.2)

@@ -57,7 +57,7 @@ class Line:
 
         Convention: as `BadgeTracker.outline_px`.
         """
-        corners, first = self.tracker.outline_px(), self.tracker.first
+        corners, first = self.tracker.outline_px(), self.tracker.course.first
         if corners is None or first is None:
             return None
         places = [[json_number(round(float(value), 1)) for value in corner] for corner in corners]

@@ -20,7 +20,7 @@ from moireid.verifier.session.badge_session import Line, others_note, rank_of, r
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
-from moireid.verifier.tracking.scene_tracker import BadgesInView
+from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
 
@@ -58,7 +58,7 @@ class Verifier:
         self._aside = aside
         self._pending: Future[Running] | None = None
         self._claim, self._running = claim, running
-        self._view = BadgesInView(claim.badge)
+        self._view = SceneTracker(claim.badge)
         self._lines = [Line(claim, self._view.trackers[0])]
         #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
         self._gone, self._gone_read = 0, set[str]()
@@ -86,7 +86,7 @@ class Verifier:
     def others(self) -> tuple[Reason, ...]:
         """A note on the badges that the verdict is not of, where there are any."""
         judged = self.judged
-        beside = [line for line in self._lines if line is not judged and line.tracker.first is not None]
+        beside = [line for line in self._lines if line is not judged and line.tracker.course.first is not None]
         read = set[str]().union(self._gone_read, *(line.read() for line in beside))
         return others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
 

@@ -5,5 +5,6 @@ template.py        the markers as a picture shows them    registration.py    the
 borders.py         the gratings' borders, where only two markers are seen
 smeared_frames.py  frames that motion smeared             profiles.py        brightness along each row
 even_sample.py     a bounded, even sample of frames       track.py           what a film shows of one badge
-badge_tracker.py   one badge over the frames              scene_tracker.py   all badges in view
+course.py          where one badge was                    badge_tracker.py   one badge over the frames
+scene_tracker.py   all badges in view; it owns the tools that all trackers use
 """

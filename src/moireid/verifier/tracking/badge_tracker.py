@@ -8,19 +8,18 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
-from moireid.verifier.tracking.borders import borders_of
+from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.even_sample import EvenSample
-from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.tracking.markers import MarkerFinder, faint_turns, marker_corners_mm
 from moireid.verifier.tracking.page_groups import same_page
 from moireid.verifier.tracking.profiles import ProfileReader
-from moireid.verifier.tracking.registration import PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
@@ -30,39 +29,29 @@ Array = NDArray[np.float64]
 SNAPSHOT_PX_PER_MM = 3.0
 
 
-@dataclass(frozen=True)
-class Seen:
-    """A frame in which the badge was: its number, its time, and the page's homography."""
-
-    frame: int
-    time_s: float
-    page: Array
-
-
 class BadgeTracker:
     """Follows one badge, frame after frame, and hands over what it has seen as tracks.
 
-    Where it is found first, and anew after it was lost, is for `in_view.BadgesInView` to say.
+    Its tools are the scene tracker's, who shares them among all badges; what is remembered of a badge is its own: its
+    course, its template at the scale on which it is shown, the exposure that its smears tell.  Where it is found first,
+    and anew after it was lost, is for `SceneTracker` to say.
 
-    Convention: homographies as `MarkerFinder.find`; only the badge's layout is looked at, not its pitches or id.
-    Source: `markers`, `register` and `strips`, in that order in each frame.
+    Convention: homographies as `MarkerFinder`; only the badge's layout is looked at, not its pitches or id.
+    Source: `registration`, or `smeared_frames`, or `markers`, and `profiles`, in that order in each frame.
     """
 
-    def __init__(self, badge: Badge) -> None:
-        """Raises: SpecError where a row of the badge is too small to be read."""
-        self._badge = badge
-        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
-        self._shaken = ShakenFollower(badge.markers, self._registrar)
-        self._reader = ProfileReader(badge)
+    def __init__(self, badge: Badge, finder: MarkerFinder, registrar: PageRegistrar, reader: ProfileReader) -> None:
+        """Parameters: finder, registrar, reader: of the badge's layout."""
+        self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
+        self.course, self._template, self._faint = Course(), KeptTemplate(registrar.printer), faint_turns()
+        self._shaken = ShakenFollower(badge.markers, registrar, self._template, self.course)
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
         self._mirrored = False
         self._image_px = (0, 0)
-        #: Where it is in the present frame, and the first and last frame and place in which it was seen; None: nowhere.
+        #: Where it is in the present frame; None: nowhere.
         self.place: Array | None = None
-        self.first: Seen | None = None
-        self.last: Seen | None = None
         #: How large it was shown: its scale squared, summed over all frames in which it was seen, (px / mm)^2.
         self.shown = 0.0
         self.frames_read = 0
@@ -91,7 +80,8 @@ class BadgeTracker:
         self._image_px = (luma.shape[1], luma.shape[0])
         self._clock = time.perf_counter()
         # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
-        registration = _followed(self._registrar, luma, self._finder.expected(frame.index))
+        expected = self.course.expected(frame.index)
+        registration = _clear(self._registered(luma, expected)) if expected is not None else None
         self._lap("register")
         if registration is None:
             registration = _clear(self._shaken.find(luma, frame.time_s))
@@ -101,10 +91,14 @@ class BadgeTracker:
     def seek(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
         """Look for its markers where it was in the frame before; whether it was found there."""
         self._clock = time.perf_counter()
-        pages = [page for page in self._finder.pages_near(luma) if not self._is_one_of(page, taken)]
+        last = self.course.last
+        if last is None or not self.course.followed:
+            return False
+        near = self._finder.pages_near(luma, last.page, faint=next(self._faint))
+        pages = [page for page in near if not self._is_one_of(page, taken)]
         self._lap("find")
         # The largest first, but the badge's own where another is beside it.
-        pages.sort(key=lambda page: not (self.last is not None and same_page(page, self.last.page, self._corners_mm)))
+        pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
         return bool(pages) and self.begin(frame, luma, pages[0], taken)
 
     def begin(
@@ -113,18 +107,17 @@ class BadgeTracker:
         """Take up the badge at a page's place; whether it is there.  mirrored: that the film was turned back."""
         self._clock = time.perf_counter()
         self._image_px, self.frames_read = (luma.shape[1], luma.shape[0]), max(self.frames_read, 1)
-        registration = self._registrar.register(luma, page)
+        registration = self._registered(luma, page)
         self._lap("register")
         self._mirrored = self._mirrored or (mirrored and registration is not None)
         return self._taken_in(frame, luma, registration, taken)
 
-    def lose(self, frame: Frame) -> None:
-        """The badge is not in this frame: do not look for it where it was."""
-        self._finder.follow(None, frame.index)
-
     def spent(self, seconds: float) -> None:
         """Count the time of a search of the whole frame as this track's."""
         self._stages["find"] += seconds
+
+    def _registered(self, luma: NDArray[np.uint8], page: Array) -> Registration | None:
+        return self._registrar.register(luma, page, self._template.at(page))
 
     def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
         return any(same_page(page, other, self._corners_mm) for other in taken)
@@ -136,11 +129,8 @@ class BadgeTracker:
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place = registration.homography
-        self.last = Seen(frame.index, frame.time_s, registration.homography)
-        self.first = self.first or self.last
+        self.course.follow(Seen(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
-        self._finder.follow(registration.homography, frame.index)
-        self._shaken.follow(registration.homography, frame.time_s)
         self._numbers.append(frame.index)
         self._times.append(frame.time_s)
         self._homographies.append(registration.homography)
@@ -159,7 +149,7 @@ class BadgeTracker:
 
     def outline_px(self) -> Array | None:
         """Corners of the board in the first frame in which it was seen, as `corners_px`; None: never."""
-        return self.corners_px(self.first.page) if self.first is not None else None
+        return self.corners_px(self.course.first.page) if self.course.first is not None else None
 
     def corners_px(self, page: Array) -> Array:
         """Corners of the board where the page lies so, (4, 2) px of the film as it is.
@@ -215,11 +205,6 @@ class BadgeTracker:
         self.frames_read, self._best = 0, 0.0
         self._stages = dict.fromkeys(self._stages, 0.0)
         return track
-
-
-def _followed(registrar: PageRegistrar, luma: NDArray[np.uint8], expected: Array | None) -> Registration | None:
-    """The page near where it is expected, if it is seen there clearly."""
-    return _clear(registrar.register(luma, expected) if expected is not None else None)
 
 
 def _clear(found: Registration | None) -> Registration | None:

@@ -10,7 +10,9 @@ its mirror image, which costs half of what a second search of the picture turned
 
 from __future__ import annotations
 
+import itertools
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import cv2
@@ -46,8 +48,17 @@ Box = tuple[int, int, int, int]  #: Left, top, right, bottom, px.
 EitherWay = tuple[list[Array], list[Array]]
 
 
+def faint_turns() -> Iterator[bool]:
+    """Whether the next search looks for faded print: every `FAINT_EVERY`-th does."""
+    return itertools.cycle([False] * (FAINT_EVERY - 1) + [True])
+
+
 class MarkerFinder:
-    """Finds the markers of one page, frame after frame."""
+    """Finds pages by the markers of one layout; it remembers nothing from picture to picture.
+
+    Convention: homographies page mm -> image px, (3, 3) with h33 = 1; image px of the centre of the top left pixel are
+    (0, 0).
+    """
 
     def __init__(self, markers: Markers) -> None:
         known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
@@ -62,12 +73,8 @@ class MarkerFinder:
         self._small = self._searcher(
             adaptiveThreshWinSizeMin=least, adaptiveThreshWinSizeMax=most, adaptiveThreshWinSizeStep=step, **finely
         )
-        self._searches = 0
         self._markers = markers
         self._corners_mm = marker_corners_mm(markers)
-        self._last: NDArray[np.float64] | None = None
-        #: The last two frames in which the badge was, with their homographies.
-        self._course: list[tuple[int, NDArray[np.float64]]] = []
 
     def _searcher(self, **settings: Any) -> cv2.aruco.ArucoDetector:
         """OpenCV's detector with these settings beside ours."""
@@ -83,35 +90,32 @@ class MarkerFinder:
             setattr(parameters, name, value)
         return cv2.aruco.ArucoDetector(self._dictionaries, parameters)
 
-    def find(self, luma: NDArray[np.uint8]) -> NDArray[np.float64] | None:
-        """Homography page mm -> image px from the markers found, or None where fewer than two are.
+    def pages(self, luma: NDArray[np.uint8], *, faint: bool = False) -> list[Array]:
+        """Homographies of all pages in the frame of which two markers are found, the largest first.
 
-        Convention: image px of the centre of the top left pixel are (0, 0); returns (3, 3) with h33 = 1.
+        Parameters: faint: look for faded print too, which costs more.
         """
-        found = self.pages_near(luma) or self.pages(luma)
-        return found[0] if found else None
+        return self.either_way(luma, faint=faint)[0]
 
-    def pages(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
-        """Homographies of all pages in the frame, the largest first.  Convention: as `find`."""
-        return self.either_way(luma)[0]
-
-    def either_way(self, luma: NDArray[np.uint8]) -> EitherWay:
+    def either_way(self, luma: NDArray[np.uint8], *, faint: bool = False) -> EitherWay:
         """As `pages`, and those that the frame shows mirror-wise."""
-        return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]))
+        return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]), self._faint if faint else self._detector)
 
     def enlarged(self, luma: NDArray[np.uint8], box: Box) -> EitherWay:
         """As `either_way`, for small markers in a part of the frame."""
-        return self._find_in(luma, box, self._small)
+        return self._find_in(luma, box, self._small, enlarge=True)
 
     def around(self, page: Array, shape: tuple[int, ...]) -> Box | None:
         """The neighbourhood of a page whose markers are better sought enlarged; None where they are large."""
         return self._neighbourhood(shape, page) if self._marker_px(page) < ENLARGE_BELOW_PX else None
 
-    def pages_near(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
-        """As `pages`, in the neighbourhood of the page's place in the frame before; [] where it was not there."""
-        return self._find_in(luma, self._neighbourhood(luma.shape, self._last))[0] if self._last is not None else []
+    def pages_near(self, luma: NDArray[np.uint8], page: Array, *, faint: bool = False) -> list[Array]:
+        """As `pages`, in the neighbourhood of a page's place in the frame before."""
+        x0, y0, x1, y1 = box = self._neighbourhood(luma.shape, page)
+        small = self._marker_px(page) < ENLARGE_BELOW_PX and (x1 - x0) * (y1 - y0) < 10**6
+        return self._find_in(luma, box, self._faint if faint else self._detector, enlarge=small)[0]
 
-    def glance(self, luma: NDArray[np.uint8]) -> list[NDArray[np.float64]]:
+    def glance(self, luma: NDArray[np.uint8]) -> list[Array]:
         """As `pages`, but for clear markers of `GLANCE_PX` and more, at a small part of the cost."""
         coarse = self._searcher(
             adaptiveThreshConstant=GLANCE_COUNTS,
@@ -122,25 +126,6 @@ class MarkerFinder:
         )
         return self._found_by(coarse, luma, 1.0, (0, 0), luma.shape[1])[0]
 
-    def expected(self, frame: int) -> NDArray[np.float64] | None:
-        """The homography of a frame if the badge moves on as it did, None where it was not in the frame before.
-
-        Source: the picture's last motion, page to page, once more.
-        """
-        if self._last is None:
-            return None
-        (before, first), (after, second) = (self._course * 2)[-2:]
-        if frame - after != 1 or after - before != 1:
-            return second
-        moved = second @ np.linalg.inv(first) @ second
-        return np.asarray(moved / moved[2, 2])
-
-    def follow(self, homography: NDArray[np.float64] | None, frame: int) -> None:
-        """Take over the refined homography of this frame as the place to look next; None: the badge was not there."""
-        self._last = homography
-        if homography is not None:
-            self._course = [*self._course[-1:], (frame, homography)]
-
     def _neighbourhood(self, shape: tuple[int, ...], page: Array) -> Box:
         corners = cv2.perspectiveTransform(self._corners_mm.reshape(-1, 1, 2), page).reshape(-1, 2)
         low, high = corners.min(axis=0), corners.max(axis=0)
@@ -149,19 +134,17 @@ class MarkerFinder:
         x1, y1 = np.minimum(np.ceil(high + grow), (shape[1], shape[0])).astype(int)
         return int(x0), int(y0), int(x1), int(y1)
 
-    def _find_in(self, luma: NDArray[np.uint8], box: Box, detector: cv2.aruco.ArucoDetector | None = None) -> EitherWay:
-        """Pages in a part of the frame; detector: of small markers, for which the part is enlarged."""
+    def _find_in(
+        self, luma: NDArray[np.uint8], box: Box, detector: cv2.aruco.ArucoDetector, *, enlarge: bool = False
+    ) -> EitherWay:
+        """Pages in a part of the frame, enlarged twofold where its markers are small."""
         x0, y0, x1, y1 = box
         if x1 - x0 < 16 or y1 - y0 < 16:
             return [], []
-        crop = np.ascontiguousarray(luma[y0:y1, x0:x1])
-        small = self._last is not None and self._marker_px(self._last) < ENLARGE_BELOW_PX and crop.size < 10**6
-        scale = 2.0 if detector is not None or small else 1.0
-        if scale > 1:
+        crop, scale = np.ascontiguousarray(luma[y0:y1, x0:x1]), 1.0
+        if enlarge:
+            scale = 2.0
             crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
-        if detector is None:
-            self._searches += 1
-            detector = self._faint if self._searches % FAINT_EVERY == 0 else self._detector
         return self._found_by(detector, crop, scale, (x0, y0), luma.shape[1])
 
     def _found_by(

@@ -72,34 +72,51 @@ class Registration:
         return self.correlation >= 1 / math.hypot(1 / FOLLOWED_CORRELATION, noise)
 
 
+class KeptTemplate:
+    """The template of one badge, kept while it is shown on about one scale."""
+
+    def __init__(self, printer: TemplatePrinter) -> None:
+        self._printer = printer
+        self._kept: Template | None = None
+
+    def at(self, homography: Array) -> Template:
+        """The template at the scale of a homography, or nearly so."""
+        px_per_mm, kept = scale_px_per_mm(homography, self._printer.middle), self._kept
+        if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
+            kept = self._kept = self._printer.draw(px_per_mm)
+        return kept
+
+
 class PageRegistrar:
-    """Registers frames of one page; keeps the template of the last scale."""
+    """Registers pages of one layout; it remembers nothing from frame to frame."""
 
     def __init__(self, markers: Markers, borders: Borders | None = None) -> None:
         """Parameters: borders: of the badge's gratings, which help where two markers alone are seen."""
         self._borders = borders
-        self._contrast = 1.0  # Of the clearest marker in the last picture looked at, counts.
         self.printer = TemplatePrinter(markers)
         self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are solved for in coordinates of about one, where their eight parameters weigh alike.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
-        self._template: Template | None = None
 
     def register(self, picture: NDArray[Any], start: Array, template: Template | None = None) -> Registration | None:
         """Refine `start` on this frame; None where the page does not match.
 
-        Parameters: template: as `template_for` has it, smeared as the frame is; None for a sharp frame's.
-        Convention: as `MarkerFinder.find`.
+        Parameters: template: at about the scale of `start`, smeared as the frame is; None to draw a sharp one.
+        Convention: as `MarkerFinder`.
         """
-        template = template or self.template_for(start)
-        warp = start @ self._to_page
+        template = template or self.printer.draw(scale_px_per_mm(start, self._middle))
+        warp, solver = start @ self._to_page, np.zeros(0)
+        solved: tuple[bool, ...] = ()
         for _ in range(MAX_STEPS):
             values = sample(picture, warp, template.points)
             if values is None:
                 return None
-            residual, correlation, seen = self._residual(values, template)
+            residual, correlation, seen, contrast = self._residual(values, template)
             # Far from its place a page's markers match badly; then all of them are asked for the way.
-            step = template.solve(seen if sum(seen) >= MIN_MARKERS else (True,) * 4, residual)
+            asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
+            if asked != solved:
+                solved, solver = asked, template.solver(asked)
+            step = solver @ residual
             moved = _stepped(warp, step)
             if moved is None:
                 return None
@@ -111,7 +128,7 @@ class PageRegistrar:
             values = sample(picture, warp, template.points)
             if values is None:
                 return None
-            _, correlation, seen = self._residual(values, template)
+            _, correlation, seen, contrast = self._residual(values, template)
         vague = (1.0, 1.0)
         if sum(seen) < MIN_MARKERS:
             # Two markers of one side leave the page free to turn about them, and the pose alone is worth nothing.
@@ -119,16 +136,18 @@ class PageRegistrar:
             held = None if template.smeared else self._held_by_borders(picture, warp, template, seen)
             if held is None:
                 return None
-            warp, correlation, vague = held
+            warp, correlation, vague, contrast = held
         homography = warp @ np.linalg.inv(self._to_page)
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
-        return Registration(homography / homography[2, 2], float(correlation), vague, self._contrast)
+        return Registration(homography / homography[2, 2], float(correlation), vague, contrast)
 
     def _held_by_borders(
         self, picture: NDArray[Any], warp: Array, template: Template, seen: tuple[bool, ...]
-    ) -> tuple[Array, float, tuple[float, float]] | None:
-        """The warp from two markers and the gratings' borders, correlation, and how vague it is; None without them."""
+    ) -> tuple[Array, float, tuple[float, float], float] | None:
+        """The warp from two markers and the gratings' borders, correlation, how vague it is, and contrast; None
+        without them.
+        """
         borders = self._borders
         if borders is None or sum(seen) != 2:
             return None
@@ -144,11 +163,11 @@ class PageRegistrar:
             values, edges = sample(picture, warp, template.points), sample(picture, warp, places)
             if values is None or edges is None:
                 return None
-            residual, correlation, visible = self._residual(values, template)
+            residual, correlation, visible, contrast = self._residual(values, template)
             if visible != seen:
                 return None
             edges = edges.reshape(borders.inward.shape)
-            found = borders.equations(edges, freed, self._middle, self._extent, template.px_per_mm, self._contrast)
+            found = borders.equations(edges, freed, self._middle, self._extent, template.px_per_mm, contrast)
             if found is None:
                 return None
             rows, right = found
@@ -163,7 +182,7 @@ class PageRegistrar:
             warp, freed = moved, freed + step[8:]
             if np.abs(step[:8]).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
-        return warp, correlation, self._vagueness(normal, template)
+        return warp, correlation, self._vagueness(normal, template), contrast
 
     def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
         """Standard deviations of the two tilts over those with all four markers; noise weighs alike in both."""
@@ -179,11 +198,12 @@ class PageRegistrar:
         values = sample(picture, homography @ self._to_page, template.points)
         if values is None:
             return None, (False,) * 4
-        residual, _, seen = self._residual(values, template)
+        residual, _, seen, _ = self._residual(values, template)
         return residual, seen
 
-    def _residual(self, values: Array, template: Template) -> tuple[Array, float, tuple[bool, ...]]:
-        """Picture less print in units of print contrast, their correlation, and which of the markers are seen.
+    def _residual(self, values: Array, template: Template) -> tuple[Array, float, tuple[bool, ...], float]:
+        """Picture less print in units of print contrast, their correlation, which of the markers are seen, and the
+        contrast of the clearest, counts.
 
         Gain and offset are fitted a marker.  One that is hidden has no say: what covers it has edges of its own.
         """
@@ -197,16 +217,8 @@ class PageRegistrar:
         clear = gain > MIN_GAIN
         seen = clear & (along >= (SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION) * most)
         residual = picture * np.repeat(1 / np.where(clear, gain, np.inf), count) - printed * np.repeat(clear, count)
-        self._contrast = float(gain.max())
         explained, total = float(along[seen].sum()), float(most[seen].sum())
-        return residual, explained / total if total > 0 else 0.0, tuple(seen.tolist())
-
-    def template_for(self, start: Array, smear_mm: Array | None = None) -> Template:
-        """The template at the scale of a homography; smear_mm: as `TemplatePrinter.draw` has it."""
-        px_per_mm, kept = scale_px_per_mm(start, self._middle), self._template
-        if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
-            kept = self._template = self.printer.draw(px_per_mm)
-        return kept if smear_mm is None else self.printer.draw(kept.px_per_mm, smear_mm)
+        return residual, explained / total if total > 0 else 0.0, tuple(seen.tolist()), float(gain.max())
 
 
 def _stepped(warp: Array, step: Array) -> Array | None:

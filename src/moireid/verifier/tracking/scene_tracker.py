@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.borders import borders_of
-from moireid.verifier.tracking.markers import Box, MarkerFinder, marker_corners_mm, tiles_of
+from moireid.verifier.tracking.markers import Box, MarkerFinder, faint_turns, marker_corners_mm, tiles_of
 from moireid.verifier.tracking.page_groups import MOST_PAGES, same_page
-from moireid.verifier.tracking.registration import PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.tracking.profiles import ProfileReader
+from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
@@ -38,18 +39,23 @@ KEPT_S = 4.0
 MOST_TILES = 16
 
 
-class BadgesInView:
-    """Follows up to `MOST_PAGES` badges at a time; `trackers` has one for each, the first from the start."""
+class SceneTracker:
+    """Follows up to `MOST_PAGES` badges at a time; `trackers` has one for each, the first from the start.
+
+    It owns the finder, the registrar and the reader of profiles, and lends them to its trackers.
+    """
 
     def __init__(self, badge: Badge) -> None:
         """Raises: SpecError where a row of the badge is too small to be read."""
         self._badge = badge
         self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
+        self._reader = ProfileReader(badge)
+        self._template, self._faint = KeptTemplate(self._registrar.printer), faint_turns()
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._size_mm = float(np.ptp(self._corners_mm.reshape(-1, 2), axis=0).max())
         self._mirrored, self._glance_s, self._tile = False, 0.0, 0
-        self.trackers = [BadgeTracker(badge)]
+        self.trackers = [self._new_tracker()]
         #: Badges that were given up for others since this was last emptied.
         self.given_up: list[BadgeTracker] = []
 
@@ -66,8 +72,11 @@ class BadgesInView:
         if not self._places() or frame.time_s >= self._glance_s:
             self._search(frame, luma)
         for tracker in self._lost():
-            tracker.lose(frame)
+            tracker.course.lose()
         return bool(self._places())
+
+    def _new_tracker(self) -> BadgeTracker:
+        return BadgeTracker(self._badge, self._finder, self._registrar, self._reader)
 
     def _places(self) -> list[Array]:
         return [tracker.place for tracker in self.trackers if tracker.place is not None]
@@ -97,9 +106,13 @@ class BadgesInView:
 
         Returns: the pages, and the frame as they lie in it, which may be its mirror image.
         """
-        new, turned = all(tracker.first is None for tracker in self.trackers), _mirror(luma)
+        new, turned = all(tracker.course.first is None for tracker in self.trackers), _mirror(luma)
         for box in (None, *self._parts(frame, luma)):
-            pages, mirrored = self._finder.either_way(luma) if box is None else self._finder.enlarged(luma, box)
+            pages, mirrored = (
+                self._finder.either_way(luma, faint=next(self._faint))
+                if box is None
+                else self._finder.enlarged(luma, box)
+            )
             found = self._registered(luma, pages)
             if found:
                 return found, luma
@@ -119,7 +132,7 @@ class BadgesInView:
         count = MOST_TILES if self._tile == 0 else 1
         due = [tiles[(self._tile + k) % len(tiles)] for k in range(min(count, len(tiles)))]
         self._tile += count
-        lost = [tracker.last for tracker in self._lost() if tracker.last is not None]
+        lost = [tracker.course.last for tracker in self._lost() if tracker.course.last is not None]
         near = [self._finder.around(seen.page, luma.shape) for seen in lost if frame.time_s - seen.time_s <= KEPT_S]
         return [*(box for box in near if box is not None), *due]
 
@@ -129,7 +142,7 @@ class BadgesInView:
         for page in pages:
             registration: Registration | None = None
             if not self._known(page, found):
-                registration = self._registrar.register(luma, page)
+                registration = self._registrar.register(luma, page, self._template.at(page))
             if registration is not None and not self._known(registration.homography, found):
                 found.append(registration.homography)
         return found
@@ -140,12 +153,12 @@ class BadgesInView:
     def _tracker_for(self, page: Array, frame: Frame, *, alone: bool) -> BadgeTracker | None:
         """The tracker that a page is for; None where as many badges are followed as can be."""
         only = self.trackers[0] if len(self.trackers) == 1 else None
-        if only is not None and only.place is None and (alone or only.first is None):
+        if only is not None and only.place is None and (alone or only.course.first is None):
             return only
         for tracker in self._lost():
             if self._was_there(tracker, page, frame):
                 return tracker
-        return BadgeTracker(self._badge) if len(self.trackers) < MOST_PAGES or self._lost() else None
+        return self._new_tracker() if len(self.trackers) < MOST_PAGES or self._lost() else None
 
     def _make_room(self) -> None:
         """Where as many are followed as can be, give up the lost one that was shown least."""
@@ -156,7 +169,7 @@ class BadgesInView:
 
     def _was_there(self, tracker: BadgeTracker, page: Array, frame: Frame) -> bool:
         """Whether a lost badge was near this place, about as large, a moment ago."""
-        last = tracker.last
+        last = tracker.course.last
         if last is None or frame.time_s - last.time_s > KNOWN_S:
             return False
         before, now = scale_px_per_mm(last.page, self._middle), scale_px_per_mm(page, self._middle)

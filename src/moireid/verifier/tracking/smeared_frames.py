@@ -14,15 +14,20 @@ Source: normalised cross-correlation for step 3; step 4 as `register`.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS
-from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, PageRegistrar, Registration
+from moireid.verifier.tracking.registration import (
+    FOLLOWED_CORRELATION,
+    KeptTemplate,
+    PageRegistrar,
+    Registration,
+)
 from moireid.verifier.tracking.template import Template, without_gains
 
 Array = NDArray[np.float64]
@@ -46,59 +51,37 @@ SETTLED = 0.1
 PROBE = 0.1
 
 
-@dataclass(frozen=True)
-class _Seen:
-    """A frame in which the page was registered."""
-
-    time_s: float
-    homography: Array
-
-
 class ShakenFollower:
-    """Follows one page through smeared frames."""
+    """Follows one badge through smeared frames; of its own it remembers the exposure alone."""
 
-    def __init__(self, markers: Markers, registrar: PageRegistrar) -> None:
-        self._registrar = registrar
+    def __init__(self, markers: Markers, registrar: PageRegistrar, template: KeptTemplate, course: Course) -> None:
+        """Parameters: template, course: of the badge, which its tracker keeps."""
+        self._registrar, self._template, self._course = registrar, template, course
         self._centers = np.asarray(markers.centers_mm, float)
         self._module_mm = registrar.printer.module_mm
-        self._course: list[_Seen] = []
         self.exposure_s: float | None = None  #: Learnt of the film so far.
-
-    def follow(self, homography: Array, time_s: float) -> None:
-        """Take over where the page was in a frame."""
-        self._course = [*self._course[-2:], _Seen(time_s, homography)]
 
     def find(self, luma: NDArray[np.uint8], time_s: float) -> Registration | None:
         """The page in a smeared frame, None where it is not seen near its expected place."""
-        if len(self._course) < 2 or not 0 < time_s - self._course[-1].time_s <= LOST_S:
+        before, last = self._course.before, self._course.last
+        if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
             return None
         light = np.asarray(cv2.LUT(luma, LINEAR_COUNTS))
-        expected, lost = self._expected(time_s)
-        frame_s = (time_s - self._course[-1].time_s) / lost
+        expected, lost = _expected(before, last, time_s)
+        frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
-        found = [self._registered(light, expected, exposure_s, time_s, lost) for exposure_s in tried]
+        found = [self._registered(light, (before, last), expected, exposure_s, time_s, lost) for exposure_s in tried]
         best, exposure_s = max(found, key=lambda one: one[0].correlation if one[0] else 0.0)
         if best is not None and best.correlation >= FOLLOWED_CORRELATION:
-            before = self.exposure_s or exposure_s
-            self.exposure_s = (1 - LEARNT) * before + LEARNT * exposure_s
+            known_s = self.exposure_s or exposure_s
+            self.exposure_s = (1 - LEARNT) * known_s + LEARNT * exposure_s
         return best
 
-    def _expected(self, time_s: float) -> tuple[Array, int]:
-        """Where the page is if it moves on as it did, and how many frames ago it was seen."""
-        first, second = self._course[-2:]
-        between = max(second.time_s - first.time_s, 1e-6)
-        lost = max(1, round((time_s - second.time_s) / between))
-        moved = second.homography
-        # A hand turns back within some frames, so motion goes on for two at most.
-        for _ in range(min(lost, 2)):
-            moved = moved @ np.linalg.inv(first.homography) @ second.homography
-        return np.asarray(moved / moved[2, 2]), lost
-
-    def _velocity(self, homography: Array, time_s: float) -> Array:
+    def _velocity(self, past: tuple[Seen, Seen], page: Array, time_s: float) -> Array:
         """Velocity (4, 2) of the markers in the page's own measure, mm/s, if the page is so placed now."""
-        before, last = self._course[-2:]
-        now = self._way(last.homography, homography) / (time_s - last.time_s)
-        then = self._way(before.homography, last.homography) / max(last.time_s - before.time_s, 1e-6)
+        before, last = past
+        now = self._way(last.page, page) / (time_s - last.time_s)
+        then = self._way(before.page, last.page) / max(last.time_s - before.time_s, 1e-6)
         # Differences tell the velocity half a frame late; it goes on changing as it did.
         return np.asarray(1.5 * now - 0.5 * then) if time_s - last.time_s < 0.1 else now
 
@@ -110,24 +93,30 @@ class ShakenFollower:
         )
 
     def _registered(
-        self, light: NDArray[np.float32], expected: Array, exposure_s: float, time_s: float, lost: int
+        self,
+        light: NDArray[np.float32],
+        past: tuple[Seen, Seen],
+        expected: Array,
+        exposure_s: float,
+        time_s: float,
+        lost: int,
     ) -> tuple[Registration | None, float]:
         """Steps 3 and 4 with one exposure; the page, and the exposure that its smear tells."""
         reach, place = min(REACH_MODULES + REACH_MORE * (lost - 1), MOST_REACH), expected
         for _ in range(2):
             # Where it is found tells how fast it came there, and so how it is smeared.
-            smear = self._limited(exposure_s * self._velocity(place, time_s))
-            score, place = self._sought(light, expected, self._registrar.template_for(expected, smear), reach)
+            smear = self._limited(exposure_s * self._velocity(past, place, time_s))
+            score, place = self._sought(light, expected, self._smeared(expected, smear), reach)
             if score < UNSURE:
-                still = self._sought(light, expected, self._registrar.template_for(expected), reach)
+                still = self._sought(light, expected, self._template.at(expected), reach)
                 score, place = max((score, place), still, key=lambda found: found[0])
         if score < SOUGHT:
             return None, exposure_s
-        smear = self._limited(exposure_s * self._velocity(place, time_s))
+        smear = self._limited(exposure_s * self._velocity(past, place, time_s))
         best: Registration | None = None
         told_s, tried_s = exposure_s, exposure_s
         for _ in range(STEPS):
-            template = self._registrar.template_for(place, smear)
+            template = self._smeared(place, smear)
             found = self._registrar.register(light, place, template)
             if found is None or (best is not None and found.correlation <= best.correlation):
                 break
@@ -138,6 +127,9 @@ class ShakenFollower:
             c, s = math.cos(turn), math.sin(turn)
             smear, tried_s = self._limited((1 + growth) * smear @ np.array([[c, s], [-s, c]])), (1 + growth) * tried_s
         return best, told_s
+
+    def _smeared(self, place: Array, smear: Array) -> Template:
+        return self._registrar.printer.smeared(self._template.at(place), smear)
 
     def _limited(self, smear: Array) -> Array:
         longest = float(np.linalg.norm(smear, axis=1).max())
@@ -177,8 +169,7 @@ class ShakenFollower:
         if residual is None:
             return 0.0, 0.0
         turned = smear @ np.array([[math.cos(PROBE), math.sin(PROBE)], [-math.sin(PROBE), math.cos(PROBE)]])
-        draw = self._registrar.printer.draw
-        others = [draw(template.px_per_mm, other) for other in ((1 + PROBE) * smear, turned)]
+        others = [self._registrar.printer.smeared(template, other) for other in ((1 + PROBE) * smear, turned)]
         if any(len(other.values) != len(template.values) for other in others):
             return 0.0, 0.0
         columns = np.column_stack([(other.values - template.values) / PROBE for other in others])
@@ -188,3 +179,14 @@ class ShakenFollower:
         change = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2) + 1e-12 * np.eye(2), columns.T @ residual)
         change = np.clip(change, -MOST_CHANGE, MOST_CHANGE)
         return float(change[0]), float(change[1])
+
+
+def _expected(before: Seen, last: Seen, time_s: float) -> tuple[Array, int]:
+    """Where the page is if it moves on as it did, and how many frames ago it was seen."""
+    between = max(last.time_s - before.time_s, 1e-6)
+    lost = max(1, round((time_s - last.time_s) / between))
+    moved = last.page
+    # A hand turns back within some frames, so motion goes on for two at most.
+    for _ in range(min(lost, 2)):
+        moved = moved @ np.linalg.inv(before.page) @ last.page
+    return np.asarray(moved / moved[2, 2]), lost

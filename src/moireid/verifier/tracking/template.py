@@ -26,13 +26,23 @@ FINE = 8
 
 
 @dataclass(frozen=True)
+class Drawing:
+    """The four markers finely drawn: pitch of a template's samples, mm, and each marker's brightness and its gradient
+    per mm, (side, side, 3).
+    """
+
+    pitch_mm: float
+    pictures: tuple[NDArray[np.float32], ...]
+
+
+@dataclass(frozen=True)
 class Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
     Convention: one marker's samples after another's.
-    first (4,): where each marker's samples begin; printed (N,): values of each marker about their mean; smeared:
-    whether it is drawn as motion smears it; solvers: least-squares solvers (8, N) by which of the markers are seen,
-    made as they are needed.
+    first (4,): where each marker's samples begin; printed (N,): values of each marker about their mean; drawing: that
+    they were taken from; smeared: whether it is drawn as motion smears it; solvers: least-squares solvers (8, N) by
+    which of the markers are seen, made as they are needed.
     """
 
     points: Array
@@ -42,15 +52,12 @@ class Template:
     printed: Array
     jacobian: Array
     px_per_mm: float
+    drawing: Drawing
     smeared: bool = False
     solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
 
-    def solve(self, seen: tuple[bool, ...], residual: Array) -> Array:
-        """Warp parameters (8,) that explain the residuals of the markers that are seen."""
-        return np.asarray(self.solver(seen) @ residual)
-
     def solver(self, seen: tuple[bool, ...]) -> Array:
-        """Least-squares solver (8, N), blind to each marker's gain and offset."""
+        """Least-squares solver (8, N) of residuals for warp parameters, blind to each marker's gain and offset."""
         if seen not in self.solvers:
             used = np.array(seen)[self.marker]
             free = without_gains(np.where(used[:, None], self.jacobian, 0.0), self.marker, self.values)
@@ -59,7 +66,7 @@ class Template:
 
 
 class TemplatePrinter:
-    """Draws templates of one page at any scale; keeps the finest drawing of the last scale."""
+    """Draws templates of one page at any scale."""
 
     def __init__(self, markers: Markers) -> None:
         self._markers = markers
@@ -72,14 +79,20 @@ class TemplatePrinter:
         self._bits = [
             np.asarray(cv2.aruco.generateImageMarker(known, identity, self._modules)) > 127 for identity in markers.ids
         ]
-        self._drawn: tuple[float, float, list[NDArray[np.float32]]] | None = None
 
-    def draw(self, px_per_mm: float, smear_mm: Array | None = None) -> Template:
-        """The four markers at about one sample a pixel, blurred as a picture blurs.
+    def draw(self, px_per_mm: float) -> Template:
+        """The four markers at about one sample a pixel, blurred as a picture blurs."""
+        return self._sampled(px_per_mm, self._drawn(px_per_mm), None)
 
-        Parameters: smear_mm (4, 2): way of the page during the exposure, marker by marker, page mm; None for none.
+    def smeared(self, template: Template, smear_mm: Array) -> Template:
+        """The same template as motion smears it.
+
+        Parameters: smear_mm (4, 2): way of the page during the exposure, marker by marker, page mm.
         """
-        pitch_mm, pictures = self._pictures(px_per_mm)
+        return self._sampled(template.px_per_mm, template.drawing, smear_mm)
+
+    def _sampled(self, px_per_mm: float, drawing: Drawing, smear_mm: Array | None) -> Template:
+        pitch_mm, pictures = drawing.pitch_mm, drawing.pictures
         side = pictures[0].shape[0]
         offsets = (np.arange(FINE // 2, side, FINE) + 0.5 - side / 2) / FINE * pitch_mm
         x, y = (part.ravel() for part in np.meshgrid(offsets, offsets))
@@ -99,12 +112,11 @@ class TemplatePrinter:
         jacobian = warp_jacobian(place, figures[:, 1:] * self.extent)
         printed = np.concatenate([part[:, 0] - part[:, 0].mean() for part in shown])
         first = np.cumsum([0, *(len(part) for part in shown[:-1])])
-        return Template(place, marker, figures[:, 0], first, printed, jacobian, px_per_mm, smear_mm is not None)
+        return Template(
+            place, marker, figures[:, 0], first, printed, jacobian, px_per_mm, drawing, smear_mm is not None
+        )
 
-    def _pictures(self, px_per_mm: float) -> tuple[float, list[NDArray[np.float32]]]:
-        """Pitch of the samples, mm, and each marker finely drawn: (side, side, 3) brightness and gradient per mm."""
-        if self._drawn is not None and self._drawn[0] == px_per_mm:
-            return self._drawn[1:]
+    def _drawn(self, px_per_mm: float) -> Drawing:
         size_mm = self._markers.size_mm
         reach_mm = size_mm / 2 + BORDER_MODULES * self.module_mm
         count = int(np.clip(2 * reach_mm * px_per_mm, 24, 160))
@@ -120,8 +132,7 @@ class TemplatePrinter:
             picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
             gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
             pictures.append(np.dstack([picture, gradient_x, gradient_y]))
-        self._drawn = px_per_mm, pitch_mm, pictures
-        return pitch_mm, pictures
+        return Drawing(pitch_mm, tuple(pictures))
 
 
 def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm: float) -> NDArray[np.float32]:
