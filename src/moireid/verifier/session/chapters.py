@@ -32,6 +32,9 @@ CHAPTER_FRAMES = 1800
 #: Each chapter begins with so many of the last one's frames, so that no end of a film is too short to be judged, and
 #: nothing can be cut in at a border.
 OVERLAP_FRAMES = 240
+#: Where a film's times start anew, a chapter of so many tracked frames ends.  A shorter one goes on behind a gap in
+#: time, so that no forger gets chapters of two seconds, in which slow drifts do not show, by times that start anew.
+PIECE_FRAMES = OVERLAP_FRAMES
 #: Fewer frames than two windows say nothing about motion.
 MIN_FRAMES = 2 * WINDOW_FRAMES
 

@@ -20,7 +20,7 @@ Of several badges in view the verdict is of one alone (`line`); its place is in 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from moireid.badge import Badge
@@ -71,7 +71,7 @@ def verify(
     seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
-    reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others
+    reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others + seen.verifier.restarts
     judged = seen.verifier.judged
     overlapped = seen.watch.judge(judged.tracker, seen.chapters) if seen.watch else None
     if overlapped:
@@ -129,7 +129,7 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
         verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
         if watch:
             begin = time.perf_counter()
-            watch.push(frame, verifier.in_view)
+            watch.push(replace(frame, time_s=verifier.now_s), verifier.in_view)
             face_s += time.perf_counter() - begin
         if progress:
             progress(read, film.frames_expected)

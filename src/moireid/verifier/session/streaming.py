@@ -15,10 +15,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.motion.figures import WINDOW_FRAMES
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
-from moireid.verifier.session.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
+from moireid.verifier.session.chapters import (
+    CHAPTER_FRAMES,
+    MIN_FRAMES,
+    OVERLAP_FRAMES,
+    PIECE_FRAMES,
+    Chapter,
+    judge_chapter,
+)
 from moireid.verifier.session.claim import Claim
+from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
@@ -58,6 +67,9 @@ class Verifier:
         self._aside = aside
         self._pending: Future[Running] | None = None
         self._claim, self._running = claim, running
+        self._times = FilmTime()
+        #: When the last frame was taken, in times that rise.
+        self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
         self._lines = [Line(claim, self._view.trackers[0])]
         #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
@@ -90,11 +102,24 @@ class Verifier:
         read = set[str]().union(self._gone_read, *(line.read() for line in beside))
         return others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
 
+    @property
+    def restarts(self) -> tuple[Reason, ...]:
+        """Findings on times that start anew, where they do."""
+        unjudged = sum(chapter.tracked for chapter in self.chapters if not chapter.signals)
+        return restart_findings(self._times.restarts, unjudged, WINDOW_FRAMES)
+
     def push(self, frame: Frame) -> Running | None:
         """Take in the next frame; a running verdict where one is due.
 
-        Convention: frames in order, times rising.
+        Convention: frames in order, times in seconds; where they start anew, a chapter ends (`PIECE_FRAMES`), and they
+        are moved so that they rise (`FilmTime`).
+        Raises: SpecError where a time is not finite.
         """
+        self.now_s, restarted = self._times.place(frame.time_s)
+        frame = replace(frame, time_s=self.now_s)
+        for line in self._lines:
+            if restarted and line.tracker.tracked >= PIECE_FRAMES:
+                line.close()
         self._view.push(frame)
         self._renew_lines()
         for line in self._lines:
