@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import re
 import struct
 import subprocess
@@ -17,7 +18,7 @@ import pytest
 
 from kit.coded_films import written
 from moireid.errors import MediaError
-from moireid.verifier import video
+from moireid.verifier import Claim, verify, video
 from moireid.verifier.video import Film, luma_of
 
 
@@ -154,3 +155,44 @@ def test_pictures_beyond_4k_are_refused_with_their_size(tmp_path):
     path.write_bytes(b"YUV4MPEG2 W7680 H4320 F30:1 Cmono\nFRAME\n")
     with pytest.raises(MediaError, match="7680 x 4320"):
         Film(path)
+
+
+def short_film(path: Path, count: int) -> Path:
+    return written(path, [np.full((64, 64), 40 * k, np.uint8) for k in range(count)], "libx264", "yuv420p")
+
+
+def test_the_digest_is_of_the_film_that_was_read_and_not_of_its_path(tmp_path, ada):
+    """Catches: a film swapped while it is verified, whose digest the verdict on the other one is given."""
+    path, other = short_film(tmp_path / "a.mp4", 5), short_film(tmp_path / "b.mp4", 3)
+    read, swapped_in = hashlib.sha256(path.read_bytes()).hexdigest(), hashlib.sha256(other.read_bytes()).hexdigest()
+
+    def swap(frame: int, expected: int | None) -> None:
+        if frame == 1:
+            other.replace(path)
+
+    report = verify(path, Claim(ada), progress=swap)
+    assert report.frames["read"] == 5 and report.film["sha256"] == read
+    assert verify(path, Claim(ada)).film["sha256"] == swapped_in
+    film = Film(path)
+    short_film(tmp_path / "c.mp4", 4).replace(path)
+    assert len(list(film.frames())) == 3 and film.described()["sha256"] == swapped_in
+
+
+def test_a_film_that_is_written_to_is_refused(tmp_path, ada):
+    """Catches: a digest of bytes that were not there when the frames were read."""
+    path = short_film(tmp_path / "a.mp4", 3)
+
+    def write(frame: int, expected: int | None) -> None:
+        with path.open("ab") as stream:
+            stream.write(b"more")
+
+    with pytest.raises(MediaError, match="changed while"):
+        verify(path, Claim(ada), progress=write)
+
+
+def test_two_readers_of_one_film_keep_their_places(tmp_path):
+    """Catches: one place of reading for the file, which two readers move in turn."""
+    film = Film(short_film(tmp_path / "a.mp4", 5))
+    pairs = list(zip(film.frames(), film.frames(), strict=True))
+    assert [one.index for one, _ in pairs] == list(range(5))
+    assert all(np.array_equal(one.luma, other.luma) for one, other in pairs)

@@ -23,11 +23,11 @@ from moireid.evaluation.baseline.corners import without_corners
 from moireid.evaluation.baseline.published import verify_published
 from moireid.evaluation.manifest import Entry
 from moireid.kept import program_digest
+from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.reasons import json_number
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.result import Report
-from moireid.verifier.video import file_sha256
 
 Pipeline = Literal["moireid", "published"]
 PIPELINES: tuple[Pipeline, ...] = ("moireid", "published")
@@ -58,17 +58,17 @@ class Job:
 def score_film(job: Job, film: str) -> Row:
     """The row of a film, which lies at the path `film` here.  A film that cannot be read is a row too."""
     begun = time.perf_counter()
-    sha256 = file_sha256(Path(film)) if Path(film).is_file() else None
     try:
         report = _report(job, Path(film))
     except MoireIdError as error:
         # Fetched films lie in a folder that is drawn anew each time.
         words = " ".join(str(error).split()).replace(film, job.entry.video)
+        sha256 = OpenedFile(Path(film)).sha256() if Path(film).is_file() else None
         return failed_row(Lost(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
     figures = {name: json_number(getattr(report.invariant, name)) for name in FIGURES}
     told = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
     return {
-        "sha256": sha256,
+        "sha256": report.film["sha256"],
         "verdict": report.verdict,
         "motion": report.invariant.verdict,
         "identity": report.identity.verdict,

@@ -11,10 +11,10 @@ session/    a film or a live picture from its first frame to the verdict
 report/     the report for people
 live/       a live check: prompts that nobody knows before
 
-video.py    grey frames with their times
-reasons.py  findings with value, limit and unit
-timeline.py intervals of time
-corners.py  corners given by hand, followed
+video.py        grey frames with their times
+opened_file.py  the file that they are read from, opened once
+reasons.py      findings with value, limit and unit
+timeline.py     times that rise, and intervals of them
 """
 
 from moireid.verifier.session.claim import Claim

@@ -5,19 +5,19 @@ Left out: colour.  Fringes and markers are grey, and the luma plane of the decod
 
 from __future__ import annotations
 
-import hashlib
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MediaError
+from moireid.verifier.opened_file import OpenedFile
 
 if TYPE_CHECKING:
     import av
@@ -58,7 +58,10 @@ class Frame:
 
 
 class Film:
-    """A video file, opened: `frames()` reads it from the beginning, one frame in memory at a time."""
+    """A video file, opened: `frames()` reads it from the beginning, one frame in memory at a time.
+
+    The file is opened once, and all that is read of it or told of it is of that file, whatever its path names later.
+    """
 
     def __init__(self, path: Path) -> None:
         """Open the file and look at its first video stream.  Raises: MediaError where there is none."""
@@ -66,10 +69,14 @@ class Film:
 
         if not path.is_file():
             raise MediaError(f"video {path} does not exist or is no file; {ADVICE}")
-        if path.stat().st_size == 0:
+        try:
+            self._file = OpenedFile(path)
+        except OSError as error:
+            raise MediaError(f"video {path} cannot be read ({_reason(error)}); {ADVICE}") from error
+        if self._file.size == 0:
             raise MediaError(f"video {path} is empty; {ADVICE}")
         try:
-            with av.open(str(path.absolute()), options=OPENING) as container:
+            with av.open(self._file.reading(), options=OPENING) as container:
                 kinds = set(container.format.name.split(","))
                 if not kinds & FORMATS:
                     raise MediaError(f"{path} is read as {container.format.name}, which is no film; {ADVICE}")
@@ -92,6 +99,14 @@ class Film:
             raise MediaError(f"{path} says nothing of its picture size, or that it is beyond 4K; {ADVICE}")
         self.path = path
 
+    def described(self) -> dict[str, Any]:
+        """As the `input` object of `verify --json`, with the digest of the file that was read.
+
+        Raises: MediaError where the file changed since it was opened.
+        """
+        sha256 = self._file.sha256()
+        return {"path": str(self.path), "sha256": sha256, "width": self.width, "height": self.height, "fps": self.fps}
+
     def frames(self) -> Generator[Frame, None, None]:
         """Decode frame by frame.
 
@@ -101,7 +116,7 @@ class Film:
 
         count = 0
         try:
-            with av.open(str(self.path.absolute()), options=OPENING) as container:
+            with av.open(self._file.reading(), options=OPENING) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
                 stream.codec_context.thread_count = 1 if one_thread() else 0
@@ -168,12 +183,6 @@ def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
         # The decoder uses its memory again for the next picture.
         return rows.copy()
     return np.asarray(cv2.LUT(rows, VIDEO_RANGE), np.uint8)
-
-
-def file_sha256(path: Path) -> str:
-    """Hex SHA-256 of a file."""
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
 def _reason(error: Exception) -> str:

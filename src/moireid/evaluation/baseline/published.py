@@ -34,7 +34,7 @@ from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.result import Report
 from moireid.verifier.tracking.markers import marker_corners_mm
 from moireid.verifier.tracking.track import no_track
-from moireid.verifier.video import Film, Progress, file_sha256
+from moireid.verifier.video import Film, Progress
 
 Array = NDArray[np.float64]
 #: Rectified pixels to the millimetre, and the most along either side.
@@ -79,7 +79,7 @@ def verify_published(
         reasons,
         invariant,
         identity,
-        {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
+        film.described(),
         {"read": read, "tracked": len(place)},
         {"total_s": total_s, "stages": {"film": total_s}},
         ("identity", "gain"),

@@ -32,7 +32,7 @@ from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.tracking.track import no_track
-from moireid.verifier.video import Film, Progress, file_sha256
+from moireid.verifier.video import Film, Progress
 
 
 def verify(
@@ -89,7 +89,7 @@ def verify(
         reasons,
         invariant,
         identity,
-        {"path": str(video), "sha256": file_sha256(video), "width": film.width, "height": film.height, "fps": film.fps},
+        film.described(),
         {"read": seen.read, "tracked": seen.tracked},
         timing,
         _left_out(claim.badge, shown.measurement),
