@@ -15,7 +15,7 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.verifier import Claim, Film, Frame, Verifier, verify
 from moireid.verifier.reasons import worst
-from moireid.verifier.session import streaming
+from moireid.verifier.session import badge_session
 from moireid.verifier.session.chapters import invariant_of
 
 FPS = 15
@@ -77,7 +77,7 @@ def test_two_pieces_of_a_transport_stream_are_accepted(joined: Path, prototype: 
 
 def test_a_long_piece_is_a_chapter_and_a_short_rest_is_named(films: Path, prototype: Badge, monkeypatch):
     """Catches: chapters of two recordings; a rest of 40 frames that nobody judged, passed over in silence."""
-    monkeypatch.setattr(streaming, "PIECE_FRAMES", 60)
+    monkeypatch.setattr(badge_session, "PIECE_FRAMES", 60)
     film = films / "genuine_1.0m.mp4"
     halves = judged(film, prototype, lambda time_s: time_s % 4.0)
     assert [chapter.tracked for chapter in halves.chapters] == [60, 60]

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from moireid.verifier.reasons import Reason, json_number, worst
-from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of, judge_chapter
+from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of, invariant_of, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 
@@ -37,6 +37,15 @@ class Line:
         self.repeated = keep
         shown = min(self.chapters, key=_telling)
         self.chapters = [chapter if chapter is shown else chapter.light() for chapter in self.chapters]
+
+    def end_piece(self) -> None:
+        """Where the film's times start anew: judge the open chapter, if it is long enough to be one by itself."""
+        if self.tracker.tracked >= PIECE_FRAMES:
+            if self.tracker.tracked > self.repeated:
+                self.close()
+            else:
+                self.tracker.take()
+                self.repeated = 0
 
     def finish(self) -> Line:
         """Judge what is still open; there is one chapter at least."""

@@ -67,7 +67,7 @@ class Chapter:
 def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     """Steps 1 to 4 of a track, whose first `repeated` frames the chapter before held too.
 
-    Convention: as `verify.verify`.
+    Convention: as `film.verify`.
     Source: module docstring.
     """
     span = (float(track.times_s[0]), float(track.times_s[-1])) if track.tracked else (0.0, 0.0)

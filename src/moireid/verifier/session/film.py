@@ -14,7 +14,7 @@ Steps 3 to 7 are taken chapter by chapter (`chapters`), of which a film of up to
 Policy: the invariant and the identity must both hold.  A failure of either rejects; a doubt of either leaves it open.
 A copy is reported, and rejected where the policy asks for the original.
 Where the overlap protocol is asked for, the badge must also pass before the face, and obey the law there (`overlap`).
-Of several badges in view the verdict is of one alone (`line`); its place is in the report.
+Of several badges in view the verdict is of one alone (`badge_session`); its place is in the report.
 """
 
 from __future__ import annotations
@@ -47,20 +47,28 @@ def verify(
 
     Parameters
     ----------
-    video: path of the film
-    claim: the badge, the identity that must be read, and what else is known of it
-    revoked: the reason for which the claimed badge was revoked, if it was
-    overlap: ask that the badge passes before the face, and obeys the law there (`overlap`)
-    progress: called with frames read, and frames expected where the file says
+    video
+        Path of the film.
+    claim
+        The badge, the identity that must be read, and what else is known of it.
+    revoked
+        The reason for which the claimed badge was revoked, if it was.
+    overlap
+        Ask that the badge passes before the face, and obeys the law there (`overlap`).
+    progress
+        Called with frames read, and frames expected where the file says.
 
     Returns
     -------
-    The report.  Its verdict "accept" needs both invariant and identity; without a claimed identity the invariant alone.
+    Report
+        Its verdict "accept" needs both invariant and identity; without a claimed identity the invariant alone.
 
     Raises
     ------
-    MediaError: the film cannot be read
-    MissingExtraError: the face detector is missing
+    MediaError
+        The film cannot be read, or was written to meanwhile.
+    MissingExtraError
+        The face detector is missing.
 
     Notes
     -----

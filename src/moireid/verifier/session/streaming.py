@@ -18,14 +18,7 @@ from numpy.typing import NDArray
 from moireid.verifier.motion.figures import WINDOW_FRAMES
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
-from moireid.verifier.session.chapters import (
-    CHAPTER_FRAMES,
-    MIN_FRAMES,
-    OVERLAP_FRAMES,
-    PIECE_FRAMES,
-    Chapter,
-    judge_chapter,
-)
+from moireid.verifier.session.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
@@ -117,9 +110,9 @@ class Verifier:
         """
         self.now_s, restarted = self._times.place(frame.time_s)
         frame = replace(frame, time_s=self.now_s)
-        for line in self._lines:
-            if restarted and line.tracker.tracked >= PIECE_FRAMES:
-                line.close()
+        if restarted:
+            for line in self._lines:
+                line.end_piece()
         self._view.push(frame)
         self._renew_lines()
         for line in self._lines:
