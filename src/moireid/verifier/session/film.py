@@ -47,15 +47,15 @@ def verify(
 
     Parameters
     ----------
-    video
+    video : Path
         Path of the film.
-    claim
+    claim : Claim
         The badge, the identity that must be read, and what else is known of it.
-    revoked
+    revoked : str, optional
         The reason for which the claimed badge was revoked, if it was.
-    overlap
+    overlap : bool
         Ask that the badge passes before the face, and obeys the law there (`overlap`).
-    progress
+    progress : callable, optional
         Called with frames read, and frames expected where the file says.
 
     Returns
