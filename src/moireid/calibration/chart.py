@@ -27,6 +27,7 @@ from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.profiles import CHART_FAMILY, Printer
 from moireid.verifier.camera.plane_pose import start_poses
+from moireid.verifier.fringes.sinusoid import fit_rows
 from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, ProfileReader, counts_of
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm
@@ -219,7 +220,7 @@ class BandFit:
         self.length_mm = float(along[-1] - along[0])
         self._place = place = (along - along.mean()) / (self.length_mm / 2)
         # Shading: light that falls off to the sides is no fringe.
-        self._shading, _ = np.linalg.qr(np.column_stack([np.ones_like(place), place, place**2]))
+        self._shading = np.linalg.qr(np.column_stack([np.ones_like(place), place, place**2]))[0].T
         self._lens_x, self._line_x = [], []
         for view in views:
             distance = abs(float(view.camera_mm[2]))
@@ -229,9 +230,9 @@ class BandFit:
             self._lens_x.append(along - middle_mm - lens.thickness_mm * tangent)
             self._line_x.append(self._lens_x[-1] + shift)
 
-    def phase_rad(self, view: int, part: int, lens_per_mm: float) -> Array:
-        """Phase over a part of a band, (N,), less the constant that the sheet's place decides."""
-        printed = self._line_x[view][part] * self.printed[part // self._parts]
+    def phase_rad(self, view: int, parts: slice, lens_per_mm: float) -> Array:
+        """Phase over some parts of one band, (P, N), less the constant that the sheet's place decides."""
+        printed = self._line_x[view][parts] * self.printed[parts.start // self._parts]
         return np.asarray(2 * np.pi * (printed - self._lens_x[view] * lens_per_mm))
 
     def left(self, band: int, lens_per_mm: float, harmonics: int) -> tuple[float, float, NDArray[np.complex128]]:
@@ -239,23 +240,12 @@ class BandFit:
 
         Returns also the first view's fringes, one complex figure a part: contrast in counts, and phase at the middle.
         """
-        rest_all = shaded_all = 0.0
-        fringes = np.zeros(self._parts, complex)
-        for k, view in enumerate(self.views):
-            for j in range(self._parts):
-                part = band * self._parts + j
-                turn = np.exp(1j * self.phase_rad(k, part, lens_per_mm))
-                basis = np.column_stack([f(turn**h) for h in range(1, harmonics + 1) for f in (np.real, np.imag)])
-                basis -= self._shading @ (self._shading.T @ basis)
-                profile = view.profiles[part]
-                shaded = profile - self._shading @ (self._shading.T @ profile)
-                coefficients = np.linalg.lstsq(basis, shaded, rcond=1e-6)[0]
-                rest = shaded - basis @ coefficients
-                rest_all += float(rest @ rest)
-                shaded_all += float(shaded @ shaded)
-                if k == 0:
-                    fringes[j] = coefficients[0] - 1j * coefficients[1]
-        return rest_all, shaded_all, fringes
+        parts = slice(band * self._parts, (band + 1) * self._parts)
+        profiles = np.stack([view.profiles[parts] for view in self.views])
+        argument = np.stack([self.phase_rad(k, parts, lens_per_mm) for k in range(len(self.views))])
+        found = fit_rows(profiles, argument, harmonics, self._shading)
+        shaded = profiles - profiles @ self._shading.T @ self._shading
+        return float(found.left.sum()), float((shaded**2).sum()), found.harmonics[0, :, 0]
 
     def search(self, low: float, high: float) -> float:
         """The q whose fringes explain the bands best, all together, to a tenth of a fringe across a band."""

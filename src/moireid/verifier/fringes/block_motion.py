@@ -18,6 +18,7 @@ from scipy.ndimage import uniform_filter1d
 
 from moireid.verifier.camera.smoothing import frame_s
 from moireid.verifier.fringes.predicted_phase import StripLaw
+from moireid.verifier.fringes.sinusoid import fit_series, series, series_slope
 from moireid.verifier.fringes.strip_phase import StripPhase
 
 Array = NDArray[np.float64]
@@ -31,8 +32,6 @@ HARMONICS = 5
 LEAST_INFORMATION = 0.15
 #: Frames whose phase is vaguer than this are left out.
 CLEAR_RAD = 0.3
-#: Frames whose columns are held at a time.
-PIECE_FRAMES = 512
 
 
 def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s: Array) -> float:
@@ -50,8 +49,8 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     if not clear.any():
         return 0.0
     turned, seen, times_s = turned[clear], seen[clear], times_s[clear]
-    shape, slope = _shape(turned, seen)
-    left = seen - shape
+    shape = fit_series(seen, turned, HARMONICS)
+    left, slope = seen - series(shape, turned), series_slope(shape, turned)
     left -= left.mean(axis=0)
     borders = np.linspace(0, seen.shape[1], BLOCKS + 1).astype(int)[:-1]
     frames = max(1, round(AVERAGED_S / max(frame_s(times_s, AVERAGED_S), 1e-3)))
@@ -71,32 +70,3 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
 def _averaged(series: Array, frames: int) -> Array:
     """The mean over so many frames around each, (T, B)."""
     return np.asarray(uniform_filter1d(series, frames, axis=0, mode="nearest"))
-
-
-def _shape(turned: Array, seen: Array) -> tuple[Array, Array]:
-    """The fringe's shape, learnt from the whole film, at these phases, and its slope; both (T, N)."""
-    pieces = np.array_split(np.arange(len(seen)), -(-len(seen) // PIECE_FRAMES))
-    gram, right = np.zeros((2 * HARMONICS + 1, 2 * HARMONICS + 1)), np.zeros(2 * HARMONICS + 1)
-    for some in pieces:
-        columns = _columns(turned[some])
-        gram += np.einsum("itn,jtn->ij", columns, columns)
-        right += np.einsum("itn,tn->i", columns, seen[some])
-    # A ridge of one part in 1e9 keeps columns that alias onto one another from stopping the solve.
-    found = np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), right)
-    order = np.arange(1, HARMONICS + 1)
-    derived = np.concatenate([[0.0], np.column_stack([order * found[2::2], -order * found[1::2]]).ravel()])
-    shape, slope = np.empty_like(seen), np.empty_like(seen)
-    for some in pieces:
-        columns = _columns(turned[some])
-        shape[some], slope[some] = np.tensordot(found, columns, 1), np.tensordot(derived, columns, 1)
-    return shape, slope
-
-
-def _columns(turned: Array) -> Array:
-    """1, cos, sin, cos 2, sin 2, ... of the phases, (2 H + 1, T, N)."""
-    turn = np.exp(1j * turned)
-    columns, power = [np.ones_like(turned)], np.ones_like(turn)
-    for _ in range(HARMONICS):
-        power = power * turn
-        columns += [power.real, power.imag]
-    return np.stack(columns)

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.waveform import Complex, learn_waveform, match_cost, match_phase, match_symbol, waveform
+from moireid.verifier.fringes.sinusoid import Complex, series
+from moireid.verifier.identity.waveform import learn_waveform, match_cost, match_phase, match_symbol
 from moireid.verifier.tracking.badge_tracker import Track
 from moireid.verifier.tracking.profiles import Strip
 
@@ -121,7 +122,7 @@ def read_cells(
 
 def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
     """Seen change times expected change, and expected change squared, each about its mean over the film."""
-    expected = waveform(shape, phase + ahead)
+    expected = series(shape, phase + ahead)
     expected = expected - expected.mean(axis=0)
     return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
 

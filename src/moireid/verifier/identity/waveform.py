@@ -14,8 +14,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.fringes.sinusoid import Complex, fit_series
+
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 HARMONICS = 5
 #: Phases at which a cell is compared; a parabola goes between them.
 GRID = 96
@@ -39,27 +40,11 @@ def learn_waveform(seen: Array, phase: Array) -> Complex:
     Convention: c_1 is real and 1; c_0 is 0, as the level belongs to the picture.
     Source: least squares with a light ridge, so that harmonics that were hardly seen stay small.
     """
-    angle, values = phase.ravel(), seen.ravel()
-    columns = [np.ones_like(angle)]
-    for harmonic in range(1, HARMONICS + 1):
-        columns += [np.cos(harmonic * angle), np.sin(harmonic * angle)]
-    basis = np.stack(columns, axis=1)
-    normal = basis.T @ basis + 0.01 * len(values) * np.diag([0.0] + [0.0] * 2 + [1.0] * (2 * HARMONICS - 2))
-    solved = np.linalg.solve(normal, basis.T @ values)
-    shape = np.zeros(HARMONICS + 1, complex)
-    shape[1:] = solved[1::2] - 1j * solved[2::2]
+    shape = fit_series(seen, phase, HARMONICS, harmonic_ridge_share=0.01)
+    shape[0] = 0.0
     # The fundamental defines phase and contrast; turning the other harmonics with it keeps the shape.
     turn, size = np.angle(shape[1]), np.abs(shape[1])
     return shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9)
-
-
-def waveform(shape: Complex, phase: Array) -> Array:
-    """Brightness of the shape at phases, in contrasts about the level."""
-    turn = np.exp(1j * phase)
-    total = np.zeros(phase.shape, complex)
-    for coefficient in shape[::-1]:
-        total = total * turn + coefficient
-    return np.asarray(total.real)
 
 
 def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> Array:
