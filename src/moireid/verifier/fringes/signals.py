@@ -17,10 +17,11 @@ from moireid.badge import Badge, Grating
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.page_warp import POSE_UNTOLD, page_warps
 from moireid.verifier.camera.self_calibration import guessed_focal_px
-from moireid.verifier.camera.smoothing import smooth_camera, stretches, without_strays
+from moireid.verifier.camera.smoothing import smooth_camera, without_strays
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, held_rad, measure_strip
+from moireid.verifier.fringes.unwrap import joined_frames, unwrap
 from moireid.verifier.tracking.badge_tracker import Track
 from moireid.verifier.tracking.markers import marker_corners_mm
 
@@ -29,11 +30,6 @@ Array = NDArray[np.float64]
 PITCH_TOLERANCE = 0.008
 #: Frames whose phase is vaguer than this tell nothing and are left out.
 MAX_PHASE_SD_RAD = 0.6
-#: A badge that is lost for longer than this may have moved by more than a turn of phase meanwhile.
-GAP_S = 0.3
-#: Beyond half a turn between two frames nobody can tell which way it went; three error bars of a vague phase are kept
-#: off.
-LARGEST_STEP_RAD = 2.5
 #: Markers smaller than a coding block and a bit share its errors, which then do not show in what a pose leaves
 #: unexplained.  On films made outside at 1 to 2 m errors are as told, at 3 m (13 px) 1.4 to 1.7 times, at 4 m 2.5
 #: times.
@@ -225,8 +221,8 @@ def _combine(
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
     # What a hand hides has no phase; its noise would be followed through whole turns.
     clear = np.flatnonzero(weight.any(axis=0))
-    segments = [clear[part] for part in _followed(common[clear], times_s[clear])]
-    signal = _unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
+    segments = [clear[part] for part in joined_frames(common[clear], times_s[clear])]
+    signal = unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
     for _ in range(4):
         expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
         apart = phase - expected
@@ -234,7 +230,7 @@ def _combine(
         turned = np.angle(np.exp(1j * (apart - offset[:, None])))
         total = weight.sum(axis=0)
         correction = np.where(total > 0, (weight * turned).sum(axis=0) / np.maximum(total, 1e-12), 0.0)
-        signal = _unwrap(signal + correction, common, segments)
+        signal = unwrap(signal + correction, common, segments)
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
@@ -246,38 +242,3 @@ def _combine(
     return GratingSignal(
         signal - signal.mean(), common, phase_sd, float(slope * noise), wander, times_s, strip_sd_rad=strip_sd
     )
-
-
-def _followed(predicted: Array, times_s: Array) -> list[NDArray[np.int64]]:
-    """Stretches of frames in which each frame's phase can be told from the one before.
-
-    They end at gaps, and where the camera went so fast that the optics predict a step of nearly half a turn or more.
-    """
-    fast = np.abs(np.diff(predicted)) > LARGEST_STEP_RAD
-    return [part for stretch in stretches(times_s, GAP_S) for part in _split(stretch, fast)]
-
-
-def _split(stretch: NDArray[np.int64], fast: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
-    return np.split(stretch, np.flatnonzero(fast[stretch[:-1]]) + 1)
-
-
-def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
-    """Phase without jumps of a turn.
-
-    Within a stretch each frame follows the one before, whatever the prediction says; frames of no stretch have no
-    phase, and get the prediction.  Whole turns between stretches
-    cannot be seen; there the number of turns is taken that lies nearest to the prediction, which gives a forger whole
-    turns a gap and nothing else.
-    """
-    longest = max(segments, key=len, default=np.zeros(0, int))
-    if not len(longest):
-        return predicted.copy()
-    anchor = float(np.mean(np.unwrap(phase[longest]) - predicted[longest]))
-    unwrapped = predicted + anchor
-    for segment in segments:
-        unwrapped[segment] = np.unwrap(phase[segment])
-    for segment in segments:
-        if segment is not longest:
-            apart = float(np.mean(unwrapped[segment] - predicted[segment])) - anchor
-            unwrapped[segment] -= 2 * np.pi * np.round(apart / (2 * np.pi))
-    return unwrapped

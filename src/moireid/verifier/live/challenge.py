@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.fringes.signals import GAP_S
+from moireid.verifier.fringes.unwrap import GAP_S
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.timeline import Spans
 
