@@ -12,6 +12,7 @@ report/     the report for people
 live/       a live check: prompts that nobody knows before
 
 video.py    grey frames with their times
+limits.py   every constant on which a verdict depends, with its source
 reasons.py  findings with value, limit and unit
 timeline.py intervals of time
 corners.py  corners given by hand, followed

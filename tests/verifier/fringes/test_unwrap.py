@@ -15,7 +15,8 @@ from moireid.badge import Badge, load_badge
 from moireid.verifier.camera.smoothing import frame_s, slow_part
 from moireid.verifier.fringes.signals import GratingSignal, _combine
 from moireid.verifier.fringes.strip_phase import StripPhase
-from moireid.verifier.fringes.unwrap import GAP_S, LARGEST_STEP_RAD, joined_frames, unwrap
+from moireid.verifier.fringes.unwrap import joined_frames, unwrap
+from moireid.verifier.limits import MAX_GAP_S, MAX_STEP_RAD
 from moireid.verifier.motion.figures import figures_of
 
 FRAMES = 240
@@ -102,12 +103,12 @@ def test_frames_join_until_a_gap_or_a_step_of_half_a_turn():
     """Catches: a split a frame early or late; a step backwards that is not seen; a gap that is one frame too short."""
     times, predicted = TIMES[:10].copy(), np.zeros(10)
     assert [list(part) for part in joined_frames(predicted, times)] == [list(range(10))]
-    times[4:] += GAP_S
-    predicted[7:] -= LARGEST_STEP_RAD + 0.01
+    times[4:] += MAX_GAP_S
+    predicted[7:] -= MAX_STEP_RAD + 0.01
     assert [list(part) for part in joined_frames(predicted, times)] == [[0, 1, 2, 3], [4, 5, 6], [7, 8, 9]]
     # Exactly at both limits nothing ends.
-    even = np.arange(3) * GAP_S
-    assert len(joined_frames(np.arange(3) * LARGEST_STEP_RAD, even)) == 1
+    even = np.arange(3) * MAX_GAP_S
+    assert len(joined_frames(np.arange(3) * MAX_STEP_RAD, even)) == 1
 
 
 def test_a_phase_of_many_turns_comes_back():

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, seen_from
-from moireid.verifier.fringes.signals import ALL_HELD_RAD, SMOOTHED_SHARE, _after_smoothing
+from moireid.verifier.fringes.signals import _after_smoothing
 from moireid.verifier.fringes.strip_phase import StripPhase, held_rad
-from moireid.verifier.motion.likelihood import ACCEPTED, EXPECTED, REJECTED, log10_ratio
+from moireid.verifier.limits import ACCEPTED_LOG10, ALL_HELD_RAD, EXPECTED, REJECTED_LOG10, SMOOTHED_SHARE
+from moireid.verifier.motion.likelihood import log10_ratio, scale_rad
 from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder
 from moireid.verifier.tracking.page_groups import same_page
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, counts_of
@@ -75,10 +76,10 @@ def test_what_a_codec_holds_of_faint_fringes_is_not_forged(name):
     """Catches: coding taken for places that move apart, by which true films of 5 % contrast were rejected; an error bar
     that excuses any stray.
     """
-    figures = {key: np.exp(one.mean) * one.scale_rad(ERROR, MOTION) for key, one in EXPECTED.items()}
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR)[0] < ACCEPTED
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR, held_rad=0.06)[0] > ACCEPTED
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.3}, MOTION, ERROR, held_rad=0.06)[0] < REJECTED
+    figures = {key: np.exp(one.mean_log) * scale_rad(one, ERROR, MOTION) for key, one in EXPECTED.items()}
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR)[0] < ACCEPTED_LOG10
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR, held_rad=0.06)[0] > ACCEPTED_LOG10
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.3}, MOTION, ERROR, held_rad=0.06)[0] < REJECTED_LOG10
 
 
 def test_smoothing_takes_nothing_from_what_is_held():

@@ -20,18 +20,12 @@ from moireid.verifier.camera.smoothing import frame_s
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.sinusoid import fit_series, series, series_slope
 from moireid.verifier.fringes.strip_phase import StripPhase
+from moireid.verifier.limits import PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
 
 Array = NDArray[np.float64]
 #: Blocks of a strip: 7 mm of a badge 80 mm wide, where a few millimetres are the finest that a camera at 2 m tells.
 BLOCKS = 12
-#: Time over which shifts are averaged: patches that change faster than this are noise to the eye as well.
-AVERAGED_S = 0.5
 HARMONICS = 5
-#: Blocks that lie on a plateau of the fringe know little of its phase; below this share of the median they are left
-#: out.
-LEAST_INFORMATION = 0.15
-#: Frames whose phase is vaguer than this are left out.
-CLEAR_RAD = 0.3
 
 
 def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s: Array) -> float:
@@ -45,7 +39,7 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     turned = law.phase_rad(found.frequency_per_mm) + found.phase_rad[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         seen = np.nan_to_num((profiles - found.level[:, None]) / found.contrast[:, None], posinf=0.0, neginf=0.0)
-    clear = found.phase_sd_rad < CLEAR_RAD
+    clear = found.phase_sd_rad < PLACE_CLEAR_RAD
     if not clear.any():
         return 0.0
     turned, seen, times_s = turned[clear], seen[clear], times_s[clear]
@@ -53,10 +47,10 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     left, slope = seen - series(shape, turned), series_slope(shape, turned)
     left -= left.mean(axis=0)
     borders = np.linspace(0, seen.shape[1], BLOCKS + 1).astype(int)[:-1]
-    frames = max(1, round(AVERAGED_S / max(frame_s(times_s, AVERAGED_S), 1e-3)))
+    frames = max(1, round(PLACE_MEAN_S / max(frame_s(times_s, PLACE_MEAN_S), 1e-3)))
     information = _averaged(np.add.reduceat(slope**2, borders, axis=1), frames)
     told = _averaged(np.add.reduceat(left * slope, borders, axis=1), frames)
-    weight = np.where(information > LEAST_INFORMATION * np.median(information), information, 0.0)
+    weight = np.where(information > PLACE_MIN_INFORMATION_SHARE * np.median(information), information, 0.0)
     if not weight.sum() > 0:
         return 0.0
     shift = told / np.maximum(information, 1e-12)

@@ -22,25 +22,18 @@ from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, held_rad, measure_strip
 from moireid.verifier.fringes.unwrap import joined_frames, unwrap
+from moireid.verifier.limits import (
+    ALL_HELD_RAD,
+    MAX_PHASE_SD_RAD,
+    PITCH_TOLERANCE_SHARE,
+    SMALL_MARKER_POWER,
+    SMALL_MARKER_PX,
+    SMOOTHED_SHARE,
+)
 from moireid.verifier.tracking.badge_tracker import Track
 from moireid.verifier.tracking.markers import marker_corners_mm
 
 Array = NDArray[np.float64]
-#: Print scale (0.5 %) and lens pitch (0.3 %) shift every beat by up to this share of 1 / p_f.
-PITCH_TOLERANCE = 0.008
-#: Frames whose phase is vaguer than this tell nothing and are left out.
-MAX_PHASE_SD_RAD = 0.6
-#: Markers smaller than a coding block and a bit share its errors, which then do not show in what a pose leaves
-#: unexplained.  On films made outside at 1 to 2 m errors are as told, at 3 m (13 px) 1.4 to 1.7 times, at 4 m 2.5
-#: times.
-TOLD_FROM_PX, UNTOLD_POWER = 19.0, 1.5
-#: Share of a frame's pose error that smoothing leaves.  A hand's motion lets a dozen frames be averaged, but part of
-#: the error is common to neighbouring frames: 0.4 to 0.6 on films at 1 to 2 m whose true poses are known.
-SMOOTHED_SHARE = 0.5
-#: Faint print errs by what a codec holds for many frames, and smoothing takes nothing of that away.  Where rounding
-#: alone strays by so much (`fringe.held_rad`), all of the error is such: a print contrast of 5 %, at which films err by
-#: twice what the share above makes of their poses, and at 20 % by no more than that.
-ALL_HELD_RAD = 0.06
 
 
 @dataclass(frozen=True)
@@ -169,15 +162,15 @@ def _untold(corners_px: Array) -> float:
     """How many times larger than told the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
-    return max(1.0, TOLD_FROM_PX / max(side, 1.0)) ** UNTOLD_POWER
+    return max(1.0, SMALL_MARKER_PX / max(side, 1.0)) ** SMALL_MARKER_POWER
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
     """Lowest and highest beat frequency that a cell may have: any symbol's where it carries a code, else its own.
 
-    Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE`.
+    Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE_SHARE`.
     """
-    tolerance = PITCH_TOLERANCE / badge.lens.pitch_mm
+    tolerance = PITCH_TOLERANCE_SHARE / badge.lens.pitch_mm
     if grating.code is None:
         own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
         return own - tolerance, own + tolerance

@@ -15,6 +15,7 @@ from scipy.optimize import minimize_scalar
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.sinusoid import Fit, fit_rows
+from moireid.verifier.limits import STRIP_NOISE_RATIO
 from moireid.verifier.tracking.profiles import CODING_POWER
 
 Array = NDArray[np.float64]
@@ -24,8 +25,6 @@ REFINE_FRAMES = 64
 BLOCKS = 4
 #: Frames that are fitted at a time.
 PIECE_FRAMES = 512
-#: Neighbouring samples share pixels: at two samples a millimetre and 1.4 pixels a millimetre noise counts 1.4 times.
-SAMPLE_INFLATION = 1.4
 
 
 @dataclass(frozen=True)
@@ -72,7 +71,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     level = np.concatenate([piece.background[:, 0] for piece in pieces])
     contrast = np.abs(fringe)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = SAMPLE_INFLATION * np.sqrt(variance) / contrast
+        sd = STRIP_NOISE_RATIO * np.sqrt(variance) / contrast
     return StripPhase(np.angle(fringe), np.nan_to_num(sd, nan=np.inf), contrast, level, frequency, spread)
 
 

@@ -12,14 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import stretches
+from moireid.verifier.limits import MAX_GAP_S, MAX_STEP_RAD
 
 Array = NDArray[np.float64]
 Frames = NDArray[np.int64]
-#: A badge that is lost for longer than this may have moved by more than a turn of phase meanwhile.
-GAP_S = 0.3
-#: Beyond half a turn between two frames nobody can tell which way it went; three error bars of a vague phase are kept
-#: off.
-LARGEST_STEP_RAD = 2.5
 
 
 def joined_frames(predicted_rad: Array, times_s: Array) -> list[Frames]:
@@ -27,10 +23,10 @@ def joined_frames(predicted_rad: Array, times_s: Array) -> list[Frames]:
 
     They end at gaps, and where the camera went so fast that the optics predict a step of nearly half a turn or more.
     """
-    fast = np.abs(np.diff(predicted_rad)) > LARGEST_STEP_RAD
+    fast = np.abs(np.diff(predicted_rad)) > MAX_STEP_RAD
     return [
         part
-        for stretch in stretches(times_s, GAP_S)
+        for stretch in stretches(times_s, MAX_GAP_S)
         for part in np.split(stretch, np.flatnonzero(fast[stretch[:-1]]) + 1)
     ]
 

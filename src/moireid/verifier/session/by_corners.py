@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.camera.fit import CameraFit
-from moireid.verifier.camera.self_calibration import FOCAL_PRIOR_SD, guessed_focal_px
+from moireid.verifier.camera.self_calibration import guessed_focal_px
 from moireid.verifier.corners import Corners
+from moireid.verifier.limits import FOCAL_PRIOR_SD_LOG
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
@@ -46,7 +47,7 @@ def told_by_hand(invariant: Invariant, *, focal_told: bool) -> Invariant:
 def focal_is_told(camera: CameraFit, image_px: tuple[int, int]) -> bool:
     """Whether a film's focal length was given, or found where focal lengths are."""
     away = abs(math.log(camera.focal_px / guessed_focal_px(image_px)))
-    return camera.focal_given or away <= UNTOLD_SDS * FOCAL_PRIOR_SD
+    return camera.focal_given or away <= UNTOLD_SDS * FOCAL_PRIOR_SD_LOG
 
 
 def never_accepted(invariant: Invariant, tracked: int, *, focal_told: bool) -> Invariant:

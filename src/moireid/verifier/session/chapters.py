@@ -22,7 +22,7 @@ from moireid.badge import Badge
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
 from moireid.verifier.identity.compare_built import compare_built, measure_built
 from moireid.verifier.identity.decode import Identity, judge_identity
-from moireid.verifier.motion.figures import WINDOW_FRAMES
+from moireid.verifier.limits import MIN_FRAMES
 from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals
 from moireid.verifier.motion.segments import Segment, judge_segments, part_of
 from moireid.verifier.reasons import Level, Reason
@@ -34,8 +34,6 @@ CHAPTER_FRAMES = 1800
 #: Each chapter begins with so many of the last one's frames, so that no end of a film is too short to be judged, and
 #: nothing can be cut in at a border.
 OVERLAP_FRAMES = 240
-#: Fewer frames than two windows say nothing about motion.
-MIN_FRAMES = 2 * WINDOW_FRAMES
 
 
 @dataclass(frozen=True)
