@@ -63,8 +63,8 @@ FOCAL_FAR_SDS = 2.0
 #: has no error bar, and that of a badge that was held still at first is a guess, by which all that follows would look
 #: forged.
 FOCAL_KEPT_SHARE = 0.03
-#: Prior of the shutter's run from first to last row.  Derived: phone sensors take 5 to 20 ms; none takes
-#: longer than a frame at 30 a second.
+#: Prior of the shutter's run from first to last row.  Derived: phone sensors take 5 to 20 ms.  The most
+#: is set by hand, a frame at 30 a second.
 SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, SHUTTER_MAX_S = 0.010, 0.010, 0.033
 #: Prior of the radial distortion k1 (`camera.distortion`), which has no unit.  Derived: most phones correct theirs to
 #: 0.02, some webcams leave 0.1; and 0.1 makes the fringes' gain 9 % wrong if it is not solved for.
