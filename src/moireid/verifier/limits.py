@@ -83,9 +83,9 @@ SMOOTHED_SHARE = 0.5
 #: to 2 m, 1.4 to 1.7 times at 3 m (13 px), 2.5 times at 4 m.
 SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
 #: Faint print errs by what a codec holds for many frames, and smoothing takes nothing of that away.  Where rounding
-#: alone strays by so much (`strip_phase.held_rad`), all of the error is such.  Ray-traced films: a print contrast of
-#: 5 %, at which poses err by twice what `SMOOTHED_SHARE` makes of them; at 20 % they do not.
-ALL_HELD_RAD = 0.06
+#: alone strays by so much (`strip_phase.rounding_rad`), all of the error is such.  Ray-traced films: a print contrast
+#: of 5 %, at which poses err by twice what `SMOOTHED_SHARE` makes of them; at 20 % they do not.
+ROUNDING_ONLY_RAD = 0.06
 
 # --- How large are the errors of a fringe's phase? -------------------------------------------------------------------
 
@@ -168,8 +168,8 @@ class Expected:
     """What true badges show of one figure: mean and standard deviation of its logarithm over its unit.
 
     The unit is made, in squares, of `error_share` of the error that is expected of a frame, `floor_rad`, and
-    `LAW_MOTION_SHARE` of the motion.  strip_sd_share: of a strip's own error bar, held_share: of what rounding makes of
-    a place; they replace the floor where they exceed it.
+    `LAW_MOTION_SHARE` of the motion.  strip_sd_share: of a strip's own error bar, rounding_share: of what rounding
+    makes of a place; they replace the floor where they exceed it.
     """
 
     error_share: float
@@ -177,7 +177,7 @@ class Expected:
     mean_log: float
     sd_log: float
     strip_sd_share: float = 0.0
-    held_share: float = 0.0
+    rounding_share: float = 0.0
 
 
 #: Means and spreads: fitted on one half of the true films of the decision set by `benchmarks/decision.py`, and
@@ -192,8 +192,8 @@ EXPECTED: dict[str, Expected] = {
     "wander": Expected(0.45, 0.010, -0.85, 0.55),
     "jitter": Expected(1.0, 0.015, -0.45, 0.35),
     "spell": Expected(1.0, 0.015, -0.08, 0.35),
-    "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_sd_share=0.7, held_share=0.5),
-    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_sd_share=0.7, held_share=1.0),
+    "strips": Expected(0.0, 0.010, -0.15, 0.35, strip_sd_share=0.7, rounding_share=0.5),
+    "places": Expected(0.0, 0.020, -0.05, 0.35, strip_sd_share=0.7, rounding_share=1.0),
 }
 
 # --- Which symbol is a cell, and does the cell move? -----------------------------------------------------------------

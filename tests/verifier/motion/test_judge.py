@@ -382,7 +382,7 @@ def placed(predicted: np.ndarray, measured: np.ndarray) -> tuple[GratingSignal, 
     aside = unlike(predicted, 21)
     near = (1.0 + 0.03 * unlike(predicted, 22)) / 1000.0
     made = signal(predicted, measured, phase_sd=0.01, pose_sd=0.01)
-    return replace(made, elsewhere=np.column_stack([0.1 * aside, near])), aside
+    return replace(made, covariates=np.column_stack([0.1 * aside, near])), aside
 
 
 def test_what_goes_with_the_camera_s_place_is_no_wander():
@@ -406,7 +406,7 @@ def test_places_that_hardly_move_explain_nothing():
     """Catches: columns of rounding errors blown up until they explain any wander; NaN from a camera at rest."""
     predicted = 0.8 * course()
     signal_, _ = placed(predicted, predicted + 0.11 * jitter(predicted))
-    still = replace(signal_, elsewhere=np.full((len(predicted), 2), 0.25))
+    still = replace(signal_, covariates=np.full((len(predicted), 2), 0.25))
     assert judged(still).verdict == "reject"
     assert judged(replace(still, measured_rad=predicted)).verdict == "accept"
 

@@ -11,8 +11,8 @@ import pytest
 
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, seen_from
 from moireid.verifier.fringes.signals import _after_smoothing
-from moireid.verifier.fringes.strip_phase import StripPhase, held_rad
-from moireid.verifier.limits import ACCEPTED_LOG10, ALL_HELD_RAD, EXPECTED, REJECTED_LOG10, SMOOTHED_SHARE
+from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
+from moireid.verifier.limits import ACCEPTED_LOG10, EXPECTED, REJECTED_LOG10, ROUNDING_ONLY_RAD, SMOOTHED_SHARE
 from moireid.verifier.motion.likelihood import log10_ratio, scale_rad
 from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder
 from moireid.verifier.tracking.page_groups import same_page
@@ -62,13 +62,13 @@ def test_what_is_held_is_what_rounding_does_to_light(level, rng):
     rounded = float(np.std(LINEAR_COUNTS[counts_of(light)] - light))
     even = np.ones(50)
     strip = StripPhase(even, 0.1 * even, 6.0 * even, level * even, 1.0, 0.0)
-    assert held_rad(strip) == pytest.approx(rounded / 6.0, rel=0.1)
-    assert held_rad(replace(strip, contrast=60.0 * even)) == pytest.approx(held_rad(strip) / 10)
+    assert rounding_rad(strip) == pytest.approx(rounded / 6.0, rel=0.1)
+    assert rounding_rad(replace(strip, contrast=60.0 * even)) == pytest.approx(rounding_rad(strip) / 10)
     # What a hand hides has neither phase nor contrast.
     hidden = np.arange(50) < 20
     covered = replace(strip, contrast=np.where(hidden, 0.1, 6.0), phase_sd_rad=np.where(hidden, 5.0, 0.1))
-    assert held_rad(covered) == pytest.approx(held_rad(strip))
-    assert held_rad(replace(strip, contrast=0.0 * even)) == 0.0
+    assert rounding_rad(covered) == pytest.approx(rounding_rad(strip))
+    assert rounding_rad(replace(strip, contrast=0.0 * even)) == 0.0
 
 
 @pytest.mark.parametrize("name", ["strips", "places"])
@@ -78,12 +78,12 @@ def test_what_a_codec_holds_of_faint_fringes_is_not_forged(name):
     """
     figures = {key: np.exp(one.mean_log) * scale_rad(one, ERROR, MOTION) for key, one in EXPECTED.items()}
     assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR)[0] < ACCEPTED_LOG10
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR, held_rad=0.06)[0] > ACCEPTED_LOG10
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.3}, MOTION, ERROR, held_rad=0.06)[0] < REJECTED_LOG10
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR, rounding_rad=0.06)[0] > ACCEPTED_LOG10
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.3}, MOTION, ERROR, rounding_rad=0.06)[0] < REJECTED_LOG10
 
 
 def test_smoothing_takes_nothing_from_what_is_held():
     """Catches: poses of faint markers told twice as good as they are; more than the whole error."""
     assert _after_smoothing(0.02, 0.02, 0.0) == pytest.approx(SMOOTHED_SHARE * 0.02)
-    assert _after_smoothing(0.02, 0.02, ALL_HELD_RAD / 10) == pytest.approx(SMOOTHED_SHARE * 0.02, rel=0.03)
-    assert _after_smoothing(0.02, 0.02, ALL_HELD_RAD) == _after_smoothing(0.02, 0.02, 1.0) == 0.02
+    assert _after_smoothing(0.02, 0.02, ROUNDING_ONLY_RAD / 10) == pytest.approx(SMOOTHED_SHARE * 0.02, rel=0.03)
+    assert _after_smoothing(0.02, 0.02, ROUNDING_ONLY_RAD) == _after_smoothing(0.02, 0.02, 1.0) == 0.02

@@ -49,11 +49,11 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     borders = np.linspace(0, seen.shape[1], BLOCKS + 1).astype(int)[:-1]
     frames = max(1, round(PLACE_MEAN_S / max(frame_s(times_s, PLACE_MEAN_S), 1e-3)))
     information = _averaged(np.add.reduceat(slope**2, borders, axis=1), frames)
-    told = _averaged(np.add.reduceat(left * slope, borders, axis=1), frames)
+    correlated = _averaged(np.add.reduceat(left * slope, borders, axis=1), frames)
     weight = np.where(information > PLACE_MIN_INFORMATION_SHARE * np.median(information), information, 0.0)
     if not weight.sum() > 0:
         return 0.0
-    shift = told / np.maximum(information, 1e-12)
+    shift = correlated / np.maximum(information, 1e-12)
     # The whole strip's own motion is the signal; a block's own constant is a sheet that is not quite even.
     for axis in (1, 0):
         total = weight.sum(axis=axis, keepdims=True)

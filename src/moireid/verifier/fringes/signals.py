@@ -20,12 +20,12 @@ from moireid.verifier.camera.self_calibration import guessed_focal_px
 from moireid.verifier.camera.smoothing import smooth_camera, without_strays
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
-from moireid.verifier.fringes.strip_phase import StripPhase, held_rad, measure_strip
+from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
 from moireid.verifier.fringes.unwrap import joined_frames, unwrap
 from moireid.verifier.limits import (
-    ALL_HELD_RAD,
     MAX_PHASE_SD_RAD,
     PITCH_TOLERANCE_SHARE,
+    ROUNDING_ONLY_RAD,
     SMALL_MARKER_POWER,
     SMALL_MARKER_PX,
     SMOOTHED_SHARE,
@@ -45,9 +45,9 @@ class GratingSignal:
     makes of the prediction, after smoothing; strip_residual_rad (S,): how far each strip wanders from the common
     signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
     tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
-    axis, as a share; elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
-    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; held_rad: what
-    rounding to whole counts makes of a place, the median over its strips.
+    axis, as a share; covariates (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
+    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; rounding_rad:
+    what rounding to whole counts makes of a place, the median over its strips.
     """
 
     measured_rad: Array
@@ -58,9 +58,9 @@ class GratingSignal:
     times_s: Array
     place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
     tangent_sd: float = 0.0
-    elsewhere: Array | None = None
+    covariates: Array | None = None
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
-    held_rad: float = 0.0
+    rounding_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -119,7 +119,8 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
         strips.append(found)
         apart.append(places_apart_rad(profiles, law, found, track.times_s))
         predictions.append(law.middle_phase_rad(found.frequency_per_mm))
-    gratings, untold = [], _untold(mapped[..., :2] / mapped[..., 2:]) * (POSE_UNTOLD if track.by_corners else 1.0)
+    gratings, enlarged = [], _small_marker_factor(mapped[..., :2] / mapped[..., 2:])
+    enlarged *= POSE_UNTOLD if track.by_corners else 1.0
     known = within_law(track.strips, camera_mm) & good
     for g, grating in enumerate(badge.gratings):
         own = [
@@ -128,15 +129,15 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
             if strip.grating == g and phase is not None and prediction is not None
         ]
         axis = 0 if grating.axis == "x" else 1
-        held = float(np.median([held_rad(phase) for phase, _ in own])) if own else 0.0
-        noise = untold * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis], held)
+        rounding = float(np.median([rounding_rad(phase) for phase, _ in own])) if own else 0.0
+        noise = enlarged * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis], rounding)
         signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
         sd = np.where(known, signal.phase_sd_rad, np.inf)
         if track.vague is not None:
             # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
             vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
             sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
-        elsewhere = _elsewhere(camera_mm, page_mm, axis)
+        covariates = _covariates(camera_mm, page_mm, axis)
         places = [a for strip, a in zip(track.strips, apart, strict=True) if strip.grating == g and strip.uniform]
         gratings.append(
             replace(
@@ -144,22 +145,22 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
                 phase_sd_rad=sd,
                 place_residual_rad=np.array(places),
                 tangent_sd=camera.tangent_sd[axis],
-                elsewhere=elsewhere,
-                held_rad=held,
+                covariates=covariates,
+                rounding_rad=rounding,
             )
         )
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
 
 
-def _elsewhere(camera_mm: Array, page_mm: Array, axis: int) -> Array:
+def _covariates(camera_mm: Array, page_mm: Array, axis: int) -> Array:
     """The camera's parallax along the other axis than the fringes', and one over its distance, (T, 2)."""
     near = 1 / np.abs(camera_mm[:, 2])
     return np.column_stack([(camera_mm[:, 1 - axis] - page_mm[:, 1 - axis].mean()) * near, near])
 
 
-def _untold(corners_px: Array) -> float:
-    """How many times larger than told the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
+def _small_marker_factor(corners_px: Array) -> float:
+    """How many times larger than estimated the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
     return max(1.0, SMALL_MARKER_PX / max(side, 1.0)) ** SMALL_MARKER_POWER
@@ -185,14 +186,14 @@ def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
     return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
 
 
-def _after_smoothing(wander: float, whole: float, held: float) -> float:
+def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
     """Error of a parallax coordinate after smoothing: some of what wanders from frame to frame, and all that is slow.
 
     What a pose leaves unexplained says how large its error is as a whole; what smoothing took away was the fast part.
-    held: as `fringe.held_rad`, since markers and lines are of one ink.
+    rounding: as `strip_phase.rounding_rad`, since markers and lines are of one ink.
     """
     slow = math.sqrt(max(whole**2 - wander**2, 0.0))
-    share = min(1.0, math.hypot(SMOOTHED_SHARE, held / ALL_HELD_RAD))
+    share = min(1.0, math.hypot(SMOOTHED_SHARE, rounding / ROUNDING_ONLY_RAD))
     return math.hypot(share * wander, slow)
 
 

@@ -70,16 +70,16 @@ def fit_series(values: Array, argument_rad: Array, harmonics: int, *, harmonic_r
     Parameters: values, argument_rad of one shape, any; harmonic_ridge_share: of the samples, holds c_2 and up near 0.
     Convention and source: module docstring; c_0 is real, the mean level.
     """
-    angle, told = argument_rad.ravel(), values.ravel()
+    angle, flat = argument_rad.ravel(), values.ravel()
     unknowns = 2 * harmonics + 1
     gram, right = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
-    for start in range(0, len(told), PIECE_SAMPLES):
+    for start in range(0, len(flat), PIECE_SAMPLES):
         some = slice(start, start + PIECE_SAMPLES)
         columns = fit_columns(angle[some], harmonics, np.ones((1, len(angle[some]))))
         gram += columns @ columns.T
-        right += columns @ told[some]
-    gram[range(3, unknowns), range(3, unknowns)] += harmonic_ridge_share * len(told)
-    solved = _solve(gram, right[:, None], len(told))[:, 0]
+        right += columns @ flat[some]
+    gram[range(3, unknowns), range(3, unknowns)] += harmonic_ridge_share * len(flat)
+    solved = _solve(gram, right[:, None], len(flat))[:, 0]
     return np.concatenate([solved[:1].astype(complex), solved[1::2] - 1j * solved[2::2]])
 
 

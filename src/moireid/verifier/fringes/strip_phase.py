@@ -75,7 +75,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     return StripPhase(np.angle(fringe), np.nan_to_num(sd, nan=np.inf), contrast, level, frequency, spread)
 
 
-def held_rad(strip: StripPhase) -> float:
+def rounding_rad(strip: StripPhase) -> float:
     """Error of a place of the strip that no mean over time takes away, rad: its picture is told in whole counts.
 
     A codec holds such errors as long as little changes, which is what a mean over many frames would need to get rid of

@@ -88,7 +88,7 @@ def figures_of(signal: GratingSignal) -> Figures:
     places = _places_apart(signal)
     shown = {"wander": slow, "jitter": fast, "spell": spell, "strips": strips, "places": places}
     score, suspected = log10_ratio(
-        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, held_rad=signal.held_rad
+        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, rounding_rad=signal.rounding_rad
     )
     return Figures(
         abs(pearson(measured, predicted)),
@@ -115,8 +115,8 @@ def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float
 
     A frame vaguer than the middling one counts by as much less.
     """
-    told = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
-    power = np.concatenate([[0.0], np.cumsum(told**2)])
+    weighted = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
+    power = np.concatenate([[0.0], np.cumsum(weighted**2)])
     first = np.searchsorted(times_s, times_s - SPELL_S / 2)
     end = np.searchsorted(times_s, times_s + SPELL_S / 2, side="right")
     frames = end - first
@@ -144,8 +144,8 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     Source: linear regression.
     """
     columns = [predicted**2]
-    if signal.elsewhere is not None:
-        columns += list(signal.elsewhere[used].T)
+    if signal.covariates is not None:
+        columns += list(signal.covariates[used].T)
     table = np.column_stack(columns)
     table = table - table.mean(axis=0)
     power = float(predicted @ predicted)

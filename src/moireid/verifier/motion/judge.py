@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.limits import (
@@ -36,7 +37,8 @@ from moireid.verifier.motion.figures import Figures, figures_of
 from moireid.verifier.motion.likelihood import KINDS
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
-#: Of several findings of one kind the worst is told.
+Array = NDArray[np.float64]
+#: Of several findings of one kind the worst is reported.
 ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
 
 
@@ -87,46 +89,66 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     if not information.sum() > 0:
         nothing = Reason("fringes", "undecided", 0.0, None, "", "No fringes could be read on the badge.")
         return Invariant("inconclusive", (nothing,))
-    share = information / information.sum()
+    whole = _mean_figures(figures, information / information.sum())
+    # Each grating that moved enough must be true by itself; of those that did not, the most informative one decides.
+    moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
+    decisive = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
+    reasons = [_enough_motion(whole.excitation_rad, whole.expected_error_rad)]
+    if reasons[0].level == "pass":
+        reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
+    return Invariant(
+        worst(reasons),
+        tuple(reasons),
+        whole.correlation,
+        whole.window_correlation_mean,
+        whole.gain_ratio,
+        whole.gain_sd,
+        whole.phase_residual_rad,
+        whole.excitation_rad,
+        decisive.score,
+        tuple(f.to_json() for f in figures),
+    )
+
+
+def _mean_figures(figures: Sequence[Figures], share: Array) -> Figures:
+    """The figures of all gratings together, each with its share of the information; no score, as none has a mean."""
+    names = [field.name for field in fields(Figures) if field.name not in ("score", "suspected")]
 
     def mean(name: str) -> float:
         return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
 
-    correlation, gain, gain_sd = mean("correlation"), mean("gain_ratio"), mean("gain_sd")
-    residual, excitation, expected = mean("phase_residual_rad"), mean("excitation_rad"), mean("expected_error_rad")
-    wander = max(f.strip_wander_rad for f in figures)
-    reasons = [_enough_motion(excitation, expected)]
-    # Each grating that moved enough must be true by itself; of those that did not, the one that tells most speaks.
-    moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
-    told = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
-    if reasons[0].level == "pass":
-        wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=told)
-        most = max(f.excitation_rad for f in figures)
-        rested = [
-            _at_rest(f, signal.tangent_sd, most)
-            for f, signal in zip(figures, signals, strict=True)
-            if f.information > 0 and f not in moved
-        ]
-        strayed = [_residual_explained(mean("wandering_rad"), excitation, expected), *rested]
-        reasons += [
-            _correlated(correlation, excitation, expected),
-            _gain_right(wrong.gain_ratio, wrong.gain_sd),
-            max(strayed, key=lambda reason: ORDER[reason.level]),
-            _strips_agree(wander, expected),
-            _likely_true(told),
-        ]
-    return Invariant(
-        worst(reasons),
-        tuple(reasons),
-        correlation,
-        mean("window_correlation_mean"),
-        gain,
-        gain_sd,
-        residual,
-        excitation,
-        told.score,
-        tuple(f.to_json() for f in figures),
-    )
+    means: dict[str, Any] = {name: mean(name) for name in names}
+    return replace(Figures(), **means)
+
+
+def _held_against_law(
+    whole: Figures,
+    figures: Sequence[Figures],
+    moved: Sequence[Figures],
+    decisive: Figures,
+    tangent_sds: Sequence[float],
+) -> list[Reason]:
+    """What each limit says of a film that moved enough.
+
+    whole: of all gratings together; moved: gratings that moved enough by themselves; decisive: the one that speaks most
+    against the film; tangent_sds: of each grating, as `GratingSignal.tangent_sd`.
+    """
+    excitation, expected = whole.excitation_rad, whole.expected_error_rad
+    wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=decisive)
+    most = max(f.excitation_rad for f in figures)
+    rested = [
+        _at_rest(f, tangent_sd, most)
+        for f, tangent_sd in zip(figures, tangent_sds, strict=True)
+        if f.information > 0 and f not in moved
+    ]
+    residuals = [_residual_explained(whole.wandering_rad, excitation, expected), *rested]
+    return [
+        _correlated(whole.correlation, excitation, expected),
+        _gain_right(wrong.gain_ratio, wrong.gain_sd),
+        max(residuals, key=lambda reason: ORDER[reason.level]),
+        _strips_agree(max(f.strip_wander_rad for f in figures), expected),
+        _likely_true(decisive),
+    ]
 
 
 def _enough_motion(excitation: float, expected: float) -> Reason:
@@ -172,7 +194,8 @@ def _residual_explained(residual: float, excitation: float, expected: float) -> 
 
 
 def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
-    """Pass what known errors explain, `fixed` and three times the expected; fail beyond what poses leave untold."""
+    """Pass what known errors explain, `fixed` and `EXPLAINED_SDS` times the expected; fail beyond what worse poses than
+    estimated could explain."""
     error = EXPLAINED_SDS * expected
     limit, possible = math.hypot(fixed, error), math.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * error)
     level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
@@ -180,20 +203,20 @@ def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reas
     return Reason("residual", level, strayed, limit, "rad", text)
 
 
-def _at_rest(told: Figures, tangent_sd: float, most_rad: float) -> Reason:
+def _at_rest(grating: Figures, tangent_sd: float, most_rad: float) -> Reason:
     """A grating that hardly moves by the law must hardly move: fringes that do are not the camera's work.
 
     Its gain and correlation say nothing, so what is measured is held against the prediction itself.  The gain's
     tolerance counts, and `RESIDUAL_MOTION_SHARE` of the other grating's motion `most_rad`.
     """
-    strayed = math.hypot((told.gain_ratio - 1) * told.excitation_rad, told.phase_residual_rad)
+    strayed = math.hypot((grating.gain_ratio - 1) * grating.excitation_rad, grating.phase_residual_rad)
     fixed = math.hypot(
         RESIDUAL_FLOOR_RAD,
         RESIDUAL_MOTION_SHARE * most_rad,
-        (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * tangent_sd) * told.excitation_rad,
+        (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * tangent_sd) * grating.excitation_rad,
     )
     what = "The fringes of a grating that should hardly move differ"
-    return _explained(what, strayed, fixed, told.expected_error_rad)
+    return _explained(what, strayed, fixed, grating.expected_error_rad)
 
 
 def _strips_agree(wander: float, expected: float) -> Reason:
@@ -203,15 +226,17 @@ def _strips_agree(wander: float, expected: float) -> Reason:
     return Reason("agreement", "pass" if good else "fail", wander, limit, "rad", text)
 
 
-def _likely_true(told: Figures) -> Reason:
-    level: Level = "pass" if told.score >= ACCEPTED_LOG10 else "fail" if told.score <= REJECTED_LOG10 else "undecided"
-    size = 10 ** abs(told.score)
+def _likely_true(grating: Figures) -> Reason:
+    level: Level = (
+        "pass" if grating.score >= ACCEPTED_LOG10 else "fail" if grating.score <= REJECTED_LOG10 else "undecided"
+    )
+    size = 10 ** abs(grating.score)
     times = "over a million times" if size > 1e6 else f"{size:,.0f} times" if size >= 10 else f"{size:.1f} times"
-    if told.score >= 0:
+    if grating.score >= 0:
         text = f"These measurements are {times} more likely from a real badge than from a forged one"
     else:
-        kind = KINDS[told.suspected]
+        kind = KINDS[grating.suspected]
         text = f"These measurements are {times} more likely from a forged badge ({kind}) than from a real one"
     if level == "undecided":
         text += f"; {10**ACCEPTED_LOG10:.0f} times is needed. Film again with more motion, or from nearer"
-    return Reason("likelihood", level, told.score, ACCEPTED_LOG10, "log10", f"{text}.")
+    return Reason("likelihood", level, grating.score, ACCEPTED_LOG10, "log10", f"{text}.")

@@ -55,10 +55,10 @@ KINDS = {
 
 
 def scale_rad(
-    one: Expected, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0, held_rad: float = 0.0
+    one: Expected, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0, rounding_rad: float = 0.0
 ) -> float:
     """The unit of a figure, as `limits.Expected` has it; parameters as `log10_ratio`."""
-    floor = max(one.floor_rad, one.strip_sd_share * strip_sd_rad, one.held_share * held_rad)
+    floor = max(one.floor_rad, one.strip_sd_share * strip_sd_rad, one.rounding_share * rounding_rad)
     return math.hypot(one.error_share * error_rad, floor, LAW_MOTION_SHARE * excitation_rad)
 
 
@@ -71,18 +71,18 @@ def log10_ratio(
     expected: Mapping[str, Expected] = EXPECTED,
     *,
     strip_sd_rad: float = 0.0,
-    held_rad: float = 0.0,
+    rounding_rad: float = 0.0,
 ) -> tuple[float, str]:
     """The decadic logarithm of the likelihood ratio, and the kind of forgery that speaks most against the film.
 
     Parameters: figures: root mean squares, rad, by the names of `EXPECTED`; excitation_rad: spread of the predicted
         phase; error_rad: what is expected of one frame's error; strip_sd_rad: error bar of one strip in one frame;
-        held_rad: as `fringe.held_rad`.
+        rounding_rad: as `strip_phase.rounding_rad`.
     Source: module docstring.
     """
     ratios = {"gain": _gain_ratio(gain, gain_sd)}
     for name, one in expected.items():
-        unit = scale_rad(one, error_rad, excitation_rad, strip_sd_rad, held_rad)
+        unit = scale_rad(one, error_rad, excitation_rad, strip_sd_rad, rounding_rad)
         ratios[name] = _share_ratio(figures[name] / unit, excitation_rad / unit, one)
     likeliest = max(ratios, key=lambda name: ratios[name])
     most = ratios[likeliest]

@@ -68,5 +68,5 @@ def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> Grating
         predicted_rad=signal.predicted_rad[frames],
         phase_sd_rad=signal.phase_sd_rad[frames],
         times_s=signal.times_s[frames],
-        elsewhere=None if signal.elsewhere is None else signal.elsewhere[frames],
+        covariates=None if signal.covariates is None else signal.covariates[frames],
     )

@@ -191,14 +191,14 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         times_s=np.concatenate([signal.times_s for signal in signals]),
         place_residual_rad=np.max([signal.place_residual_rad for signal in signals], axis=0),
         tangent_sd=max(signal.tangent_sd for signal in signals),
-        elsewhere=_joined_places(signals),
+        covariates=_joined_places(signals),
         strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
-        held_rad=float(np.mean([signal.held_rad for signal in signals])),
+        rounding_rad=float(np.mean([signal.rounding_rad for signal in signals])),
     )
 
 
 def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
-    places = [signal.elsewhere for signal in signals if signal.elsewhere is not None]
+    places = [signal.covariates for signal in signals if signal.covariates is not None]
     return np.concatenate([place - place.mean(axis=0) for place in places]) if len(places) == len(signals) else None
 
 
