@@ -95,7 +95,7 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     Convention: distance_mm from the camera to the middle of the sheet; the principal point is the picture's centre.
     Raises: MediaError where the picture does not show the chart; SpecError where no camera could show it so large from
         that distance.
-    Source: `markers`, `register`, `plane_pose`, `strips`.
+    Source: `markers`, `registration`, `plane_pose`, `profiles`.
     """
     start = _found(luma, chart)
     corners_mm = marker_corners_mm(chart.markers).reshape(-1, 2)

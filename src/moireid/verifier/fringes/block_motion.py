@@ -5,7 +5,7 @@ cancel. Here the fringe's own shape is learnt from the film, and what a frame le
 phase block by block.  What stands still (dirt, shading, a lens sheet that is not quite even) is no motion and is
 taken away.
 
-Convention: phases in rad, positive as in `fringe`.
+Convention: phases in rad, positive as in `strip_phase`.
 Source: a small shift of phase d adds w'(phase) d to a profile of shape w, so least squares gives the shift of a block
 as the sum of residual times w' over the sum of w'^2; first order in d, which is enough to tell that there is one.
 """

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -83,9 +84,9 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     """Measure a track of at least a few frames.
 
     Parameters: focal_px: focal length in pixels where it is known, else it is solved for.
-    Convention: phases as `predict`; only the badge's layout is looked at where it carries a code.
+    Convention: phases as `predicted_phase`; only the badge's layout is looked at where it carries a code.
     Returns: Measurement.
-    Source: `camera`, `predict`, `fringe`, and the combination in `_combine`.
+    Source: `camera.fit`, `predicted_phase`, `strip_phase`, and the combination in `_combine`.
     """
     clock = time.perf_counter()
     page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
@@ -102,55 +103,80 @@ def measure(track: Track, badge: Badge, *, focal_px: float | None = None) -> Mea
     raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
     posed = time.perf_counter()
-    strips: list[StripPhase | None] = []
-    predictions: list[Array | None] = []
-    apart: list[float] = []
-    raw_noise = _pose_noise(raw_mm, camera_mm)
-    for index, strip in enumerate(track.strips):
-        if not strip.uniform:
-            strips.append(None)
-            predictions.append(None)
-            apart.append(0.0)
-            continue
-        law = strip_law(badge, strip, camera_mm)
-        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
-        profiles = track.profiles[index].astype(float)
-        found = measure_strip(profiles, law, strip.length_mm, band)
-        strips.append(found)
-        apart.append(places_apart_rad(profiles, law, found, track.times_s))
-        predictions.append(law.middle_phase_rad(found.frequency_per_mm))
-    gratings, enlarged = [], _small_marker_factor(mapped[..., :2] / mapped[..., 2:])
+    strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
+    enlarged = _small_marker_factor(mapped[..., :2] / mapped[..., 2:])
     enlarged *= POSE_UNTOLD if track.by_corners else 1.0
-    known = within_law(track.strips, camera_mm) & good
-    for g, grating in enumerate(badge.gratings):
-        own = [
-            (phase, prediction)
-            for strip, phase, prediction in zip(track.strips, strips, predictions, strict=True)
-            if strip.grating == g and phase is not None and prediction is not None
-        ]
-        axis = 0 if grating.axis == "x" else 1
-        rounding = float(np.median([rounding_rad(phase) for phase, _ in own])) if own else 0.0
-        noise = enlarged * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis], rounding)
-        signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
-        sd = np.where(known, signal.phase_sd_rad, np.inf)
-        if track.vague is not None:
-            # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
-            vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
-            sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
-        covariates = _covariates(camera_mm, page_mm, axis)
-        places = [a for strip, a in zip(track.strips, apart, strict=True) if strip.grating == g and strip.uniform]
-        gratings.append(
-            replace(
-                signal,
-                phase_sd_rad=sd,
-                place_residual_rad=np.array(places),
-                tangent_sd=camera.tangent_sd[axis],
-                covariates=covariates,
-                rounding_rad=rounding,
-            )
-        )
+    poses = _Poses(camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good)
+    gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
-    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
+    phases = tuple(strip.phase if strip else None for strip in strips)
+    predictions = tuple(strip.predicted_rad if strip else None for strip in strips)
+    return Measurement(camera, camera_mm, track.times_s, phases, predictions, gratings, stages)
+
+
+@dataclass(frozen=True)
+class _Strip:
+    """One uniform strip: its phase, the predicted one (T,), and how far places along it stray, rad."""
+
+    phase: StripPhase
+    predicted_rad: Array
+    place_residual_rad: float
+
+
+@dataclass(frozen=True)
+class _Poses:
+    """What the gratings share: the camera's course, and how good it is.
+
+    camera_mm (T, 3), smoothed; page_mm (N, 2): of the markers' corners; jitter (2,): of the parallax coordinates about
+    their smoothed course; enlarged: as `_small_marker_factor`; good (T,): frames that were registered well.
+    """
+
+    camera: CameraFit
+    camera_mm: Array
+    page_mm: Array
+    jitter: Array
+    enlarged: float
+    good: NDArray[np.bool_]
+
+
+def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) -> _Strip | None:
+    """One strip of a track, None for a row of phase cells, which is read with the identity."""
+    strip = track.strips[index]
+    if not strip.uniform:
+        return None
+    law = strip_law(badge, strip, camera_mm)
+    band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
+    profiles = track.profiles[index].astype(float)
+    found = measure_strip(profiles, law, strip.length_mm, band)
+    apart = places_apart_rad(profiles, law, found, track.times_s)
+    return _Strip(found, law.middle_phase_rad(found.frequency_per_mm), apart)
+
+
+def _grating_signal(
+    track: Track, badge: Badge, index: int, strips: Sequence[_Strip | None], poses: _Poses
+) -> GratingSignal:
+    """The signal of one grating from all its strips, with the error bars that its poses give it."""
+    grating = badge.gratings[index]
+    own = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
+    axis = 0 if grating.axis == "x" else 1
+    rounding = float(np.median([rounding_rad(strip.phase) for strip in own])) if own else 0.0
+    tangent_error = _after_smoothing(float(poses.jitter[axis]), poses.camera.tangent_error[axis], rounding)
+    phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
+    signal = _combine(phases, predictions, poses.enlarged * tangent_error, badge, grating, track.times_s)
+    known = within_law(track.strips, poses.camera_mm) & poses.good
+    sd = np.where(known, signal.phase_sd_rad, np.inf)
+    if track.vague is not None:
+        # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
+        vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
+        sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
+    return replace(
+        signal,
+        phase_sd_rad=sd,
+        place_residual_rad=np.array([strip.place_residual_rad for strip in own]),
+        tangent_sd=poses.camera.tangent_sd[axis],
+        covariates=_covariates(poses.camera_mm, poses.page_mm, axis),
+        rounding_rad=rounding,
+    )
 
 
 def _covariates(camera_mm: Array, page_mm: Array, axis: int) -> Array:

@@ -81,7 +81,7 @@ def rounding_rad(strip: StripPhase) -> float:
     A codec holds such errors as long as little changes, which is what a mean over many frames would need to get rid of
     them.  They do not fade with the print, so the phase errs by one over the contrast.
     Returns: the middling one of the clearer half of its frames; 0 where there are no fringes.
-    Source: rounding errs by 1 / sqrt(12) counts; light per count is the derivative of the coding (`strips`).
+    Source: rounding errs by 1 / sqrt(12) counts; light per count is the derivative of the coding (`profiles`).
     """
     clear = (strip.phase_sd_rad <= np.median(strip.phase_sd_rad)) & (strip.contrast > 0)
     if not clear.any():

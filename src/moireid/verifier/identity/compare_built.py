@@ -49,8 +49,8 @@ def measure_built(track: Track, measurement: Measurement, badge: Badge, invarian
     Convention: as `AsBuilt`.
     Returns: AsBuilt.
     Raises: DesignError for a board that carries no identity.
-    Source: `cells.uniform_fields` of the first grating that carries a code; the offset is the mean of measured less
-        predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
+    Source: `cell_phase.uniform_fields` of the first grating that carries a code; the offset is the mean of measured
+        less predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
     """
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
     if index is None or badge.id is None or invariant.gain_ratio is None or invariant.gain_sd is None:
