@@ -2,6 +2,5 @@
 
 queue.py  jobs that wait, work, are over           child.py        the process for each film; task.py the way in
 work.py   what that process does                   issue_work.py, enroll_work.py  the same for badges and captures
-orders.py what is wished, checked as by command    issue_jobs.py   orders to jobs, and back
-events.py a job's progress, as it changes
+orders.py what is wished, checked as by command    events.py       a job's progress, as it changes
 """

@@ -33,7 +33,7 @@ from moireid.web.auth.roles import require, visitor_of
 from moireid.web.checks import find_claimed
 from moireid.web.live.worker import ASK, END, FRAME, HEADER, START
 from moireid.web.pages.render import render
-from moireid.web.problems import Refusal, sentence
+from moireid.web.problems import Refusal
 from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
@@ -95,7 +95,7 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     try:
         start = await run_in_threadpool(_start, studio_of(connection), claim.strip())
     except MoireIdError as error:
-        await _refuse(connection, sentence(studio_of(connection), error))
+        await _refuse(connection, studio_of(connection).sentence(error))
         return
     except Refusal as refusal:
         await _refuse(connection, refusal.text)
