@@ -219,7 +219,7 @@ def direct_imports(tree: ast.AST, module: str, known: set[str], *, package: bool
 
 
 def test_no_modules_import_each_other_in_a_circle() -> None:
-    """Catches: a circle that an import in a function, or one for type checkers, hides from Python but not from readers."""
+    """Catches: a circle that an import in a function, or one for type checkers, hides from Python."""
     paths = dict(modules())
     graph = {
         name: direct_imports(parse(path), name, set(paths), package=path.name == "__init__.py")

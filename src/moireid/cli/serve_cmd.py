@@ -38,6 +38,7 @@ def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool,
 
     Whoever uses the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
     --no-auth, which asks for none.
+    Without --registry, the default registry is used; it is made if there is none yet.
     """
     try:
         import uvicorn

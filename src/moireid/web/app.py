@@ -45,7 +45,7 @@ KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 def create_app(settings: Settings) -> FastAPI:
     """The studio as an ASGI application; it holds its registry open until it is shut down.
 
-    Raises: RegistryError where the registry is absent, or the studio's folder cannot be used.
+    Raises: RegistryError where the registry that is named is absent, or the studio's folder cannot be used.
     """
     studio = Studio(settings)
 

@@ -21,11 +21,14 @@ class Studio:
     """One running studio; a route gets it by `studio_of(request)`."""
 
     def __init__(self, settings: Settings) -> None:
-        """Raises: RegistryError where the registry is absent, or the studio's folder cannot be used; SpecError where
-        another studio uses that folder."""
+        """The default registry is made where it is absent; one that is named must be there.
+
+        Raises: RegistryError where the registry is absent, or the studio's folder cannot be used; SpecError where
+            another studio uses that folder.
+        """
         self.settings, self._auditing = settings, threading.Lock()
         with ExitStack() as undo:
-            self.registry: Registry = undo.enter_context(open_registry(settings.registry_url, create=False))
+            self.registry: Registry = undo.enter_context(open_registry(settings.registry_url, create=settings.registry_url is None))
             self.tokens = Tokens(settings.data)
             undo.callback(self.tokens.close)
             self._alone(undo)
