@@ -28,7 +28,9 @@ class Studio:
         """
         self.settings, self._auditing = settings, threading.Lock()
         with ExitStack() as undo:
-            self.registry: Registry = undo.enter_context(open_registry(settings.registry_url, create=settings.registry_url is None))
+            self.registry: Registry = undo.enter_context(
+                open_registry(settings.registry_url, create=settings.registry_url is None)
+            )
             self.tokens = Tokens(settings.data)
             undo.callback(self.tokens.close)
             self._alone(undo)
