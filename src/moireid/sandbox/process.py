@@ -184,7 +184,8 @@ def _answer(line: socket.socket) -> int:
 
 
 def _scratch(folder: Path | str | None) -> str:
-    return tempfile.mkdtemp(prefix="moireid-", dir=folder)
+    # The process may be forked from one that works in another folder.
+    return os.path.abspath(tempfile.mkdtemp(prefix="moireid-", dir=folder))
 
 
 def _begin(scratch: str, limits: ProcessLimits) -> str:

@@ -68,7 +68,8 @@ class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
-        self._folder, self._limits = folder, limits
+        # A job's process begins in another folder.
+        self._folder, self._limits = folder.absolute(), limits
         memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
         self._of_one = ProcessLimits(memory, cpu_s=int(limits.job_s * 4) + 1, file_bytes=FILE_BYTES)
         self._jobs: dict[str, Job] = {}
