@@ -30,10 +30,10 @@ import av
 import cv2
 import psutil
 
-from moireid.archive.child import ONE_THREAD
 from moireid.evaluation.collect import Scored, collect
 from moireid.evaluation.manifest import read_manifest
 from moireid.evaluation.rows import Job, Row, score_film
+from moireid.sandbox.process import ONE_THREAD
 
 FRAMES = 60
 FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"

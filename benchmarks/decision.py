@@ -2,7 +2,8 @@
 
 Run `.venv/bin/python benchmarks/decision.py [FIGURES.csv]`; the default is `tests/data/decision/figures.csv`, films
 of an independent ray tracer that is no part of this project.  A film's half is drawn from its name.  Films with too
-little motion are counted apart: they are open whatever the ratio says.
+little motion are counted apart: they are open whatever the ratio says.  Last comes how much of each fixed limit of
+`limits.py` the true films use.
 """
 
 from __future__ import annotations
@@ -18,8 +19,21 @@ from pathlib import Path
 import numpy as np
 
 from moireid.evaluation.statistics import area, interval, roc
-from moireid.verifier.motion.judge import MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR
-from moireid.verifier.motion.likelihood import ACCEPTED, EXPECTED, REJECTED, Expected, log10_ratio
+from moireid.verifier.limits import (
+    ACCEPTED_LOG10,
+    EXPECTED,
+    EXPLAINED_SDS,
+    GAIN_REJECTED_SDS,
+    GAIN_TOLERANCE_SHARE,
+    MAX_STRIP_WANDER_RAD,
+    MIN_EXCITATION_RAD,
+    MIN_EXCITATION_TO_ERROR_RATIO,
+    REJECTED_LOG10,
+    RESIDUAL_FLOOR_RAD,
+    RESIDUAL_MOTION_SHARE,
+    Expected,
+)
+from moireid.verifier.motion.likelihood import log10_ratio, scale_rad
 
 FIGURES = Path(__file__).parents[1] / "tests/data/decision/figures.csv"
 COLUMNS = {
@@ -40,7 +54,7 @@ def half(film: Film) -> int:
 def moved(film: Film) -> bool:
     """Whether the film shows enough motion to be judged."""
     excitation, error = float(film["excitation_rad"]), float(film["expected_error_rad"])
-    return excitation >= max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR * error)
+    return excitation >= max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR_RATIO * error)
 
 
 def fitted(films: list[Film]) -> dict[str, Expected]:
@@ -50,9 +64,9 @@ def fitted(films: list[Film]) -> dict[str, Expected]:
         logs = []
         for film in films:
             errors = (float(film[column]) for column in ("expected_error_rad", "excitation_rad", "strip_sd_rad"))
-            unit = one.scale_rad(*errors)
+            unit = scale_rad(one, *errors)
             logs.append(math.log(float(film[COLUMNS[name]]) / unit))
-        found[name] = replace(one, mean=float(np.mean(logs)), sd=float(np.std(logs, ddof=1)))
+        found[name] = replace(one, mean_log=float(np.mean(logs)), sd_log=float(np.std(logs, ddof=1)))
     return found
 
 
@@ -70,19 +84,37 @@ def told(films: list[Film], expected: dict[str, Expected]) -> None:
     print(f"{'kind':<14}{'films':>6}{'accept':>8}{'open':>6}{'reject':>8}{'least':>9}{'median':>9}{'most':>9}")
     for kind in sorted({film["kind"] for film in films}, key=lambda kind: (kind != "none", kind)):
         own = [scores[film["name"]] for film in films if film["kind"] == kind]
-        verdicts = Counter("accept" if s >= ACCEPTED else "reject" if s <= REJECTED else "open" for s in own)
+        verdicts = Counter(
+            "accept" if s >= ACCEPTED_LOG10 else "reject" if s <= REJECTED_LOG10 else "open" for s in own
+        )
         row = "".join(f"{verdicts[name]:>{width}}" for name, width in (("accept", 8), ("open", 6), ("reject", 8)))
         print(f"{kind:<14}{len(own):>6}{row}{min(own):>9.2f}{np.median(own):>9.2f}{max(own):>9.2f}")
     genuine = np.array([scores[film["name"]] for film in films if film["kind"] == "none"])
     forged = np.array([scores[film["name"]] for film in films if film["kind"] != "none"])
     for what, count, of in (
-        ("true films accepted", int((genuine >= ACCEPTED).sum()), len(genuine)),
-        ("forged films accepted", int((forged >= ACCEPTED).sum()), len(forged)),
-        ("forged films rejected", int((forged <= REJECTED).sum()), len(forged)),
+        ("true films accepted", int((genuine >= ACCEPTED_LOG10).sum()), len(genuine)),
+        ("forged films accepted", int((forged >= ACCEPTED_LOG10).sum()), len(forged)),
+        ("forged films rejected", int((forged <= REJECTED_LOG10).sum()), len(forged)),
     ):
         low, high = interval(count, of)
         print(f"{what}: {count} of {of} ({100 * low:.1f} to {100 * high:.1f} %)")
     print(f"AUC {area(roc(genuine, forged)):.4f}")
+
+
+def used(films: list[Film]) -> None:
+    """Print how much of each fixed limit true films use: 1 is at the limit."""
+    shares: dict[str, list[float]] = {"gain": [], "residual": [], "strips": []}
+    for film in films:
+        error, motion = (float(film[column]) for column in ("expected_error_rad", "excitation_rad"))
+        gain, gain_sd = (float(film[column]) for column in ("gain_ratio", "gain_sd"))
+        explained = EXPLAINED_SDS * error
+        shares["gain"].append(abs(gain - 1) / (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * gain_sd))
+        residual = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * motion, explained)
+        shares["residual"].append(float(film["wandering_rad"]) / residual)
+        shares["strips"].append(float(film["strip_wander_rad"]) / math.hypot(MAX_STRIP_WANDER_RAD, explained))
+    print(f"\nhow much of each limit {len(films)} true films use\n{'limit':<10}{'median':>8}{'most':>8}")
+    for name, own in shares.items():
+        print(f"{name:<10}{np.median(own):>8.2f}{max(own):>8.2f}")
 
 
 def main() -> None:
@@ -95,10 +127,13 @@ def main() -> None:
     own = fitted([film for film in films if half(film) == 0 and film["kind"] == "none"])
     print(f"\nfitted on one half\n{'figure':<10}{'mean':>8}{'sd':>8}{'in use: mean':>16}{'sd':>8}")
     for name, one in own.items():
-        print(f"{name:<10}{one.mean:>8.2f}{one.sd:>8.2f}{EXPECTED[name].mean:>16.2f}{EXPECTED[name].sd:>8.2f}")
+        print(
+            f"{name:<10}{one.mean_log:>8.2f}{one.sd_log:>8.2f}{EXPECTED[name].mean_log:>16.2f}{EXPECTED[name].sd_log:>8.2f}"
+        )
     for title, expected in (("with what was fitted", own), ("with the figures in use", EXPECTED)):
         print(f"\nthe other half, {title}")
         told([film for film in films if half(film) == 1], expected)
+    used([film for film in films if film["kind"] == "none"])
 
 
 if __name__ == "__main__":

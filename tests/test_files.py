@@ -70,6 +70,26 @@ def test_rights_are_those_of_any_new_file(tmp_path: Path, mask: int) -> None:
     assert stat.S_IMODE((tmp_path / "a.txt").stat().st_mode) == 0o666 & ~mask
 
 
+def test_other_threads_keep_their_rights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: the umask read by setting it to 0, in which instant another thread's file may be written by anybody."""
+
+    def changed(mask: int) -> int:
+        raise AssertionError(f"the umask of every thread is {mask:o} now")
+
+    monkeypatch.setattr(os, "umask", changed)
+    write_text(tmp_path / "a.txt", "x")
+    assert tree(tmp_path) == {"a.txt": b"x"}
+
+
+def test_a_writer_s_own_file_gets_the_rights_of_any_new_file(tmp_path: Path) -> None:
+    """Catches: the 0600 of a writer that makes a temporary file of its own and moves it here."""
+    with whole_file(tmp_path / "a.stl") as temporary:
+        temporary.unlink()
+        os.close(os.open(temporary, os.O_CREAT | os.O_WRONLY, 0o600))
+    (tmp_path / "plain").touch()
+    assert (tmp_path / "a.stl").stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
 def test_text_is_utf8_with_the_newlines_it_came_with(tmp_path: Path) -> None:
     """Catches: the platform's own encoding."""
     write_text(tmp_path / "a.txt", "Zoë\n山\n")

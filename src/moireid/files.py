@@ -7,6 +7,8 @@ the final name in one step.  `planned` looks at all outputs before any work star
 from __future__ import annotations
 
 import os
+import secrets
+import stat
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -57,16 +59,17 @@ def whole_file(path: Path) -> Iterator[Path]:
 
     The temporary file keeps the suffix, because writers choose their format by it.
     """
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem[:40]}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
+    temporary = path.parent / f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
+    # The system takes the umask off here.  To read the umask is to change it, for other threads' files too.
+    handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     try:
+        rights = stat.S_IMODE(os.fstat(handle).st_mode)
+        os.close(handle)
         yield temporary
         with temporary.open("rb+") as stream:
             os.fsync(stream.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        temporary.chmod(0o666 & ~umask)
+        # A writer may have put a file of its own in this place.
+        temporary.chmod(rights)
         temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)

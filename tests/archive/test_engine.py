@@ -118,7 +118,7 @@ def test_a_child_takes_nothing_from_the_present_folder_and_leaves_nothing(tmp_pa
     """
     for folder in ("here", "temporary"):
         (tmp_path / folder).mkdir()
-    (tmp_path / "here" / "cv2.py").write_text("raise SystemExit('this is not the package')")
+    (tmp_path / "here" / "json.py").write_text("raise SystemExit('this is not the package')")
     monkeypatch.chdir(tmp_path / "here")
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path / "temporary"))
     monkeypatch.setenv("MALLOC_TRIM_THRESHOLD_", "65536")

@@ -19,8 +19,9 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
-from kit.webbing import needs
+from kit.webbing import badge_film, needs, tiny_film
 from moireid.badge import Badge
+from moireid.designer import Request, design_badge, payload_for_name
 from moireid.registry import open_registry
 from moireid.web.auth.tokens import Tokens
 
@@ -154,6 +155,42 @@ def test_without_script_the_same(served: tuple[str, str], browser: Browser, film
     page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")
     page.get_by_role("button", name="Verify").click()
     expect(page.get_by_role("heading", level=1)).to_contain_text("Rejected", timeout=PATIENCE_MS)
+    context.close()
+
+
+@pytest.fixture(scope="module")
+def shown(ada: Badge, films: Path, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Films by what is found in them: a badge that is enrolled, one that is not, and none."""
+    folder = tmp_path_factory.mktemp("shown")
+    grace = design_badge(Request("Grace Hopper"), payload_for_name("Grace Hopper"))
+    return {
+        "✓ Ada Lovelace": badge_film(ada, folder / "ada.mp4"),
+        "✗ Nobody": badge_film(grace, folder / "grace.mp4"),
+        "? Inconclusive": tiny_film(films / "genuine_1.0m.mp4", folder / "other.mp4"),
+    }
+
+
+@pytest.mark.parametrize("script", [True, False])
+def test_whose_badge_it_is(
+    served: tuple[str, str], browser: Browser, shown: dict[str, Path], pictures: Path, *, script: bool
+) -> None:
+    """Catches: a page without a verdict where nobody is claimed, with script or without."""
+    home, secret = served
+    context = browser.new_context(viewport=DESK, java_script_enabled=script)
+    guest = Visitor(context, home, pictures)
+    guest.go("/verify")
+    guest.page.get_by_label("Token").fill(secret)
+    guest.page.get_by_role("button", name="Sign in").click()
+    guest.page.wait_for_url("**/verify")
+    guest.faults.clear()  # The console tells of the page that asked for the token.
+    for title, film in shown.items():
+        guest.page.get_by_label("The film").set_input_files(film)
+        guest.page.get_by_label("Find out whose it is").check()
+        guest.page.get_by_role("button", name="Verify").click()
+        expect(guest.page.get_by_role("heading", level=1)).to_have_text(title)
+        if script:
+            guest.look(f"identified-{film.stem}")
+        guest.page.get_by_role("link", name="Verify another film").click()
     context.close()
 
 

@@ -18,6 +18,9 @@ from fastapi import FastAPI
 
 from moireid.badge import Badge
 from moireid.registry import open_registry
+from moireid.simulate.film import film
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Camera, Scene
 from moireid.web.app import create_app
 from moireid.web.settings import Limits, Settings
 from moireid.web.studio import Studio
@@ -59,10 +62,10 @@ class Visit:
         """What lies in the folders of jobs."""
         return sorted(str(path.relative_to(self.folder)) for path in (self.folder / "jobs").rglob("*"))
 
-    def wait(self, job_id: str) -> dict[str, Any]:
+    def wait(self, job_id: str, role: str = "admin") -> dict[str, Any]:
         """The job once it is over."""
         begun = time.monotonic()
-        while (told := self.ask("GET", f"/api/jobs/{job_id}").json())["state"] not in ("done", "failed"):
+        while (told := self.ask("GET", f"/api/jobs/{job_id}", role).json())["state"] not in ("done", "failed"):
             assert time.monotonic() - begun < 200
             time.sleep(0.1)
         return told
@@ -98,6 +101,14 @@ def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, in
             small.pts, small.time_base = number, Fraction(1, 60)
             made.mux(stream.encode(small))
         made.mux(stream.encode())
+    return path
+
+
+def badge_film(badge: Badge, path: Path) -> Path:
+    """A film of a badge in motion, as few and as small pictures as tell whose it is."""
+    camera = Camera(width=960, height=540, focal_px=725.0)
+    course = motion_named("handheld", distance_mm=900.0, seed=7)
+    film(Scene(badge, camera=camera), course, path, frames=90, fps=30.0, seed=7)
     return path
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from moireid.errors import SpecError
 from moireid.verifier.camera import smoothing
-from moireid.verifier.fringes import signals
+from moireid.verifier.limits import MAX_GAP_S
 from moireid.verifier.timeline import BREAK_S, JOINT_S, RESTART_S, FilmTime, restart_findings
 from moireid.verifier.tracking.smeared_frames import LOST_S
 
@@ -41,7 +41,7 @@ def test_after_a_restart_times_go_on_behind_a_gap():
 
 def test_nothing_reaches_across_a_joint():
     """Catches: a gap that a course is smoothed over, a phase unwrapped over, or a smeared badge followed over."""
-    assert max(smoothing.GAP_S, signals.GAP_S, LOST_S, BREAK_S) < JOINT_S
+    assert max(smoothing.GAP_S, MAX_GAP_S, LOST_S, BREAK_S) < JOINT_S
 
 
 @pytest.mark.parametrize("time_s", [math.nan, math.inf, -math.inf])

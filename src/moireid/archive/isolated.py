@@ -5,25 +5,21 @@ A pool of Python's own breaks as a whole where one process dies, and cannot stop
 
 from __future__ import annotations
 
-import os
-import shutil
-import signal
-import socket
-import subprocess
-import sys
-import tempfile
+import pickle
 import time
 from dataclasses import dataclass
-from multiprocessing.connection import Connection
 from typing import Any, Literal
 
-from moireid.archive.child import IDLE_S, ONE_THREAD
+from moireid.sandbox.child import Talk
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import Child, Ended, start
 
 #: A process has this long to load the program before its job's own time begins.
 START_S = 120.0
-#: Dask has its workers give memory back early by this, which also takes large arrays out of the heap for good: each
-#: picture's would be faulted in page by page again, which took a third of a film's processor time.
-NOT_HANDED_ON = frozenset({"MALLOC_TRIM_THRESHOLD_"})
+#: A process that nobody has asked anything for so long ends, and another is started when one is needed.
+IDLE_S = 300.0
+#: Of what one job gives; a set's film comes whole.
+ANSWER_BYTES = 1 << 30
 #: What a job was lost to.  film: by itself, as it is too large; program: by a fault of ours.
 Fault = Literal["film", "crash", "time", "memory", "program", "fetch", "worker"]
 
@@ -46,108 +42,75 @@ class Lost:
     fault: Fault
 
 
+def do_jobs(talk: Talk) -> None:
+    """What the process does: jobs one after another, until nobody asks any more."""
+    while (asked := talk.next(IDLE_S)) is not None:
+        payload, film = asked
+        work, job = pickle.loads(payload)
+        talk.tell({"begun": True})
+        talk.tell({"result": work(job) if film is None else work(job, film)})
+
+
 class Isolated:
-    """One child process, started with its first job and again after it was lost."""
+    """One process, started with its first job and again after it was lost."""
 
     def __init__(self, limits: Limits, folder: str | None = None) -> None:
         """Parameters: folder: where the process's temporary files lie, None for the system's place."""
         self._limits, self._folder = limits, folder
-        self._scratch: str | None = None
-        self._process: subprocess.Popen[bytes] | None = None
-        self._pipe: Connection | None = None
+        self._child: Child | None = None
         self._used_s = 0.0
         self._ended = False
 
     def do(self, payload: bytes, film: str | None) -> Any | Lost:
-        """The result of one job, or why there is none; payload: the pickled (work, job)."""
+        """The result of one job as JSON has it, or why there is none; payload: the pickled (work, job)."""
         begun = time.monotonic()
         if self._ended:
             return Lost("the run was ended", 0.0, "worker")
-        if self._process is None or self._process.poll() is not None or begun - self._used_s > IDLE_S / 2:
-            self._start()
-        assert self._pipe is not None
-        deadline, told = begun + START_S + self._limits.seconds, None
+        child = self._ready()
         try:
-            self._pipe.send((payload, film))
-            while self._pipe.poll(max(deadline - time.monotonic(), 0.0)):
-                told = self._pipe.recv()
-                if told[0] != "begun":
-                    break
-                begun, told = time.monotonic(), None
-                deadline = begun + self._limits.seconds
-        except (EOFError, OSError):
-            return Lost(self._end_of_child(), time.monotonic() - begun, "crash")
+            child.send((payload, film))
+            told = child.hear(START_S + self._limits.seconds)
+            if told is not None and "begun" in told:
+                begun = time.monotonic()
+                told = child.hear(self._limits.seconds)
+        except Ended as ended:
+            self.stop()
+            return self._lost(ended, time.monotonic() - begun)
         self._used_s = time.monotonic()
         if told is None:
             self.stop()
             words = f"it took longer than the {self._limits.seconds:g} s allowed"
             return Lost(words, time.monotonic() - begun, "time")
-        return told[1] if told[0] == "done" else self._raised(told[1], told[2], self._used_s - begun)
+        return told.get("result")
 
     def end(self) -> None:
         """End the process, and do nothing more; a thread that waits for an outcome, if any, sees it by itself."""
         self._ended = True
-        if (process := self._process) is not None:
-            process.kill()
-            process.wait()
-        self._clear()
+        if (child := self._child) is not None:
+            child.kill()
 
     def stop(self) -> None:
-        """End the process."""
-        if self._process is not None and self._pipe is not None:
-            self._process.kill()
-            self._process.wait()
-            self._pipe.close()
-        self._process = self._pipe = None
-        self._clear()
+        """End the process: what it holds after a failure is not known, and memory that ran out may be in pieces."""
+        if self._child is not None:
+            self._child.kill()
+        self._child = None
 
-    def _clear(self) -> None:
-        """Remove what the process has left: one that is killed clears nothing away itself."""
-        if self._scratch is not None:
-            shutil.rmtree(self._scratch, ignore_errors=True)
-            self._scratch = None
-
-    def _start(self) -> None:
+    def _ready(self) -> Child:
+        """The process, another one where it has ended, or might just now."""
+        if self._child is not None and time.monotonic() - self._used_s < IDLE_S / 2:
+            try:
+                self._child.hear(0.0)
+                return self._child
+            except Ended:
+                pass
         self.stop()
-        ours, theirs = socket.socketpair()
-        with theirs:
-            # The work is found where this process would find it.
-            path = os.pathsep.join(name for name in sys.path if name)
-            self._scratch = tempfile.mkdtemp(prefix="moireid-", dir=self._folder)
-            # -P: what lies in the present folder is not taken for a package.
-            command = [
-                sys.executable,
-                "-P",
-                "-m",
-                "moireid.archive.child",
-                str(theirs.fileno()),
-                str(self._limits.memory_mb),
-            ]
-            self._process = subprocess.Popen(
-                command,
-                pass_fds=[theirs.fileno()],
-                stdin=subprocess.DEVNULL,
-                stdout=subprocess.DEVNULL,
-                env={name: word for name, word in os.environ.items() if name not in NOT_HANDED_ON}
-                | ONE_THREAD
-                | {"PYTHONPATH": path, "TMPDIR": self._scratch},
-            )
-        self._pipe = Connection(ours.detach())
+        limits = ProcessLimits(self._limits.memory_mb * 1_000_000, answer_bytes=ANSWER_BYTES)
+        self._child = start("moireid.archive.isolated:do_jobs", limits, self._folder)
+        return self._child
 
-    def _end_of_child(self) -> str:
-        """Why the process ended by itself, in words."""
-        assert self._process is not None
-        try:
-            code = self._process.wait(5)
-        except subprocess.TimeoutExpired:
-            code = 0
-        self.stop()
-        how = f"by {signal.Signals(-code).name}" if code < 0 else f"with exit code {code}"
-        return f"the process that had it ended by itself ({how})"
-
-    def _raised(self, kind: str, words: str, seconds: float) -> Lost:
-        # What it holds after a failure of ours is not known, and memory that ran out may be in pieces.
-        self.stop()
-        if kind == "memory":
+    def _lost(self, ended: Ended, seconds: float) -> Lost:
+        if ended.kind == "crash":
+            return Lost(f"the process that had it {ended.words}", seconds, "crash")
+        if ended.kind == "memory":
             return Lost(f"it takes more memory than the {self._limits.memory_mb} MB allowed", seconds, "memory")
-        return Lost(f"something went wrong inside moireid ({kind}: {words})", seconds, "program")
+        return Lost(f"something went wrong inside moireid ({ended.kind}: {ended.words[:300]})", seconds, "program")

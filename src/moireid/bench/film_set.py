@@ -12,6 +12,7 @@ import hashlib
 import io
 import json
 import tempfile
+from base64 import b64decode, b64encode
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
@@ -86,7 +87,7 @@ def make_film_set(
             if isinstance(told, Lost):
                 told = {"error": told.why}
             if "error" not in told:
-                contents = dict(zip(_files(film, folder), (told["truth"], told["video"]), strict=True))
+                contents = dict(zip(_files(film, folder), map(b64decode, (told["truth"], told["video"])), strict=True))
                 rows[key] = {"label": told["label"], "files": {path.name: _hash(one) for path, one in contents.items()}}
                 keep_row(kept, key, rows[key])
                 for path, content in contents.items():
@@ -117,7 +118,9 @@ def made(film: Planned) -> dict[str, Any]:
         except MoireIdError as error:
             # A folder drawn anew each time tells nobody anything.
             return {"error": " ".join(str(error).split()).replace(wish.motion, film.wish.motion)}
-        return {"video": video.read_bytes(), "truth": report.truth.read_bytes(), "label": report.label}
+        files = {"video": video, "truth": report.truth}
+        # What comes out of the process is JSON.
+        return {name: b64encode(path.read_bytes()).decode() for name, path in files.items()} | {"label": report.label}
 
 
 def _files(film: Planned, folder: Path) -> tuple[Path, Path]:

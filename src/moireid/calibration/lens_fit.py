@@ -16,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Lens
-from moireid.calibration.chart import BandReading, View, check_chart, printed_dot_mm, printed_frequencies, read_bands
+from moireid.calibration.bands import BandReading, read_bands
+from moireid.calibration.chart import View, check_chart, printed_dot_mm, printed_frequencies
 from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.optics import front_pitch_at_match_mm
@@ -103,31 +104,11 @@ def lens_from_views(
     """
     check_chart(chart)
     readings = read_bands(views, chart)
-    usable = [reading for reading in readings if reading.readable]
-    if len(usable) < MIN_BANDS:
-        raise MediaError(
-            f"{len(usable)} of {len(readings)} bands show fringes that can be read, and at least {MIN_BANDS} must; lay "
-            "the sheet over more bands, avoid glare and blur, go nearer, or print a chart of more --steps or another "
-            "--lens",
-            readable=len(usable),
-        )
-    across, sd, scatter, used = _agree(usable, _floor_fringes(chart))
-    if used < MIN_BANDS or scatter > MAX_SCATTER_FRINGES:
-        raise MediaError(
-            f"the bands do not agree on one lens (they scatter by {scatter:.3f} fringes, {MAX_SCATTER_FRINGES:g} at "
-            "most are allowed); lay the sheet flat, and give the pitch-test.json of this very chart",
-            scatter_fringes=scatter,
-        )
-    turn = _twist_per_mm(usable)
-    lens_per_mm = math.hypot(across, turn or 0.0)
-    twist_deg = None if turn is None else math.degrees(math.asin(turn / lens_per_mm))
-    if twist_deg is None or abs(twist_deg) > MAX_TWIST_DEG:
-        by = "" if twist_deg is None else f" by {abs(twist_deg):.1f} degrees or more"
-        raise MediaError(
-            f"the sheet lies askew on the lines{by}, and at most {MAX_TWIST_DEG:g} degrees are allowed for; turn it "
-            "until the fringes stand upright",
-            twist_deg=twist_deg,
-        )
+    across, sd, scatter, used, turn = _one_lens(readings, chart)
+    lens_per_mm = math.hypot(across, turn)
+    twist_deg = math.degrees(math.asin(turn / lens_per_mm))
+    if abs(twist_deg) > MAX_TWIST_DEG:
+        raise _askew(f" by {abs(twist_deg):.1f} degrees or more", twist_deg)
     distance_mm = float(np.mean([abs(view.camera_mm[2]) for view in views])) - chart.lens.thickness_mm
     gap_mm = _gap_mm(chart)
     printed = printed_frequencies(chart)
@@ -154,6 +135,40 @@ def lens_from_views(
     return Calibration(profile, float(band), len(printed), used, twist_deg, scatter)
 
 
+def _one_lens(readings: list[BandReading], chart: Badge) -> tuple[float, float, float, int, float]:
+    """As `_agree` of the readable bands, and the twist of `_twist_per_mm`.
+
+    Raises: MediaError where too few bands are readable, or do not show one lens.
+    """
+    usable = [reading for reading in readings if reading.readable]
+    if len(usable) < MIN_BANDS:
+        raise MediaError(
+            f"{len(usable)} of {len(readings)} bands show fringes that can be read, and at least {MIN_BANDS} must; lay "
+            "the sheet over more bands, avoid glare and blur, go nearer, or print a chart of more --steps or another "
+            "--lens",
+            readable=len(usable),
+        )
+    across, sd, scatter, used = _agree(usable, _floor_fringes(chart))
+    if used < MIN_BANDS or scatter > MAX_SCATTER_FRINGES:
+        raise MediaError(
+            f"the bands do not agree on one lens (they scatter by {scatter:.3f} fringes, {MAX_SCATTER_FRINGES:g} at "
+            "most are allowed); lay the sheet flat, and give the pitch-test.json of this very chart",
+            scatter_fringes=scatter,
+        )
+    turn = _twist_per_mm(usable)
+    if turn is None:
+        raise _askew("", None)
+    return across, sd, scatter, used, turn
+
+
+def _askew(by: str, twist_deg: float | None) -> MediaError:
+    return MediaError(
+        f"the sheet lies askew on the lines{by}, and at most {MAX_TWIST_DEG:g} degrees are allowed for; turn it "
+        "until the fringes stand upright",
+        twist_deg=twist_deg,
+    )
+
+
 def _gap_mm(chart: Badge) -> float:
     """Effective gap of the chart's nominal sheet near the axis, traced."""
     pitch_mm = chart.gratings[0].pitch_mm
@@ -174,23 +189,23 @@ def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, fl
     A picture that is stretched by a share e makes band k, which has the frequency f_k, tell q + e f_k; e is solved for
     along with q, held near 0 by `STRETCH_SD`.  So what counts is where the fringes vanish, not how fine they are.
     """
-    told = np.array([reading.lens_per_mm for reading in readings])
-    beat = np.array([reading.printed_per_mm for reading in readings]) - told
+    q = np.array([reading.lens_per_mm for reading in readings])
+    beat = np.array([reading.printed_per_mm for reading in readings]) - q
     length_mm = abs(readings[0].fringes / beat[0])
     sd = np.hypot([reading.sd for reading in readings], floor_fringes / length_mm)
     weight = 1 / sd**2
-    value = np.array([np.median(told), 0.0])
+    value = np.array([np.median(q), 0.0])
     table = np.column_stack([np.ones_like(beat), beat])
     prior = np.diag([0.0, 1 / STRETCH_SD**2])
-    robust = np.ones_like(told)
+    robust = np.ones_like(q)
     for _ in range(20):
-        apart = (told - table @ value) / sd
+        apart = (q - table @ value) / sd
         # At least one: a fit that looks better than its noise is chance.
         scale = max(1.0, 1.4826 * float(np.median(np.abs(apart))))
         robust = np.clip(1 - (apart / (4.685 * scale)) ** 2, 0, None) ** 2
         normal = table.T @ ((weight * robust)[:, None] * table) + prior
-        value = np.linalg.solve(normal, table.T @ (weight * robust * told))
-    apart = told - table @ value
+        value = np.linalg.solve(normal, table.T @ (weight * robust * q))
+    apart = q - table @ value
     used = int((robust > 0.2).sum())
     chi2 = float((weight * robust * apart**2).sum()) / max(float(robust.sum()) - 2, 1.0)
     scatter = 1.4826 * float(np.median(np.abs(apart))) * length_mm

@@ -25,7 +25,7 @@ from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.registry import Import, Record
+    from moireid.registry import Import
 
 #: Findings that the audit prints for people; --json holds more.
 SHOWN = 20
@@ -88,7 +88,7 @@ def enroll_command(
             record = registry.store_as_built(record.id, as_built.to_json())
         if as_json:
             measured = {"as_built": json.loads(record.as_built)} if record.as_built else {}
-            show_json(_summary(record) | {"registry": registry.shown_url} | measured)
+            show_json(record.summary() | {"registry": registry.shown_url} | measured)
         else:
             click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
             if as_built is not None:
@@ -149,7 +149,7 @@ def registry_list(registry_url: str | None, as_json: bool) -> None:
 
     with open_registry(registry_url, create=False) as registry:
         if as_json:
-            show_json({"registry": registry.shown_url, "badges": [_summary(record) for record in registry.records()]})
+            show_json({"registry": registry.shown_url, "badges": [record.summary() for record in registry.records()]})
             return
         for record in registry.records():
             revoked = f"  revoked {record.revoked_at}" if record.revoked_at else ""
@@ -173,7 +173,7 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
     with open_registry(registry_url, create=False) as registry:
         record, fingerprint = registry.find(claim), registry.fingerprint
     if as_json:
-        document = _summary(record) | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
+        document = record.summary() | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
         measured = None if record.as_built is None else json.loads(record.as_built)
         show_json(document | {"as_built_at": record.as_built_at, "as_built": measured})
         return
@@ -203,7 +203,7 @@ def registry_revoke(claim: str, reason: str, registry_url: str | None, as_json: 
     with open_registry(registry_url, create=False) as registry:
         record = registry.revoke(claim, reason)
         if as_json:
-            show_json(_summary(record) | {"registry": registry.shown_url})
+            show_json(record.summary() | {"registry": registry.shown_url})
         else:
             click.echo(f"badge {record.id} of {record.name} is revoked since {record.revoked_at}")
 
@@ -282,17 +282,6 @@ def registry_import(path: Path, registry_url: str | None, as_json: bool) -> None
         )
         if not registry.key_path.exists():
             click.echo(f"it can only be read here: the authority's private key is not at {registry.key_path}")
-
-
-def _summary(record: Record) -> dict[str, Any]:
-    """What every command says of a record in JSON."""
-    return {
-        "id": record.id,
-        "name": record.name,
-        "issued_at": record.issued_at,
-        "revoked_at": record.revoked_at,
-        "revoked_reason": record.revoked_reason,
-    }
 
 
 def _import_json(done: Import) -> dict[str, Any]:

@@ -202,11 +202,11 @@ def _from_photo(
     from moireid.calibration.chart import check_chart, view_chart
     from moireid.calibration.lens_fit import lens_from_views
     from moireid.calibration.still import load_pictures
-    from moireid.verifier.camera.self_calibration import FOCAL_PRIOR
+    from moireid.verifier.limits import FOCAL_PRIOR_RATIO
 
     check_chart(chart)
     pictures, noted_px = load_pictures(photo)
-    focal = focal_px or noted_px or FOCAL_PRIOR * max(pictures[0].shape)
+    focal = focal_px or noted_px or FOCAL_PRIOR_RATIO * max(pictures[0].shape)
     source = (
         "--distance"
         if distance_m

@@ -38,6 +38,7 @@ def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool,
 
     Whoever uses the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
     --no-auth, which asks for none.
+    Without --registry, the default registry is used; it is made if there is none yet.
     """
     try:
         import uvicorn
@@ -54,6 +55,9 @@ def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool,
     bound = _listen(host, port)
     shown = f"[{host}]" if ":" in host else host
     say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
+    registry = app.state.studio.registry
+    if not registry.count():
+        say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
     config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=5)
     # To be stopped by hand is how it ends, and no fault.
     with contextlib.suppress(KeyboardInterrupt):

@@ -18,13 +18,14 @@ from numpy.typing import NDArray
 from moireid.evaluation import statistics
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.statistics import interval
-from moireid.verifier.motion.likelihood import ACCEPTED
+from moireid.verifier.limits import ACCEPTED_LOG10
 
 Array = NDArray[np.float64]
 Document = dict[str, Any]
 VERDICTS = ("accept", "reject", "inconclusive", "failed")
 SCORES = {
-    "moireid": f"decadic logarithm of how much likelier the film is of a true badge: {ACCEPTED:g} and more is accepted",
+    "moireid": "decadic logarithm of how much likelier the film is of a true badge: "
+    f"{ACCEPTED_LOG10:g} and more is accepted",
     "published": "mean of |rho| over windows of 30 frames: 1 for a genuine film",
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films, which are not these.

@@ -52,6 +52,16 @@ class Record:
                 id=self.id,
             ) from error
 
+    def summary(self) -> dict[str, Any]:
+        """What lists and answers in JSON tell of a record."""
+        return {
+            "id": self.id,
+            "name": self.name,
+            "issued_at": self.issued_at,
+            "revoked_at": self.revoked_at,
+            "revoked_reason": self.revoked_reason,
+        }
+
     @cached_property
     def signed_text(self) -> bytes:
         """What the authority signs: canonical JSON of all fields, documents by their SHA-256."""

@@ -13,6 +13,7 @@ live/       a live check: prompts that nobody knows before
 
 video.py        grey frames with their times
 opened_file.py  the file that they are read from, opened once
+limits.py       every constant on which a verdict depends, with its source
 reasons.py      findings with value, limit and unit
 timeline.py     times that rise, and intervals of them
 """

@@ -1,11 +1,12 @@
 """The studio: pages and an API over the library, for `moireid serve`.  It adds no optics of its own.
 
 settings.py  where things lie, and the limits     studio.py    what all routes share
-problems.py  errors as one sentence, on a page or in JSON
+problems.py  errors: a code and one sentence
 auth/        roles, tokens, and nothing from other sites
 jobs/        work that takes time, each in a process of its own
 forms.py     fields and small files, within a limit
 uploads.py   a form with a film, to the disk       checks.py    from a form to a job at work
+issue_jobs.py  orders to jobs, and back
 pages/       the pages      api/  the API          live/        the live check
 app.py       create_app: which routes there are
 

@@ -11,7 +11,6 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from moireid import __version__
-from moireid.web import problems
 from moireid.web.api import films as api
 from moireid.web.api import issue as issue_api
 from moireid.web.api import registry as registry_api
@@ -19,6 +18,7 @@ from moireid.web.api.schema import describe
 from moireid.web.auth.guard import Guard
 from moireid.web.auth.roles import anyone
 from moireid.web.live import routes as live
+from moireid.web.pages import answers
 from moireid.web.pages import enroll as enroll_pages
 from moireid.web.pages import home as home_pages
 from moireid.web.pages import issue as issue_pages
@@ -45,7 +45,7 @@ KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 def create_app(settings: Settings) -> FastAPI:
     """The studio as an ASGI application; it holds its registry open until it is shut down.
 
-    Raises: RegistryError where the registry is absent, or the studio's folder cannot be used.
+    Raises: RegistryError where the registry that is named is absent, or the studio's folder cannot be used.
     """
     studio = Studio(settings)
 
@@ -70,7 +70,7 @@ def create_app(settings: Settings) -> FastAPI:
     )
     app.state.studio = studio
     app.add_middleware(Guard, loopback_only=not settings.auth)
-    problems.install(app)
+    answers.install(app)
     for router in (*ROUTERS, _static()):
         # Each with its own prefix and rules already; in one flat list, so that whoever looks over all of them can.
         app.router.routes.extend(router.routes)

@@ -1,20 +1,10 @@
-"""Errors as people and programs get them: one sentence, on a page, or as JSON under /api."""
+"""Errors that people and programs get: a code and one sentence."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from fastapi import FastAPI, Request
-from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse, Response
 from pydantic import BaseModel
-from starlette.exceptions import HTTPException
-from starlette.requests import ClientDisconnect
-
-from moireid.errors import MoireIdError
-
-if TYPE_CHECKING:
-    from moireid.web.studio import Studio
 
 
 class Problem(BaseModel):
@@ -32,68 +22,6 @@ class Refusal(Exception):
         self.status, self.code, self.text, self.headers = status, code, text, headers
 
 
-#: What a status means where the framework says no more.
-WORDS = {
-    404: ("not_found", "There is nothing at this address."),
-    405: ("method", "This address does not take such a request."),
-    400: ("bad_request", "This request cannot be read."),
-}
-
-
 def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """The `responses` of a route that may answer with these problems, for /openapi.json."""
     return {status: {"model": Problem} for status in statuses}
-
-
-def sentence(studio: Studio, error: MoireIdError | str) -> str:
-    """An error's sentence without the registry's place, which is not for those who come from outside."""
-    shown = studio.registry.shown_url
-    return " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
-
-
-def install(app: FastAPI) -> None:
-    """Let the application answer every error in our words."""
-    app.add_exception_handler(Refusal, _refused)
-    app.add_exception_handler(MoireIdError, _ours)
-    app.add_exception_handler(RequestValidationError, _invalid)
-    app.add_exception_handler(HTTPException, _http)
-    app.add_exception_handler(ClientDisconnect, _gone)
-
-
-async def _refused(request: Request, error: Exception) -> Response:
-    assert isinstance(error, Refusal)
-    return answer(request, error)
-
-
-async def _ours(request: Request, error: Exception) -> Response:
-    return answer(request, Refusal(422, type(error).__name__, sentence(request.app.state.studio, str(error))))
-
-
-async def _invalid(request: Request, error: Exception) -> Response:
-    assert isinstance(error, RequestValidationError)
-    told = [f"{'.'.join(map(str, one['loc'][1:])) or one['loc'][0]}: {one['msg']}" for one in error.errors()[:5]]
-    return answer(request, Refusal(422, "fields", "The request cannot be used: " + "; ".join(told) + "."))
-
-
-async def _http(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    code, text = WORDS.get(error.status_code, ("refused", str(error.detail)))
-    headers = dict(error.headers) if error.headers else None
-    return answer(request, Refusal(error.status_code, code, text, headers=headers))
-
-
-async def _gone(request: Request, _: Exception) -> Response:
-    # Nobody reads it; but without an answer the server would log a fault of ours.
-    return answer(request, Refusal(400, "broken_off", "The request was broken off; send it again."))
-
-
-def answer(request: Request, error: Refusal) -> Response:
-    """The answer to a request that was refused."""
-    if request.url.path.startswith("/api/") or request.url.path == "/openapi.json":
-        return JSONResponse({"code": error.code, "text": error.text}, error.status, headers=error.headers)
-    from moireid.web.pages.render import render
-
-    template = "login.html.j2" if error.status == 401 else "problem.html.j2"
-    response = render(request, template, status=error.status, problem=error)
-    response.headers.update(error.headers or {})
-    return response

@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 import fcntl
+import threading
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+
+from starlette.requests import HTTPConnection
 
 from moireid.errors import SpecError
-from moireid.registry import Registry, default_url, open_registry
+from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.url import read_url
 from moireid.web.auth.tokens import Tokens
 from moireid.web.jobs.queue import Jobs
+from moireid.web.problems import Refusal
 from moireid.web.settings import Settings
-
-if TYPE_CHECKING:
-    from starlette.requests import HTTPConnection
 
 
 class Studio:
     """One running studio; a route gets it by `studio_of(request)`."""
 
     def __init__(self, settings: Settings) -> None:
-        """Raises: RegistryError where the registry is absent, or the studio's folder cannot be used; SpecError where
-        another studio uses that folder."""
-        self.settings = settings
+        """The default registry is made where it is absent; one that is named must be there.
+
+        Raises: RegistryError where the registry is absent, or the studio's folder cannot be used; SpecError where
+            another studio uses that folder.
+        """
+        self.settings, self._auditing = settings, threading.Lock()
         with ExitStack() as undo:
-            self.registry: Registry = undo.enter_context(open_registry(settings.registry_url, create=False))
+            self.registry: Registry = undo.enter_context(
+                open_registry(settings.registry_url, create=settings.registry_url is None)
+            )
             self.tokens = Tokens(settings.data)
             undo.callback(self.tokens.close)
             self._alone(undo)
@@ -37,6 +42,23 @@ class Studio:
         """Where a process that works in another folder, and may be older than the keys' place, finds the registry."""
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
         return {"registry_url": url, "keys": str(self.registry.key_path.parent.absolute())}
+
+    def sentence(self, error: Exception | str) -> str:
+        """An error's sentence without the registry's place, which is not for those who come from outside."""
+        shown = self.registry.shown_url
+        return " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+
+    def audit(self, expected_head: str) -> Audit:
+        """What an audit of the registry sees; one at a time, as it walks over everything.
+
+        Raises: RegistryError where the head is none; Refusal 503 where another one runs.
+        """
+        if not self._auditing.acquire(blocking=False):
+            raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
+        try:
+            return self.registry.audit(expected_head.strip() or None)
+        finally:
+            self._auditing.release()
 
     def close(self) -> None:
         """Close what is open."""

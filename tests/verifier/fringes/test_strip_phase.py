@@ -144,7 +144,7 @@ def test_the_phase_error_matches_its_bar():
         errors.append(error - error.mean())
         bars.append(found.phase_sd_rad)
     ratio = np.std(errors) / np.sqrt(np.mean(np.square(bars)))
-    # White noise here; the bar allows for neighbours that share pixels, by `SAMPLE_INFLATION` = 1.4.
+    # White noise here; the bar allows for neighbours that share pixels, by `limits.STRIP_NOISE_RATIO` = 1.4.
     assert 0.6 < ratio < 0.85
 
 

@@ -15,6 +15,8 @@ from moireid.badge import Badge, load_badge
 from moireid.verifier.camera.smoothing import frame_s, slow_part
 from moireid.verifier.fringes.signals import GratingSignal, _combine
 from moireid.verifier.fringes.strip_phase import StripPhase
+from moireid.verifier.fringes.unwrap import joined_frames, unwrap
+from moireid.verifier.limits import MAX_GAP_S, MAX_STEP_RAD
 from moireid.verifier.motion.figures import figures_of
 
 FRAMES = 240
@@ -91,3 +93,43 @@ def test_figures_stand_at_any_frame_rate(fps):
     sd = np.full(len(times), 0.01)
     signal = GratingSignal(course + wander, course, sd, 0.01, np.array([0.01]), times, np.array([0.02]))
     assert figures_of(signal).slow_wander_rad == pytest.approx(0.2, rel=0.15)
+
+
+def wrapped(phase: np.ndarray) -> np.ndarray:
+    return np.angle(np.exp(1j * phase))
+
+
+def test_frames_join_until_a_gap_or_a_step_of_half_a_turn():
+    """Catches: a split a frame early or late; a step backwards that is not seen; a gap that is one frame too short."""
+    times, predicted = TIMES[:10].copy(), np.zeros(10)
+    assert [list(part) for part in joined_frames(predicted, times)] == [list(range(10))]
+    times[4:] += MAX_GAP_S
+    predicted[7:] -= MAX_STEP_RAD + 0.01
+    assert [list(part) for part in joined_frames(predicted, times)] == [[0, 1, 2, 3], [4, 5, 6], [7, 8, 9]]
+    # Exactly at both limits nothing ends.
+    even = np.arange(3) * MAX_GAP_S
+    assert len(joined_frames(np.arange(3) * MAX_STEP_RAD, even)) == 1
+
+
+def test_a_phase_of_many_turns_comes_back():
+    """Catches: a phase that is folded upon the prediction, or follows it: the fringes go three times as far here."""
+    predicted = 6.0 * np.sin(2 * np.pi * 0.3 * TIMES)
+    found = unwrap(wrapped(3 * predicted + 1.0), predicted, [np.arange(FRAMES)])
+    assert np.ptp(found - 3 * predicted) < 1e-9
+
+
+def test_whole_turns_between_segments_are_the_nearest_and_nothing_else():
+    """Catches: a segment laid upon the prediction, which would forgive a forger more than whole turns."""
+    segments = [np.arange(150), np.arange(150, FRAMES)]
+    stray = np.where(np.arange(FRAMES) < 150, 0.0, 2 * np.pi * 3 + 1.2)
+    found = unwrap(wrapped(COURSE + stray), COURSE, segments)
+    apart = found - COURSE - (found - COURSE)[0]
+    assert apart[:150] == pytest.approx(np.zeros(150), abs=1e-9)
+    assert apart[150:] == pytest.approx(np.full(FRAMES - 150, 1.2), abs=1e-9)
+
+
+def test_frames_of_no_segment_get_the_prediction():
+    """Catches: zeros where a hand was before the fringes; the mean of nothing where there is no segment at all."""
+    found = unwrap(wrapped(COURSE + 0.5), COURSE, [np.arange(100)])
+    assert found == pytest.approx(COURSE + 0.5, abs=1e-9)
+    assert unwrap(wrapped(COURSE + 0.5), COURSE, []) == pytest.approx(COURSE)

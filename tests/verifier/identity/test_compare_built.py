@@ -11,7 +11,8 @@ import pytest
 from moireid.asbuilt import AsBuilt, as_built_from_json, merge
 from moireid.bench.identity.clips import Clip, read_clip
 from moireid.errors import SpecError
-from moireid.verifier.identity.compare_built import PAPER_DRIFT, compare_built
+from moireid.verifier.identity.compare_built import compare_built
+from moireid.verifier.limits import PAPER_DRIFT_SHARE
 
 ONE = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
 
@@ -51,7 +52,7 @@ def test_each_figure_tells_a_copy_alone(ada):
 
 def test_paper_that_drifted_is_still_the_original(ada):
     """Catches: a limit without room for humidity; and that room given where the beat shows no drift."""
-    drift = 0.8 * PAPER_DRIFT / ada.lens.pitch_mm
+    drift = 0.8 * PAPER_DRIFT_SHARE / ada.lens.pitch_mm
     moved = replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + drift, offset_rad=ONE.offset_rad - 0.6)
     assert compare_built(moved, ONE, ada).built == "original"
     assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "copy"

@@ -11,15 +11,9 @@ import pytest
 
 from moireid.verifier.camera.fit import CameraFit
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.limits import GAIN_TOLERANCE_SHARE, MAX_CERTAINTY_LOG10, MIN_CORRELATION, MIN_EXCITATION_RAD
 from moireid.verifier.motion.figures import figures_of, pearson, window_correlation_mean
-from moireid.verifier.motion.judge import (
-    GAIN_TOLERANCE,
-    MIN_CORRELATION,
-    MIN_EXCITATION_RAD,
-    Invariant,
-    judge_invariant,
-)
-from moireid.verifier.motion.likelihood import MOST_LOG10
+from moireid.verifier.motion.judge import Invariant, judge_invariant
 
 FRAMES = 180
 PHASE_SD, POSE_SD = 0.02, 0.01
@@ -271,7 +265,7 @@ def test_the_score_falls_with_every_departure():
     ]
     for signals in departures:
         scores = [judged(one).score for one in signals]
-        told = [score for score in scores if score > -MOST_LOG10]
+        told = [score for score in scores if score > -MAX_CERTAINTY_LOG10]
         assert scores == sorted(scores, reverse=True) and len(set(told)) == len(told) >= len(scores) - 2
         assert scores[0] > 1.5 and scores[-1] < -2.0
 
@@ -289,7 +283,7 @@ def test_the_gain_s_error_bar_grows_with_residuals_that_last():
 def test_a_gain_that_is_off_fails_beyond_its_error_and_is_open_within():
     """Catches: a bar that is not used; one that widens what passes, by which a vague film lets half the gain in."""
     predicted = 1.2 * course()
-    off = signal(predicted, (1 + 1.5 * GAIN_TOLERANCE) * predicted)
+    off = signal(predicted, (1 + 1.5 * GAIN_TOLERANCE_SHARE) * predicted)
     assert judged(off).verdict == "reject" and failed(judged(off)) == ["gain", "likelihood"]
     vague = judged(off, tangent_sd=0.06)
     assert vague.verdict == "inconclusive" and levels(vague)["gain"] == "undecided"
@@ -371,7 +365,11 @@ def test_reasons_carry_figure_limit_and_unit():
     predicted = 1.2 * course()
     reasons = {reason.code: reason for reason in judged(signal(predicted, 0.5 * predicted)).reasons}
     gain = reasons["gain"]
-    assert gain.measured == pytest.approx(0.5) and gain.limit == pytest.approx(GAIN_TOLERANCE) and gain.unit == "ratio"
+    assert (
+        gain.measured == pytest.approx(0.5)
+        and gain.limit == pytest.approx(GAIN_TOLERANCE_SHARE)
+        and gain.unit == "ratio"
+    )
     assert "0.500" in gain.text
     assert reasons["motion"].limit == pytest.approx(MIN_EXCITATION_RAD) and reasons["motion"].unit == "rad"
     assert reasons["correlation"].limit == MIN_CORRELATION
@@ -384,7 +382,7 @@ def placed(predicted: np.ndarray, measured: np.ndarray) -> tuple[GratingSignal, 
     aside = unlike(predicted, 21)
     near = (1.0 + 0.03 * unlike(predicted, 22)) / 1000.0
     made = signal(predicted, measured, phase_sd=0.01, pose_sd=0.01)
-    return replace(made, elsewhere=np.column_stack([0.1 * aside, near])), aside
+    return replace(made, covariates=np.column_stack([0.1 * aside, near])), aside
 
 
 def test_what_goes_with_the_camera_s_place_is_no_wander():
@@ -408,7 +406,7 @@ def test_places_that_hardly_move_explain_nothing():
     """Catches: columns of rounding errors blown up until they explain any wander; NaN from a camera at rest."""
     predicted = 0.8 * course()
     signal_, _ = placed(predicted, predicted + 0.11 * jitter(predicted))
-    still = replace(signal_, elsewhere=np.full((len(predicted), 2), 0.25))
+    still = replace(signal_, covariates=np.full((len(predicted), 2), 0.25))
     assert judged(still).verdict == "reject"
     assert judged(replace(still, measured_rad=predicted)).verdict == "accept"
 

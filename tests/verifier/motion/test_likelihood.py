@@ -6,47 +6,50 @@ import math
 
 import pytest
 
-from moireid.verifier.motion.likelihood import (
-    ACCEPTED,
+from moireid.verifier.limits import (
+    ACCEPTED_LOG10,
     EXPECTED,
-    GAIN_RANGE,
-    GAIN_SD,
-    MOST_LOG10,
-    REJECTED,
-    log10_ratio,
+    FORGED_GAIN_MAX_RATIO,
+    FORGED_GAIN_MIN_RATIO,
+    GAIN_SD_RATIO,
+    MAX_CERTAINTY_LOG10,
+    REJECTED_LOG10,
 )
+from moireid.verifier.motion.likelihood import log10_ratio, scale_rad
 
 MOTION, ERROR = 0.8, 0.02
 
 
 def usual(motion: float = MOTION, error: float = ERROR) -> dict[str, float]:
     """What true badges show on average."""
-    return {name: math.exp(one.mean) * one.scale_rad(error, motion) for name, one in EXPECTED.items()}
+    return {name: math.exp(one.mean_log) * scale_rad(one, error, motion) for name, one in EXPECTED.items()}
 
 
 def test_a_usual_true_badge_is_accepted_and_its_ratio_is_the_gain_s():
     """Catches: a kind's share or density left out; natural logarithms.  All other kinds lie far off here."""
     found, _ = log10_ratio(1.0, 0.0, usual(), MOTION, ERROR)
-    density = 1 / (GAIN_SD * math.sqrt(2 * math.pi))
-    assert found == pytest.approx(math.log10((1 + len(EXPECTED)) * GAIN_RANGE * density), abs=0.02)
-    assert found > ACCEPTED
+    density = 1 / (GAIN_SD_RATIO * math.sqrt(2 * math.pi))
+    assert found == pytest.approx(
+        math.log10((1 + len(EXPECTED)) * (FORGED_GAIN_MAX_RATIO - FORGED_GAIN_MIN_RATIO) * density), abs=0.02
+    )
+    assert found > ACCEPTED_LOG10
 
 
 @pytest.mark.parametrize("name", list(EXPECTED))
 def test_each_figure_speaks_alone(name):
     """Catches: a figure that is not looked at; kinds multiplied, so that one forged thing is outvoted by four true."""
     found, suspected = log10_ratio(1.0, 0.0, usual() | {name: 0.4 * MOTION}, MOTION, ERROR)
-    assert suspected == name and found < REJECTED
+    assert suspected == name and found < REJECTED_LOG10
 
 
 @pytest.mark.parametrize("gain", [0.5, 1.5, -1.0, 0.0])
 def test_a_wrong_gain_speaks_alone_and_a_vague_one_not(gain):
     """Catches: |gain|; an error bar that is not used."""
     found, suspected = log10_ratio(gain, 0.01, usual(), MOTION, ERROR)
-    assert suspected == "gain" and found < REJECTED
+    assert suspected == "gain" and found < REJECTED_LOG10
     sure, vague = (log10_ratio(1.0, sd, usual(), MOTION, ERROR)[0] for sd in (0.01, 1.0))
-    assert REJECTED < log10_ratio(gain, 1.0, usual(), MOTION, ERROR)[0] <= vague < sure - 0.9
-    assert log10_ratio(gain, 10.0, usual(), MOTION, ERROR)[0] < ACCEPTED
+    assert REJECTED_LOG10 < log10_ratio(gain, 1.0, usual(), MOTION, ERROR)[0] <= vague < sure - 0.9
+    assert log10_ratio(gain, 10.0, usual(), MOTION, ERROR)[0] < ACCEPTED_LOG10
 
 
 def test_an_error_bar_beyond_all_gains_tells_neither_way():
@@ -58,24 +61,24 @@ def test_an_error_bar_beyond_all_gains_tells_neither_way():
         for gain in (1.0, -3.0, 300.0):
             assert log10_ratio(gain, sd, usual(), MOTION, ERROR)[0] == pytest.approx(untold, abs=0.03)
     inside = log10_ratio(2.99, 0.0, usual(), MOTION, ERROR)[0]
-    assert log10_ratio(9.0, 0.0, usual(), MOTION, ERROR)[0] <= inside + 0.31 < REJECTED
+    assert log10_ratio(9.0, 0.0, usual(), MOTION, ERROR)[0] <= inside + 0.31 < REJECTED_LOG10
 
 
 @pytest.mark.parametrize("name", ["strips", "places"])
 def test_pale_fringes_make_strips_vague_and_not_forged(name):
     """Catches: the noise of pale fringes taken for rows that move apart; an error bar that excuses any stray."""
     figures = usual() | {name: 0.09}
-    assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR)[0] < REJECTED
-    assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR, strip_sd_rad=0.1)[0] > ACCEPTED
+    assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR)[0] < REJECTED_LOG10
+    assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR, strip_sd_rad=0.1)[0] > ACCEPTED_LOG10
     torn = usual() | {name: 0.4}
-    assert log10_ratio(1.0, 0.01, torn, MOTION, ERROR, strip_sd_rad=0.1)[0] < REJECTED
+    assert log10_ratio(1.0, 0.01, torn, MOTION, ERROR, strip_sd_rad=0.1)[0] < REJECTED_LOG10
 
 
 def test_a_film_that_hardly_moves_tells_nothing():
     """Catches: figures of noise taken for strong evidence, the one way or the other."""
     for scale in (1.0, 2.0):
         figures = {name: scale * size for name, size in usual(0.02).items()}
-        assert abs(log10_ratio(1.0, 0.5, figures, 0.02, ERROR)[0]) < ACCEPTED
+        assert abs(log10_ratio(1.0, 0.5, figures, 0.02, ERROR)[0]) < ACCEPTED_LOG10
 
 
 def test_less_than_usual_is_no_sign_of_a_forgery():
@@ -94,5 +97,5 @@ def test_extremes_stay_finite():
         (0.0, 0.0, usual(), 1e-9),
     ):
         found, _ = log10_ratio(gain, gain_sd, figures, motion, 0.0)
-        assert math.isfinite(found) and abs(found) <= MOST_LOG10
+        assert math.isfinite(found) and abs(found) <= MAX_CERTAINTY_LOG10
     assert math.isfinite(log10_ratio(1.0, 0.0, dict.fromkeys(EXPECTED, 0.0), 1.0, 0.0)[0])

@@ -22,13 +22,14 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import MissingExtraError
 from moireid.simulate.recording.encode import FilmWriter, recipe_for
 from moireid.verifier import verify
+from moireid.verifier.limits import MIN_OVERLAP_S
 from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.report.page import write_report
 from moireid.verifier.session import faces
 from moireid.verifier.session.chapters import Chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.faces import CARRY_S, HIDDEN_S, Face, FaceFollower
-from moireid.verifier.session.overlap import MIN_OVERLAP_S, OverlapWatch, law_through, overlap_share
+from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_share
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.timeline import BREAK_S, Spans
 from moireid.verifier.video import Film, Frame

@@ -14,7 +14,8 @@ from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.verifier import Claim, Running, Verifier, verify
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.motion.segments import SEGMENT_S, judge_segments
+from moireid.verifier.limits import SEGMENT_S
+from moireid.verifier.motion.segments import judge_segments
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
 from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter

@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, seen_from
-from moireid.verifier.fringes.signals import ALL_HELD_RAD, SMOOTHED_SHARE, _after_smoothing
-from moireid.verifier.fringes.strip_phase import StripPhase, held_rad
-from moireid.verifier.motion.likelihood import ACCEPTED, EXPECTED, REJECTED, log10_ratio
+from moireid.verifier.fringes.signals import _after_smoothing
+from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
+from moireid.verifier.limits import ACCEPTED_LOG10, EXPECTED, REJECTED_LOG10, ROUNDING_ONLY_RAD, SMOOTHED_SHARE
+from moireid.verifier.motion.likelihood import log10_ratio, scale_rad
 from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder, faint_turns
 from moireid.verifier.tracking.page_groups import same_page
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, counts_of
@@ -61,13 +62,13 @@ def test_what_is_held_is_what_rounding_does_to_light(level, rng):
     rounded = float(np.std(LINEAR_COUNTS[counts_of(light)] - light))
     even = np.ones(50)
     strip = StripPhase(even, 0.1 * even, 6.0 * even, level * even, 1.0, 0.0)
-    assert held_rad(strip) == pytest.approx(rounded / 6.0, rel=0.1)
-    assert held_rad(replace(strip, contrast=60.0 * even)) == pytest.approx(held_rad(strip) / 10)
+    assert rounding_rad(strip) == pytest.approx(rounded / 6.0, rel=0.1)
+    assert rounding_rad(replace(strip, contrast=60.0 * even)) == pytest.approx(rounding_rad(strip) / 10)
     # What a hand hides has neither phase nor contrast.
     hidden = np.arange(50) < 20
     covered = replace(strip, contrast=np.where(hidden, 0.1, 6.0), phase_sd_rad=np.where(hidden, 5.0, 0.1))
-    assert held_rad(covered) == pytest.approx(held_rad(strip))
-    assert held_rad(replace(strip, contrast=0.0 * even)) == 0.0
+    assert rounding_rad(covered) == pytest.approx(rounding_rad(strip))
+    assert rounding_rad(replace(strip, contrast=0.0 * even)) == 0.0
 
 
 @pytest.mark.parametrize("name", ["strips", "places"])
@@ -75,14 +76,14 @@ def test_what_a_codec_holds_of_faint_fringes_is_not_forged(name):
     """Catches: coding taken for places that move apart, by which true films of 5 % contrast were rejected; an error bar
     that excuses any stray.
     """
-    figures = {key: np.exp(one.mean) * one.scale_rad(ERROR, MOTION) for key, one in EXPECTED.items()}
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR)[0] < ACCEPTED
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR, held_rad=0.06)[0] > ACCEPTED
-    assert log10_ratio(1.0, 0.01, figures | {name: 0.3}, MOTION, ERROR, held_rad=0.06)[0] < REJECTED
+    figures = {key: np.exp(one.mean_log) * scale_rad(one, ERROR, MOTION) for key, one in EXPECTED.items()}
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR)[0] < ACCEPTED_LOG10
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.06}, MOTION, ERROR, rounding_rad=0.06)[0] > ACCEPTED_LOG10
+    assert log10_ratio(1.0, 0.01, figures | {name: 0.3}, MOTION, ERROR, rounding_rad=0.06)[0] < REJECTED_LOG10
 
 
 def test_smoothing_takes_nothing_from_what_is_held():
     """Catches: poses of faint markers told twice as good as they are; more than the whole error."""
     assert _after_smoothing(0.02, 0.02, 0.0) == pytest.approx(SMOOTHED_SHARE * 0.02)
-    assert _after_smoothing(0.02, 0.02, ALL_HELD_RAD / 10) == pytest.approx(SMOOTHED_SHARE * 0.02, rel=0.03)
-    assert _after_smoothing(0.02, 0.02, ALL_HELD_RAD) == _after_smoothing(0.02, 0.02, 1.0) == 0.02
+    assert _after_smoothing(0.02, 0.02, ROUNDING_ONLY_RAD / 10) == pytest.approx(SMOOTHED_SHARE * 0.02, rel=0.03)
+    assert _after_smoothing(0.02, 0.02, ROUNDING_ONLY_RAD) == _after_smoothing(0.02, 0.02, 1.0) == 0.02

@@ -204,7 +204,7 @@ def test_what_is_loopback(host: str, loopback: bool) -> None:
 def test_the_command_refuses_what_is_not_safe_or_not_there(tmp_path: Path) -> None:
     """Catches: a studio open to the network without tokens, a traceback where there is no registry."""
     url, data = f"sqlite:///{tmp_path}/none.sqlite3", str(tmp_path / "studio")
-    for arguments, words in ((["--no-auth", "--host", "0.0.0.0"], "listen on 127.0.0.1"), ([], "there is no registry")):
+    for arguments, words in ((["--no-auth", "--host", "0.0.0.0"], "--host 127.0.0.1"), ([], "there is no registry")):
         done = CliRunner().invoke(moireid, ["serve", "--registry", url, "--data", data, *arguments])
         assert done.exit_code == 2 and words in done.output, done.output
 

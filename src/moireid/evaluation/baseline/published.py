@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Rect
 from moireid.evaluation.baseline.corners import CornerFollower, Corners
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.motion.figures import WINDOW_FRAMES, pearson, window_correlation_mean
+from moireid.verifier.limits import WINDOW_FRAMES
+from moireid.verifier.motion.figures import pearson, window_correlation_mean
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.claim import Claim

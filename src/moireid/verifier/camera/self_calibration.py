@@ -23,21 +23,19 @@ from moireid.verifier.camera.map_search import Unknown, minimise, minimise_toget
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.camera.smoothing import GAP_S, stretches
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
+from moireid.verifier.limits import (
+    DISTORTION_MAX_K1,
+    DISTORTION_PRIOR_SD_K1,
+    FOCAL_FAR_SDS,
+    FOCAL_PRIOR_RATIO,
+    FOCAL_PRIOR_SD_LOG,
+    FOCAL_RANGE_RATIO,
+    SHUTTER_MAX_S,
+    SHUTTER_PRIOR_S,
+    SHUTTER_PRIOR_SD_S,
+)
 
 Array = NDArray[np.float64]
-#: Prior of the focal length over the picture's longer side: phones' main cameras film at 0.7 to 0.85 (26 mm
-#: equivalent and some crop for stabilisation), webcams at 0.6 to 0.9; a zoom is told by any film that shows tilt.
-#: A wider prior lets a nearly frontal film run away: the longer the focal length, the freer are its tilts to fit noise,
-#: by up to 30 units of chi-square on films made outside at three times the true one.
-FOCAL_PRIOR, FOCAL_PRIOR_SD = 0.78, 0.15
-#: Prior of the shutter's run from first to last row, s: phone sensors take 5 to 20 ms.
-SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S = 0.010, 0.010
-SHUTTER_LIMIT_S = 0.033
-#: Prior of the radial distortion k1 (`distortion`): most phones correct theirs to 0.02, some webcams leave 0.1; and 0.1
-#: makes the fringes' gain 9 % wrong if it is not solved for.
-BEND_PRIOR_SD, BEND_LIMIT = 0.02, 0.3
-#: From so many standard deviations of its prior on, a focal length is asked for again.
-FAR_SDS = 2.0
 #: The joint search goes so many of its unknowns' steps from settled poses at most, and begins anew from where it came
 #: to, until it moves by less than this share of a step.
 NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
@@ -73,7 +71,7 @@ class FilmWide:
         self._rows = self._directions[0]
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
         self._long_side, self._given = max(image_px), focal_px is not None
-        self._guess = focal_px or FOCAL_PRIOR * max(image_px)
+        self._guess = focal_px or FOCAL_PRIOR_RATIO * max(image_px)
         self._bends = TakenIn(points_px, self._guess, self._centre)
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
@@ -97,9 +95,10 @@ class FilmWide:
 
     def solve(self) -> None:
         """Steps 1 to 4."""
-        shutter = (0.0, SHUTTER_LIMIT_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
+        shutter = (0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
         middle = math.log(self._guess)
-        zoom = (math.log(0.4 * self._long_side), math.log(2.5 * self._long_side), middle, FOCAL_PRIOR_SD)
+        least, most = (math.log(ratio * self._long_side) for ratio in FOCAL_RANGE_RATIO)
+        zoom = (least, most, middle, FOCAL_PRIOR_SD_LOG)
         self._rows = self._likeliest_rows()  # 1
         self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *shutter)  # 2
         if not self._given:
@@ -109,12 +108,12 @@ class FilmWide:
                 # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
                 self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
         self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
-        if not self._given and abs(math.log(self.focal) - middle) > FAR_SDS * FOCAL_PRIOR_SD:
+        if not self._given and abs(math.log(self.focal) - middle) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG:
             self._solve_steadily(zoom, Unknown(*shutter, 0.003))  # 4
 
     def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
         """Focal length where it is unknown, shutter and distortion, ever nearer."""
-        bend = Unknown(-BEND_LIMIT, BEND_LIMIT, 0.0, BEND_PRIOR_SD, 0.03, heavy=True)
+        bend = Unknown(-DISTORTION_MAX_K1, DISTORTION_MAX_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
         unknowns, k = (*zoom, shutter, bend), len(zoom)
 
         def left_over(at: Array) -> Array:
@@ -147,7 +146,7 @@ class FilmWide:
             return steady_errors_px(poses, self.plane, points, self._times[self._chosen], focal, self._centre)
 
         log_focal, log_sd = posterior(errors, *zoom, SPARE)
-        if abs(log_focal - found) < FAR_SDS * FOCAL_PRIOR_SD:
+        if abs(log_focal - found) < FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG:
             return
         self.focal = math.exp(log_focal)
         self._solve_together([], shutter)

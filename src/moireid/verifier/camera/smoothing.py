@@ -10,15 +10,11 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_smoothing_spline
 from scipy.ndimage import gaussian_filter1d
 
+from moireid.verifier.limits import SMOOTHED_ERROR_RATIO, STRAY_MEDIANS_RATIO, STRAY_PX
+
 Array = NDArray[np.float64]
 #: Two frames further apart than this tell no velocity, and are not smoothed into one another.
 GAP_S = 0.15
-#: Smoothing may take away this many times the error that the poses are known to have: coded pictures err by up to twice
-#: of it on films at 3 m whose poses are known, and a hand moves by less than 1 cm above 3 Hz.
-EXPLAINED = 2.5
-#: A frame's reprojection error over the film's median, and in px, from which on it was misregistered.  Two residuals a
-#: frame exceed ten medians by chance with 1e-30.
-STRAY_MEDIANS, STRAY_PX = 10.0, 0.5
 #: Cut-offs of smoothing.  A hand's path is slower than 2 Hz, of which the lowest leaves 83 %, and of 1 Hz 99 %.
 CUT_OFFS_HZ = (3.0, 4.0, 6.0, 9.0, 14.0)
 
@@ -48,9 +44,9 @@ def without_strays(camera_mm: Array, reprojection_px: Array, times_s: Array) -> 
 
     A page that was registered a module off, in a shaken frame say, leaves many times more unexplained than any other;
     smoothing would drag its neighbours along.
-    Convention: good are residuals of at most `STRAY_MEDIANS` medians, or `STRAY_PX`.
+    Convention: good are residuals of at most `STRAY_MEDIANS_RATIO` medians, or `STRAY_PX`.
     """
-    good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS * float(np.median(reprojection_px)))
+    good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS_RATIO * float(np.median(reprojection_px)))
     if good.all() or not good.any():
         return camera_mm, good
     clock = _rising(times_s)
@@ -87,7 +83,7 @@ def smooth_camera(
     for stretch in stretches(times_s, GAP_S):
         if len(stretch) >= 8:
             for k in range(3):
-                explained = EXPLAINED * tangent_error[k] if k < 2 else 0.0
+                explained = SMOOTHED_ERROR_RATIO * tangent_error[k] if k < 2 else 0.0
                 weights = vague[stretch, k] ** -2.0 if vague is not None and k < 2 else None
                 columns[stretch, k] = _smooth(clock[stretch], columns[stretch, k], explained, weights)
     return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]])

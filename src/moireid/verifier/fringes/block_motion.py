@@ -5,7 +5,7 @@ cancel. Here the fringe's own shape is learnt from the film, and what a frame le
 phase block by block.  What stands still (dirt, shading, a lens sheet that is not quite even) is no motion and is
 taken away.
 
-Convention: phases in rad, positive as in `fringe`.
+Convention: phases in rad, positive as in `strip_phase`.
 Source: a small shift of phase d adds w'(phase) d to a profile of shape w, so least squares gives the shift of a block
 as the sum of residual times w' over the sum of w'^2; first order in d, which is enough to tell that there is one.
 """
@@ -18,21 +18,14 @@ from scipy.ndimage import uniform_filter1d
 
 from moireid.verifier.camera.smoothing import frame_s
 from moireid.verifier.fringes.predicted_phase import StripLaw
+from moireid.verifier.fringes.sinusoid import fit_series, series, series_slope
 from moireid.verifier.fringes.strip_phase import StripPhase
+from moireid.verifier.limits import PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
 
 Array = NDArray[np.float64]
 #: Blocks of a strip: 7 mm of a badge 80 mm wide, where a few millimetres are the finest that a camera at 2 m tells.
 BLOCKS = 12
-#: Time over which shifts are averaged: patches that change faster than this are noise to the eye as well.
-AVERAGED_S = 0.5
 HARMONICS = 5
-#: Blocks that lie on a plateau of the fringe know little of its phase; below this share of the median they are left
-#: out.
-LEAST_INFORMATION = 0.15
-#: Frames whose phase is vaguer than this are left out.
-CLEAR_RAD = 0.3
-#: Frames whose columns are held at a time.
-PIECE_FRAMES = 512
 
 
 def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s: Array) -> float:
@@ -46,21 +39,21 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     turned = law.phase_rad(found.frequency_per_mm) + found.phase_rad[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         seen = np.nan_to_num((profiles - found.level[:, None]) / found.contrast[:, None], posinf=0.0, neginf=0.0)
-    clear = found.phase_sd_rad < CLEAR_RAD
+    clear = found.phase_sd_rad < PLACE_CLEAR_RAD
     if not clear.any():
         return 0.0
     turned, seen, times_s = turned[clear], seen[clear], times_s[clear]
-    shape, slope = _shape(turned, seen)
-    left = seen - shape
+    shape = fit_series(seen, turned, HARMONICS)
+    left, slope = seen - series(shape, turned), series_slope(shape, turned)
     left -= left.mean(axis=0)
     borders = np.linspace(0, seen.shape[1], BLOCKS + 1).astype(int)[:-1]
-    frames = max(1, round(AVERAGED_S / max(frame_s(times_s, AVERAGED_S), 1e-3)))
+    frames = max(1, round(PLACE_MEAN_S / max(frame_s(times_s, PLACE_MEAN_S), 1e-3)))
     information = _averaged(np.add.reduceat(slope**2, borders, axis=1), frames)
-    told = _averaged(np.add.reduceat(left * slope, borders, axis=1), frames)
-    weight = np.where(information > LEAST_INFORMATION * np.median(information), information, 0.0)
+    correlated = _averaged(np.add.reduceat(left * slope, borders, axis=1), frames)
+    weight = np.where(information > PLACE_MIN_INFORMATION_SHARE * np.median(information), information, 0.0)
     if not weight.sum() > 0:
         return 0.0
-    shift = told / np.maximum(information, 1e-12)
+    shift = correlated / np.maximum(information, 1e-12)
     # The whole strip's own motion is the signal; a block's own constant is a sheet that is not quite even.
     for axis in (1, 0):
         total = weight.sum(axis=axis, keepdims=True)
@@ -71,32 +64,3 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
 def _averaged(series: Array, frames: int) -> Array:
     """The mean over so many frames around each, (T, B)."""
     return np.asarray(uniform_filter1d(series, frames, axis=0, mode="nearest"))
-
-
-def _shape(turned: Array, seen: Array) -> tuple[Array, Array]:
-    """The fringe's shape, learnt from the whole film, at these phases, and its slope; both (T, N)."""
-    pieces = np.array_split(np.arange(len(seen)), -(-len(seen) // PIECE_FRAMES))
-    gram, right = np.zeros((2 * HARMONICS + 1, 2 * HARMONICS + 1)), np.zeros(2 * HARMONICS + 1)
-    for some in pieces:
-        columns = _columns(turned[some])
-        gram += np.einsum("itn,jtn->ij", columns, columns)
-        right += np.einsum("itn,tn->i", columns, seen[some])
-    # A ridge of one part in 1e9 keeps columns that alias onto one another from stopping the solve.
-    found = np.linalg.solve(gram + 1e-9 * np.trace(gram) * np.eye(len(gram)), right)
-    order = np.arange(1, HARMONICS + 1)
-    derived = np.concatenate([[0.0], np.column_stack([order * found[2::2], -order * found[1::2]]).ravel()])
-    shape, slope = np.empty_like(seen), np.empty_like(seen)
-    for some in pieces:
-        columns = _columns(turned[some])
-        shape[some], slope[some] = np.tensordot(found, columns, 1), np.tensordot(derived, columns, 1)
-    return shape, slope
-
-
-def _columns(turned: Array) -> Array:
-    """1, cos, sin, cos 2, sin 2, ... of the phases, (2 H + 1, T, N)."""
-    turn = np.exp(1j * turned)
-    columns, power = [np.ones_like(turned)], np.ones_like(turn)
-    for _ in range(HARMONICS):
-        power = power * turn
-        columns += [power.real, power.imag]
-    return np.stack(columns)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -15,34 +16,23 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.smoothing import smooth_camera, stretches, without_strays
+from moireid.verifier.camera.smoothing import smooth_camera, without_strays
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
-from moireid.verifier.fringes.strip_phase import StripPhase, held_rad, measure_strip
+from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
+from moireid.verifier.fringes.unwrap import joined_frames, unwrap
+from moireid.verifier.limits import (
+    MAX_PHASE_SD_RAD,
+    PITCH_TOLERANCE_SHARE,
+    ROUNDING_ONLY_RAD,
+    SMALL_MARKER_POWER,
+    SMALL_MARKER_PX,
+    SMOOTHED_SHARE,
+)
 from moireid.verifier.tracking.markers import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
-#: Print scale (0.5 %) and lens pitch (0.3 %) shift every beat by up to this share of 1 / p_f.
-PITCH_TOLERANCE = 0.008
-#: Frames whose phase is vaguer than this tell nothing and are left out.
-MAX_PHASE_SD_RAD = 0.6
-#: A badge that is lost for longer than this may have moved by more than a turn of phase meanwhile.
-GAP_S = 0.3
-#: Beyond half a turn between two frames nobody can tell which way it went; three error bars of a vague phase are kept
-#: off.
-LARGEST_STEP_RAD = 2.5
-#: Markers smaller than a coding block and a bit share its errors, which then do not show in what a pose leaves
-#: unexplained.  On films made outside at 1 to 2 m errors are as told, at 3 m (13 px) 1.4 to 1.7 times, at 4 m 2.5
-#: times.
-TOLD_FROM_PX, UNTOLD_POWER = 19.0, 1.5
-#: Share of a frame's pose error that smoothing leaves.  A hand's motion lets a dozen frames be averaged, but part of
-#: the error is common to neighbouring frames: 0.4 to 0.6 on films at 1 to 2 m whose true poses are known.
-SMOOTHED_SHARE = 0.5
-#: Faint print errs by what a codec holds for many frames, and smoothing takes nothing of that away.  Where rounding
-#: alone strays by so much (`fringe.held_rad`), all of the error is such: a print contrast of 5 %, at which films err by
-#: twice what the share above makes of their poses, and at 20 % by no more than that.
-ALL_HELD_RAD = 0.06
 
 
 @dataclass(frozen=True)
@@ -54,9 +44,9 @@ class GratingSignal:
     makes of the prediction, after smoothing; strip_residual_rad (S,): how far each strip wanders from the common
     signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
     tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
-    axis, as a share; elsewhere (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
-    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; held_rad: what
-    rounding to whole counts makes of a place, the median over its strips.
+    axis, as a share; covariates (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
+    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; rounding_rad:
+    what rounding to whole counts makes of a place, the median over its strips.
     """
 
     measured_rad: Array
@@ -67,9 +57,9 @@ class GratingSignal:
     times_s: Array
     place_residual_rad: Array = field(default_factory=lambda: np.zeros(0))
     tangent_sd: float = 0.0
-    elsewhere: Array | None = None
+    covariates: Array | None = None
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
-    held_rad: float = 0.0
+    rounding_rad: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -92,9 +82,9 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     """Measure a track of at least a few frames.
 
     Parameters: focal_px: focal length in pixels where it is known, else it is solved for.
-    Convention: phases as `predict`; only the badge's layout is looked at where it carries a code.
+    Convention: phases as `predicted_phase`; only the badge's layout is looked at where it carries a code.
     Returns: Measurement.
-    Source: `camera`, `predict`, `fringe`, and the combination in `_combine`.
+    Source: `camera.fit`, `predicted_phase`, `strip_phase`, and the combination in `_combine`.
     """
     clock, badge = time.perf_counter(), track.badge
     page_mm = marker_corners_mm(badge.markers).reshape(-1, 2)
@@ -105,75 +95,100 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
     posed = time.perf_counter()
-    strips: list[StripPhase | None] = []
-    predictions: list[Array | None] = []
-    apart: list[float] = []
-    raw_noise = _pose_noise(raw_mm, camera_mm)
-    for index, strip in enumerate(track.strips):
-        if not strip.uniform:
-            strips.append(None)
-            predictions.append(None)
-            apart.append(0.0)
-            continue
-        law = strip_law(badge, strip, camera_mm)
-        band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
-        profiles = track.profiles[index].astype(float)
-        found = measure_strip(profiles, law, strip.length_mm, band)
-        strips.append(found)
-        apart.append(places_apart_rad(profiles, law, found, track.times_s))
-        predictions.append(law.middle_phase_rad(found.frequency_per_mm))
-    gratings, untold = [], _untold(points_px)
-    known = within_law(track.strips, camera_mm) & good
-    for g, grating in enumerate(badge.gratings):
-        own = [
-            (phase, prediction)
-            for strip, phase, prediction in zip(track.strips, strips, predictions, strict=True)
-            if strip.grating == g and phase is not None and prediction is not None
-        ]
-        axis = 0 if grating.axis == "x" else 1
-        held = float(np.median([held_rad(phase) for phase, _ in own])) if own else 0.0
-        noise = untold * _after_smoothing(float(raw_noise[axis]), camera.tangent_error[axis], held)
-        signal = _combine([phase for phase, _ in own], [pred for _, pred in own], noise, badge, grating, track.times_s)
-        sd = np.where(known, signal.phase_sd_rad, np.inf)
-        if track.vague is not None:
-            # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
-            vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
-            sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
-        elsewhere = _elsewhere(camera_mm, page_mm, axis)
-        places = [a for strip, a in zip(track.strips, apart, strict=True) if strip.grating == g and strip.uniform]
-        gratings.append(
-            replace(
-                signal,
-                phase_sd_rad=sd,
-                place_residual_rad=np.array(places),
-                tangent_sd=camera.tangent_sd[axis],
-                elsewhere=elsewhere,
-                held_rad=held,
-            )
-        )
+    strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
+    enlarged = _small_marker_factor(points_px)
+    poses = _Poses(camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good)
+    gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
-    return Measurement(camera, camera_mm, track.times_s, tuple(strips), tuple(predictions), tuple(gratings), stages)
+    phases = tuple(strip.phase if strip else None for strip in strips)
+    predictions = tuple(strip.predicted_rad if strip else None for strip in strips)
+    return Measurement(camera, camera_mm, track.times_s, phases, predictions, gratings, stages)
 
 
-def _elsewhere(camera_mm: Array, page_mm: Array, axis: int) -> Array:
+@dataclass(frozen=True)
+class _Strip:
+    """One uniform strip: its phase, the predicted one (T,), and how far places along it stray, rad."""
+
+    phase: StripPhase
+    predicted_rad: Array
+    place_residual_rad: float
+
+
+@dataclass(frozen=True)
+class _Poses:
+    """What the gratings share: the camera's course, and how good it is.
+
+    camera_mm (T, 3), smoothed; page_mm (N, 2): of the markers' corners; jitter (2,): of the parallax coordinates about
+    their smoothed course; enlarged: as `_small_marker_factor`; good (T,): frames that were registered well.
+    """
+
+    camera: CameraFit
+    camera_mm: Array
+    page_mm: Array
+    jitter: Array
+    enlarged: float
+    good: NDArray[np.bool_]
+
+
+def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) -> _Strip | None:
+    """One strip of a track, None for a row of phase cells, which is read with the identity."""
+    strip = track.strips[index]
+    if not strip.uniform:
+        return None
+    law = strip_law(badge, strip, camera_mm)
+    band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
+    profiles = track.profiles[index].astype(float)
+    found = measure_strip(profiles, law, strip.length_mm, band)
+    apart = places_apart_rad(profiles, law, found, track.times_s)
+    return _Strip(found, law.middle_phase_rad(found.frequency_per_mm), apart)
+
+
+def _grating_signal(
+    track: Track, badge: Badge, index: int, strips: Sequence[_Strip | None], poses: _Poses
+) -> GratingSignal:
+    """The signal of one grating from all its strips, with the error bars that its poses give it."""
+    grating = badge.gratings[index]
+    own = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
+    axis = 0 if grating.axis == "x" else 1
+    rounding = float(np.median([rounding_rad(strip.phase) for strip in own])) if own else 0.0
+    tangent_error = _after_smoothing(float(poses.jitter[axis]), poses.camera.tangent_error[axis], rounding)
+    phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
+    signal = _combine(phases, predictions, poses.enlarged * tangent_error, badge, grating, track.times_s)
+    known = within_law(track.strips, poses.camera_mm) & poses.good
+    sd = np.where(known, signal.phase_sd_rad, np.inf)
+    if track.vague is not None:
+        # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
+        vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
+        sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
+    return replace(
+        signal,
+        phase_sd_rad=sd,
+        place_residual_rad=np.array([strip.place_residual_rad for strip in own]),
+        tangent_sd=poses.camera.tangent_sd[axis],
+        covariates=_covariates(poses.camera_mm, poses.page_mm, axis),
+        rounding_rad=rounding,
+    )
+
+
+def _covariates(camera_mm: Array, page_mm: Array, axis: int) -> Array:
     """The camera's parallax along the other axis than the fringes', and one over its distance, (T, 2)."""
     near = 1 / np.abs(camera_mm[:, 2])
     return np.column_stack([(camera_mm[:, 1 - axis] - page_mm[:, 1 - axis].mean()) * near, near])
 
 
-def _untold(corners_px: Array) -> float:
-    """How many times larger than told the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
+def _small_marker_factor(corners_px: Array) -> float:
+    """How many times larger than estimated the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
-    return max(1.0, TOLD_FROM_PX / max(side, 1.0)) ** UNTOLD_POWER
+    return max(1.0, SMALL_MARKER_PX / max(side, 1.0)) ** SMALL_MARKER_POWER
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
     """Lowest and highest beat frequency that a cell may have: any symbol's where it carries a code, else its own.
 
-    Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE`.
+    Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE_SHARE`.
     """
-    tolerance = PITCH_TOLERANCE / badge.lens.pitch_mm
+    tolerance = PITCH_TOLERANCE_SHARE / badge.lens.pitch_mm
     if grating.code is None:
         own = 1 / grating.cells[cell].pitch_mm - 1 / badge.lens.pitch_mm
         return own - tolerance, own + tolerance
@@ -188,14 +203,14 @@ def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
     return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
 
 
-def _after_smoothing(wander: float, whole: float, held: float) -> float:
+def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
     """Error of a parallax coordinate after smoothing: some of what wanders from frame to frame, and all that is slow.
 
     What a pose leaves unexplained says how large its error is as a whole; what smoothing took away was the fast part.
-    held: as `fringe.held_rad`, since markers and lines are of one ink.
+    rounding: as `strip_phase.rounding_rad`, since markers and lines are of one ink.
     """
     slow = math.sqrt(max(whole**2 - wander**2, 0.0))
-    share = min(1.0, math.hypot(SMOOTHED_SHARE, held / ALL_HELD_RAD))
+    share = min(1.0, math.hypot(SMOOTHED_SHARE, rounding / ROUNDING_ONLY_RAD))
     return math.hypot(share * wander, slow)
 
 
@@ -217,8 +232,8 @@ def _combine(
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
     # What a hand hides has no phase; its noise would be followed through whole turns.
     clear = np.flatnonzero(weight.any(axis=0))
-    segments = [clear[part] for part in _followed(common[clear], times_s[clear])]
-    signal = _unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
+    segments = [clear[part] for part in joined_frames(common[clear], times_s[clear])]
+    signal = unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
     for _ in range(4):
         expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
         apart = phase - expected
@@ -226,7 +241,7 @@ def _combine(
         turned = np.angle(np.exp(1j * (apart - offset[:, None])))
         total = weight.sum(axis=0)
         correction = np.where(total > 0, (weight * turned).sum(axis=0) / np.maximum(total, 1e-12), 0.0)
-        signal = _unwrap(signal + correction, common, segments)
+        signal = unwrap(signal + correction, common, segments)
     total = weight.sum(axis=0)
     with np.errstate(divide="ignore"):
         phase_sd = np.where(total > 0, 1 / np.sqrt(total), np.inf)
@@ -238,38 +253,3 @@ def _combine(
     return GratingSignal(
         signal - signal.mean(), common, phase_sd, float(slope * noise), wander, times_s, strip_sd_rad=strip_sd
     )
-
-
-def _followed(predicted: Array, times_s: Array) -> list[NDArray[np.int64]]:
-    """Stretches of frames in which each frame's phase can be told from the one before.
-
-    They end at gaps, and where the camera went so fast that the optics predict a step of nearly half a turn or more.
-    """
-    fast = np.abs(np.diff(predicted)) > LARGEST_STEP_RAD
-    return [part for stretch in stretches(times_s, GAP_S) for part in _split(stretch, fast)]
-
-
-def _split(stretch: NDArray[np.int64], fast: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
-    return np.split(stretch, np.flatnonzero(fast[stretch[:-1]]) + 1)
-
-
-def _unwrap(phase: Array, predicted: Array, segments: list[NDArray[np.int64]]) -> Array:
-    """Phase without jumps of a turn.
-
-    Within a stretch each frame follows the one before, whatever the prediction says; frames of no stretch have no
-    phase, and get the prediction.  Whole turns between stretches
-    cannot be seen; there the number of turns is taken that lies nearest to the prediction, which gives a forger whole
-    turns a gap and nothing else.
-    """
-    longest = max(segments, key=len, default=np.zeros(0, int))
-    if not len(longest):
-        return predicted.copy()
-    anchor = float(np.mean(np.unwrap(phase[longest]) - predicted[longest]))
-    unwrapped = predicted + anchor
-    for segment in segments:
-        unwrapped[segment] = np.unwrap(phase[segment])
-    for segment in segments:
-        if segment is not longest:
-            apart = float(np.mean(unwrapped[segment] - predicted[segment])) - anchor
-            unwrapped[segment] -= 2 * np.pi * np.round(apart / (2 * np.pi))
-    return unwrapped

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
+from moireid.verifier.fringes.sinusoid import Fit, fit_rows
+from moireid.verifier.limits import STRIP_NOISE_RATIO
 from moireid.verifier.tracking.profiles import CODING_POWER
 
 Array = NDArray[np.float64]
@@ -23,8 +25,6 @@ REFINE_FRAMES = 64
 BLOCKS = 4
 #: Frames that are fitted at a time.
 PIECE_FRAMES = 512
-#: Neighbouring samples share pixels: at two samples a millimetre and 1.4 pixels a millimetre noise counts 1.4 times.
-SAMPLE_INFLATION = 1.4
 
 
 @dataclass(frozen=True)
@@ -63,26 +63,25 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     harmonics = 3 if abs(frequency) * length_mm >= 1.5 else 1
     # In pieces, because the columns of the fit are some twenty times the profiles themselves.
     pieces = [
-        _fit(profiles[some], _part(law, some).phase_rad(frequency), harmonics)[:2]
+        _fit(profiles[some], _part(law, some).phase_rad(frequency), harmonics)
         for some in np.array_split(np.arange(len(profiles)), -(-len(profiles) // PIECE_FRAMES))
     ]
-    coefficients, variance = (np.concatenate(parts) for parts in zip(*pieces, strict=True))
-    cosine, sine = coefficients[:, 2], coefficients[:, 3]
-    contrast = np.hypot(cosine, sine)
+    fringe = np.concatenate([piece.harmonics[:, 0] for piece in pieces])
+    variance = np.concatenate([piece.fundamental_variance() for piece in pieces])
+    level = np.concatenate([piece.background[:, 0] for piece in pieces])
+    contrast = np.abs(fringe)
     with np.errstate(divide="ignore", invalid="ignore"):
-        sd = SAMPLE_INFLATION * np.sqrt(variance) / contrast
-    return StripPhase(
-        np.arctan2(-sine, cosine), np.nan_to_num(sd, nan=np.inf), contrast, coefficients[:, 0], frequency, spread
-    )
+        sd = STRIP_NOISE_RATIO * np.sqrt(variance) / contrast
+    return StripPhase(np.angle(fringe), np.nan_to_num(sd, nan=np.inf), contrast, level, frequency, spread)
 
 
-def held_rad(strip: StripPhase) -> float:
+def rounding_rad(strip: StripPhase) -> float:
     """Error of a place of the strip that no mean over time takes away, rad: its picture is told in whole counts.
 
     A codec holds such errors as long as little changes, which is what a mean over many frames would need to get rid of
     them.  They do not fade with the print, so the phase errs by one over the contrast.
     Returns: the middling one of the clearer half of its frames; 0 where there are no fringes.
-    Source: rounding errs by 1 / sqrt(12) counts; light per count is the derivative of the coding (`strips`).
+    Source: rounding errs by 1 / sqrt(12) counts; light per count is the derivative of the coding (`profiles`).
     """
     clear = (strip.phase_sd_rad <= np.median(strip.phase_sd_rad)) & (strip.contrast > 0)
     if not clear.any():
@@ -119,7 +118,7 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
     frames = _spread_out(len(profiles), most)
     some, law = profiles[frames], _part(law, frames)
     found = minimize_scalar(
-        lambda f: _fit(some, law.phase_rad(f), 1)[2],
+        lambda f: float(_fit(some, law.phase_rad(f), 1).left.sum()),
         bounds=(start - reach, start + reach),
         method="bounded",
         options={"xatol": 1e-3 * reach},
@@ -127,21 +126,7 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
     return float(found.x)
 
 
-def _fit(profiles: Array, phase: Array, harmonics: int) -> tuple[Array, Array, float]:
-    """Least squares of each frame; coefficients (T, 2 + 2 H), variance of the fundamental's (T,), sum of squares."""
+def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:
+    """Each frame's profile (T, N) as fringes on a level and a slope."""
     count = profiles.shape[1]
-    transposed = np.empty((len(phase), 2 + 2 * harmonics, count))
-    transposed[:, 0], transposed[:, 1] = 1.0, np.linspace(-1, 1, count)
-    cosine, sine = np.cos(phase), np.sin(phase)
-    transposed[:, 2], transposed[:, 3] = cosine, sine
-    for k in range(4, 2 + 2 * harmonics, 2):
-        before, across = transposed[:, k - 2], transposed[:, k - 1]
-        transposed[:, k], transposed[:, k + 1] = before * cosine - across * sine, across * cosine + before * sine
-    basis = transposed.transpose(0, 2, 1)
-    gram = transposed @ basis
-    # A ridge of one part in 1e9 keeps harmonics that alias onto one another from stopping the solve.
-    gram += 1e-9 * count * np.eye(gram.shape[1])
-    coefficients = np.linalg.solve(gram, transposed @ profiles[..., None])[..., 0]
-    left = ((profiles - (basis @ coefficients[..., None])[..., 0]) ** 2).sum(axis=1)
-    variance = left / max(count - basis.shape[2], 1) * np.linalg.inv(gram)[:, 2, 2]
-    return np.asarray(coefficients, float), np.maximum(variance, 0.0), float(left.sum())
+    return fit_rows(profiles, phase_rad, harmonics, np.stack([np.ones(count), np.linspace(-1, 1, count)]))

@@ -17,7 +17,9 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
-from moireid.verifier.identity.waveform import Complex, learn_waveform, match_cost, match_phase, match_symbol, waveform
+from moireid.verifier.fringes.sinusoid import Complex, series
+from moireid.verifier.identity.waveform import learn_waveform, match_cost, match_phase, match_symbol
+from moireid.verifier.limits import CELL_FLOOR_RAD, CELL_NOISE_RATIO, DOUBTFUL_AGREEMENT_SHARE, MAX_TWIST_RAD
 from moireid.verifier.tracking.profiles import Strip
 from moireid.verifier.tracking.track import Track
 
@@ -26,17 +28,8 @@ Array = NDArray[np.float64]
 MARGIN_MM = 1.2
 #: Frames that the fringe's shape is learnt from.
 SHAPE_FRAMES = 48
-#: Samples of a cell are not independent: 1.4 in space, as in `fringe`, and coded pictures repeat their noise in time.
-#: On outside films the scatter of clear symbols is 2 to 4 times what independent samples would give.
-NOISE_INFLATION = 3.0
-#: A reading is never better than this: lens pitch and sheet thickness vary that much over a sheet.
-FLOOR_RAD = 0.05
 
 
-#: Sheets are laid within 0.3 degrees of the lines, which is asked of the maker; a little more is sought.
-MAX_TWIST_RAD = math.radians(0.35)
-#: Twists whose rows agree less well by this are as likely as the best: it is what offsets wrong by 0.2 rad make.
-DOUBTFUL_AGREEMENT = 0.02
 #: Frames that the twist, one figure for the whole film, is sought on.
 TWIST_FRAMES = 128
 
@@ -96,9 +89,9 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
             views[cell] = seen[:, inside], phase[:, inside]
-            costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, NOISE_INFLATION)
+            costs[cell] = match_cost(seen[:, inside], phase[:, inside], shape, CELL_NOISE_RATIO)
             value, sd = match_phase(costs[cell])
-            sd = math.hypot(sd, FLOOR_RAD)
+            sd = math.hypot(sd, CELL_FLOOR_RAD)
             found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
     levels = badge.gratings[grating].code.phase_levels or 4  # type: ignore[union-attr]
     placed = {}
@@ -109,7 +102,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
         placed[cell] = replace(
             found[cell],
             phase_rad=value,
-            phase_sd_rad=math.hypot(sd, FLOOR_RAD),
+            phase_sd_rad=math.hypot(sd, CELL_FLOOR_RAD),
             free_rad=free,
             moved=moved,
             power=power,
@@ -119,7 +112,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
 
 def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
     """Seen change times expected change, and expected change squared, each about its mean over the film."""
-    expected = waveform(shape, phase + ahead)
+    expected = series(shape, phase + ahead)
     expected = expected - expected.mean(axis=0)
     return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
 
@@ -196,7 +189,7 @@ def _twists(apart: Array, across: Array, weight: Array, most: float) -> list[flo
     agreement = np.abs(np.exp(-1j * np.outer(grid, across)) @ turned).sum(axis=1) / weight[:, some].sum()
     padded = np.concatenate([[-1.0], agreement, [-1.0]])
     peaks = np.flatnonzero((agreement >= padded[:-2]) & (agreement > padded[2:]))
-    near = [int(k) for k in peaks if agreement[k] >= agreement.max() - DOUBTFUL_AGREEMENT]
+    near = [int(k) for k in peaks if agreement[k] >= agreement.max() - DOUBTFUL_AGREEMENT_SHARE]
     return [float(grid[k]) for k in sorted(near, key=lambda k: -agreement[k])]
 
 

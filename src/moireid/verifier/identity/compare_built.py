@@ -18,20 +18,21 @@ from moireid.badge import Badge
 from moireid.errors import DesignError
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import read_identity
+from moireid.verifier.limits import (
+    COPY_SDS,
+    INDEPENDENT_PER_S,
+    MIN_FREQUENCY_SD_PER_MM,
+    OFFSET_REPEATS_RAD,
+    ORIGINAL_SDS,
+    PAPER_DRIFT_SHARE,
+    ROW_OFFSET_SD_RAD,
+    TWIST_REPEATS_RAD,
+)
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason
 from moireid.verifier.tracking.track import Track
 
 Built = Literal["original", "copy", "not_known"]
-#: Paper grows by up to this share between enrolment and any later day; 0.1 % is a change of some 20 % of relative
-#: humidity for office paper.  Held at its far edge it slides under the sheet by this share of half the grating.
-PAPER_DRIFT = 0.001
-#: Pose, light and codec repeat the offset within this (0.04 rad on films of one badge by different motions).
-OFFSET_REPEATS_RAD = 0.05
-#: A sheet in its mount turns by this between days, radians of twist: 0.02 mm over 80 mm.
-TWIST_REPEATS_RAD = 2.5e-4
-#: Within this many standard deviations: original.  Beyond `COPY_SD` of them: another building.  Between: not known.
-ORIGINAL_SD, COPY_SD = 3.5, 6.0
 
 
 @dataclass(frozen=True)
@@ -48,8 +49,8 @@ def measure_built(track: Track, measurement: Measurement, invariant: Invariant) 
     Convention: as `AsBuilt`.
     Returns: AsBuilt.
     Raises: DesignError for a board that carries no identity.
-    Source: `cells.uniform_fields` of the first grating that carries a code; the offset is the mean of measured less
-        predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
+    Source: `cell_phase.uniform_fields` of the first grating that carries a code; the offset is the mean of measured
+        less predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
     """
     badge = track.badge
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
@@ -63,10 +64,9 @@ def measure_built(track: Track, measurement: Measurement, invariant: Invariant) 
     clock = np.exp(1j * field.clock_rad)
     mean_turn = complex(clock.mean())
     wander = float(np.std(np.angle(clock / mean_turn)))
-    # Motion is smooth, so a hand's film of some seconds holds about two independent stretches a second.
     seconds = float(measurement.times_s[-1] - measurement.times_s[0])
     off_centre = abs(float(np.mean([p.mean() for p in measurement.predictions_rad if p is not None])))
-    offset_sd = math.hypot(wander / math.sqrt(max(2.0 * seconds, 1.0)), off_centre * invariant.gain_sd)
+    offset_sd = math.hypot(wander / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0)), off_centre * invariant.gain_sd)
     height = badge.gratings[index].rect_mm
     span = (height[3] - height[1]) if badge.gratings[index].axis == "x" else (height[2] - height[0])
     return AsBuilt(
@@ -76,8 +76,7 @@ def measure_built(track: Track, measurement: Measurement, invariant: Invariant) 
         offset_rad=float(np.angle(mean_turn)),
         offset_sd=offset_sd,
         twist_rad_per_mm=field.twist_rad_per_mm,
-        # The rows' offsets are good to some hundredths of a radian, over the height of the grating.
-        twist_sd=0.03 / span,
+        twist_sd=ROW_OFFSET_SD_RAD / span,
         gain_ratio=invariant.gain_ratio,
         gain_sd=invariant.gain_sd,
     )
@@ -95,8 +94,8 @@ def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge) -> Comparison
     half_mm = (rect[axis + 2] - rect[axis]) / 2
     lines_per_mm = 1.0 / badge.lens.pitch_mm
     beat = found.beat_frequency_per_mm - enrolled.beat_frequency_per_mm
-    beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, 1e-5)
-    beat_limit = PAPER_DRIFT * lines_per_mm
+    beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, MIN_FREQUENCY_SD_PER_MM)
+    beat_limit = PAPER_DRIFT_SHARE * lines_per_mm
     slide_rad = 2 * math.pi * half_mm * min(abs(beat), beat_limit)
     offset = abs(math.remainder(found.offset_rad - enrolled.offset_rad, 2 * math.pi))
     offset_sd = math.hypot(found.offset_sd, enrolled.offset_sd, OFFSET_REPEATS_RAD)
@@ -109,7 +108,7 @@ def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge) -> Comparison
     )
     reasons, levels = [], []
     for code, difference, room, sd, unit, words in checks:
-        limit, far = room + ORIGINAL_SD * sd, room + COPY_SD * sd
+        limit, far = room + ORIGINAL_SDS * sd, room + COPY_SDS * sd
         level: Built = "original" if difference <= limit else "copy" if difference > far else "not_known"
         levels.append(level)
         text = f"The {words} differs from enrolment by {difference:.4g} {unit}; known errors explain {limit:.4g}."

@@ -13,15 +13,16 @@ from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
 from moireid.optics import beat_period_mm
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
-from moireid.verifier.motion.figures import MAX_VAGUER
+from moireid.verifier.limits import (
+    CELLS_MOVE_RATIO,
+    CELLS_STAND_RATIO,
+    MAX_VAGUENESS_RATIO,
+    MIN_CELL_CHANGE_CONTRASTS2,
+    MIN_FREQUENCY_SD_PER_MM,
+)
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.tracking.track import Track
 
-#: The cells' fringes must move with the rows'.  Genuine films gave 0.96 and more, cells that are a picture 0; a third
-#: of the cells may be covered.
-CELLS_MOVE, CELLS_STAND = 0.6, 0.4
-#: Mean square of the change that is asked for before that is told, contrasts squared.
-LEAST_CHANGE = 0.005
 IdentityVerdict = Literal["match", "mismatch", "unreadable", "not_claimed"]
 
 
@@ -97,7 +98,11 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
         every = [cell for found in shifted.values() for cell in found.values()]
         power = sum(cell.power for cell in every)
         # Where the rows hardly move, so should the cells, and nothing can be told.
-        motion = sum(cell.moved for cell in every) / power if power > LEAST_CHANGE * max(len(every), 1) else None
+        motion = (
+            sum(cell.moved for cell in every) / power
+            if power > MIN_CELL_CHANGE_CONTRASTS2 * max(len(every), 1)
+            else None
+        )
         gratings = tuple(badge.gratings[index] for index in coded)
         decoded = family_named(gratings[0].family).read([cells[index] for index in coded], gratings)
         reading = Reading(decoded, cells, fields, motion)
@@ -140,12 +145,12 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
     """Whether the identity was read off fringes that move, and not off a picture of them between live rows."""
     if motion is None or found is None:
         return ()
-    level: Level = "pass" if motion >= CELLS_MOVE else "fail" if motion <= CELLS_STAND else "undecided"
+    level: Level = "pass" if motion >= CELLS_MOVE_RATIO else "fail" if motion <= CELLS_STAND_RATIO else "undecided"
     text = (
         f"The fringes in the code cells move {motion:.2f} times as far as the motion of their rows demands; at least "
-        f"{CELLS_MOVE:g} is needed."
+        f"{CELLS_MOVE_RATIO:g} is needed."
     )
-    return (Reason("cells_move", level, motion, CELLS_MOVE, "", text),)
+    return (Reason("cells_move", level, motion, CELLS_MOVE_RATIO, "", text),)
 
 
 def _compare(
@@ -201,9 +206,8 @@ def _cell_readings(
             for strip, phase in zip(track.strips, measurement.strips, strict=True)
             if strip.grating == index and strip.cells == (cell,) and phase is not None
         ]
-        covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > MAX_VAGUER * max(clearest, 1e-3)
-        # An error bar from four blocks can come out small by luck; a millicycle over 100 mm is its floor.
-        sd = np.array([max(phase.frequency_sd, 1e-5) for phase in own])
+        covered = min(float(np.median(phase.phase_sd_rad)) for phase in own) > MAX_VAGUENESS_RATIO * max(clearest, 1e-3)
+        sd = np.array([max(phase.frequency_sd, MIN_FREQUENCY_SD_PER_MM) for phase in own])
         weight = 1 / sd**2 if np.all(np.isfinite(sd)) else np.ones(len(own))
         frequency = float(np.average([phase.frequency_per_mm for phase in own], weights=weight))
         frequency_sd = math.sqrt(1 / weight.sum()) if np.all(np.isfinite(sd)) and not covered else math.inf

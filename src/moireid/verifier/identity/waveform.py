@@ -14,22 +14,23 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.fringes.sinusoid import Complex, fit_series
+from moireid.verifier.limits import (
+    CELL_CONTRAST_RANGE_RATIO,
+    CELL_CONTRAST_SD_RATIO,
+    CELL_LEVEL_SD_CONTRASTS,
+    CELL_MAX_LEVEL_CONTRASTS,
+    RIVAL_SD_RAD,
+    SHAPE_ERROR_CONTRASTS,
+    SHAPE_ERROR_PIECES,
+    SYMBOL_PLACE_SD_RAD,
+)
+
 Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 HARMONICS = 5
 #: Phases at which a cell is compared; a parabola goes between them.
 GRID = 96
 TURNS: Array = 2 * np.pi * np.arange(GRID) / GRID
-#: The shape that was learnt is not a cell's own within this, in contrasts: blur from its neighbours, uneven sheets.
-#: The difference is smooth, so a cell holds about so many independent pieces of it, however many samples it has.
-MODEL_ERROR, MODEL_ELEMENTS = 0.06, 4
-#: What is left of offset, tilt and beat when a cell's place is told, rad.
-PLACE_SD = 0.15
-#: A cell's level and contrast are those of the uniform rows within these shares of the contrast: uneven light.
-LEVEL_SD, CONTRAST_SD = 0.15, 0.25
-#: No cell lies beyond these.  A cell on a film with little motion shows one plateau of the fringe; with its level free
-#: the other plateau, half a turn away, would fit as well, and the many samples of a film would outvote any prior.
-MAX_LEVEL, MIN_CONTRAST, MAX_CONTRAST = 0.5, 0.4, 1.8
 
 
 def learn_waveform(seen: Array, phase: Array) -> Complex:
@@ -39,27 +40,11 @@ def learn_waveform(seen: Array, phase: Array) -> Complex:
     Convention: c_1 is real and 1; c_0 is 0, as the level belongs to the picture.
     Source: least squares with a light ridge, so that harmonics that were hardly seen stay small.
     """
-    angle, values = phase.ravel(), seen.ravel()
-    columns = [np.ones_like(angle)]
-    for harmonic in range(1, HARMONICS + 1):
-        columns += [np.cos(harmonic * angle), np.sin(harmonic * angle)]
-    basis = np.stack(columns, axis=1)
-    normal = basis.T @ basis + 0.01 * len(values) * np.diag([0.0] + [0.0] * 2 + [1.0] * (2 * HARMONICS - 2))
-    solved = np.linalg.solve(normal, basis.T @ values)
-    shape = np.zeros(HARMONICS + 1, complex)
-    shape[1:] = solved[1::2] - 1j * solved[2::2]
+    shape = fit_series(seen, phase, HARMONICS, harmonic_ridge_share=0.01)
+    shape[0] = 0.0
     # The fundamental defines phase and contrast; turning the other harmonics with it keeps the shape.
     turn, size = np.angle(shape[1]), np.abs(shape[1])
     return shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9)
-
-
-def waveform(shape: Complex, phase: Array) -> Array:
-    """Brightness of the shape at phases, in contrasts about the level."""
-    turn = np.exp(1j * phase)
-    total = np.zeros(phase.shape, complex)
-    for coefficient in shape[::-1]:
-        total = total * turn + coefficient
-    return np.asarray(total.real)
 
 
 def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> Array:
@@ -70,7 +55,8 @@ def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> A
         is the logarithm of how much likelier one phase is.
     Returns: (GRID,), all 0 where there are too few samples.
     Source: least squares over level and contrast, each within bounds; the sums over samples at all phases follow from
-        the moments sum exp(i h phase) and sum seen exp(i h phase).  A misfit is held against noise and `MODEL_ERROR`.
+        the moments sum exp(i h phase) and sum seen exp(i h phase).  A misfit is held against noise and
+        `SHAPE_ERROR_CONTRASTS`.
     """
     values, angle = seen.ravel(), phase.ravel()
     count = len(values)
@@ -88,17 +74,17 @@ def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> A
     total_v, total_vv = float(values.sum()), float(values @ values)
     noise2 = 0.1
     for _ in range(3):
-        spread = noise2 * inflation**2 + MODEL_ERROR**2 * count / MODEL_ELEMENTS
-        a11, a22 = count + spread / LEVEL_SD**2, total_ww + spread / CONTRAST_SD**2
-        b1, b2 = total_v, total_vw + spread / CONTRAST_SD**2
+        spread = noise2 * inflation**2 + SHAPE_ERROR_CONTRASTS**2 * count / SHAPE_ERROR_PIECES
+        a11, a22 = count + spread / CELL_LEVEL_SD_CONTRASTS**2, total_ww + spread / CELL_CONTRAST_SD_RATIO**2
+        b1, b2 = total_v, total_vw + spread / CELL_CONTRAST_SD_RATIO**2
         determinant = a11 * a22 - total_w**2
-        contrast = np.clip((b2 * a11 - b1 * total_w) / determinant, MIN_CONTRAST, MAX_CONTRAST)
-        level = np.clip((b1 - contrast * total_w) / a11, -MAX_LEVEL, MAX_LEVEL)
+        contrast = np.clip((b2 * a11 - b1 * total_w) / determinant, *CELL_CONTRAST_RANGE_RATIO)
+        level = np.clip((b1 - contrast * total_w) / a11, -CELL_MAX_LEVEL_CONTRASTS, CELL_MAX_LEVEL_CONTRASTS)
         # Least squares within bounds: where the level stands at one, the contrast is sought again beside it.
-        contrast = np.clip((b2 - level * total_w) / a22, MIN_CONTRAST, MAX_CONTRAST)
+        contrast = np.clip((b2 - level * total_w) / a22, *CELL_CONTRAST_RANGE_RATIO)
         misfit = (
             total_vv
-            + spread / CONTRAST_SD**2
+            + spread / CELL_CONTRAST_SD_RATIO**2
             + level * (a11 * level - 2 * b1)
             + contrast * (a22 * contrast + 2 * total_w * level - 2 * b2)
         )
@@ -121,7 +107,7 @@ def match_phase(cost: Array) -> tuple[float, float]:
     value = TURNS[best] + step * float(before - after) / (2 * bend)
     away = np.abs(np.angle(np.exp(1j * (TURNS - TURNS[best])))) > np.pi / 4
     rival = rival_sd(float(cost[away].min() - here))
-    return math.remainder(float(value), 2 * np.pi), max(step / math.sqrt(bend), rival if rival > 0.3 else 0.0)
+    return math.remainder(float(value), 2 * np.pi), max(step / math.sqrt(bend), rival if rival > RIVAL_SD_RAD else 0.0)
 
 
 def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]:
@@ -129,12 +115,12 @@ def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]
 
     A cell that shows one plateau alone leaves its phase open by half a radian or more to both sides; but of the
     places where it can lie only one is on that plateau.  So each place is tried with what is left of offset and tilt
-    (`PLACE_SD`), and the error bar tells how much worse the next place is.
+    (`SYMBOL_PLACE_SD_RAD`), and the error bar tells how much worse the next place is.
     """
     off = TURNS - offset
     step = 2 * np.pi / levels
     wander = np.abs(off - step * np.round(off / step))
-    total = cost + 0.5 * (wander / PLACE_SD) ** 2
+    total = cost + 0.5 * (wander / SYMBOL_PLACE_SD_RAD) ** 2
     place = np.round(off / step).astype(int) % levels
     least = np.array([total[place == k].min() for k in range(levels)])
     chosen = int(np.argmin(least))
@@ -148,7 +134,7 @@ def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]
     shift = float(np.clip((before - after) / (2 * bend), -0.5, 0.5)) if bend > 0 else 0.0
     value = TURNS[at] + (2 * np.pi / GRID) * shift - offset
     curve_sd = 2 * np.pi / GRID / math.sqrt(bend)
-    return math.remainder(float(value), 2 * np.pi), max(curve_sd, rival if rival > 0.3 else 0.0)
+    return math.remainder(float(value), 2 * np.pi), max(curve_sd, rival if rival > RIVAL_SD_RAD else 0.0)
 
 
 def rival_sd(nats: float) -> float:

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.fringes.signals import GAP_S
+from moireid.verifier.limits import MAX_GAP_S
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.timeline import Spans
 
@@ -172,7 +172,7 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array) -
     ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + LATEST_S) if prompts else (0.0, 0.0)
     within = (course.times_s >= ends[0]) & (course.times_s <= ends[1])
     if within.sum() < MIN_FRAMES:
-        return Reason("unbroken", "undecided", None, GAP_S, "s", "The badge was not in view during the moves.")
+        return Reason("unbroken", "undecided", None, MAX_GAP_S, "s", "The badge was not in view during the moves.")
     times, place = course.times_s[within], course.place[within]
     steps = np.diff(times)
     bounds = np.concatenate([[ends[0]], times])
@@ -181,14 +181,16 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array) -
     speed = float((np.abs(np.diff(place, axis=0)).max(axis=1) / np.maximum(steps, FRAME_S)).max())
     if speed > MOST_SPEED:
         text = "The badge jumped from one place to another faster than a hand moves."
-        return Reason("unbroken", "fail", longest, GAP_S, "s", text)
-    if longest > GAP_S and not np.any((frames_s > bounds[last]) & (frames_s < bounds[last + 1])):
+        return Reason("unbroken", "fail", longest, MAX_GAP_S, "s", text)
+    if longest > MAX_GAP_S and not np.any((frames_s > bounds[last]) & (frames_s < bounds[last + 1])):
         text = f"No picture came for {longest:.1f} s during the moves; use a faster connection, and begin again."
-        return Reason("unbroken", "undecided", longest, GAP_S, "s", text)
-    if longest > GAP_S:
+        return Reason("unbroken", "undecided", longest, MAX_GAP_S, "s", text)
+    if longest > MAX_GAP_S:
         text = f"The badge was out of sight for {longest:.1f} s; keep it in the picture all along, and begin again."
-        return Reason("unbroken", "undecided", longest, GAP_S, "s", text)
-    return Reason("unbroken", "pass", longest, GAP_S, "s", "The badge was in view without a break through all moves.")
+        return Reason("unbroken", "undecided", longest, MAX_GAP_S, "s", text)
+    return Reason(
+        "unbroken", "pass", longest, MAX_GAP_S, "s", "The badge was in view without a break through all moves."
+    )
 
 
 def judge_prompt(course: Course, prompt: Prompt) -> Reason:

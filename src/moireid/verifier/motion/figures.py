@@ -13,26 +13,19 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import GAP_S, slow_part, stretches
 from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import (
+    MAX_LAG_S,
+    MAX_PLACE_SHARE,
+    MAX_VAGUENESS_RATIO,
+    MIN_SPELL_FRAMES_SHARE,
+    SPELL_S,
+    WANDER_MEAN_S,
+    WINDOW_FRAMES,
+)
 from moireid.verifier.motion.likelihood import log10_ratio
 from moireid.verifier.reasons import json_number
 
 Array = NDArray[np.float64]
-WINDOW_FRAMES = 30
-#: What strays from the law in step with the camera's place is no wander of the fringes: a bent sheet, light from one
-#: side, a pose that errs with the tilt; 3 % of the motion each.
-PLACE_SHARE = 0.05
-#: A codec shows faint fringes late: a block that changes little is taken from the frame before, with the badge's motion
-#: and so with the fringes' old phase.  On true films made outside the lag is 0 to 15 ms, and 26 ms in one at 50
-#: degrees, which has none at a finer quantiser; a frame at 30 a second is the most that is put down to it.
-MOST_LAG_S = 1 / 30
-#: A wander is told from the jitter of poses by this mean over time, s: it leaves what is slower than 0.5 Hz.
-SLOW_S = 0.25
-#: The shortest lie that is looked for by itself, s: half a word.  A mean over the film would thin it out.
-SPELL_S = 1.0
-#: A spell must hold so much of the frames that a middling one holds; fewer are a gap's edge, and tell little.
-SPELL_FILLED = 0.6
-#: A strip whose phase is so many times vaguer than the clearest's is covered in part.
-MAX_VAGUER = 3.0
 
 
 @dataclass(frozen=True)
@@ -86,7 +79,7 @@ def figures_of(signal: GratingSignal) -> Figures:
     residual = measured - gain * predicted
     wandering = _without_place(residual, predicted, signal, used)
     wandering, lagging = _without_lag(wandering, predicted, signal.times_s[used])
-    slow, fast = float(slow_part(wandering, signal.times_s[used], SLOW_S).std()), float(wandering.std())
+    slow, fast = float(slow_part(wandering, signal.times_s[used], WANDER_MEAN_S).std()), float(wandering.std())
     spell = _worst_spell(wandering, signal.times_s[used], signal.phase_sd_rad[used])
     expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad, lagging)
     gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
@@ -95,7 +88,7 @@ def figures_of(signal: GratingSignal) -> Figures:
     places = _places_apart(signal)
     shown = {"wander": slow, "jitter": fast, "spell": spell, "strips": strips, "places": places}
     score, suspected = log10_ratio(
-        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, held_rad=signal.held_rad
+        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, rounding_rad=signal.rounding_rad
     )
     return Figures(
         abs(pearson(measured, predicted)),
@@ -122,12 +115,12 @@ def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float
 
     A frame vaguer than the middling one counts by as much less.
     """
-    told = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
-    power = np.concatenate([[0.0], np.cumsum(told**2)])
+    weighted = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
+    power = np.concatenate([[0.0], np.cumsum(weighted**2)])
     first = np.searchsorted(times_s, times_s - SPELL_S / 2)
     end = np.searchsorted(times_s, times_s + SPELL_S / 2, side="right")
     frames = end - first
-    filled = frames >= SPELL_FILLED * np.median(frames)
+    filled = frames >= MIN_SPELL_FRAMES_SHARE * np.median(frames)
     return math.sqrt(max(float(((power[end] - power[first]) / frames)[filled].max()), 0.0))
 
 
@@ -138,7 +131,7 @@ def _places_apart(signal: GratingSignal) -> float:
     """
     apart, sd = signal.place_residual_rad, signal.strip_sd_rad
     if len(sd) == len(apart):
-        apart = apart[sd <= MAX_VAGUER * sd.min(initial=math.inf)]
+        apart = apart[sd <= MAX_VAGUENESS_RATIO * sd.min(initial=math.inf)]
     return float(apart.max(initial=0.0))
 
 
@@ -146,12 +139,13 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     """What is left of the residual without what goes with the camera's place: the motion's square, the other axis, the
     distance.
 
-    Convention: all of mean 0 and apart from the prediction itself; at most `PLACE_SHARE` of the motion is taken away.
+    Convention: all of mean 0 and apart from the prediction itself; at most `MAX_PLACE_SHARE` of the motion is taken
+        away.
     Source: linear regression.
     """
     columns = [predicted**2]
-    if signal.elsewhere is not None:
-        columns += list(signal.elsewhere[used].T)
+    if signal.covariates is not None:
+        columns += list(signal.covariates[used].T)
     table = np.column_stack(columns)
     table = table - table.mean(axis=0)
     power = float(predicted @ predicted)
@@ -163,12 +157,12 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     if len(residual) < 10 * (table.shape[1] + 1) or not table.shape[1]:
         return residual
     explained = table @ np.linalg.lstsq(table, residual, rcond=1e-6)[0]
-    most = PLACE_SHARE * float(predicted.std())
+    most = MAX_PLACE_SHARE * float(predicted.std())
     return np.asarray(residual - explained * min(1.0, most / max(float(explained.std()), 1e-12)))
 
 
 def _without_lag(residual: Array, predicted: Array, times_s: Array) -> tuple[Array, float]:
-    """What is left of the residual but for a lag of the fringes, one for the whole film and `MOST_LAG_S` at most.
+    """What is left of the residual but for a lag of the fringes, one for the whole film and `MAX_LAG_S` at most.
 
     Returns: that, and what the lag makes of the fringes as it varies from frame to frame, rad.
     Convention: a lag of tau leaves -tau times the rate of the prediction; none is taken away where they come early.
@@ -185,7 +179,7 @@ def _without_lag(residual: Array, predicted: Array, times_s: Array) -> tuple[Arr
     rate -= predicted * (float(predicted @ rate) / power if power > 0 else 0.0)
     swing = float(rate @ rate)
     lag_s = -float(rate @ residual) / swing if swing > 0 else 0.0
-    lag_s = float(np.clip(lag_s, 0.0, MOST_LAG_S))
+    lag_s = float(np.clip(lag_s, 0.0, MAX_LAG_S))
     return residual + lag_s * rate, lag_s * float(rate.std()) / math.sqrt(3)
 
 

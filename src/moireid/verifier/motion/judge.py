@@ -1,52 +1,44 @@
 """The motion invariant: does the fringe phase follow the camera as the optics say?
 
 Correlation alone forgets how *much* the fringes move, so four things must hold together: enough motion to tell,
-correlation, gain, and a residual that the known errors explain.  Each limit below has its reason; none was fitted to
-this project's own simulator.  They are wide, since each must hold on every true film; what lies within them is weighed
-as a whole by a likelihood ratio.
+correlation, gain, and a residual that the known errors explain.  Each limit has its reason (`limits`); none was fitted
+to this project's own simulator.  They are wide, since each must hold on every true film; what lies within them is
+weighed as a whole by a likelihood ratio.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.limits import (
+    ACCEPTED_LOG10,
+    EXPLAINED_SDS,
+    GAIN_REJECTED_SDS,
+    GAIN_TOLERANCE_SHARE,
+    MAX_GAIN_SD_SHARE,
+    MAX_STRIP_WANDER_RAD,
+    MIN_CORRELATION,
+    MIN_EXCITATION_RAD,
+    MIN_EXCITATION_TO_ERROR_RATIO,
+    POSSIBLE_ERROR_RATIO,
+    POSSIBLE_RESIDUAL_RATIO,
+    REJECTED_LOG10,
+    RESIDUAL_FLOOR_RAD,
+    RESIDUAL_MOTION_SHARE,
+)
 from moireid.verifier.motion.figures import Figures, figures_of
-from moireid.verifier.motion.likelihood import ACCEPTED, KINDS, REJECTED
+from moireid.verifier.motion.likelihood import KINDS
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
-#: Least standard deviation of the predicted phase: 0.25 rad is 3.5 cm of sideways sway at 1 m.  Less is not told from
-#: the drifts that light and codec make (0.01 to 0.05 rad on films made outside) with five standard deviations to spare.
-MIN_EXCITATION_RAD = 0.25
-#: ... and it must stand this far above the prediction's own error, which then leaves a correlation of 0.95.
-MIN_EXCITATION_TO_ERROR = 3.0
-#: Published renderings reach 0.99; hand-held films at 1 to 2 m measured 0.997 and more here, and pose noise at the
-#: least excitation allowed leaves 0.97.
-MIN_CORRELATION = 0.95
-#: A sheet's thickness and index as sold vary by about 10 %, the solved focal length by up to 5 %, pitch by 1 %.
-GAIN_TOLERANCE = 0.15
-GAIN_SDS = 3.0
-#: From this share of the gain on, an error bar is too wide to accept on: fringes at 1.9 times the true gain would be
-#: taken for true ones with a chance of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
-VAGUE_GAIN = 0.215
-#: What is left then is explained by: this floor (light and codec, as above), this share of the motion (a law traced for
-#: the sheet as sold), and three times the error of pose and phase.
-RESIDUAL_FLOOR_RAD = 0.05
-RESIDUAL_SHARE = 0.03
-#: Far away, where markers are a few pixels, poses err by up to so many times what they tell: coded pictures err alike
-#: in neighbouring frames.  A film that could be true then is left open, and not rejected.
-ERROR_UNTOLD = 2.5
-#: And what is left after the camera's place by so many times: 1.4 on films made outside, at 1 to 2 m.
-RESIDUAL_UNTOLD = 1.5
-#: Strips of one true badge share the camera's pose, so they move together within their noise: 0.027 rad at most on 36
-#: films made outside at 1 to 3 m, at 45 degrees and sent by chat.  Patches on clocks of their own show 0.15 and more.
-MAX_STRIP_WANDER_RAD = 0.1
-#: Of several findings of one kind the worst is told.
+Array = NDArray[np.float64]
+#: Of several findings of one kind the worst is reported.
 ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
 
 
@@ -97,50 +89,70 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     if not information.sum() > 0:
         nothing = Reason("fringes", "undecided", 0.0, None, "", "No fringes could be read on the badge.")
         return Invariant("inconclusive", (nothing,))
-    share = information / information.sum()
-
-    def mean(name: str) -> float:
-        return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
-
-    correlation, gain, gain_sd = mean("correlation"), mean("gain_ratio"), mean("gain_sd")
-    residual, excitation, expected = mean("phase_residual_rad"), mean("excitation_rad"), mean("expected_error_rad")
-    wander = max(f.strip_wander_rad for f in figures)
-    reasons = [_enough_motion(excitation, expected)]
-    # Each grating that moved enough must be true by itself; of those that did not, the one that tells most speaks.
+    whole = _mean_figures(figures, information / information.sum())
+    # Each grating that moved enough must be true by itself; of those that did not, the most informative one decides.
     moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
-    told = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
+    decisive = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
+    reasons = [_enough_motion(whole.excitation_rad, whole.expected_error_rad)]
     if reasons[0].level == "pass":
-        wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=told)
-        most = max(f.excitation_rad for f in figures)
-        rested = [
-            _at_rest(f, signal.tangent_sd, most)
-            for f, signal in zip(figures, signals, strict=True)
-            if f.information > 0 and f not in moved
-        ]
-        strayed = [_residual_explained(mean("wandering_rad"), excitation, expected), *rested]
-        reasons += [
-            _correlated(correlation, excitation, expected),
-            _gain_right(wrong.gain_ratio, wrong.gain_sd),
-            max(strayed, key=lambda reason: ORDER[reason.level]),
-            _strips_agree(wander, expected),
-            _likely_true(told),
-        ]
+        reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
     return Invariant(
         worst(reasons),
         tuple(reasons),
-        correlation,
-        mean("window_correlation_mean"),
-        gain,
-        gain_sd,
-        residual,
-        excitation,
-        told.score,
+        whole.correlation,
+        whole.window_correlation_mean,
+        whole.gain_ratio,
+        whole.gain_sd,
+        whole.phase_residual_rad,
+        whole.excitation_rad,
+        decisive.score,
         tuple(f.to_json() for f in figures),
     )
 
 
+def _mean_figures(figures: Sequence[Figures], share: Array) -> Figures:
+    """The figures of all gratings together, each with its share of the information; no score, as none has a mean."""
+    names = [field.name for field in fields(Figures) if field.name not in ("score", "suspected")]
+
+    def mean(name: str) -> float:
+        return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
+
+    means: dict[str, Any] = {name: mean(name) for name in names}
+    return replace(Figures(), **means)
+
+
+def _held_against_law(
+    whole: Figures,
+    figures: Sequence[Figures],
+    moved: Sequence[Figures],
+    decisive: Figures,
+    tangent_sds: Sequence[float],
+) -> list[Reason]:
+    """What each limit says of a film that moved enough.
+
+    whole: of all gratings together; moved: gratings that moved enough by themselves; decisive: the one that speaks most
+    against the film; tangent_sds: of each grating, as `GratingSignal.tangent_sd`.
+    """
+    excitation, expected = whole.excitation_rad, whole.expected_error_rad
+    wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=decisive)
+    most = max(f.excitation_rad for f in figures)
+    rested = [
+        _at_rest(f, tangent_sd, most)
+        for f, tangent_sd in zip(figures, tangent_sds, strict=True)
+        if f.information > 0 and f not in moved
+    ]
+    residuals = [_residual_explained(whole.wandering_rad, excitation, expected), *rested]
+    return [
+        _correlated(whole.correlation, excitation, expected),
+        _gain_right(wrong.gain_ratio, wrong.gain_sd),
+        max(residuals, key=lambda reason: ORDER[reason.level]),
+        _strips_agree(max(f.strip_wander_rad for f in figures), expected),
+        _likely_true(decisive),
+    ]
+
+
 def _enough_motion(excitation: float, expected: float) -> Reason:
-    limit = max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR * expected)
+    limit = max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR_RATIO * expected)
     if excitation >= limit:
         text = f"The badge moved enough: the predicted fringe phase varies by {excitation:.2f} rad."
         return Reason("motion", "pass", excitation, limit, "rad", text)
@@ -153,7 +165,7 @@ def _enough_motion(excitation: float, expected: float) -> Reason:
 
 def _correlated(correlation: float, excitation: float, expected: float) -> Reason:
     """Pass from the least on; fail below what a true badge may show where poses are worse than they tell."""
-    possible = min(MIN_CORRELATION, excitation / math.hypot(excitation, ERROR_UNTOLD * expected))
+    possible = min(MIN_CORRELATION, excitation / math.hypot(excitation, POSSIBLE_ERROR_RATIO * expected))
     level: Level = "pass" if correlation >= MIN_CORRELATION else "fail" if correlation < possible else "undecided"
     text = f"Measured and predicted fringe phase correlate by {correlation:.4f}; at least {MIN_CORRELATION} is needed."
     return Reason("correlation", level, correlation, MIN_CORRELATION, "", text)
@@ -161,12 +173,14 @@ def _correlated(correlation: float, excitation: float, expected: float) -> Reaso
 
 def _gain_right(gain: float, gain_sd: float) -> Reason:
     """Pass within the tolerance; fail beyond it by three error bars; between, the film cannot tell."""
-    limit = GAIN_TOLERANCE + GAIN_SDS * gain_sd
+    limit = GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * gain_sd
     words = f"The fringes move {gain:.3f} ± {gain_sd:.3f} times as far as the optics predict"
     # A film that cannot tell a true gain from a half or twice of it says nothing, wherever its best guess lies.
-    vague = gain_sd >= VAGUE_GAIN * abs(gain)
-    if abs(gain - 1) <= GAIN_TOLERANCE and not vague:
-        return Reason("gain", "pass", gain, GAIN_TOLERANCE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE:g} is allowed.")
+    vague = gain_sd >= MAX_GAIN_SD_SHARE * abs(gain)
+    if abs(gain - 1) <= GAIN_TOLERANCE_SHARE and not vague:
+        return Reason(
+            "gain", "pass", gain, GAIN_TOLERANCE_SHARE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE_SHARE:g} is allowed."
+        )
     if abs(gain - 1) > limit:
         return Reason("gain", "fail", gain, limit, "ratio", f"{words}; a real badge gives 1 ± {limit:.2f}.")
     advice = "give the focal length with --focal-px, or film with more motion"
@@ -174,49 +188,55 @@ def _gain_right(gain: float, gain_sd: float) -> Reason:
 
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:
-    fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * excitation)
+    fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * excitation)
     what = "After correcting small errors of the camera's position and timing, the fringe phase differs"
     return _explained(what, residual, fixed, expected)
 
 
 def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
-    """Pass what known errors explain, `fixed` and three times the expected; fail beyond what poses leave untold."""
-    limit, possible = math.hypot(fixed, 3 * expected), math.hypot(fixed, 3 * RESIDUAL_UNTOLD * expected)
+    """Pass what known errors explain, `fixed` and `EXPLAINED_SDS` times the expected; fail beyond what worse poses than
+    estimated could explain."""
+    error = EXPLAINED_SDS * expected
+    limit, possible = math.hypot(fixed, error), math.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * error)
     level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
     text = f"{what} from the prediction by {strayed:.3f} rad; known errors explain up to {limit:.3f} rad."
     return Reason("residual", level, strayed, limit, "rad", text)
 
 
-def _at_rest(told: Figures, tangent_sd: float, most_rad: float) -> Reason:
+def _at_rest(grating: Figures, tangent_sd: float, most_rad: float) -> Reason:
     """A grating that hardly moves by the law must hardly move: fringes that do are not the camera's work.
 
     Its gain and correlation say nothing, so what is measured is held against the prediction itself.  The gain's
-    tolerance counts, and `RESIDUAL_SHARE` of the other grating's motion `most_rad`.
+    tolerance counts, and `RESIDUAL_MOTION_SHARE` of the other grating's motion `most_rad`.
     """
-    strayed = math.hypot((told.gain_ratio - 1) * told.excitation_rad, told.phase_residual_rad)
+    strayed = math.hypot((grating.gain_ratio - 1) * grating.excitation_rad, grating.phase_residual_rad)
     fixed = math.hypot(
-        RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * most_rad, (GAIN_TOLERANCE + GAIN_SDS * tangent_sd) * told.excitation_rad
+        RESIDUAL_FLOOR_RAD,
+        RESIDUAL_MOTION_SHARE * most_rad,
+        (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * tangent_sd) * grating.excitation_rad,
     )
     what = "The fringes of a grating that should hardly move differ"
-    return _explained(what, strayed, fixed, told.expected_error_rad)
+    return _explained(what, strayed, fixed, grating.expected_error_rad)
 
 
 def _strips_agree(wander: float, expected: float) -> Reason:
-    limit = math.hypot(MAX_STRIP_WANDER_RAD, 3 * expected)
+    limit = math.hypot(MAX_STRIP_WANDER_RAD, EXPLAINED_SDS * expected)
     good = wander <= limit
     text = f"The fringes in different parts of the badge differ by up to {wander:.3f} rad; {limit:.2f} rad are allowed."
     return Reason("agreement", "pass" if good else "fail", wander, limit, "rad", text)
 
 
-def _likely_true(told: Figures) -> Reason:
-    level: Level = "pass" if told.score >= ACCEPTED else "fail" if told.score <= REJECTED else "undecided"
-    size = 10 ** abs(told.score)
+def _likely_true(grating: Figures) -> Reason:
+    level: Level = (
+        "pass" if grating.score >= ACCEPTED_LOG10 else "fail" if grating.score <= REJECTED_LOG10 else "undecided"
+    )
+    size = 10 ** abs(grating.score)
     times = "over a million times" if size > 1e6 else f"{size:,.0f} times" if size >= 10 else f"{size:.1f} times"
-    if told.score >= 0:
+    if grating.score >= 0:
         text = f"These measurements are {times} more likely from a real badge than from a forged one"
     else:
-        kind = KINDS[told.suspected]
+        kind = KINDS[grating.suspected]
         text = f"These measurements are {times} more likely from a forged badge ({kind}) than from a real one"
     if level == "undecided":
-        text += f"; {10**ACCEPTED:.0f} times is needed. Film again with more motion, or from nearer"
-    return Reason("likelihood", level, told.score, ACCEPTED, "log10", f"{text}.")
+        text += f"; {10**ACCEPTED_LOG10:.0f} times is needed. Film again with more motion, or from nearer"
+    return Reason("likelihood", level, grating.score, ACCEPTED_LOG10, "log10", f"{text}.")

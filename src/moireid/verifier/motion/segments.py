@@ -13,12 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
-from moireid.verifier.motion.figures import WINDOW_FRAMES
+from moireid.verifier.limits import SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.motion.judge import judge_signals
 from moireid.verifier.reasons import Verdict, json_number
-
-#: A hand's sway takes two or three seconds; a segment should hold one and a half of it.
-SEGMENT_S = 4.0
 
 
 @dataclass(frozen=True)
@@ -71,5 +68,5 @@ def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> Grating
         predicted_rad=signal.predicted_rad[frames],
         phase_sd_rad=signal.phase_sd_rad[frames],
         times_s=signal.times_s[frames],
-        elsewhere=None if signal.elsewhere is None else signal.elsewhere[frames],
+        covariates=None if signal.covariates is None else signal.covariates[frames],
     )

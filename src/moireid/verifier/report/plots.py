@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.identity.decode import read_identity
-from moireid.verifier.motion.figures import WINDOW_FRAMES, window_correlations
+from moireid.verifier.limits import WINDOW_FRAMES
+from moireid.verifier.motion.figures import window_correlations
 from moireid.verifier.session.result import Report
 
 INK, PREDICTED, MEASURED, PALE = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6"

@@ -20,7 +20,7 @@ import numpy as np
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
 from moireid.verifier.identity.compare_built import compare_built, measure_built
 from moireid.verifier.identity.decode import Identity, judge_identity
-from moireid.verifier.motion.figures import WINDOW_FRAMES
+from moireid.verifier.limits import MIN_FRAMES
 from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals
 from moireid.verifier.motion.segments import Segment, judge_segments, part_of
 from moireid.verifier.reasons import Level, Reason
@@ -35,8 +35,6 @@ OVERLAP_FRAMES = 240
 #: Where a film's times start anew, a chapter of so many tracked frames ends.  A shorter one goes on behind a gap in
 #: time, so that no forger gets chapters of two seconds, in which slow drifts do not show, by times that start anew.
 PIECE_FRAMES = OVERLAP_FRAMES
-#: Fewer frames than two windows say nothing about motion.
-MIN_FRAMES = 2 * WINDOW_FRAMES
 
 
 @dataclass(frozen=True)
@@ -159,14 +157,14 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         times_s=np.concatenate([signal.times_s for signal in signals]),
         place_residual_rad=np.max([signal.place_residual_rad for signal in signals], axis=0),
         tangent_sd=max(signal.tangent_sd for signal in signals),
-        elsewhere=_joined_places(signals),
+        covariates=_joined_places(signals),
         strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
-        held_rad=float(np.mean([signal.held_rad for signal in signals])),
+        rounding_rad=float(np.mean([signal.rounding_rad for signal in signals])),
     )
 
 
 def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:
-    places = [signal.elsewhere for signal in signals if signal.elsewhere is not None]
+    places = [signal.covariates for signal in signals if signal.covariates is not None]
     return np.concatenate([place - place.mean(axis=0) for place in places]) if len(places) == len(signals) else None
 
 

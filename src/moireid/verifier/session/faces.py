@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.errors import MissingExtraError
+from moireid.verifier.limits import MIN_FACE_SCORE
 
 Box = tuple[float, float, float, float]
 #: A face is looked for so often: around its place, and in the whole frame where it is not known.
@@ -25,8 +26,6 @@ LOOK_S, SEARCH_S = 0.3, 0.5
 SEARCH_PX = 720
 #: Around its place it is looked for in a square of so many of its sizes, shrunken so that the face is so large.
 AROUND_SIZES, FACE_PX = 2.5, 110
-#: Least score of the detector.  A photograph of a face scores 1.3 to 1.5, the worst of its false boxes 0.23.
-MIN_SCORE = 0.5
 #: A box holds for so long after the face was seen last: while nothing hides it, and while the badge does.  Heads of
 #: people who talk move by less than half a face in that time.
 CARRY_S, HIDDEN_S = 1.0, 4.0
@@ -103,7 +102,7 @@ class FaceFollower:
         way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
         small = np.asarray(cv2.resize(luma, None, fx=scale, fy=scale, interpolation=way), np.uint8)
         # No picture is made larger, and the scores' limit is the detector's own.
-        boxes, _, _ = self._detector.run(np.ascontiguousarray(small), 0, MIN_SCORE)
+        boxes, _, _ = self._detector.run(np.ascontiguousarray(small), 0, MIN_FACE_SCORE)
         if not boxes:
             return None
         one = max(boxes, key=lambda box: box.area())

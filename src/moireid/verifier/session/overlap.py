@@ -25,16 +25,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.motion.figures import WINDOW_FRAMES, figures_of
-from moireid.verifier.motion.judge import (
-    GAIN_TOLERANCE,
+from moireid.verifier.limits import (
+    EXPLAINED_SDS,
+    GAIN_TOLERANCE_SHARE,
+    MIN_AGREEING_SHARE,
     MIN_EXCITATION_RAD,
+    MIN_OVERLAP_S,
+    MIN_OVERLAP_SHARE,
+    MIN_READ_SHARE,
+    POSSIBLE_RESIDUAL_RATIO,
     RESIDUAL_FLOOR_RAD,
-    RESIDUAL_SHARE,
-    RESIDUAL_UNTOLD,
-    judge_signals,
+    RESIDUAL_MOTION_SHARE,
+    SEGMENT_S,
+    WINDOW_FRAMES,
 )
-from moireid.verifier.motion.segments import SEGMENT_S, part_of
+from moireid.verifier.motion.figures import figures_of
+from moireid.verifier.motion.judge import judge_signals
+from moireid.verifier.motion.segments import part_of
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 from moireid.verifier.session.chapters import Chapter
 from moireid.verifier.session.faces import Face, FaceFollower
@@ -43,13 +50,6 @@ from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
-#: Badge and face overlap where they share this much of the smaller one: less is a corner that a false border hides in.
-MIN_SHARE = 0.25
-#: They must do so for this long without a break (`spans`).
-MIN_OVERLAP_S = 1.0
-#: So many of the interval's frames must agree with the law, each within three of its error bars (99.7 % of true ones
-#: do, were errors of neighbouring frames not alike), and so many must tell a phase at all.
-MIN_AGREEING, MIN_TOLD = 0.95, 0.5
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ class OverlapWatch:
             return
         self._faces.add(frame.time_s)
         for tracker, corners in in_view:
-            if overlap_share(corners, self.face) >= MIN_SHARE:
+            if overlap_share(corners, self.face) >= MIN_OVERLAP_SHARE:
                 self.over.append(tracker)
                 self._overlaps.setdefault(tracker, Spans()).add(frame.time_s)
 
@@ -167,12 +167,12 @@ def _held(signal: GratingSignal, own: NDArray[np.bool_]) -> NDArray[np.bool_]:
     # The film's own gain, as far as a true badge's may be off; where the film hardly moves that is noise.
     gain = 1.0
     if figures.excitation_rad >= MIN_EXCITATION_RAD:
-        gain = min(max(figures.gain_ratio, 1 - GAIN_TOLERANCE), 1 + GAIN_TOLERANCE)
+        gain = min(max(figures.gain_ratio, 1 - GAIN_TOLERANCE_SHARE), 1 + GAIN_TOLERANCE_SHARE)
     strayed = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
     sd = signal.phase_sd_rad[own]
-    fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_SHARE * figures.excitation_rad)
-    error = np.hypot(fixed, RESIDUAL_UNTOLD * np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad))
-    return np.array([np.isfinite(sd), strayed <= 3 * error])
+    fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * figures.excitation_rad)
+    error = np.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad))
+    return np.array([np.isfinite(sd), strayed <= EXPLAINED_SDS * error])
 
 
 def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[float, float]) -> Reason | None:
@@ -190,18 +190,18 @@ def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[fl
 
 
 def _agreement(frames: int, told: int, share: float | None) -> Reason:
-    if share is None or told < MIN_TOLD * frames:
+    if share is None or told < MIN_READ_SHARE * frames:
         text = (
             f"While the badge is before the face, its fringes can be read in {told} of {frames} frames only; keep its "
             "markers in view and free of fingers."
         )
-        return Reason("overlap_law", "undecided", told / max(frames, 1), MIN_TOLD, "share", text)
-    level: Level = "pass" if share >= MIN_AGREEING else "fail"
+        return Reason("overlap_law", "undecided", told / max(frames, 1), MIN_READ_SHARE, "share", text)
+    level: Level = "pass" if share >= MIN_AGREEING_SHARE else "fail"
     text = (
         f"While the badge is before the face, its fringes follow the optics in {share:.0%} of {told} frames; "
-        f"{MIN_AGREEING:.0%} are needed."
+        f"{MIN_AGREEING_SHARE:.0%} are needed."
     )
-    return Reason("overlap_law", level, share, MIN_AGREEING, "share", text)
+    return Reason("overlap_law", level, share, MIN_AGREEING_SHARE, "share", text)
 
 
 def _no_face(looks: int) -> Reason:

@@ -15,10 +15,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.motion.figures import WINDOW_FRAMES
+from moireid.verifier.limits import FOCAL_KEPT_SHARE, MIN_FRAMES, WINDOW_FRAMES
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
-from moireid.verifier.session.chapters import CHAPTER_FRAMES, MIN_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
+from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
@@ -28,9 +28,6 @@ from moireid.verifier.video import Frame
 
 #: The running verdict is of so many of the last tracked frames, made anew after so much of the film.
 RUNNING_FRAMES, RUNNING_S = 240, 1.0
-#: A focal length is kept once it errs by so little, as a share of the motion: a kept one has no error bar, and that of
-#: a badge that was held still at first is a guess, by which all that follows would look forged.
-SURE_FOCAL = 0.03
 
 
 @dataclass(frozen=True)
@@ -182,6 +179,6 @@ class Verifier:
         anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
         focal_px = None if anew else self._focal_px
         chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px))
-        if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < SURE_FOCAL:
+        if anew and chapter.measurement is not None and max(chapter.measurement.camera.tangent_sd) < FOCAL_KEPT_SHARE:
             self._focal_px, self._focal_frames = chapter.measurement.camera.focal_px, track.tracked
         return chapter

@@ -14,8 +14,8 @@ from moireid.web.api.films import JobStatus, status_of
 from moireid.web.api.schema import form
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.forms import ShortRoute
+from moireid.web.issue_jobs import keep, package_of, start_badge, start_capture
 from moireid.web.jobs.events import events_of
-from moireid.web.jobs.issue_jobs import keep, package_of, start_badge, start_capture
 from moireid.web.jobs.orders import Order, checked
 from moireid.web.problems import Refusal, problem_responses
 from moireid.web.studio import studio_of

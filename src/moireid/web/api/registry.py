@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import json
-import threading
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request
 from fastapi import Path as InPath
 from pydantic import BaseModel, Field
 
-from moireid.registry import Audit, Record
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.forms import ShortRoute
 from moireid.web.problems import Refusal, problem_responses
-from moireid.web.studio import Studio, studio_of
+from moireid.web.studio import studio_of
 
 router = APIRouter(prefix="/api/registry", route_class=ShortRoute)
 
@@ -22,8 +20,6 @@ Reader = Annotated[Visitor, require("issuer", "verifier")]
 Issuer = Annotated[Visitor, require("issuer")]
 BadgeId = Annotated[str, InPath(pattern="^[0-9a-fA-F]{4,64}$")]
 MOST = 100
-#: An audit walks over everything: one at a time.
-_auditing = threading.Lock()
 
 
 class Held(BaseModel):
@@ -84,26 +80,6 @@ class Audited(BaseModel):
     found: int
 
 
-def audited(studio: Studio, expected_head: str) -> Audit:
-    """What an audit sees.  Raises: RegistryError where the head is none; Refusal 503 where another one runs."""
-    if not _auditing.acquire(blocking=False):
-        raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
-    try:
-        return studio.registry.audit(expected_head.strip() or None)
-    finally:
-        _auditing.release()
-
-
-def _held(record: Record) -> dict[str, Any]:
-    return {
-        "id": record.id,
-        "name": record.name,
-        "issued_at": record.issued_at,
-        "revoked_at": record.revoked_at,
-        "revoked_reason": record.revoked_reason,
-    }
-
-
 @router.get("", responses=problem_responses(401, 403, 422))
 def search(
     request: Request,
@@ -113,7 +89,7 @@ def search(
 ) -> Holders:
     """Whose name holds a text, or whose id begins with it; by name."""
     found = studio_of(request).registry.search(search, limit)
-    return Holders(badges=[Held(**_held(record)) for record in found])
+    return Holders(badges=[Held(**record.summary()) for record in found])
 
 
 @router.get("/{badge_id}", responses=problem_responses(401, 403, 404, 422))
@@ -124,7 +100,7 @@ def show(request: Request, badge_id: BadgeId, visitor: Reader) -> Shown:
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
     return Shown(
-        **_held(record),
+        **record.summary(),
         fingerprint=registry.fingerprint,
         badge=json.loads(record.badge.to_json()),
         as_built_at=record.as_built_at,
@@ -138,10 +114,10 @@ def revoke(request: Request, badge_id: BadgeId, why: Reason, visitor: Issuer) ->
     registry = studio_of(request).registry
     if registry.by_id(badge_id) is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    return Held(**_held(registry.revoke(badge_id, why.reason)))
+    return Held(**registry.revoke(badge_id, why.reason).summary())
 
 
 @router.post("/audit", responses=problem_responses(400, 401, 403, 408, 413, 422, 503))
 def audit(request: Request, noted: Noted, visitor: Issuer) -> Audited:
     """Hold every signature and the whole log against each other."""
-    return Audited(**audited(studio_of(request), noted.expected_head).to_json())
+    return Audited(**studio_of(request).audit(noted.expected_head).to_json())

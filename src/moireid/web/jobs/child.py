@@ -1,25 +1,19 @@
-"""A process for each film, which may crash, hang or grow without harm to anything but its own job.
-
-Each is forked from one process that has loaded all that the work needs, and nothing else (Python's forkserver): so it
-begins within some milliseconds, and bears neither threads, connections nor another film's leavings.
-"""
+"""A process for each film, which may crash, hang or grow without harm to anything but its own job."""
 
 from __future__ import annotations
 
-import json
-import multiprocessing
 import time
 from collections.abc import Callable
-from contextlib import suppress
-from multiprocessing.connection import Connection
 from typing import Any
 
-from moireid.web.jobs.task import Task, begin
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import Child, Ended, ForkServer
+from moireid.web.jobs.task import Task
 
-#: A message larger than this is no result.
-MOST_BYTES = 32 << 20
 #: How soon a stop is noticed.
 LOOK_S = 0.25
+#: It loads the verifier, some seconds long, for all films.
+films = ForkServer("moireid.web.jobs.work:judge")
 
 
 class Lost(Exception):
@@ -30,69 +24,40 @@ class Lost(Exception):
         self.code, self.text = code, text
 
 
-def _context() -> Any:
-    context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["__main__", "moireid.web.jobs.work"])
-    return context
-
-
-def warm_up() -> None:
-    """Let the process that others are forked from load what it needs; some seconds."""
-    process = _context().Process(target=int, daemon=True)
-    # A studio that is stopped in these seconds takes that process with it; else the first film starts it again.
-    with suppress(EOFError, OSError):
-        process.start()
-        process.join()
-
-
 def run_task(
-    task: Task, heard: Callable[[dict[str, Any]], None], *, wall_s: float, stopping: Callable[[], bool]
+    task: Task,
+    limits: ProcessLimits,
+    heard: Callable[[dict[str, Any]], None],
+    *,
+    wall_s: float,
+    stopping: Callable[[], bool],
 ) -> None:
     """Do a task in a process of its own; each of its messages goes to `heard`.
 
     Raises: Lost where the film is at fault, the process crashes, takes too long, or `stopping` says so; it is ended
-        then, whatever it does.
+        then, whatever it does.  OSError where no process can be started.
     """
-    context = _context()
-    ours, theirs = context.Pipe(duplex=False)
-    process = context.Process(target=begin, args=(theirs, task), daemon=True)
+    child = films.fork(limits, task.folder)
     try:
-        process.start()
-        theirs.close()
-        _listen(ours, heard, time.monotonic() + wall_s, wall_s, stopping)
-    except EOFError as error:
-        process.join(5)
-        raise Lost("crash", f"The process that read this film ended by itself ({process.exitcode}).") from error
+        child.send(task)
+        _listen(child, heard, wall_s, stopping)
+    except Ended as ended:
+        if ended.kind == "memory":
+            raise Lost("memory", "This film asks for more memory than one may have here.") from ended
+        if not ended.ours:
+            raise Lost("crash", "The process that read this film ended by itself.") from ended
+        if ended.kind != "done":
+            raise Lost(ended.kind, ended.words) from ended
     finally:
-        theirs.close()
-        ours.close()
-        if process.pid is not None:
-            # Nobody waits until the system has taken its memory back: the process that forked it sees to that.
-            process.kill()
+        child.kill()
 
 
-def _listen(
-    pipe: Connection,
-    heard: Callable[[dict[str, Any]], None],
-    deadline: float,
-    wall_s: float,
-    stopping: Callable[[], bool],
-) -> None:
-    """Hand messages on until the last one."""
-    while True:
-        rest = deadline - time.monotonic()
-        if rest <= 0:
-            raise Lost("time", f"This film takes longer than the {wall_s:g} s that one may take here.")
+def _listen(child: Child, heard: Callable[[dict[str, Any]], None], wall_s: float, stopping: Callable[[], bool]) -> None:
+    """Hand messages on until the process says that it has ended.  Raises: Ended, Lost."""
+    deadline = time.monotonic() + wall_s
+    while (rest := deadline - time.monotonic()) > 0:
         if stopping():
             raise Lost("stopped", "The studio was stopped meanwhile.")
-        if not pipe.poll(min(rest, LOOK_S)):
-            continue
-        try:
-            message = json.loads(pipe.recv_bytes(MOST_BYTES))
-        except (OSError, ValueError) as error:
-            raise Lost("crash", "The process that read this film said what cannot be read.") from error
-        if "failed" in message:
-            raise Lost(*message["failed"])
-        if "ended" in message:
-            return
-        heard(message)
+        if (message := child.hear(min(rest, LOOK_S))) is not None:
+            heard(message)
+    raise Lost("time", f"This film takes longer than the {wall_s:g} s that one may take here.")

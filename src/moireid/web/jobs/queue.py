@@ -7,6 +7,7 @@ the whole folder, unless its report is to be kept, which then goes after `keep_s
 from __future__ import annotations
 
 import contextlib
+import os
 import queue
 import re
 import secrets
@@ -20,7 +21,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-from moireid.web.jobs.child import Lost, run_task, warm_up
+from moireid.sandbox.limits import ProcessLimits
+from moireid.web.jobs.child import Lost, films, run_task
 from moireid.web.jobs.task import Task
 from moireid.web.problems import Refusal
 from moireid.web.settings import Limits
@@ -30,6 +32,10 @@ State = Literal["receiving", "waiting", "working", "done", "failed"]
 SWEEP_S = 10.0
 #: One visitor may take all places but one of so many, which are left to others.
 LEFT_TO_OTHERS = 4
+#: Libraries set this aside for each processor: stacks of threads, buffers of linear algebra.
+PROCESSOR_BYTES = 64 << 20
+#: No file that a job writes is larger.
+FILE_BYTES = 256 << 20
 
 
 @dataclass
@@ -62,7 +68,10 @@ class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
-        self._folder, self._limits = folder, limits
+        # A job's process begins in another folder.
+        self._folder, self._limits = folder.absolute(), limits
+        memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
+        self._of_one = ProcessLimits(memory, cpu_s=int(limits.job_s * 4) + 1, file_bytes=FILE_BYTES)
         self._jobs: dict[str, Job] = {}
         self._lock = threading.Lock()
         self._queue: queue.Queue[tuple[Job, Task]] = queue.Queue()
@@ -74,8 +83,7 @@ class Jobs:
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._clear()
         self._stopping.clear()
-        # Nobody waits for this one: a film that comes sooner does by itself.
-        threading.Thread(target=warm_up, daemon=True).start()
+        films.warm_up()
         works = [self._work] * self._limits.workers
         self._threads = [threading.Thread(target=work, daemon=True) for work in (*works, self._sweep)]
         for thread in self._threads:
@@ -135,10 +143,8 @@ class Jobs:
 
     def submit(self, job: Job, video: Path, **arguments: Any) -> None:
         """Let a job begin as soon as a worker is free; the arguments are those of its kind of work."""
-        seconds = int(self._limits.job_s * 4) + 1
-        task = Task(job.kind, job.folder, video.name, self._limits.memory_bytes, seconds, arguments)
         job.state = "waiting"
-        self._queue.put((job, task))
+        self._queue.put((job, Task(job.kind, job.folder, video.name, arguments)))
 
     def find(self, job_id: str, owner: str, *kinds: str) -> Job:
         """The job of that id, if it is theirs and of one of these kinds, where some are named.
@@ -169,7 +175,11 @@ class Jobs:
         problem = None
         try:
             run_task(
-                task, lambda said: self._heard(job, said), wall_s=self._limits.job_s, stopping=self._stopping.is_set
+                task,
+                self._of_one,
+                lambda said: self._heard(job, said),
+                wall_s=self._limits.job_s,
+                stopping=self._stopping.is_set,
             )
         except Lost as lost:
             problem = (lost.code, lost.text)

@@ -1,4 +1,4 @@
-"""A piece of work as it is handed to a process of its own, and the way into that process.
+"""A piece of work as it is handed to a process of its own.
 
 The server loads this and not `work.py`, whose packages it has no use for itself.
 """
@@ -6,7 +6,6 @@ The server loads this and not `work.py`, whose packages it has no use for itself
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -19,18 +18,9 @@ Law = tuple[Lens, float, ViewLaw]
 
 @dataclass(frozen=True)
 class Task:
-    """What to do (a key of `work.WORK`), with the film of that name in its folder, within these limits."""
+    """What to do (a key of `work.WORK`), with the film of that name in its folder."""
 
     kind: str
     folder: Path
     video: str
-    memory_bytes: int
-    cpu_s: int
     arguments: dict[str, Any] = field(default_factory=dict)
-
-
-def begin(pipe: Connection, task: Task) -> None:
-    """Do a task in this process."""
-    from moireid.web.jobs.work import run
-
-    run(pipe, task)

@@ -1,6 +1,6 @@
 """The live check: a page, and the WebSocket that its camera's pictures come through.
 
-Pictures go on to a process of their own (`live_worker`), events come back.  Nothing is kept: a session ends with its
+Pictures go on to a process of their own (`worker.py`), events come back.  Nothing is kept: a session ends with its
 connection.  The browser may have a few pictures on the way; what it cannot send it drops, with its time, and what comes
 too fast waits in the network, not here.
 
@@ -15,9 +15,7 @@ import asyncio
 import contextlib
 import json
 import math
-import os
 import struct
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable, MutableMapping
@@ -28,18 +26,19 @@ from fastapi import APIRouter, Request, Response, WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError, RegistryError
+from moireid.sandbox.process import Child, Ended, start
 from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
 from moireid.web.auth.roles import require, visitor_of
 from moireid.web.checks import find_claimed
-from moireid.web.live.worker import ASK, END, FRAME, HEADER, START
+from moireid.web.live.worker import LIMITS, Ask, End, Picture, Start
 from moireid.web.pages.render import render
-from moireid.web.problems import Refusal, sentence
+from moireid.web.problems import Refusal
 from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
 #: Sessions at a time, and with one token, so that others find a place; seconds of one, without a message until it is
-#: given up, and for its process to go by itself.
-MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S, LEAVE_S = 4, 3, 300.0, 30.0, 3.0
+#: given up.
+MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S = 4, 3, 300.0, 30.0
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
 #: A session's token is looked up anew so often, s.
@@ -93,31 +92,19 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
         await _refuse(connection, "Name the person whose badge is to be seen.")
         return
     try:
-        start = await run_in_threadpool(_start, studio_of(connection), claim.strip())
+        begin = await run_in_threadpool(_start, studio_of(connection), claim.strip())
     except MoireIdError as error:
-        await _refuse(connection, sentence(studio_of(connection), error))
+        await _refuse(connection, studio_of(connection).sentence(error))
         return
     except Refusal as refusal:
         await _refuse(connection, refusal.text)
         return
-    worker = await asyncio.create_subprocess_exec(
-        # -P: what lies in the present folder is not taken for a package.
-        sys.executable,
-        "-P",
-        "-m",
-        "moireid.web.live.worker",
-        stdin=asyncio.subprocess.PIPE,
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.DEVNULL,
-        limit=1 << 20,
-        env=os.environ | {"PYTHONUNBUFFERED": "1"},
-    )
-    assert worker.stdin is not None and worker.stdout is not None
+    child = await run_in_threadpool(start, "moireid.web.live.worker:serve", LIMITS)
     tasks: list[asyncio.Task[None]] = []
     try:
-        await _send(worker.stdin, START, json.dumps(start).encode())
-        coming = asyncio.create_task(_pictures(connection, worker.stdin, prompts))
-        going = asyncio.create_task(_events(connection, worker.stdout))
+        await run_in_threadpool(child.send, begin)
+        coming = asyncio.create_task(_pictures(connection, child, prompts))
+        going = asyncio.create_task(_events(connection, child))
         tasks = [coming, going]
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         if coming.done() and coming.exception() is None:
@@ -126,44 +113,34 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     finally:
         # Whatever ends the session, its process ends with it.
         with anyio.CancelScope(shield=True):
-            await _leave(worker, tasks)
+            await _leave(child, tasks)
     for task in tasks:
         why = None if task.cancelled() else task.exception()
         if why is not None and not isinstance(why, WebSocketDisconnect):
             raise why
 
 
-async def _leave(worker: asyncio.subprocess.Process, tasks: list[asyncio.Task[None]]) -> None:
-    """End the tasks and the process of a session."""
-    assert worker.stdin is not None and worker.stdout is not None
+async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
+    """End the process of a session, at which threads that wait for it go on, and then its tasks."""
+    await run_in_threadpool(child.kill)
     for task in tasks:
         task.cancel()
     await asyncio.gather(*tasks, return_exceptions=True)
-    # Its input's end ends it; one that is busy judging for nobody is ended.
-    worker.stdin.close()
-    try:
-        await asyncio.wait_for(worker.wait(), LEAVE_S)
-    except TimeoutError:
-        worker.kill()
-        await worker.wait()
-    # Read to its end a pipe is closed; one that is not outlives the loop.
-    await worker.stdout.read()
 
 
-def _start(studio: Studio, claim: str) -> dict[str, Any]:
-    """What the worker must know of the claim.
+def _start(studio: Studio, claim: str) -> Start:
+    """What the process must know of the claim.
 
     Raises: Refusal where nobody is called so, or more than one is; RegistryError where it was revoked.
     """
     found = find_claimed(studio.registry, claim)
     if found.revoked is not None:
         raise RegistryError(f"the badge of {found.badge.name} was revoked ({found.revoked}); issue another")
-    as_built = found.as_built.to_json() if found.as_built else None
-    return {"badge": found.badge.to_json(), "claimed_id": found.badge.id, "as_built": as_built}
+    return Start(found)
 
 
-async def _pictures(connection: WebSocket, worker: asyncio.StreamWriter, prompts: Prompts) -> None:
-    """What the browser sends, on to the worker, with the time of its arrival; ends where the end is asked for."""
+async def _pictures(connection: WebSocket, child: Child, prompts: Prompts) -> None:
+    """What the browser sends, on to the process, with the time of its arrival; ends where the end is asked for."""
     asked, room, last_s = False, MOST_RATE, time.monotonic()
     looked_s = last_s
     while True:
@@ -183,39 +160,35 @@ async def _pictures(connection: WebSocket, worker: asyncio.StreamWriter, prompts
         if data is None:
             wish = _message(message).get("do")
             if wish == "end":
-                await _send(worker, END)
+                await _send(child, End())
                 return
             if wish == "challenge" and not asked:
                 asked = True
-                drawn = [(prompt.move, prompt.at_s) for prompt in prompts(0.0)]
-                await _send(worker, ASK, json.dumps(drawn).encode(), now_s)
+                await _send(child, Ask(now_s, prompts(0.0)))
             continue
         if len(data) > MOST_BYTES or len(data) <= CLOCK.size:
             raise WebSocketDisconnect(1009)
         claimed_ms = CLOCK.unpack_from(data)[0]
         claimed_s = claimed_ms / 1000 if math.isfinite(claimed_ms) else math.nan
-        await _send(worker, FRAME, data[CLOCK.size :], now_s, claimed_s)
+        await _send(child, Picture(data[CLOCK.size :], now_s, claimed_s))
 
 
-async def _events(connection: WebSocket, worker: asyncio.StreamReader) -> None:
-    """What the worker tells, on to the browser; ends with its end."""
+async def _events(connection: WebSocket, child: Child) -> None:
+    """What the process tells, on to the browser; ends with its end."""
     told = False
-    while line := await worker.readline():
-        event = json.loads(line)
-        told = told or event["event"] in ("verdict", "error")
-        await connection.send_json(event)
+    with contextlib.suppress(Ended):
+        while event := await run_in_threadpool(child.hear):
+            told = told or event.get("event") in ("verdict", "error")
+            await connection.send_json(event)
     if not told:
         await connection.send_json({"event": "error", "text": "The check broke off; begin again."})
     await connection.close()
 
 
-async def _send(
-    worker: asyncio.StreamWriter, kind: bytes, body: bytes = b"", arrival_s: float = 0.0, claimed_s: float = 0.0
-) -> None:
-    # A worker that has come to its end reads no more; its last words are on their way.
-    with contextlib.suppress(BrokenPipeError, ConnectionResetError):
-        worker.write(HEADER.pack(kind, arrival_s, claimed_s, len(body)) + body)
-        await worker.drain()
+async def _send(child: Child, message: Any) -> None:
+    # A process that has come to its end reads no more; its last words are on their way.
+    with contextlib.suppress(Ended):
+        await run_in_threadpool(child.send, message)
 
 
 def _message(message: MutableMapping[str, Any]) -> dict[str, Any]:

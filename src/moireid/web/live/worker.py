@@ -1,86 +1,104 @@
-"""The process behind one live session: pictures in on stdin, events out on stdout.
+"""What the process of one live session does: pictures in, events out.
 
-It is started by `live` for each session, so that what a stranger's pictures do to the decoder they do to this process
-alone, which has limits of memory and time and is ended with the session.
-
-Messages on stdin: a kind, two times and a length (`HEADER`), then so many bytes.  START: JSON of badge and claim; ASK:
-JSON of prompts; FRAME: a JPEG with its arrival by our clock and its claimed time; END.  Events are JSON, one a line.
+Each session has a process of its own, so that what a stranger's pictures do to the decoder they do to this process
+alone.  Messages are `Start`, `Ask`, `Picture` and `End`; what it tells are the events of `verifier.live`, and: ready,
+taken, error.
 """
 
 from __future__ import annotations
 
-import json
 import os
-import struct
-import sys
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, BinaryIO
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
-#: Kind, arrival and claimed time (s), length in bytes.
-HEADER = struct.Struct(">cddI")
-START, ASK, FRAME, END = b"S", b"A", b"F", b"E"
+from moireid.errors import MoireIdError
+from moireid.registry import Claimed
+from moireid.sandbox.child import Talk
+from moireid.sandbox.limits import ProcessLimits
+
+if TYPE_CHECKING:
+    from moireid.verifier.live.challenge import Prompt
+
 #: Pictures of more than this many pixels are not decoded: a camera's page asks for 720p.
 MOST_PIXELS = 1920 * 1088
 LEAST_SIDE = 120
-#: Processor time and private memory of a session.
-CPU_S, MEMORY_BYTES = 600, 1 << 30
+#: Of a session, which writes no file.
+LIMITS = ProcessLimits(memory_bytes=1 << 30, cpu_s=600, file_bytes=0)
 
 
-def main() -> None:
-    """Serve one session, and leave."""
-    _limit()
-    source = sys.stdin.buffer
-    kind, _, _, body = read_message(source)
-    if kind != START:
-        return
-    from moireid.errors import MoireIdError
+@dataclass(frozen=True)
+class Start:
+    """Whose badge is to be seen."""
 
-    try:
-        _serve(source, json.loads(body))
-    except MoireIdError as error:
-        tell({"event": "error", "text": " ".join(str(error).split())})
+    found: Claimed
 
 
-def _serve(source: BinaryIO, start: dict[str, Any]) -> None:
-    import cv2
+@dataclass(frozen=True)
+class Ask:
+    """A challenge is asked for, by our clock (s); times of its prompts count from when it begins."""
 
-    from moireid.asbuilt import as_built_from_json
-    from moireid.badge import badge_from_json
+    arrival_s: float
+    prompts: Sequence[Prompt]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A JPEG, with its arrival by our clock and the time that its sender claims (s)."""
+
+    jpeg: bytes
+    arrival_s: float
+    claimed_s: float
+
+
+@dataclass(frozen=True)
+class End:
+    """No more will come: the verdict is asked for."""
+
+
+def serve(talk: Talk) -> None:
+    """Serve one session."""
+    # Read by OpenCV as it is loaded: it looks at a picture's size before it makes room for it.
+    os.environ["OPENCV_IO_MAX_IMAGE_PIXELS"] = str(MOST_PIXELS)
+    if isinstance(start := talk.next(), Start):
+        try:
+            _session(talk, start.found)
+        except MoireIdError as error:
+            talk.tell({"event": "error", "text": " ".join(str(error).split())})
+
+
+def _session(talk: Talk, found: Claimed) -> None:
     from moireid.verifier.live.challenge import Prompt
     from moireid.verifier.live.session import LiveCheck
     from moireid.verifier.session.claim import Claim
 
-    # The running verdict has a thread of its own; one more would take time from other sessions.
-    cv2.setNumThreads(1)
-    badge = badge_from_json(start["badge"])
-    as_built = as_built_from_json(start["as_built"]) if start["as_built"] else None
-    prompts: list[Prompt] = []
+    prompts: Sequence[Prompt] = []
 
     def draw(start_s: float) -> list[Prompt]:
         return [Prompt(prompt.move, start_s + prompt.at_s) for prompt in prompts]
 
+    # The running verdict has a thread of its own.
     with ThreadPoolExecutor(1, "verdict") as aside:
-        check = LiveCheck(Claim(badge, start["claimed_id"], as_built=as_built), draw=draw, aside=aside)
-        tell({"event": "ready"})
+        check = LiveCheck(Claim(found.badge, found.badge.id, as_built=found.as_built), draw=draw, aside=aside)
+        talk.tell({"event": "ready"})
         size, taken = None, 0
-        while not check.ended:
-            kind, arrival_s, claimed_s, body = read_message(source)
-            if kind == FRAME:
-                luma = picture(body)
+        while not check.ended and (message := talk.next()) is not None:
+            if isinstance(message, Picture):
+                luma = picture(message.jpeg)
                 if luma is None or (size is not None and luma.shape != size):
-                    tell({"event": "error", "text": "A picture could not be read; it must be a JPEG of an even size."})
+                    text = "A picture could not be read; it must be a JPEG of an even size."
+                    talk.tell({"event": "error", "text": text})
                     return
                 size, taken = luma.shape, taken + 1
-                for event in check.push(luma, claimed_s, arrival_s):
-                    tell(event)
-                tell({"event": "taken", "frames": taken})
-            elif kind == ASK:
-                prompts = [Prompt(move, at_s) for move, at_s in json.loads(body)]
-                check.ask(arrival_s)
-            elif kind == END:
-                tell(check.finish())
+                for event in check.push(luma, message.claimed_s, message.arrival_s):
+                    talk.tell(event)
+                talk.tell({"event": "taken", "frames": taken})
+            elif isinstance(message, Ask):
+                prompts = message.prompts
+                check.ask(message.arrival_s)
             else:
-                return
+                talk.tell(check.finish())
 
 
 def picture(body: bytes) -> Any:
@@ -95,38 +113,3 @@ def picture(body: bytes) -> Any:
     except cv2.error:
         return None
     return luma if luma is not None and min(luma.shape) >= LEAST_SIDE else None
-
-
-def tell(event: dict[str, Any]) -> None:
-    """Write one event."""
-    sys.stdout.buffer.write(json.dumps(event, allow_nan=False).encode() + b"\n")
-    sys.stdout.buffer.flush()
-
-
-def read_message(source: BinaryIO) -> tuple[bytes, float, float, bytes]:
-    """The next message; one of no kind where there is none any more."""
-    header = source.read(HEADER.size)
-    if len(header) < HEADER.size:
-        return b"", 0.0, 0.0, b""
-    kind, arrival_s, claimed_s, length = HEADER.unpack(header)
-    return kind, arrival_s, claimed_s, source.read(length)
-
-
-def _limit() -> None:
-    """Limits of this process, where the system knows them."""
-    # Read by OpenCV as it is loaded: it looks at a picture's size before it makes room for it.
-    os.environ["OPENCV_IO_MAX_IMAGE_PIXELS"] = str(MOST_PIXELS)
-    os.environ.update(dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1"))
-    try:
-        import resource
-    except ImportError:
-        return
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0))
-    resource.setrlimit(resource.RLIMIT_CPU, (CPU_S, CPU_S + 5))
-    if sys.platform == "linux":
-        resource.setrlimit(resource.RLIMIT_DATA, (MEMORY_BYTES, MEMORY_BYTES))
-
-
-if __name__ == "__main__":
-    main()

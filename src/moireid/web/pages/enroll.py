@@ -10,11 +10,11 @@ from fastapi.responses import RedirectResponse, Response
 from moireid.errors import MoireIdError
 from moireid.registry import Record
 from moireid.web.auth.roles import Visitor, require
-from moireid.web.jobs.issue_jobs import as_built_of, keep, start_capture
+from moireid.web.issue_jobs import as_built_of, keep, start_capture
 from moireid.web.jobs.queue import Job
 from moireid.web.pages.built_words import measured_words
 from moireid.web.pages.render import render
-from moireid.web.problems import Refusal, sentence
+from moireid.web.problems import Refusal
 from moireid.web.studio import studio_of
 from moireid.web.uploads import receive
 
@@ -41,7 +41,7 @@ async def enroll(request: Request, visitor: Issuer) -> Response:
                 raise Refusal(422, "no_film", "No film was sent; choose one, or record one.")
             start_capture(studio, job, form.video, studio.registry.find(claim))
     except MoireIdError as error:
-        return _form(request, claim, problem=sentence(studio, error), status=422)
+        return _form(request, claim, problem=studio.sentence(error), status=422)
     except Refusal as refusal:
         return _form(request, claim, problem=refusal.text, status=refusal.status)
     return RedirectResponse(f"/enroll/{job.id}", 303)
@@ -53,7 +53,7 @@ def enroll_job(request: Request, job_id: str, visitor: Issuer) -> Response:
     studio = studio_of(request)
     job = studio.jobs.find(job_id, visitor.id, "capture")
     if job.state != "done":
-        problem = sentence(studio, job.problem[1]) if job.problem else None
+        problem = studio.sentence(job.problem[1]) if job.problem else None
         return render(request, "making.html.j2", job=job, again="/enroll", problem=problem)
     record = studio.registry.by_id(as_built_of(job).badge_id)
     if record is None:

@@ -10,13 +10,12 @@ from fastapi.responses import FileResponse, RedirectResponse, Response
 from moireid.errors import MoireIdError
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.forms import Fields, form_fields
-from moireid.web.jobs.issue_jobs import package_of, start_badge, start_event
+from moireid.web.issue_jobs import package_of, start_badge, start_event
 from moireid.web.jobs.issue_work import MOST_AT_AN_EVENT, understood
 from moireid.web.jobs.orders import Order, Wish, checked, read_fields
 from moireid.web.pages.issue_words import sentences
 from moireid.web.pages.preview_law import preview_law
 from moireid.web.pages.render import render
-from moireid.web.problems import sentence
 from moireid.web.studio import studio_of
 
 router = APIRouter(include_in_schema=False)
@@ -41,7 +40,7 @@ def issue(request: Request, sent: Sent, visitor: Issuer) -> Response:
         if sent.texts.get("do") == "issue" and not untold:
             return RedirectResponse(f"/issue/jobs/{start_badge(studio, order, visitor.id).id}", 303)
     except MoireIdError as error:
-        return _page(request, sent.texts, status=422, problem=sentence(studio, error))
+        return _page(request, sent.texts, status=422, problem=studio.sentence(error))
     return _page(request, sent.texts, checked=found, law=preview_law(found.badge), sentences=sentences(found))
 
 
@@ -64,7 +63,7 @@ def event(request: Request, sent: Sent, visitor: Issuer) -> Response:
         if sent.texts.get("do") == "issue" and not faults:
             return RedirectResponse(f"/issue/jobs/{start_event(studio, data, wish, visitor.id).id}", 303)
     except MoireIdError as error:
-        return _event(request, sent.texts, text, status=422, problem=sentence(studio, error))
+        return _event(request, sent.texts, text, status=422, problem=studio.sentence(error))
     return _event(request, sent.texts, text, status=422 if faults else 200, rows=rows, faults=faults, sound=not faults)
 
 
@@ -75,7 +74,7 @@ def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
     job = studio.jobs.find(job_id, visitor.id, "badge", "event")
     if job.state != "done":
         again = "/issue" if job.kind == "badge" else "/issue/event"
-        problem = sentence(studio, job.problem[1]) if job.problem else None
+        problem = studio.sentence(job.problem[1]) if job.problem else None
         return render(request, "making.html.j2", job=job, again=again, problem=problem)
     minutes = round(studio.settings.limits.keep_s / 60)
     return render(request, "issued.html.j2", job=job, made=job.result, minutes=minutes)

@@ -8,7 +8,6 @@ from fastapi import APIRouter, Form, Query, Request
 from fastapi.responses import RedirectResponse, Response
 
 from moireid.registry import Record, Registry
-from moireid.web.api.registry import audited
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.forms import ShortRoute
 from moireid.web.pages.render import render
@@ -41,7 +40,7 @@ def audit_form(request: Request, visitor: Issuer) -> Response:
 @router.post("/audit")
 def audit(request: Request, visitor: Issuer, head: Annotated[str, Form(max_length=200)] = "") -> Response:
     """Hold every signature and the whole log against each other."""
-    seen = audited(studio_of(request), head)
+    seen = studio_of(request).audit(head)
     return render(request, "audit.html.j2", seen=seen, head=head.strip())
 
 

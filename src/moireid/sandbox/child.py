@@ -1,0 +1,117 @@
+"""The process within limits: `python -m moireid.sandbox.child HANDLE WORK [BEGIN]`.
+
+WORK is `module:function`; the function is called with a `Talk`.  With BEGIN (JSON: limits, and a folder for temporary
+files) this process does the work.  Without it the work is loaded, and a process is forked for each time that it is
+asked for: such a one begins within some milliseconds, and bears nothing of the others or of the program that asks.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import socket
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Callable
+from importlib import import_module
+from multiprocessing.connection import Connection
+from typing import Any
+
+from moireid.errors import MoireIdError
+from moireid.sandbox.limits import ProcessLimits, confine
+
+
+class Talk:
+    """The process's end of the line to the one who started it."""
+
+    def __init__(self, pipe: Connection) -> None:
+        self._pipe = pipe
+
+    def next(self, idle_s: float | None = None) -> Any:
+        """The next message; None where there is none any more, or none for so long."""
+        try:
+            return self._pipe.recv() if self._pipe.poll(idle_s) else None
+        except (EOFError, OSError):
+            return None
+
+    def tell(self, answer: dict[str, Any]) -> None:
+        """Say something, as JSON.  Raises: ValueError, TypeError where it is none; OSError where nobody hears it."""
+        self._pipe.send_bytes(json.dumps(answer, allow_nan=False).encode())
+
+
+def main() -> None:
+    """Do the work, or have it done as often as is asked, until the other end is closed."""
+    # An interrupt reaches every process of a terminal; the one that started this decides.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    handle, work = int(sys.argv[1]), sys.argv[2]
+    if len(sys.argv) > 3:
+        _run(handle, work, sys.argv[3])
+    else:
+        _fork_for_each(socket.socket(fileno=handle), work)
+
+
+def _fork_for_each(asked: socket.socket, work: str) -> None:
+    """Each message with a handle is answered by the number of a process that does the work at that handle; each with
+    such a number by how that process ended, once it is ended.
+    """
+    _loaded(work)
+    while True:
+        message, handles, _, _ = socket.recv_fds(asked, 1 << 16, 1)
+        if not message:
+            return
+        if not handles:
+            os.kill(int(message), signal.SIGKILL)
+            answer = os.waitstatus_to_exitcode(os.waitpid(int(message), 0)[1])
+        elif not (answer := os.fork()):
+            try:
+                asked.close()
+                _run(handles[0], work, message.decode())
+            finally:
+                os._exit(1)
+        for handle in handles:
+            os.close(handle)
+        asked.sendall(answer.to_bytes(8, "big", signed=True))
+
+
+def _run(handle: int, work: str, begin: str) -> None:
+    """Do the work within limits, tell how it ended, and leave."""
+    threading.Thread(target=_leave_with, args=(os.getppid(),), daemon=True).start()
+    told, talk = json.loads(begin), Talk(Connection(handle))
+    os.environ["TMPDIR"] = tempfile.tempdir = told["folder"]
+    confine(ProcessLimits(**told["limits"]))
+    try:
+        _loaded(work)(talk)
+        ended = ["done", "", True]
+    # All that the work does wrong is told; what it leaves behind goes with this process.
+    except Exception as error:  # noqa: BLE001
+        kind = "memory" if _lacks_memory(error) else type(error).__name__
+        ended = [kind, " ".join(str(error).split())[:2000], isinstance(error, MoireIdError)]
+    talk.tell({"ended": ended})
+    # Threads of libraries are not waited for.
+    os._exit(0)
+
+
+def _loaded(work: str) -> Callable[[Talk], None]:
+    module, _, name = work.partition(":")
+    found: Callable[[Talk], None] = getattr(import_module(module), name)
+    return found
+
+
+def _lacks_memory(error: Exception) -> bool:
+    cv2 = sys.modules.get("cv2")
+    failed = cv2 is not None and isinstance(error, cv2.error) and error.code == cv2.Error.StsNoMem
+    return failed or isinstance(error, MemoryError)
+
+
+def _leave_with(parent: int) -> None:
+    """End when the process that started this one has gone: nobody would hear the answer."""
+    while os.getppid() == parent:
+        time.sleep(0.25)
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""Least squares of a sinusoid of known argument, with harmonics, on a smooth background.
+
+The model of a row of samples is
+
+    value = sum_b d_b background_b + Re sum_h c_h exp(i h argument),    h = 1 .. H.
+
+Shapes: rows are (..., N); whatever stands before N (frames, parts of a band) is fitted row by row.  A background is
+(B, N), the same for all rows.  Columns are (..., K, N): the background first, then cos, sin, cos 2, sin 2, ...
+Units: arguments in rad; coefficients in those of the values.
+Convention: value = contrast cos(argument + phase) has c_1 = contrast exp(i phase), so a phase is positive where the
+fringe is ahead.
+Source: linear least squares by its normal equations (Golub and Van Loan, Matrix Computations, 5.3).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+#: A ridge of this share of the samples keeps columns that alias onto one another from stopping the solve.
+RIDGE_SHARE = 1e-9
+#: Samples whose columns are held at a time.
+PIECE_SAMPLES = 65536
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Rows that were fitted one by one.
+
+    background (..., B); harmonics (..., H), complex: c_1 to c_H; left (...): sum of squares of what is left;
+    gram (..., K, K): the normal matrix; samples: N.
+    """
+
+    background: Array
+    harmonics: Complex
+    left: Array
+    gram: Array
+    samples: int
+
+    def fundamental_variance(self) -> Array:
+        """Variance of the fundamental's cosine, (...,), from what is left of the row; noise of samples independent."""
+        first, unknowns = self.background.shape[-1], self.gram.shape[-1]
+        noise = self.left / max(self.samples - unknowns, 1)
+        return np.asarray(np.maximum(noise * np.linalg.inv(self.gram)[..., first, first], 0.0))
+
+
+def fit_rows(values: Array, argument_rad: Array, harmonics: int, background: Array) -> Fit:
+    """Fit every row by itself.
+
+    Parameters: values, argument_rad (..., N), rad; background (B, N).
+    Convention and source: module docstring.
+    """
+    columns = fit_columns(argument_rad, harmonics, background)
+    rows = columns.swapaxes(-1, -2)
+    gram = columns @ rows
+    solved = _solve(gram, columns @ values[..., None], values.shape[-1])
+    left = ((values - (rows @ solved)[..., 0]) ** 2).sum(axis=-1)
+    found, first = solved[..., 0], len(background)
+    turns = found[..., first::2] - 1j * found[..., first + 1 :: 2]
+    return Fit(found[..., :first], turns, left, gram, values.shape[-1])
+
+
+def fit_series(values: Array, argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0) -> Complex:
+    """One Fourier series for all samples, c_0 to c_H: `series` of it lies nearest to the values.
+
+    Parameters: values, argument_rad of one shape, any; harmonic_ridge_share: of the samples, holds c_2 and up near 0.
+    Convention and source: module docstring; c_0 is real, the mean level.
+    """
+    angle, flat = argument_rad.ravel(), values.ravel()
+    unknowns = 2 * harmonics + 1
+    gram, right = np.zeros((unknowns, unknowns)), np.zeros(unknowns)
+    for start in range(0, len(flat), PIECE_SAMPLES):
+        some = slice(start, start + PIECE_SAMPLES)
+        columns = fit_columns(angle[some], harmonics, np.ones((1, len(angle[some]))))
+        gram += columns @ columns.T
+        right += columns @ flat[some]
+    gram[range(3, unknowns), range(3, unknowns)] += harmonic_ridge_share * len(flat)
+    solved = _solve(gram, right[:, None], len(flat))[:, 0]
+    return np.concatenate([solved[:1].astype(complex), solved[1::2] - 1j * solved[2::2]])
+
+
+def series(coefficients: Complex, argument_rad: Array) -> Array:
+    """The Fourier series Re sum c_h exp(i h argument) at arguments of any shape; c_0 comes first."""
+    turn = np.exp(1j * argument_rad)
+    total = np.zeros(argument_rad.shape, complex)
+    for coefficient in coefficients[::-1]:
+        total = total * turn + coefficient
+    return np.asarray(total.real)
+
+
+def series_slope(coefficients: Complex, argument_rad: Array) -> Array:
+    """Derivative of `series` by its argument, per rad."""
+    return series(1j * np.arange(len(coefficients)) * coefficients, argument_rad)
+
+
+def fit_columns(argument_rad: Array, harmonics: int, background: Array) -> Array:
+    """The columns of the fit, (..., B + 2 H, N): the background, then cosine and sine of each harmonic.
+
+    Source: multiples of an angle by its sum with the one before, which costs no further cosine.
+    """
+    first = len(background)
+    *rows, samples = argument_rad.shape
+    columns = np.empty((*rows, first + 2 * harmonics, samples))
+    columns[..., :first, :] = background
+    cosine, sine = np.cos(argument_rad), np.sin(argument_rad)
+    columns[..., first, :], columns[..., first + 1, :] = cosine, sine
+    for k in range(first + 2, first + 2 * harmonics, 2):
+        before, across = columns[..., k - 2, :], columns[..., k - 1, :]
+        columns[..., k, :] = before * cosine - across * sine
+        columns[..., k + 1, :] = across * cosine + before * sine
+    return columns
+
+
+def _solve(gram: Array, right: Array, samples: int) -> Array:
+    """Solution of the normal equations; the ridge is added to `gram` in place."""
+    unknowns = range(gram.shape[-1])
+    gram[..., unknowns, unknowns] += RIDGE_SHARE * samples
+    return np.asarray(np.linalg.solve(gram, right))

@@ -1,0 +1,32 @@
+"""The studio as its command starts it.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import httpx
+
+SERVE = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
+
+
+def test_the_studio_starts_in_a_fresh_place(tmp_path: Path) -> None:
+    """Catches: a first `moireid serve --no-auth` that asks for a registry, and a second that trips over the first's."""
+    environment = {name: word for name, word in os.environ.items() if not name.startswith("MOIREID_")}
+    environment |= {"XDG_DATA_HOME": str(tmp_path / "data"), "HOME": str(tmp_path)}
+    command = [sys.executable, "-c", SERVE, "serve", "--no-auth", "--port", "0"]
+    for _ in range(2):
+        with subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True, cwd=tmp_path) as server:
+            assert server.stderr is not None
+            said = server.stderr.readline()
+            assert "the studio is at http://" in said, said
+            assert "nobody is enrolled yet" in server.stderr.readline()
+            home = said.split()[4]
+            for path in ("", "registry", "verify", "issue"):
+                assert httpx.get(home + path, timeout=100).status_code == 200
+            server.send_signal(signal.SIGINT)
+            assert server.wait(60) == 0
+        assert (tmp_path / "data" / "moireid" / "registry.sqlite3").is_file()

@@ -1,0 +1,109 @@
+"""The least squares of a sinusoid against closed forms.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from moireid.verifier.fringes.sinusoid import PIECE_SAMPLES, fit_columns, fit_rows, fit_series, series, series_slope
+
+SAMPLES = 200
+LINE = np.linspace(-1, 1, SAMPLES)
+BACKGROUND = np.stack([np.ones(SAMPLES), LINE])
+#: Contrast and phase of each harmonic.
+WAVE = ((30.0, 0.7), (9.0, -2.0), (4.0, 1.1))
+
+
+def arguments(rows: int = 3) -> np.ndarray:
+    """Some fringes of other frequency in each row, and no whole number of them."""
+    return np.linspace(2.3, 4.1, rows)[:, None] * 2 * np.pi * LINE
+
+
+def wave(argument: np.ndarray) -> np.ndarray:
+    return sum(size * np.cos(h * argument + phase) for h, (size, phase) in enumerate(WAVE, 1))
+
+
+def test_every_coefficient_of_the_formula_comes_back():
+    """Catches: the phase's sign, harmonics in a wrong order, a background that takes part of the fringe."""
+    argument = arguments()
+    level, slope = np.array([120.0, 80.0, 10.0]), np.array([5.0, -3.0, 0.0])
+    values = level[:, None] + slope[:, None] * LINE + wave(argument)
+    found = fit_rows(values, argument, 3, BACKGROUND)
+    expected = [size * np.exp(1j * phase) for size, phase in WAVE]
+    assert found.harmonics == pytest.approx(np.tile(expected, (3, 1)), abs=1e-5)
+    assert found.background == pytest.approx(np.column_stack([level, slope]), abs=1e-5)
+    assert found.left == pytest.approx(np.zeros(3), abs=1e-6)
+
+
+def test_rows_of_any_shape_are_fitted_one_by_one():
+    """Catches: rows that are mixed up, or a fit of all rows at once."""
+    argument = arguments(6)
+    values = wave(argument) * np.arange(1, 7)[:, None]
+    flat = fit_rows(values, argument, 3, BACKGROUND)
+    folded = fit_rows(values.reshape(2, 3, -1), argument.reshape(2, 3, -1), 3, BACKGROUND)
+    assert folded.harmonics.shape == (2, 3, 3) and folded.left.shape == (2, 3)
+    assert folded.harmonics.reshape(6, 3) == pytest.approx(flat.harmonics, abs=1e-9)
+
+
+def test_what_is_left_is_what_numpy_s_own_least_squares_leaves(rng):
+    """Catches: a sum over the wrong axis, a ridge that is felt."""
+    argument = arguments()
+    values = wave(argument) + 20.0 * rng.standard_normal(argument.shape)
+    found = fit_rows(values, argument, 2, BACKGROUND)
+    for row, (angle, own) in enumerate(zip(argument, values, strict=True)):
+        columns = np.stack([*BACKGROUND, np.cos(angle), np.sin(angle), np.cos(2 * angle), np.sin(2 * angle)], axis=1)
+        solved, left = np.linalg.lstsq(columns, own, rcond=None)[:2]
+        assert found.left[row] == pytest.approx(left[0], rel=1e-9)
+        assert found.harmonics[row, 1] == pytest.approx(solved[4] - 1j * solved[5], abs=1e-6)
+
+
+def test_the_variance_of_whole_fringes_is_the_closed_form(rng):
+    """Catches: a deviation for a variance; unknowns that are not counted.  Over whole fringes it is 2 s^2 / N."""
+    noise, rows = 3.0, 400
+    argument = np.tile(2 * np.pi * 5 * np.arange(SAMPLES) / SAMPLES, (rows, 1))
+    values = 50.0 + wave(argument) + noise * rng.standard_normal(argument.shape)
+    found = fit_rows(values, argument, 3, np.ones((1, SAMPLES)))
+    expected = 2 * noise**2 / SAMPLES
+    assert found.fundamental_variance().mean() == pytest.approx(expected, rel=0.03)
+    assert found.harmonics[:, 0].real.var() == pytest.approx(expected, rel=0.25)
+
+
+def test_columns_by_the_sum_of_angles_are_those_of_the_multiples():
+    """Catches: a recursion that is a harmonic off."""
+    argument = arguments()
+    columns = fit_columns(argument, 5, BACKGROUND)
+    assert columns.shape == (3, 12, SAMPLES)
+    for h in range(1, 6):
+        assert columns[:, 2 * h] == pytest.approx(np.cos(h * argument), abs=1e-12)
+        assert columns[:, 2 * h + 1] == pytest.approx(np.sin(h * argument), abs=1e-12)
+
+
+def test_a_row_without_anything_is_no_error():
+    """Catches: a solve that stops at columns which are all alike, as those of an argument that stands still are."""
+    found = fit_rows(np.full((1, SAMPLES), 7.0), np.zeros((1, SAMPLES)), 3, BACKGROUND)
+    assert np.isfinite(found.harmonics).all() and np.isfinite(found.fundamental_variance()).all()
+
+
+def test_one_series_for_a_film_in_pieces():
+    """Catches: the samples of one piece only; a level in the fundamental; a last piece that is cut off."""
+    argument = np.linspace(0, 90, PIECE_SAMPLES + 1000)
+    found = fit_series(11.0 + wave(argument), argument, 4)
+    expected = [11.0, *(size * np.exp(1j * phase) for size, phase in WAVE), 0.0]
+    assert found == pytest.approx(np.array(expected), abs=1e-5)
+    assert series(found, argument[:50]) == pytest.approx(11.0 + wave(argument[:50]), abs=1e-5)
+
+
+def test_a_ridge_holds_the_harmonics_and_not_the_fundamental():
+    """Catches: a ridge on level or fundamental.  Over whole turns c_h becomes c_h / (1 + 2 ridge)."""
+    argument = np.linspace(0, 2 * np.pi, 999, endpoint=False)
+    free, held = (fit_series(5.0 + wave(argument), argument, 3, harmonic_ridge_share=share) for share in (0.0, 0.1))
+    assert held[:2] == pytest.approx(free[:2], abs=1e-6)
+    assert held[2:] == pytest.approx(free[2:] / 1.2, abs=1e-6)
+
+
+def test_the_slope_is_the_derivative():
+    """Catches: a slope in other units than per rad, or of the wrong sign."""
+    argument, step = np.linspace(0.1, 6, 50), 1e-5
+    coefficients = np.array([3.0, 2.0 + 1.0j, -0.4 + 0.3j])
+    told = (series(coefficients, argument + step) - series(coefficients, argument - step)) / (2 * step)
+    assert series_slope(coefficients, argument) == pytest.approx(told, abs=1e-8)
