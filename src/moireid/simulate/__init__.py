@@ -4,7 +4,6 @@ scene.py      one description of badge as built and camera, for every renderer
 motion.py     where the camera is: named motions, measured hand-held run, CSV files
 cameras.py    cameras: lens and its distortion, shutter, exposure; some by name
 light.py      a disc of light before an even sky, and the bands into which the lenses focus it
-acrylic.py    the mount's plates in the scene
 analytic/     rays traced in closed form through the true lenses
 mitsuba/      the same scene as geometry for Mitsuba 3
 recording/    what a camera and a codec make of a picture

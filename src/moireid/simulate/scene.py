@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
-from moireid.simulate.acrylic import Acrylic
 from moireid.simulate.cameras import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
@@ -83,8 +82,7 @@ class Scene:
     """Badge, build, camera, and what must be seen of them.
 
     ink, paper: radiance of print; hidden_mm: a part of the page that something grey covers, page coordinates; light:
-    None for a page that shines by itself, with no glare and no ray lost; acrylic: plates of the mount and what is
-    behind them, which Mitsuba alone shows.
+    None for a page that shines by itself, with no glare and no ray lost.
     """
 
     badge: Badge
@@ -94,7 +92,6 @@ class Scene:
     paper: float = 0.85
     hidden_mm: Rect | None = None
     light: Light | None = None
-    acrylic: Acrylic | None = None
     need: Need = field(default_factory=Need)
 
     @property
