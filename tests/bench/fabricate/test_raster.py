@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
+from moireid.bench.fabricate.painted import edge_errors, painted_figures
 from moireid.bench.fabricate.raster import Raster, paint, read_page, without_lines
-from moireid.bench.fabricate.suite import edge_errors, page_figures, painted_figures
+from moireid.bench.fabricate.suite import page_figures
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.pdf import write_badge_pdf
