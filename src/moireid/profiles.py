@@ -110,11 +110,6 @@ def mask_named(label: str, gap_mm: float) -> Lens:
     return Lens("mask", lens_named(label).pitch_mm, gap_mm, ACRYLIC_INDEX)
 
 
-def lens_labels() -> tuple[str, ...]:
-    """Every label that `lens_named` knows."""
-    return tuple(_SHEETS)
-
-
 def load_lens_profile(path: Path) -> LensProfile:
     """Read a lens profile.  Raises: SpecError where the file is absent, no lens profile, or says what no sheet is."""
     advice = "give a file that moireid calibrate wrote"

@@ -176,11 +176,6 @@ class Registry:
         rows = self._ledger.rows(query) if storable(badge_id) else []
         return self._ledger.record(rows[0]) if rows else None
 
-    def is_taken(self, badge_id: str) -> bool:
-        """Whether an id, hex digits of any case, is issued; whether its record is sound, `by_id` tells."""
-        query = select(badges.c.id).where(badges.c.id == as_id(badge_id))
-        return storable(badge_id) and bool(self._ledger.rows(query))
-
     def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
         """The issued ids, revoked or not, of which at least one of the first four parts reads so.
 
