@@ -250,10 +250,10 @@ def test_heavy_packages_are_imported_within_functions_only() -> None:
 @pytest.mark.parametrize(
     ("source", "found"),
     [
-        ("import moireid.simulate.film", {"simulate"}),
+        ("import moireid.simulate.filming", {"simulate"}),
         ("from moireid import simulate", {"simulate"}),
-        ("from moireid.simulate import film", {"simulate"}),
-        ("from ..simulate.film import film", {"simulate"}),
+        ("from moireid.simulate import filming", {"simulate"}),
+        ("from ..simulate.filming import film", {"simulate"}),
         ("from .. import fabrication, badge", {"fabrication", "badge"}),
         ("from . import track", {"verifier"}),
         ("def f():\n    from moireid.fabrication.page.pdf import Sheet", {"fabrication"}),

@@ -10,6 +10,6 @@ recording/    what a camera and a codec make of a picture
 forgeries/    what a forged film shows
 truth.py      the ground truth beside a film
 left_out.py   what a film does not show, and the time that saves
-film.py       the whole film: frames, file and truth
+filming.py    the whole film: frames, file and truth
 wish.py       a film as it is asked for, in names and numbers
 """
