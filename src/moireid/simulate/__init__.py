@@ -13,3 +13,49 @@ left_out.py   what a film does not show, and the time that saves
 filming.py    the whole film: frames, file and truth
 wish.py       a film as it is asked for, in names and numbers
 """
+
+from typing import TYPE_CHECKING
+
+from moireid.lazy import lazy
+
+if TYPE_CHECKING:
+    from moireid.simulate.cameras import Camera, camera_named
+    from moireid.simulate.filming import FilmReport, film, truth_path
+    from moireid.simulate.light import Light, light_named
+    from moireid.simulate.motion import Motion, Poses, motion_named
+    from moireid.simulate.scene import Build, Need, Scene
+
+__all__ = [
+    "Build",
+    "Camera",
+    "FilmReport",
+    "Light",
+    "Motion",
+    "Need",
+    "Poses",
+    "Scene",
+    "camera_named",
+    "film",
+    "light_named",
+    "motion_named",
+    "truth_path",
+]
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "Build": "scene",
+        "Camera": "cameras",
+        "FilmReport": "filming",
+        "Light": "light",
+        "Motion": "motion",
+        "Need": "scene",
+        "Poses": "motion",
+        "Scene": "scene",
+        "camera_named": "cameras",
+        "film": "filming",
+        "light_named": "light",
+        "motion_named": "motion",
+        "truth_path": "filming",
+    },
+)
