@@ -9,6 +9,7 @@ mitsuba/      the same scene as geometry for Mitsuba 3
 recording/    what a camera and a codec make of a picture
 forgeries/    what a forged film shows
 truth.py      the ground truth beside a film
+compiled.py   numba's compiler, with types
 left_out.py   what a film does not show, and the time that saves
 filming.py    the whole film: frames, file and truth
 wish.py       a film as it is asked for, in names and numbers

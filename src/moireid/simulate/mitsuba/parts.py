@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.analytic.renderer import TEXTURE_PX_PER_MM, page_texture
+from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.mitsuba.page import BEHIND_MM
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, Strips
 from moireid.simulate.mitsuba.view import Crop, View

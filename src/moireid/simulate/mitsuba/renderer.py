@@ -122,7 +122,8 @@ class MitsubaRenderer:
         through = picture[..., 1]
         # Where a pixel sees the board but no ray came through (a sheet's open edge), it is taken for paper.
         paper = np.full(through.shape, self.scene.paper)
-        return np.divide(picture[..., 0], through, out=paper, where=through > 0)
+        np.divide(picture[..., 0], through, out=paper, where=through > 0)
+        return paper
 
     def _trace(self, view: View, box: Crop) -> Array:
         """What Mitsuba's camera sees in the box, (height, width, 3)."""

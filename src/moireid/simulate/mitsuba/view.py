@@ -101,7 +101,7 @@ def _meets_board(scene: Scene, view: View, u: NDArray[Any], v: NDArray[Any]) -> 
     for k in range(2):
         place = view.centre[k] - view.centre[2] * way[k] / np.where(met, way[2], 1.0)
         met &= np.abs(place) <= half[k]
-    return met
+    return np.asarray(met)
 
 
 def film_box(box: Crop, kept: tuple[int, int] | None) -> tuple[int, int]:
