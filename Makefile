@@ -11,7 +11,7 @@ setup: .venv/.ready
 
 # The stamp is newer than what it was made from, so a second `make` costs nothing.
 .venv/.ready: requirements.lock pyproject.toml
-	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo "error: Python 3.11 or newer is needed; try make PYTHON=python3.11" >&2; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 14))' || { echo "error: Python 3.11, 3.12 or 3.13 is needed; try make PYTHON=python3.12" >&2; exit 2; }
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION)
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r requirements.lock
@@ -36,9 +36,9 @@ docs: setup
 gallery: setup
 	$(BIN)/python docs/make_gallery.py
 
-# The lock is for Python 3.11 and newer; it names hashes, and no place to download from.
+# The lock is for Python 3.11 to 3.13 on Linux, macOS and Windows; it names hashes, and no place to download from.
 lock:
-	$(BIN)/uv pip compile pyproject.toml --all-extras --generate-hashes --no-emit-index-url --no-emit-find-links --python-version 3.11 --output-file requirements.lock
+	$(BIN)/uv pip compile pyproject.toml --all-extras --generate-hashes --no-emit-index-url --no-emit-find-links --universal --python-version 3.11 --output-file requirements.lock
 
 clean:
 	rm -rf demo build dist site .pytest_cache .mypy_cache .ruff_cache

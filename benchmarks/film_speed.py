@@ -18,7 +18,7 @@ import numba
 
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.cameras import camera_named
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
 

@@ -16,7 +16,7 @@ from moireid.archive.isolated import Limits, Lost
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.cameras import CAMERAS, camera_named
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.forgeries.courses import KINDS
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording.encode import CODECS, RECIPES

@@ -46,7 +46,7 @@ COLUMNS = ("number", "kind", "outcome", "cpu_s", "peak_mb")
 def spoilt_from(folder: Path) -> dict[bool, list[bytes]]:
     """Small films in each container and codec, short and long; made once a folder, because encoders may vary."""
     from moireid.simulate.cameras import Camera
-    from moireid.simulate.film import film
+    from moireid.simulate.filming import film
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Build, Scene
 

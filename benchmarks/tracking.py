@@ -25,7 +25,7 @@ from scipy.spatial.transform import Rotation
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.cameras import Camera
-from moireid.simulate.film import film, truth_path
+from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Scene

@@ -4,7 +4,7 @@ import sys
 from pathlib import Path
 
 from moireid.designer import Request, design_badge, explain, payload_for_name
-from moireid.fabrication.package import print_badge
+from moireid.fabrication import print_badge
 
 
 def main(folder: Path) -> None:

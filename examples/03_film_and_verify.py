@@ -4,11 +4,8 @@ import sys
 from pathlib import Path
 
 from moireid.designer import Request, design_badge, payload_for_name
-from moireid.simulate.film import film
-from moireid.simulate.motion import motion_named
-from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, verify
-from moireid.verifier.report.page import write_report
+from moireid.simulate import Build, Camera, Scene, film, motion_named
+from moireid.verifier import Claim, verify, write_report
 
 
 def main(folder: Path) -> None:

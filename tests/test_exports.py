@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import subprocess
+import sys
 
 import pytest
 
@@ -29,14 +31,57 @@ EXPORTED = {
         "spells_its_id",
     ],
     "moireid.designer": [
+        "ChartRequest",
         "Request",
         "design_badge",
+        "design_chart",
         "explain",
         "payload_for_name",
         "payload_from_hex",
         "payload_from_key",
     ],
-    "moireid.verifier": ["Claim", "Film", "Frame", "Report", "Running", "Verifier", "verify"],
+    "moireid.simulate": [
+        "Build",
+        "Camera",
+        "FilmReport",
+        "Light",
+        "Motion",
+        "Need",
+        "Poses",
+        "Scene",
+        "camera_named",
+        "film",
+        "light_named",
+        "motion_named",
+        "truth_path",
+    ],
+    "moireid.fabrication": [
+        "Event",
+        "Printed",
+        "print_badge",
+        "print_event",
+        "write_badge_pdf",
+    ],
+    "moireid.calibration": [
+        "Calibration",
+        "View",
+        "lens_from_band",
+        "lens_from_views",
+        "load_pictures",
+        "view_chart",
+    ],
+    "moireid.verifier": [
+        "Claim",
+        "Film",
+        "Frame",
+        "Identification",
+        "Report",
+        "Running",
+        "Verifier",
+        "identify",
+        "verify",
+        "write_report",
+    ],
     "moireid.registry": [
         "Audit",
         "Batch",
@@ -60,6 +105,22 @@ def test_exported_names_are_pinned_and_exist(module: str) -> None:
     room = importlib.import_module(module)
     assert room.__all__ == EXPORTED[module]
     assert [name for name in room.__all__ if not hasattr(room, name)] == []
+
+
+@pytest.mark.parametrize("room", ["simulate", "fabrication", "calibration", "designer", "registry", "verifier"])
+def test_a_room_s_face_is_light(room: str) -> None:
+    """Catches: a face that loads what only its work needs, and so asks for an extra to look at a name."""
+    heavy = ("build123d", "cadquery", "matplotlib", "mitsuba", "numba", "trimesh")
+    code = f"import sys, moireid.{room}; print(*sorted(sys.modules.keys() & {set(heavy)}))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == []
+
+
+def test_a_lazy_face_knows_its_own_names_alone() -> None:
+    """Catches: a face that hands out whatever a module of the room holds, or fails with another error than Python's."""
+    room = importlib.import_module("moireid.fabrication")
+    with pytest.raises(AttributeError, match=r"module 'moireid\.fabrication' has no attribute 'leftover_parts'"):
+        _ = room.leftover_parts
 
 
 def test_error_tree_has_one_base_and_one_level() -> None:

@@ -6,6 +6,7 @@ optics.py      the phase law in closed form              fabrication/ Badge -> P
 lenticule.py   the trace that calibrates the law         simulate/    Badge -> film, true or forged
 errors.py      the error tree                            verifier/    film -> report and verdict
 files.py       files whole or not at all                 registry/    who was issued which badge
+lazy.py        faces of rooms that load late             calibration/ photographs of a pitch test -> lens profile
                                                          cli/         the two programs
 """
 

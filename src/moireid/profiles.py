@@ -27,7 +27,7 @@ MAX_PITCH_SD_SHARE = 0.02
 #: What a lens profile may say, mm and 1: 10 to 200 lines per inch, and glass or plastic of a sheet's thickness.
 PROFILE_LIMITS = {"pitch_mm": (0.127, 2.54), "thickness_mm": (0.05, 20.0), "refractive_index": (1.2, 2.0)}
 #: How lines are put on a page; see `fabrication.page`.
-FORMS = ("dots", "vector", "bitmap")
+FORMS = ("dots", "vector")
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
 PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 
@@ -108,11 +108,6 @@ def mask_named(label: str, gap_mm: float) -> Lens:
             f"a gap of {gap_mm:g} mm is no acrylic spacer's; give {GAP_RANGE_MM[0]:g} to {GAP_RANGE_MM[1]:g} mm"
         )
     return Lens("mask", lens_named(label).pitch_mm, gap_mm, ACRYLIC_INDEX)
-
-
-def lens_labels() -> tuple[str, ...]:
-    """Every label that `lens_named` knows."""
-    return tuple(_SHEETS)
 
 
 def load_lens_profile(path: Path) -> LensProfile:

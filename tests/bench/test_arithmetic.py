@@ -156,7 +156,7 @@ def test_the_fabricate_suite_writes_its_table(tmp_path):
     outcome = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path), "--json"])
     assert outcome.exit_code == 0, outcome.output
     document = json.loads(outcome.stdout)
-    assert {row["form"] for row in document["pages"]} == {"dots", "vector", "bitmap"}
+    assert {row["form"] for row in document["pages"]} == {"dots", "vector"}
     rows = document["mount_extremes"]
     assert {row["outcome"] for row in rows} == {"whole", "printed", "refused"} and sum(
         row["built"] for row in rows

@@ -30,7 +30,7 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.simulate.cameras import camera_named
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.session.capture import capture_as_built

@@ -16,7 +16,7 @@ from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge, explain
 from moireid.errors import SpecError
 from moireid.fabrication.page.pdf import mask_grating, write_badge_pdf
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, verify

@@ -19,7 +19,7 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.registry import open_registry
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, Report, verify

@@ -18,7 +18,7 @@ from fastapi import FastAPI
 
 from moireid.badge import Badge
 from moireid.registry import open_registry
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Camera, Scene
 from moireid.web.app import create_app

@@ -21,7 +21,7 @@ from moireid.errors import SpecError
 from moireid.simulate.analytic.accuracy import Difference, brightness, difference, strips_of
 from moireid.simulate.analytic.estimate import estimate_error
 from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
-from moireid.simulate.film import FilmReport, film
+from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.forgeries.flat import SquaredUp
 from moireid.simulate.light import light_named
 from moireid.simulate.mitsuba import estimate as mitsuba_estimate

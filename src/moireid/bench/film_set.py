@@ -26,7 +26,7 @@ from moireid.bench.rows import LIMITS, Where
 from moireid.errors import MoireIdError
 from moireid.files import planned, whole_file, write_text
 from moireid.kept import keep_row, kept_rows, program_digest
-from moireid.simulate.film import truth_path
+from moireid.simulate.filming import truth_path
 from moireid.simulate.wish import Wish, filmed, scene_of
 
 MANIFEST, KEPT, COURSE = "films.csv", "made.jsonl", "motion.csv"

@@ -5,3 +5,33 @@ chart.py     the chart in a picture: the camera's place, and the brightness of i
 bands.py     the lens's line frequency that each band shows
 lens_fit.py  the sheet's pitch, from the bands' beats
 """
+
+from typing import TYPE_CHECKING
+
+from moireid.lazy import lazy
+
+if TYPE_CHECKING:
+    from moireid.calibration.chart import View, view_chart
+    from moireid.calibration.lens_fit import Calibration, lens_from_band, lens_from_views
+    from moireid.calibration.still import load_pictures
+
+__all__ = [
+    "Calibration",
+    "View",
+    "lens_from_band",
+    "lens_from_views",
+    "load_pictures",
+    "view_chart",
+]
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "Calibration": "lens_fit",
+        "View": "chart",
+        "lens_from_band": "lens_fit",
+        "lens_from_views": "lens_fit",
+        "load_pictures": "still",
+        "view_chart": "chart",
+    },
+)

@@ -84,7 +84,8 @@ def printed_dot_mm(chart: Badge) -> float | None:
     """The printer's dot on whose borders the lines were drawn, None where they were not."""
     made = chart.print or {}
     dpi = made.get("dpi")
-    on_dots = made.get("form") in ("dots", "bitmap") and isinstance(dpi, (int, float)) and dpi > 0
+    # Sheets were printed once as a picture of dots too, form "bitmap".
+    on_dots = made.get("form", "vector") != "vector" and isinstance(dpi, (int, float)) and dpi > 0
     return Printer(int(dpi)).dot_mm if on_dots and dpi is not None else None
 
 

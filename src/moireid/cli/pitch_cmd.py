@@ -55,10 +55,10 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
 )
 @click.option(
     "--form",
-    type=click.Choice(["dots", "vector", "bitmap"]),
+    type=click.Choice(["dots", "vector"]),
     default="dots",
     show_default=True,
-    help="How the lines are drawn: dots, vectors on the printer's grid; vector, free of the grid; bitmap, a picture.",
+    help="How the lines are drawn: dots, on the printer's grid; vector, free of it.",
 )
 @click.option(
     "--measured-scale",

@@ -100,10 +100,10 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--form",
-    type=click.Choice(["dots", "vector", "bitmap"]),
+    type=click.Choice(["dots", "vector"]),
     default="dots",
     show_default=True,
-    help="How the lines are drawn: dots, vectors on the printer's grid; vector, free of the grid; bitmap, a picture.",
+    help="How the lines are drawn: dots, on the printer's grid; vector, free of it.",
 )
 @click.option(
     "--measured-scale",

@@ -11,7 +11,7 @@ import click
 from moireid.cli.common import FiniteRange, friendly, json_option, overwrite_option, progress_bar, show_json
 
 if TYPE_CHECKING:
-    from moireid.simulate.film import FilmReport
+    from moireid.simulate.filming import FilmReport
     from moireid.simulate.scene import Scene
     from moireid.simulate.wish import Wish
 

@@ -11,8 +11,18 @@ free.py      the badge whose identity nobody else holds
 chart.py     the pitch test sheet
 """
 
+from moireid.designer.chart import ChartRequest, design_chart
 from moireid.designer.design import design_badge, explain
 from moireid.designer.payload import payload_for_name, payload_from_hex, payload_from_key
 from moireid.designer.request import Request
 
-__all__ = ["Request", "design_badge", "explain", "payload_for_name", "payload_from_hex", "payload_from_key"]
+__all__ = [
+    "ChartRequest",
+    "Request",
+    "design_badge",
+    "design_chart",
+    "explain",
+    "payload_for_name",
+    "payload_from_hex",
+    "payload_from_key",
+]

@@ -65,10 +65,30 @@ class Beats:
 def design_badge(request: Request, payload: bytes) -> Badge:
     """The badge that carries `payload` and can be read over the request's range.
 
+    Parameters
+    ----------
+    request : Request
+        Whose badge, on which sheet and printer, read from how far.
+    payload : bytes
+        Its identity, 8 or 16 bytes, or 3 of the pitch family.
+
+    Returns
+    -------
+    Badge
+
+    Raises
+    ------
+    SpecError
+        For a lens or a name that is none.
+    DesignError
+        Where nothing works; it names what would.
+    CodeError
+        Where the payload does not fit.
+
+    Notes
+    -----
     Convention: printed pitches are coarser than the lens pitch, so beats are negative, as in the published prototype.
     Source: `choose_beats`; p_r = 1 / (1/p_f + f_b).
-    Raises: SpecError for a lens or a name that is none; DesignError, which names what would work, where nothing does;
-        CodeError where the payload does not fit.
     """
     name = clean_name(request.name)
     family = family_named(_family_for(request, payload))

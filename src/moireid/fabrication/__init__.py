@@ -12,3 +12,31 @@ parts.py     what of a mount can be made of a badge, and what was left out
 package.py   all files of one badge, planned before and checked after
 event.py     sheets and folders for many people
 """
+
+from typing import TYPE_CHECKING
+
+from moireid.lazy import lazy
+
+if TYPE_CHECKING:
+    from moireid.fabrication.event import Event, print_event
+    from moireid.fabrication.package import Printed, print_badge
+    from moireid.fabrication.page.pdf import write_badge_pdf
+
+__all__ = [
+    "Event",
+    "Printed",
+    "print_badge",
+    "print_event",
+    "write_badge_pdf",
+]
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "Event": "event",
+        "Printed": "package",
+        "print_badge": "package",
+        "print_event": "event",
+        "write_badge_pdf": "page.pdf",
+    },
+)

@@ -130,10 +130,28 @@ def print_event(
 ) -> Event:
     """Write sheets, summary, a folder for each person, and one set of a mount's files for all into `folder`.
 
-    Parameters: badges: in the order of the list; mount: one of `parts.MOUNTS`, the same for all, as boards of one
-        event have one layout; figures, overwrite, before_moving: as `package.print_badge`; progress: told (done, of).
-    Returns: Event.
-    Raises: SpecError where a file is in the way; FabricationError as `write_sheets_pdf` and `package.print_badge`.
+    Parameters
+    ----------
+    badges : sequence of Badge
+        In the order of the list.
+    folder : Path
+    measured_scale, figures, overwrite, before_moving
+        As for `print_badge`.
+    mount : str
+        One of `parts.MOUNTS`, the same for all, as boards of one event have one layout.
+    progress : callable, optional
+        Called with badges done and in all.
+
+    Returns
+    -------
+    Event
+
+    Raises
+    ------
+    SpecError
+        Where a file is in the way.
+    FabricationError
+        As `write_sheets_pdf` and `print_badge`.
     """
     parts = plan_parts(badges[0], mount, figures)
     digits = max(3, len(str(len(badges))))

@@ -50,12 +50,35 @@ def print_badge(
 ) -> Printed:
     """Write everything that a person needs for one badge into `folder`.
 
-    Parameters: mount: one of `parts.MOUNTS`; measured_scale: as `page.write_badge_pdf` has it; figures: of printer and
-        laser; overwrite: replace older files, and remove those of a mount that this badge has not;
-        before_moving: called when all files are made and checked but none is in place, for what must happen together
-        with them (issuing); if it raises, no file appears; progress: called with the name of the next file.
-    Returns: Printed.
-    Raises: SpecError where a file is in the way; FabricationError where one fails its check, or no mount fits.
+    Parameters
+    ----------
+    badge : Badge
+    folder : Path
+        Made where it is absent.
+    mount : str
+        One of `parts.MOUNTS`.
+    measured_scale : (float, float)
+        Printed over true size along x and y, as a ruler told of an earlier print.
+    figures : MountFigures, optional
+        Of printer and laser.
+    overwrite : bool
+        Replace older files, and remove those of a mount that this badge has not.
+    before_moving : callable, optional
+        Called when all files are made and checked but none is in place, for what must happen together with them
+        (issuing); if it raises, no file appears.
+    progress : callable, optional
+        Called with the name of the next file.
+
+    Returns
+    -------
+    Printed
+
+    Raises
+    ------
+    SpecError
+        Where a file is in the way.
+    FabricationError
+        Where a file fails its check, or no mount fits.
     """
     parts = plan_parts(badge, mount, figures)
     names = file_names(parts)

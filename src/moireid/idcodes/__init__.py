@@ -6,9 +6,11 @@ partial.py  a word that cannot be mended, against those of people who are known
 beats.py    uniform cells and their beat levels
 pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
 spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
+families.py  both families by name
 """
 
-from moireid.idcodes.family import CellReading, CodeFamily, Decoded, family_named, spells_its_id
+from moireid.idcodes.families import family_named, spells_its_id
+from moireid.idcodes.family import CellReading, CodeFamily, Decoded
 from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily

@@ -1,7 +1,7 @@
 """What every code family offers, and what a reader measures of a cell.
 
 A family knows three things: how many bits it carries, which cells write a payload, and which payload a set of
-readings spells.  The badge's grating names its family, so a reader finds the decoder by that name.
+readings spells.
 """
 
 from __future__ import annotations
@@ -11,8 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from moireid.badge import Badge, Cell, Grating
-from moireid.errors import CodeError, MoireIdError
+from moireid.badge import Cell, Grating
 from moireid.idcodes.partial import PartialWord
 
 
@@ -64,33 +63,3 @@ class CodeFamily(Protocol):
 
     def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
         """The payload that the readings spell; only the gratings' layout and code are looked at, not their pitches."""
-
-
-def spells_its_id(badge: Badge) -> bool:
-    """Whether the cells of a badge are those that its id asks for; true for a board that carries no code.
-
-    Source: the family's own writing, compared within a nanometre of pitch and ten of place.
-    """
-    coded = tuple(grating for grating in badge.gratings if grating.code)
-    if not coded or badge.id is None:
-        return True
-    try:
-        written = family_named(coded[0].family).write(bytes.fromhex(badge.id), coded, badge.lens.pitch_mm)
-    except MoireIdError:
-        return False
-    return all(
-        abs(cell.pitch_mm - wanted.pitch_mm) < 1e-6 and abs(cell.edge_mm - wanted.edge_mm) < 1e-5
-        for grating, cells in zip(coded, written, strict=True)
-        for cell, wanted in zip(grating.cells, cells, strict=True)
-    )
-
-
-def family_named(name: str) -> CodeFamily:
-    """The family of that name.  Raises: CodeError where this version has none."""
-    from moireid.idcodes.pitch import PitchFamily
-    from moireid.idcodes.spacing import SpacingFamily
-
-    families: dict[str, CodeFamily] = {family.name: family for family in (PitchFamily(), SpacingFamily())}
-    if name not in families:
-        raise CodeError(f"code family {name!r} is not known to this version; it reads {', '.join(families)}")
-    return families[name]

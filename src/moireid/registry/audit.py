@@ -23,8 +23,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sqlalchemy import Select, func, select
+from sqlalchemy import func, select
 
+from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.ledger import Ledger, last_entry
 from moireid.registry.log import GENESIS, Head, check_entry, check_head
 from moireid.registry.record import Fault, record_of
@@ -147,17 +148,17 @@ def _audit_log(ledger: Ledger, expected: Head | None, tally: _Tally) -> Head | N
         )
     try:
         with ledger.snapshot() as connection:
-            row = connection.execute(select(authority)).first()
+            top = connection.execute(select(authority)).first()
             end = connection.execute(last_entry()).first()
-        if row is None or row.public_key != ledger.authority.public_hex:
+        if top is None or top.public_key != ledger.authority.public_hex:
             raise Fault("public_key", "the registry has come under another authority since it was opened")
-        return check_head(row, None if end is None else Head(end.seq, end.hash), ledger.authority)
+        return check_head(top, None if end is None else Head(end.seq, end.hash), ledger.authority)
     except Fault as fault:
         tally.tell(fault.code, fault.text)
         return None
 
 
-def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator:
+def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator[AnyRow]:
     """The rows of the log in order, each with `holder`, the id of the record that it is about, where there is one."""
     query = select(log, badges.c.id.label("holder")).outerjoin(badges, badges.c.id == log.c.subject)
     query = query.order_by(log.c.seq).limit(PAGE)
@@ -172,7 +173,7 @@ def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator:
 
 def _audit_records(ledger: Ledger, tally: _Tally) -> None:
     """Hold each record against its signature and its newest entry."""
-    query: Select = select_records().order_by(badges.c.id).limit(PAGE)
+    query: AnySelect = select_records().order_by(badges.c.id).limit(PAGE)
     rows = ledger.rows(query)
     while rows:
         for row in rows:

@@ -23,7 +23,23 @@ class Claimed:
 
 
 def claimed(registry: Registry, claim: str) -> Claimed:
-    """The badge that `claim`, a name or an id, means.  Raises: RegistryError as `Registry.find`."""
+    """The badge that a claim means.
+
+    Parameters
+    ----------
+    registry : Registry
+    claim : str
+        A name, matched exactly after Unicode NFC, or an id.
+
+    Returns
+    -------
+    Claimed
+
+    Raises
+    ------
+    RegistryError
+        As `Registry.find`: nobody, or several people.
+    """
     record = registry.find(claim)
     as_built = as_built_from_json(record.as_built) if record.as_built else None
     return Claimed(record.badge, as_built, record.revoked_reason)

@@ -8,9 +8,10 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Callable
 
-from sqlalchemy import Row, Select, or_
+from sqlalchemy import or_
 
 from moireid.errors import RegistryError
+from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.record import storable
 from moireid.registry.schema import badges, select_records
 
@@ -18,7 +19,7 @@ from moireid.registry.schema import badges, select_records
 LISTED = 10
 
 
-def find_row(claim: str, rows: Callable[[Select], list[Row]], shown: str) -> Row:
+def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) -> AnyRow:
     """The one row of `select_records` that `claim` means; `rows` runs a query in the registry called `shown`.
 
     Raises: RegistryError where there is none, or more than one; `error.details["ids"]` lists those.
@@ -44,7 +45,7 @@ def as_id(claim: str) -> str:
     return claim.lower()
 
 
-def _ambiguous(claim: str, name: str, matches: list[Row]) -> RegistryError:
+def _ambiguous(claim: str, name: str, matches: list[AnyRow]) -> RegistryError:
     """The error that tells apart the several records which a claim names."""
     ids = [row.id for row in matches]
     named = [row.id for row in matches if row.name_nfc == name]

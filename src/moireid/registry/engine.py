@@ -11,13 +11,18 @@ import sqlite3
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
-from sqlalchemy import Connection, Engine, create_engine, event
+from sqlalchemy import Connection, Engine, Row, Select, create_engine, event
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
 
 from moireid.errors import RegistryError
 from moireid.registry.url import show_url
+
+#: A row, and a query, of whatever columns.
+AnyRow = Row[*tuple[Any, ...]]
+AnySelect = Select[*tuple[Any, ...]]
 
 #: How long a process waits for another one's transaction, seconds; `?timeout=` in the URL overrules it.
 SQLITE_WAIT_S = 30.0

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
-from sqlalchemy import Column, Connection, Engine, Row, Select, delete, insert, select, update
+from sqlalchemy import Column, Connection, Engine, delete, insert, select, update
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
-from moireid.registry.engine import connect, snapshot, translated, writing
+from moireid.registry.engine import AnyRow, AnySelect, connect, snapshot, translated, writing
 from moireid.registry.keys import Authority, Signer, load_signer
 from moireid.registry.log import Head, check_head, head_row, next_rows
 from moireid.registry.record import Fault, Record, read_record, tampered
@@ -78,12 +79,12 @@ class Ledger:
             self._signer = load_signer(self.authority, self.shown)
         return self._signer
 
-    def rows(self, query: Select) -> list[Row]:
+    def rows(self, query: AnySelect) -> list[AnyRow]:
         """All rows of a query, in a transaction of its own."""
         with translated(self.url), self.engine.connect() as connection:
             return list(connection.execute(query))
 
-    def record(self, row: Row) -> Record:
+    def record(self, row: AnyRow) -> Record:
         """The record of a row of `select_records`.  Raises: RegistryError where it is not as it was signed."""
         return read_record(row, self.authority, self.shown)
 
@@ -151,7 +152,7 @@ class Transaction:
         self.connection = connection
         self.head = head
 
-    def records(self, query: Select) -> list[Record]:
+    def records(self, query: AnySelect) -> list[Record]:
         """The records of a query made by `select_records`, none of which another process can change now."""
         return [self.ledger.record(row) for row in self.connection.execute(query)]
 
@@ -176,12 +177,12 @@ class Transaction:
         self.connection.execute(update(schema.authority).values(head_row(signer, self.head)))
 
 
-def last_entry() -> Select:
+def last_entry() -> AnySelect:
     """The sequence number and hash of the log's last entry."""
     return select(schema.log.c.seq, schema.log.c.hash).order_by(schema.log.c.seq.desc()).limit(1)
 
 
-def pages(connection: Connection, query: Select, key: Column) -> Iterator[Row]:
+def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterator[AnyRow]:
     """The rows of a query in the order of its unique column `key`, fetched page by page within one transaction."""
     page = query.order_by(key).limit(PAGE)
     rows = list(connection.execute(page))

@@ -15,10 +15,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Row
-
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
+from moireid.registry.engine import AnyRow
 from moireid.registry.keys import ENTRY, HEAD, Authority, Signer
 from moireid.registry.record import Fault
 
@@ -89,7 +88,7 @@ def key_digest(authority: Authority) -> str:
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
-def check_entry(entry: Row, before: Head, authority: Authority) -> Head:
+def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
     """Hold an entry against the one before it; returns it as the head so far.
 
     Raises: Fault where its number, chain, hash or signature is wrong, or the first one does not name the key.
@@ -118,7 +117,7 @@ def check_entry(entry: Row, before: Head, authority: Authority) -> Head:
     return Head(row["seq"], right)
 
 
-def check_head(row: Row, last: Head | None, authority: Authority) -> Head:
+def check_head(row: AnyRow, last: Head | None, authority: Authority) -> Head:
     """The head in the row of `authority`, held against the log's last entry.
 
     Raises: Fault where its signature is wrong, or the log ends before or after it.

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
-from sqlalchemy import Row
-
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
+from moireid.registry.engine import AnyRow
 from moireid.registry.keys import RECORD, Authority, Signer
 
 
@@ -106,7 +105,7 @@ class Fault(Exception):
         self.code, self.text = code, text
 
 
-def record_of(row: Row, authority: Authority) -> Record:
+def record_of(row: AnyRow, authority: Authority) -> Record:
     """The record of a row that holds the columns of `badges`, and as `newest` what the log's newest entry says of it.
 
     Raises: Fault where the row is damaged, not signed by the authority, or not the version that the log has last.
@@ -137,7 +136,7 @@ def record_of(row: Row, authority: Authority) -> Record:
     return record
 
 
-def read_record(row: Row, authority: Authority, shown: str) -> Record:
+def read_record(row: AnyRow, authority: Authority, shown: str) -> Record:
     """The record of a row, for those who use it; `shown` names the registry.  Raises: RegistryError for each Fault."""
     try:
         return record_of(row, authority)

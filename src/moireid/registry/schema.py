@@ -22,7 +22,6 @@ from sqlalchemy import (
     Integer,
     LargeBinary,
     MetaData,
-    Select,
     Table,
     Text,
     and_,
@@ -36,7 +35,7 @@ from sqlalchemy import (
 from sqlalchemy.exc import IntegrityError, ProgrammingError
 
 from moireid.errors import RegistryError
-from moireid.registry.engine import writing
+from moireid.registry.engine import AnySelect, writing
 from moireid.registry.keys import make_key
 from moireid.registry.log import first_rows
 
@@ -120,7 +119,7 @@ authority = Table(
 schema_version = Table("schema_version", metadata, Column("version", Integer, primary_key=True, autoincrement=False))
 
 
-def select_records() -> Select:
+def select_records() -> AnySelect:
     """The rows that `record_of` reads: all columns of `badges`, and `newest`, the digest in each one's newest entry."""
     newest = (
         select(log.c.record_sha256)
@@ -132,7 +131,7 @@ def select_records() -> Select:
     return select(badges, newest.label("newest"))
 
 
-def select_alike(parts: Mapping[int, str]) -> Select:
+def select_alike(parts: Mapping[int, str]) -> AnySelect:
     """The ids of which some part, place -> digits, reads so."""
     # The sign ~ sorts after all digits.
     begins = [and_(badges.c.id >= digits, badges.c.id <= f"{digits}~") for place, digits in parts.items() if place == 0]
@@ -140,7 +139,7 @@ def select_alike(parts: Mapping[int, str]) -> Select:
     return select(badges.c.id).where(or_(*begins, *inside)).order_by(badges.c.id)
 
 
-def select_layouts() -> Select:
+def select_layouts() -> AnySelect:
     """As `select_records`, of the lowest id of each layout.
 
     Steps from key to key through the index, because a GROUP BY would walk over every record: a million of them share

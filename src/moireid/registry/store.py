@@ -42,10 +42,25 @@ Progress = Callable[[int, int | None], None]
 def open_registry(url: str | None, *, create: bool, make_authority: bool = True) -> Registry:
     """The registry at an SQLAlchemy URL, or at `default_url()` for None.
 
-    With `create` the folder, file, tables and the authority's key pair are made where they are absent; without it
-    nothing is ever made.  Without `make_authority` a new registry has no key of its own and awaits an import.
-    Raises: RegistryError where the URL is none, its driver is not installed, the registry is absent, or what is
-        there cannot be opened, is no registry, or has another schema version; or where no key can be written.
+    Parameters
+    ----------
+    url : str or None
+        Such as ``sqlite:///people.sqlite3``.
+    create : bool
+        Make folder, file, tables and the authority's key pair where they are absent; without it nothing is ever made.
+    make_authority : bool
+        Without it a new registry has no key of its own and awaits an import.
+
+    Returns
+    -------
+    Registry
+        A context manager that closes its connections.
+
+    Raises
+    ------
+    RegistryError
+        Where the URL is none, its driver is not installed, the registry is absent, or what is there cannot be opened,
+        is no registry, or has another schema version; or where no key can be written.
     """
     parsed = read_url(default_url() if url is None else url)
     return Registry(open_ledger(parsed, create=create, make_authority=make_authority))
@@ -175,11 +190,6 @@ class Registry:
         query = select_records().where(badges.c.id == as_id(badge_id))
         rows = self._ledger.rows(query) if storable(badge_id) else []
         return self._ledger.record(rows[0]) if rows else None
-
-    def is_taken(self, badge_id: str) -> bool:
-        """Whether an id, hex digits of any case, is issued; whether its record is sound, `by_id` tells."""
-        query = select(badges.c.id).where(badges.c.id == as_id(badge_id))
-        return storable(badge_id) and bool(self._ledger.rows(query))
 
     def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
         """The issued ids, revoked or not, of which at least one of the first four parts reads so.

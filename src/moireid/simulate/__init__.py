@@ -4,13 +4,59 @@ scene.py      one description of badge as built and camera, for every renderer
 motion.py     where the camera is: named motions, measured hand-held run, CSV files
 cameras.py    cameras: lens and its distortion, shutter, exposure; some by name
 light.py      a disc of light before an even sky, and the bands into which the lenses focus it
-acrylic.py    the mount's plates in the scene
 analytic/     rays traced in closed form through the true lenses
 mitsuba/      the same scene as geometry for Mitsuba 3
 recording/    what a camera and a codec make of a picture
 forgeries/    what a forged film shows
 truth.py      the ground truth beside a film
+compiled.py   numba's compiler, with types
 left_out.py   what a film does not show, and the time that saves
-film.py       the whole film: frames, file and truth
+filming.py    the whole film: frames, file and truth
 wish.py       a film as it is asked for, in names and numbers
 """
+
+from typing import TYPE_CHECKING
+
+from moireid.lazy import lazy
+
+if TYPE_CHECKING:
+    from moireid.simulate.cameras import Camera, camera_named
+    from moireid.simulate.filming import FilmReport, film, truth_path
+    from moireid.simulate.light import Light, light_named
+    from moireid.simulate.motion import Motion, Poses, motion_named
+    from moireid.simulate.scene import Build, Need, Scene
+
+__all__ = [
+    "Build",
+    "Camera",
+    "FilmReport",
+    "Light",
+    "Motion",
+    "Need",
+    "Poses",
+    "Scene",
+    "camera_named",
+    "film",
+    "light_named",
+    "motion_named",
+    "truth_path",
+]
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "Build": "scene",
+        "Camera": "cameras",
+        "FilmReport": "filming",
+        "Light": "light",
+        "Motion": "motion",
+        "Need": "scene",
+        "Poses": "motion",
+        "Scene": "scene",
+        "camera_named": "cameras",
+        "film": "filming",
+        "light_named": "light",
+        "motion_named": "motion",
+        "truth_path": "filming",
+    },
+)

@@ -14,12 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.errors import MissingExtraError, SpecError
-
-try:
-    from numba import njit
-except ImportError as missing:  # pragma: no cover
-    raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
+from moireid.errors import SpecError
+from moireid.simulate.compiled import njit
 
 Array = NDArray[np.float64]
 

@@ -56,9 +56,8 @@ def left_out(
         LeftOut(_fineness(estimate), estimate.finer_s - estimate.frame_s, "measured: the estimate's finer frames"),
         LeftOut("colour", 2 * sensor_s, "estimated: two channels more for the sensor"),
         LeftOut("the printed name", 0.0, "its pixels are rendered, as paper"),
+        LeftOut("the mount", rim * _board_px(scene, instant) * per_px, by_pixels),
     ]
-    if backend != "mitsuba" or scene.acrylic is None:
-        found.append(LeftOut("the mount", rim * _board_px(scene, instant) * per_px, by_pixels))
     if scene.light is None:
         found.append(LeftOut("Fresnel losses, glare and direction of the light", None, NOT_MEASURED))
     else:

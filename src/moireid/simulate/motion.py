@@ -40,9 +40,30 @@ Motion = Callable[[Array], Poses]
 def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
     """A motion by name, or read from a CSV file.
 
-    Parameters: distance_mm: mean distance from the badge; seed: of what is random in it.
+    Parameters
+    ----------
+    name : str
+        One of `NAMED`, or the path of a CSV file.
+    distance_mm : float
+        Mean distance from the badge, mm.
+    seed : int
+        Of what is random in it.
+
+    Returns
+    -------
+    Motion
+        From times (T,) in seconds to `Poses`.
+
+    Raises
+    ------
+    SpecError
+        Where there is neither such a name nor such a file.
+    MediaError
+        Where the file is no motion.
+
+    Notes
+    -----
     Convention: module docstring.  Source: each motion's own docstring.
-    Raises: SpecError where there is neither such a name nor such a file; MediaError where the file is no motion.
     """
     if name in NAMED:
         return NAMED[name](distance_mm, seed)

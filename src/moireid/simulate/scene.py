@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
-from moireid.simulate.acrylic import Acrylic
 from moireid.simulate.cameras import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
@@ -23,8 +22,14 @@ Array = NDArray[np.float64]
 class Build:
     """How the built badge differs from its design: the sheet's place on the page, and the scale of print and sheet.
 
-    lens_offset_mm: along the fringes' axis; twist_rad: of the sheet about the view axis, from x towards y;
-    print_scale, lens_scale: real over nominal, about the board's centre.
+    Parameters
+    ----------
+    lens_offset_mm : float
+        Along the fringes' axis, mm.
+    twist_rad : float
+        Of the sheet about the view axis, from x towards y.
+    print_scale, lens_scale : float
+        Real over nominal size, about the board's centre.
     """
 
     lens_offset_mm: float = 0.0
@@ -82,9 +87,20 @@ class Need:
 class Scene:
     """Badge, build, camera, and what must be seen of them.
 
-    ink, paper: radiance of print; hidden_mm: a part of the page that something grey covers, page coordinates; light:
-    None for a page that shines by itself, with no glare and no ray lost; acrylic: plates of the mount and what is
-    behind them, which Mitsuba alone shows.
+    Parameters
+    ----------
+    badge : Badge
+    build : Build
+        How the built badge differs from its design.
+    camera : Camera
+    ink, paper : float
+        Radiance of print, 0 to 1.
+    hidden_mm : Rect, optional
+        A part of the page that something grey covers, page coordinates.
+    light : Light, optional
+        None for a page that shines by itself, with no glare and no ray lost.
+    need : Need
+        What a film must show.
     """
 
     badge: Badge
@@ -94,7 +110,6 @@ class Scene:
     paper: float = 0.85
     hidden_mm: Rect | None = None
     light: Light | None = None
-    acrylic: Acrylic | None = None
     need: Need = field(default_factory=Need)
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.simulate.cameras import camera_named
-from moireid.simulate.film import FilmReport, film
+from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Need, Scene

@@ -18,10 +18,23 @@ reasons.py      findings with value, limit and unit
 timeline.py     times that rise, and intervals of them
 """
 
+from moireid.verifier.report.page import write_report
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
+from moireid.verifier.session.identify import Identification, identify
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Running, Verifier
 from moireid.verifier.video import Film, Frame
 
-__all__ = ["Claim", "Film", "Frame", "Report", "Running", "Verifier", "verify"]
+__all__ = [
+    "Claim",
+    "Film",
+    "Frame",
+    "Identification",
+    "Report",
+    "Running",
+    "Verifier",
+    "identify",
+    "verify",
+    "write_report",
+]

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 from moireid.badge import Badge
+from moireid.bench.fabricate.painted import edge_errors, painted_figures
 from moireid.bench.fabricate.raster import Raster, paint, read_page, without_lines
-from moireid.bench.fabricate.suite import edge_errors, page_figures, painted_figures
+from moireid.bench.fabricate.suite import page_figures
 from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.pdf import write_badge_pdf
@@ -37,9 +38,7 @@ def page_of(badge: Badge, folder: Path, raster: str = "poppler") -> Raster:
 
 
 @pytest.mark.parametrize("raster", ["poppler", "ghostscript"])
-@pytest.mark.parametrize(
-    ("form", "bits", "axes"), [("dots", 64, "x"), ("dots", 128, "xy"), ("bitmap", 128, "x"), ("vector", 64, "x")]
-)
+@pytest.mark.parametrize(("form", "bits", "axes"), [("dots", 64, "x"), ("dots", 128, "xy"), ("vector", 64, "x")])
 def test_the_identity_is_read_off_the_raster_alone(form, bits, axes, raster, rng, tmp_path) -> None:
     """Catches: a page whose lines spell another identity than badge.json; symbols, cells or axes in another order;
     lines shifted the wrong way; markers that a camera would not find."""

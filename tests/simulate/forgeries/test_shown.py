@@ -12,7 +12,7 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
-from moireid.simulate.film import _seen, film, truth_path
+from moireid.simulate.filming import _seen, film, truth_path
 from moireid.simulate.forgeries.courses import FIELDS, KINDS
 from moireid.simulate.forgeries.flat import PHOTO_PX_PER_MM, SquaredUp, held_frames
 from moireid.simulate.forgeries.patches import CLOCK_S, PATCHES, Generative, OwnClocks, parallax

@@ -17,7 +17,7 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.errors import MediaError, SpecError
-from moireid.simulate.film import FilmReport, film, truth_path
+from moireid.simulate.filming import FilmReport, film, truth_path
 from moireid.simulate.motion import motion_named
 from moireid.simulate.recording import encode
 from moireid.simulate.recording.encode import CODECS, RECIPES, FilmWriter, Pass, Recipe, kept_frames, recipe_for, scaled
@@ -230,7 +230,7 @@ def test_memory_is_flat_in_the_film_s_length(prototype, tmp_path):
 import resource, sys
 from pathlib import Path
 from moireid.badge import load_badge
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 scene = Scene(load_badge(Path(sys.argv[1])), Build(), Camera(width=640, height=360, focal_px=300.0))

@@ -17,7 +17,7 @@ from kit.coded_films import written
 from kit.drawn_pages import MARKERS, draw, filmed, seen_from
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import verify

@@ -90,7 +90,6 @@ def _plot_edges(axes: Any, pages: list[dict[str, Any]]) -> None:
     """Worst edge of each form at each resolution, worse of the rasters of one bit, and greyed for the plain vector."""
     styles = {
         ("dots", False): ("o-", "#1f6fb2", "dots (default)"),
-        ("bitmap", False): ("s--", "#2e7d4f", "bitmap"),
         ("vector", False): ("^-", "#c2571a", "vector, one bit a dot"),
         ("vector", True): ("v:", "#c2571a", "vector, greyed"),
     }

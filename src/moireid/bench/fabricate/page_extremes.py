@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from moireid.badge import Badge
+from moireid.bench.fabricate.painted import painted_figures
 from moireid.bench.fabricate.raster import paint
 from moireid.designer import Request, design_badge
 from moireid.errors import DesignError, MoireIdError
@@ -78,8 +79,6 @@ def extreme_row(case: Case, rasters: tuple[str, ...] = ("poppler", "ghostscript"
         "refused" where it was refused and following the advice ended in a page that is right, else "wrong"; said: the
         refusals, in order; asked: the wish that was granted.
     """
-    from moireid.bench.fabricate.suite import painted_figures
-
     row: dict[str, Any] = {"case": case.name}
     with tempfile.TemporaryDirectory() as folder:
         granted, badge, said = settle(case, Path(folder))

@@ -16,13 +16,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from moireid.badge import Badge
 from moireid.bench.fabricate.calibration import calibration_figures
 from moireid.bench.fabricate.mount_extremes import BUILT, extremes
 from moireid.bench.fabricate.page_extremes import extreme_rows
-from moireid.bench.fabricate.raster import RASTERS, Raster, line_edges, paint, read_page, without_lines
+from moireid.bench.fabricate.painted import painted_figures
+from moireid.bench.fabricate.raster import RASTERS, paint
 from moireid.designer import Request, design_badge
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import FORMS
@@ -34,8 +33,6 @@ GREY_BADGES, GREY_DPI = 4, 1200
 RUNS = 3
 #: Photographs of pitch test sheets that are read back.
 PHOTOGRAPHS = 40
-#: Length over which a row's pitch is fitted.
-FIT_MM = 80.0
 #: Angles between neighbouring facets of a mount, rad.  They and not the tolerance in mm say how fine a mount's mesh is:
 #: its bends are so small that OpenCASCADE keeps to the angle long before the distance.
 ANGLES_RAD = (0.5, 0.2, 0.1, 0.05, 0.02)
@@ -104,48 +101,6 @@ def page_figures(form: str, dpi: int, seed: int, count: int) -> dict[str, Any]:
         "kilobytes": kilobytes,
     }
     return found | {raster: _together(rows, dpi) for raster, rows in seen.items() if rows}
-
-
-def painted_figures(page: Raster, badge: Badge) -> dict[str, Any]:
-    """Edge errors in dots, shares by which the pitches of uniform rows are off, and what is read off the page alone."""
-    errors, pitches = edge_errors(page, badge)
-    reading = read_page(page, without_lines(badge))
-    payload = reading.found.payload if reading else None
-    return {
-        "errors": errors,
-        "pitches": pitches,
-        "markers": len(reading.markers) if reading else 0,
-        "read": payload is not None and payload.hex() == badge.id and bool(reading and reading.found.beats_agree),
-        "wrong": payload is not None and payload.hex() != badge.id,
-        "phase_rad": reading.phase_error_rad if reading else float("nan"),
-    }
-
-
-def edge_errors(page: Raster, badge: Badge) -> tuple[NDArray[np.float64], list[float]]:
-    """Distance of every painted edge from its place, in dots, and the pitch error of each row of `FIT_MM` or more."""
-    dot, to_dots = page.dot_mm, np.array([[1 / page.dot_mm, 0.0]] * 2)
-    errors, pitches = [], []
-    for grating in badge.gratings:
-        k = 0 if grating.axis == "x" else 1
-        for cell in grating.cells:
-            sides = []
-            for edges, first in zip(
-                line_edges(page, grating, cell, to_dots),
-                (cell.edge_mm, cell.edge_mm + cell.duty * cell.pitch_mm),
-                strict=True,
-            ):
-                count = np.round((edges * dot - first) / cell.pitch_mm)
-                errors.append(edges - (first + count * cell.pitch_mm) / dot)
-                sides.append((count, edges * dot))
-            if cell.rect_mm[k + 2] - cell.rect_mm[k] < FIT_MM:
-                continue
-            middle = (cell.rect_mm[k] + cell.rect_mm[k + 2]) / 2
-            slopes = []
-            for count, places in sides:
-                use = np.abs(places - middle) <= FIT_MM / 2
-                slopes.append(np.polyfit(count[use], places[use], 1)[0])
-            pitches.append(float(np.mean(slopes) / cell.pitch_mm - 1))
-    return np.concatenate(errors), pitches
 
 
 def _together(rows: list[dict[str, Any]], dpi: int) -> dict[str, Any]:

@@ -61,7 +61,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
     """Film the clip, read it back, and compare with what was printed; one row of figures."""
     from moireid.designer import Request, design_badge
     from moireid.idcodes.spacing import true_phases_rad
-    from moireid.simulate.film import film
+    from moireid.simulate.filming import film
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Camera, Scene
     from moireid.verifier.identity.compare_built import measure_built

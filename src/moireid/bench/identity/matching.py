@@ -10,6 +10,7 @@ go to phase errors some times larger, where decoding fails.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -112,7 +113,7 @@ def _decoding(
     """Rates of decoded readings: drawn from the model, and made of other films."""
     model = _model(fitted, other)
     claimed = {rng.bytes(WORD.payload_bytes) for _ in range(claims)}
-    sources = {
+    sources: dict[str, Callable[[], Array]] = {
         "model": lambda: t.rvs(model["freedom"], scale=model["scale_rad"], size=4 * WORD.word_bytes, random_state=rng),
         # Whole films, begun at another cell and turned about, keep what neighbouring cells have in common.
         "other films": lambda: np.roll(other[rng.integers(len(other))], rng.integers(104)) * rng.choice([-1.0, 1.0]),

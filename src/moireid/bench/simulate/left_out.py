@@ -78,7 +78,10 @@ def _shutter_row(scene: Scene, seed: int) -> dict[str, Any]:
 def _opening(scene: Scene, motion: Any, camera: Any) -> tuple[list[Instant], Instant]:
     """The instants of one frame, and that of its own pose."""
     own, opening = opened(motion, camera, scene.board_half_mm, 1.0, 30.0)
-    part = lambda poses, k: Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])  # noqa: E731
+
+    def part(poses: Poses, k: int) -> Poses:
+        return Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])
+
     return [Instant(part(p, 0), part(p, 2), p.camera_mm[1]) for p in opening], Instant(own, own, own.camera_mm[0])
 
 

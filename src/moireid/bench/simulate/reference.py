@@ -170,7 +170,7 @@ def refract(way: Array, normal: Array, index: float) -> Array:
     """Unit vectors (N, 3) after refraction from air into glass; normals point against the rays."""
     eta = 1.0 / index
     cosine = -(way * normal).sum(axis=1)
-    return eta * way + (eta * cosine - np.sqrt(1.0 - eta**2 * (1.0 - cosine**2)))[:, None] * normal
+    return np.asarray(eta * way + (eta * cosine - np.sqrt(1.0 - eta**2 * (1.0 - cosine**2)))[:, None] * normal)
 
 
 def _ink_or_paper(setup: Setup, grating: Grating, middle: Array, landed: Array) -> Array:

@@ -18,7 +18,7 @@ from moireid.bench.identity.clips import CRF, FOCAL_PX, FPS
 from moireid.bench.rows import Where, made_rows
 from moireid.bench.simulate.stiff_scenes import run_scenes
 from moireid.designer import Request, design_badge
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier.session.claim import Claim

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
-from moireid.simulate.film import film, truth_path
+from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.simulate.truth import shown_phase_rad

@@ -28,7 +28,7 @@ from moireid.bench.rows import Where, made_rows
 from moireid.bench.verify.judged import Judged, judge_frames
 from moireid.designer import Request, design_badge
 from moireid.errors import MoireIdError
-from moireid.simulate.film import film, truth_path
+from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Scene

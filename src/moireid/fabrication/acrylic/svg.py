@@ -6,12 +6,13 @@ Convention: a user unit is one millimetre, and y runs down, so an arc that turns
 from __future__ import annotations
 
 import math
-import re
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
+from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from moireid.fabrication.acrylic.cutting import CUT, ENGRAVE, NOTE, TEXT_MM, Drawing, Vertex, check_found, refused
+from moireid.fabrication.solids import cad_package
 
 HAIRLINE_MM = 0.1
 
@@ -41,19 +42,24 @@ def check_svg(path: Path, drawing: Drawing, kerf_mm: float) -> None:
 
     Raises: FabricationError with what was found and what is allowed.
     """
+    svgelements = cad_package("svgelements")
     try:
-        root = ElementTree.fromstring(path.read_bytes())
-    except ElementTree.ParseError as error:
+        document = svgelements.SVG.parse(path, on_error="raise")
+    except (ElementTree.ParseError, ValueError) as error:
         raise refused("SVG", "cannot be read back", "a readable file") from error
-    width, height = (float(root.get(side, "0mm").removesuffix("mm")) for side in ("width", "height"))
-    box = [float(value) for value in root.get("viewBox", "0 0 0 0").split()]
-    if max(abs(width - box[2]), abs(height - box[3]), abs(width - drawing.size_mm[0])) > 0.01:
-        raise refused("SVG", f"is {width:g} x {height:g} mm for a view of {box[2]:g} x {box[3]:g}", "one unit a mm")
+    # The reader counts in pixels, and knows a millimetre to six digits.
+    px_per_mm = svgelements.Length("1mm").value(ppi=svgelements.DEFAULT_PPI)
+    width, height, box = document.width / px_per_mm, document.height / px_per_mm, document.viewbox
+    if max(abs(width - box.width), abs(height - box.height), abs(width - drawing.size_mm[0])) > 0.01:
+        view = f"{box.width:g} x {box.height:g}"
+        raise refused("SVG", f"is {width:g} x {height:g} mm for a view of {view}", "one unit a mm")
     found: dict[str, list[list[Vertex]]] = {}
-    for group in root:
-        layer = group.get("id", "")
-        if layer.startswith("CUT-") and group.get("stroke") == CUT[1]:
-            found[layer] = [_from_svg(data, height) for path_ in group for data in _closed_runs(path_.get("d", ""))]
+    for group in document:
+        for drawn in group:
+            if str(group.id).startswith("CUT-") and drawn.stroke == CUT[1]:
+                runs = (list(run) for run in drawn.as_subpaths())
+                closed = [run[1:-1] for run in runs if isinstance(run[-1], svgelements.Close)]
+                found.setdefault(group.id, []).extend(_vertices(steps, px_per_mm, height) for steps in closed)
     check_found("SVG", found, drawing, kerf_mm)
 
 
@@ -75,21 +81,9 @@ def _svg_path(vertices: list[Vertex], height: float) -> str:
     return " ".join([*words, "Z"])
 
 
-def _closed_runs(data: str) -> list[str]:
-    """The subpaths of a path's data; one that is left open stays with the next and so fails the comparison."""
-    return [run.strip() for run in data.split("Z") if run.strip()]
-
-
-def _from_svg(run: str, height: float) -> list[Vertex]:
-    """Vertices with bulges, y up, from the M, L and A commands of one closed subpath."""
-    steps = re.findall(r"([MLA])([^MLA]*)", run)
-    places = [[float(value) for value in figures.split()] for _, figures in steps]
-    vertices: list[Vertex] = []
-    for k in range(len(steps) - 1):
-        (x, y), (end_x, end_y), bulge = places[k][-2:], places[k + 1][-2:], 0.0
-        if steps[k + 1][0] == "A":
-            radius, sweep = places[k + 1][0], places[k + 1][4]
-            half_angle = math.asin(min(1.0, math.dist((x, y), (end_x, end_y)) / (2 * radius)))
-            bulge = math.tan(half_angle / 2) * (1 if sweep == 0 else -1)
-        vertices.append((x, height - y, bulge))
-    return vertices
+def _vertices(steps: list[Any], px_per_mm: float, height: float) -> list[Vertex]:
+    """Vertices with bulges, y up, of the lines and arcs of one subpath, as svgelements reads them."""
+    return [
+        (step.start.x / px_per_mm, height - step.start.y / px_per_mm, -math.tan(getattr(step, "sweep", 0.0) / 4))
+        for step in steps
+    ]

@@ -2,8 +2,8 @@
 
 PDF text is drawn letter by letter in the order given.  That spells Latin, Greek or Cyrillic right with the font that
 goes with the program.  Other scripts join, stack and turn their letters round, so such names are laid out by Pillow's
-shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture of one bit.  A name
-that no font here has is not set in boxes: the page shows the id in its place, and the maker is told.
+shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture.  A name that no font
+here has is not set in boxes: the page shows the id in its place, and the maker is told.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from collections.abc import Callable, Sequence
 from functools import cache, lru_cache
 from pathlib import Path
 
-import numpy as np
 from PIL import Image, ImageDraw, ImageFont, features
 
 from moireid.badge import Badge
@@ -125,11 +124,6 @@ def name_picture(words: str, font: Path, room_mm: tuple[float, float], points: f
     place = (1 - math.floor(box[0]), 1 - math.floor(box[1]))
     ImageDraw.Draw(picture).multiline_text(place, text, fill=0, font=set_in, spacing=gap, align="center")
     return picture
-
-
-def one_bit(picture: Image.Image) -> bytes:
-    """A grey picture as rows of one bit a dot, 1 white, filled up to whole bytes."""
-    return np.packbits(np.asarray(picture) >= 128, axis=1).tobytes()
 
 
 @lru_cache(maxsize=1024)

@@ -1,7 +1,7 @@
 """badge.pdf: the page at true scale, in vectors.
 
 Convention: page mm with the origin top left become PDF points with the origin bottom left, here and nowhere else.
-Three forms of the lines, each placed absolutely, so that none drifts:
+Two forms of the lines, each placed absolutely, so that none drifts:
 
 - "dots": every edge on a border between the printer's dots (`moireid.dots`), drawn a quarter of a dot within it.  A
   raster that paints every dot that is touched, as PDF asks for, one that goes by a dot's centre and one that greys
@@ -9,7 +9,6 @@ Three forms of the lines, each placed absolutely, so that none drifts:
 - "vector": edges where the badge says, for a printer or a print shop whose dots are not known.  A raster that greys
   holds them to half a dot.  One that paints what is touched moves each edge by up to a dot outwards: lines are wider,
   but their centres, and so pitch and identity, stay (`moireid bench fabricate`).
-- "bitmap": the dots themselves, as a picture of one bit, for printers that grey or thicken vectors.
 
 The TrimBox is the board; viewers are asked not to scale.
 """
@@ -21,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from PIL import Image
 
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.dots import nearest_dot
@@ -41,7 +41,6 @@ from moireid.fabrication.page.lettering import (
     font_for,
     lines_for,
     name_picture,
-    one_bit,
     printable,
 )
 from moireid.fabrication.sight import sheet_rects
@@ -119,33 +118,17 @@ class Sheet:
         self.canvas.setFillGray(grey)
         self.canvas.drawPath(path, stroke=0, fill=1)
 
-    def picture(self, bits: bytes, size: tuple[int, int], corner_mm: tuple[float, float], dot_mm: float) -> None:
-        """Place a picture of one bit a dot, 1 white, rows filled up to whole bytes; corner_mm: its upper left one."""
-        import zlib
+    def picture(self, picture: Image.Image, corner_mm: tuple[float, float], dot_mm: float) -> None:
+        """Place a grey picture whose pixels are `dot_mm` wide; corner_mm: its upper left one."""
+        from reportlab.lib.utils import ImageReader
 
-        from reportlab.pdfbase.pdfdoc import PDFImageXObject
-
-        # reportlab's own way takes pictures of eight bits a dot alone, which would be eight times the size.
-        picture: Any = PDFImageXObject("dots")
-        picture.width, picture.height = size
-        picture.streamContent, picture._filters = zlib.compress(bits, 9), ("FlateDecode",)
-        canvas: Any = self.canvas
-        picture.name = f"dots{len(canvas._doc.idToObject)}"
-        registered = canvas._doc.getXObjectName(picture.name)
-        canvas._setXObjects(picture)
-        canvas._doc.Reference(picture, registered)
-        canvas._doc.addForm(picture.name, picture)
         dot = dot_mm * POINTS_PER_MM
-        x, y = corner_mm[0] * POINTS_PER_MM, self.height_mm * POINTS_PER_MM - corner_mm[1] * POINTS_PER_MM
-        canvas.saveState()
         # A raster may count a dot that the picture's border merely touches, and stretch the picture over it.
         inset = 0.05 * dot
-        canvas.transform(
-            size[0] * dot - 2 * inset, 0, 0, size[1] * dot - 2 * inset, x + inset, y - size[1] * dot + inset
-        )
-        canvas._code.append(f"/{registered} Do")
-        canvas.restoreState()
-        canvas._formsinuse.append(picture.name)
+        width, height = picture.width * dot, picture.height * dot
+        x, y = corner_mm[0] * POINTS_PER_MM, (self.height_mm - corner_mm[1]) * POINTS_PER_MM - height
+        reader = ImageReader(picture)
+        self.canvas.drawImage(reader, x + inset, y + inset, width - 2 * inset, height - 2 * inset)
 
     def stroke(self, x0: float, y0: float, x1: float, y1: float, width_mm: float = HAIRLINE_MM) -> None:
         """Draw a black line."""
@@ -248,12 +231,7 @@ def draw_lines(sheet: Sheet, grating: Grating, form: str, dot_mm: float) -> None
     """Draw all dark lines of a grating in one of the `FORMS`."""
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
-    if form == "vector":
-        sheet.fill_drawn(drawn)
-    elif form == "dots":
-        sheet.fill_drawn([on_dots(line, grating.axis, dot_mm) for line in drawn])
-    else:
-        draw_dots(sheet, drawn, dot_mm)
+    sheet.fill_drawn(drawn if form == "vector" else [on_dots(line, grating.axis, dot_mm) for line in drawn])
 
 
 def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float, count: int = 1) -> None:
@@ -301,19 +279,6 @@ def on_dots(line: Rect, axis: str, dot_mm: float) -> Rect:
     return (edges[0], edges[1], edges[2], edges[3])
 
 
-def draw_dots(sheet: Sheet, lines: list[Rect], dot_mm: float) -> None:
-    """Draw lines as a picture of one bit a dot, white between them."""
-    edges = nearest_dot(np.array(lines), dot_mm).astype(int)
-    left, top = edges[:, :2].min(axis=0)
-    width, height = edges[:, 2:].max(axis=0) - (left, top)
-    white = np.ones((height, width), np.uint8)
-    for x0, y0, x1, y1 in edges - np.array([left, top, left, top]):
-        white[y0:y1, x0 : max(x1, x0 + 1)] = 0
-    sheet.picture(
-        np.packbits(white, axis=1).tobytes(), (int(width), int(height)), (left * dot_mm, top * dot_mm), dot_mm
-    )
-
-
 def _write_name(sheet: Sheet, badge: Badge) -> None:
     """The name between the upper markers, the id between the lower ones; a name too long is broken and set smaller."""
     centers, half = badge.markers.centers_mm, badge.markers.size_mm / 2
@@ -322,11 +287,13 @@ def _write_name(sheet: Sheet, badge: Badge) -> None:
     label = f"moireid {badge.id}"
     font = font_for(badge.name)
     if font and not printable(badge.name):
-        picture = name_picture(badge.name, font, room_mm, NAME_POINTS, PICTURE_DPI)
+        grey = name_picture(badge.name, font, room_mm, NAME_POINTS, PICTURE_DPI)
+        # A printer would screen grey edges into dots of its own.
+        picture = grey.point([0] * 128 + [255] * 128)
         x, y = sheet.place(middle, centers[0][1])
         dot_mm = Printer(PICTURE_DPI).dot_mm
         corner = (x - picture.width / 2 * dot_mm, y - picture.height / 2 * dot_mm)
-        sheet.picture(one_bit(picture), picture.size, corner, dot_mm)
+        sheet.picture(picture, corner, dot_mm)
     else:
         _write_lines(sheet, badge.name if font else label, (middle, centers[0][1]), room_mm, NAME_POINTS, BOLD)
     _write_lines(sheet, label, (middle, centers[3][1]), room_mm, SMALL_POINTS + 1, REGULAR)

@@ -11,10 +11,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from sqlalchemy import Connection, Row, func, select
+from sqlalchemy import Connection, func, select
 
 from moireid.files import planned, whole_file
 from moireid.registry.canonical import canonical_json
+from moireid.registry.engine import AnyRow
 from moireid.registry.ledger import Ledger, pages
 from moireid.registry.log import GENESIS, Head, check_entry, check_head
 from moireid.registry.record import Fault, record_of, tampered
@@ -73,7 +74,7 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
     yield "\n]\n}\n", False
 
 
-def _record_line(row: Row, ledger: Ledger) -> str:
+def _record_line(row: AnyRow, ledger: Ledger) -> str:
     """A record as a JSON object; its documents are put in as they are stored, which is canonical JSON."""
     record = record_of(row, ledger.authority)
     fields = {key: value for key, value in row._mapping.items() if key not in ("badge", "as_built", "newest")}

@@ -31,7 +31,7 @@ def load(path: Path, copy: Ledger) -> None:
     Raises: RegistryError where the file cannot be read, or is no export that this version knows.
     """
     try:
-        with path.open(encoding="utf-8") as stream, translated(copy.url), writing(copy.engine) as connection:
+        with path.open("rb") as stream, translated(copy.url), writing(copy.engine) as connection:
             header = _load(walk(stream), connection)
             authority = Authority(_text(header["authority"]["public_key"]))
             if header["authority"]["fingerprint"] != authority.fingerprint:
@@ -43,6 +43,7 @@ def load(path: Path, copy: Ledger) -> None:
     except OSError as error:
         raise RegistryError(f"export {path} cannot be read ({error.strerror}); give the path of one") from error
     except (KeyError, TypeError, ValueError) as error:
+        # What is left is text that cannot be encoded.
         what = f"{error} is missing" if isinstance(error, KeyError) else "it is not UTF-8 text"
         raise _damaged(path, str(error) if type(error) in (ValueError, TypeError) else what) from error
     copy.adopt(authority.public_hex)

@@ -19,14 +19,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
-from sqlalchemy import Column, ColumnElement, Connection, Row, Table, delete, func, insert, select
+from sqlalchemy import Column, ColumnElement, Connection, Table, delete, func, insert, select
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
+from moireid.registry.engine import AnyRow
 from moireid.registry.ledger import Ledger, Transaction, open_ledger, pages
 from moireid.registry.log import Head
 from moireid.registry.record import Record
@@ -159,7 +161,7 @@ def _united(ours: Record, theirs: Record) -> Record:
 
 
 def _copy(
-    there: Connection, here: Connection, table: Table, key: Column, condition: ColumnElement[bool] | None = None
+    there: Connection, here: Connection, table: Table, key: Column[Any], condition: ColumnElement[bool] | None = None
 ) -> int:
     """Copy the rows of a table, or those of a condition, as they are; returns how many."""
     query = select(table) if condition is None else select(table).where(condition)
@@ -170,7 +172,7 @@ def _copy(
     return copied
 
 
-def _chunks(rows: Iterable[Row]) -> Iterator[list[Row]]:
+def _chunks(rows: Iterable[AnyRow]) -> Iterator[list[AnyRow]]:
     """Rows in lists of `CHUNK`."""
     rows = iter(rows)
     while chunk := list(islice(rows, CHUNK)):

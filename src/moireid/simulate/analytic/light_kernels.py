@@ -16,13 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Lens
-from moireid.errors import MissingExtraError
+from moireid.simulate.compiled import njit
 from moireid.simulate.light import Light, light_table, straight_share
-
-try:
-    from numba import njit
-except ImportError as missing:  # pragma: no cover
-    raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
 
 Array = NDArray[np.float64]
 
@@ -88,7 +83,8 @@ def _sees_sky(hit: float, depth: float, tx: float, lens: Any) -> bool:  # pragma
     # How far the next circle's middle lies below the ray, times the ray's length.
     beside = (pitch if rx >= 0.0 else -pitch) - hit
     below = (beside * rz - (radius - depth) * rx) * (-1.0 if rx >= 0.0 else 1.0)
-    return below >= radius * math.sqrt(rx * rx + rz * rz)
+    above: bool = below >= radius * math.sqrt(rx * rx + rz * rz)
+    return above
 
 
 @njit(cache=True, error_model="numpy")
@@ -109,7 +105,8 @@ def light_at(s: float, along: float, landed: float, lamp: Any, table: Any, pitch
     across2 = (lamp[0] - s) ** 2 + lamp[2] ** 2
     distance2 = (across2 + lamp[1] ** 2) / (across2 + (lamp[1] - along) ** 2)
     whole = lamp[0] * lamp[0] + lamp[1] * lamp[1] + lamp[2] * lamp[2] - lamp[0] * s
-    return sky + (near * (1 - lower) + far * lower) * distance2 * distance2 * (whole - lamp[1] * along) / whole
+    light: float = sky + (near * (1 - lower) + far * lower) * distance2 * distance2 * (whole - lamp[1] * along) / whole
+    return light
 
 
 @njit(cache=True, error_model="numpy")
@@ -150,7 +147,8 @@ def glare_at(
         turns = (s + sign * step / 2 - begin) / pitch
         whole = math.floor(turns)
         covered += sign * (whole * width + min((turns - whole) * pitch, width))
-    return mirrored * covered / step
+    glare: float = mirrored * covered / step
+    return glare
 
 
 @njit(cache=True, error_model="numpy")
@@ -179,7 +177,7 @@ def lit(
         cosine *= (lens[3] - depth - tx * hit) / lens[3]
         open_sky = _sees_sky(hit, depth, tx, lens)
     passed = _passed(lens[2], cosine)
-    radiance = value * light_at(s, along, landed, lamp, table, lens[0]) * passed / lamp[8]
+    radiance: float = value * light_at(s, along, landed, lamp, table, lens[0]) * passed / lamp[8]
     if open_sky:
         radiance += lamp[5] * (1.0 - passed)
     if lamp[4] > 0.0:

@@ -110,7 +110,7 @@ def cell_table(scene: Scene) -> Cells:
 def _cuts(spans: Array) -> Array:
     """All different edges of spans (N, 2), rising."""
     cuts = np.unique(spans)
-    return cuts[np.concatenate([[True], np.diff(cuts) > SAME_EDGE_MM])]
+    return np.asarray(cuts[np.concatenate([[True], np.diff(cuts) > SAME_EDGE_MM])])
 
 
 def _binned(cuts: Array) -> tuple[float, float, NDArray[np.int64]]:

@@ -17,9 +17,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 
 from moireid.simulate.analytic.trace import Sheet, strip_at
+from moireid.simulate.compiled import njit
 
 F = np.float32
 

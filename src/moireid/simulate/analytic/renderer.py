@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from moireid.errors import SpecError
 from moireid.simulate.analytic.light_kernels import lamp_figures
-from moireid.simulate.analytic.page import BLOCK_PX, cell_table, even_blocks, page_texture
-from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM as TEXTURE_PX_PER_MM
+from moireid.simulate.analytic.page import BLOCK_PX, TEXTURE_PX_PER_MM, cell_table, even_blocks, page_texture
 from moireid.simulate.analytic.rows import trace_rows
 from moireid.simulate.analytic.trace import Board, Sheet, land
 from moireid.simulate.light import turned_light

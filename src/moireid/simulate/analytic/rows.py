@@ -7,13 +7,13 @@ import os
 from typing import Any
 
 import numpy as np
-from numba import njit, prange
 
 from moireid.simulate import cameras as camera
 from moireid.simulate.analytic import light_kernels, quick, trace
 from moireid.simulate.analytic.quick import grating_pixel
 from moireid.simulate.analytic.trace import Board, Sheet, careful_ray, field_part
 from moireid.simulate.cameras import undistorted
+from moireid.simulate.compiled import njit, prange
 
 #: What a pixel lies on, beside the number of a grating: plain page, or a border.
 PAGE, BORDER = -1, -2
@@ -254,16 +254,18 @@ def _page_pixel(
             min(max(int(row + ru * points[0, ray] + rv * points[1, ray]), 0), board.texture.shape[0] - 1),
             min(max(int(column + cu * points[0, ray] + cv * points[1, ray]), 0), board.texture.shape[1] - 1),
         ]
-    return total / points.shape[1]
+    mean: float = total / points.shape[1]
+    return mean
 
 
 @njit(inline="always", error_model="numpy")
 def _even(column: float, row: float, board: Board) -> float:  # pragma: no cover
     """What the page's picture shows all around one of its pixels, NaN where it shows several values."""
     per_block = 1.0 / board.block
-    return board.even[
+    value: float = board.even[
         min(int(row * per_block), board.even.shape[0] - 1), min(int(column * per_block), board.even.shape[1] - 1)
     ]
+    return value
 
 
 #: Fills radiance and coverage of a frame; parameters as `_row`.

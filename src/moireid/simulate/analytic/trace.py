@@ -15,13 +15,8 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from moireid.errors import MissingExtraError
 from moireid.simulate.analytic.light_kernels import lit
-
-try:
-    from numba import njit
-except ImportError as missing:  # pragma: no cover
-    raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
+from moireid.simulate.compiled import njit
 
 #: What covers a part of the board: a hand, say.
 HIDDEN_RADIANCE = 0.35
@@ -108,14 +103,15 @@ def land(x: float, y: float, tx: float, ty: float, sheet: Sheet) -> tuple[float,
 def cell_at(grating: int, across: float, along: float, cells: Any) -> int:  # pragma: no cover
     """Number of the cell that holds that place of the page, page mm from the board's centre; -1 for none."""
     columns, rows = strip_at(across, cells.bins[grating, 0], cells), strip_at(along, cells.bins[grating, 1], cells)
-    return cells.grid[grating, rows, columns]
+    number: int = cells.grid[grating, rows, columns]
+    return number
 
 
 @njit(inline="always", error_model="numpy")
 def strip_at(place: float, bins: Any, cells: Any) -> int:  # pragma: no cover
     """Which strip between cuts a place lies in; `bins` is one row of `Cells.bins`."""
     number = int(min(max((place - bins[0]) * bins[1], 0.0), bins[2] - 1.0))
-    strip = cells.strip[number + int(bins[3])]
+    strip: int = cells.strip[number + int(bins[3])]
     return strip + (1 if place >= cells.cuts[strip + int(bins[4])] else 0)
 
 
@@ -203,4 +199,5 @@ def page_value(page_x: float, page_y: float, scale: float, board: Board) -> floa
     row = int((page_y / scale + board.half_y) * board.texture_per_mm)
     column = min(max(column, 0), board.texture.shape[1] - 1)
     row = min(max(row, 0), board.texture.shape[0] - 1)
-    return board.texture[row, column]
+    value: float = board.texture[row, column]
+    return value

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.simulate.acrylic import Acrylic, plate_faces
-from moireid.simulate.analytic.renderer import TEXTURE_PX_PER_MM, page_texture
+from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.mitsuba.page import BEHIND_MM
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, Strips
 from moireid.simulate.mitsuba.view import Crop, View
@@ -80,30 +79,6 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
         }
     )
     strips = Strips(across * scale, along * scale, np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
-    return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
-
-
-def plates(mi: Any, acrylic: Acrylic, surface: dict[str, Any]) -> dict[str, Any]:
-    """The mount's plates by name, of a clear surface."""
-    made = {}
-    for number, plate in enumerate(acrylic.plates):
-        faces = plate_faces(plate)
-        strips = Strips(faces[..., 0], faces[..., 1], faces[..., 2])
-        made[f"plate{number}"] = mesh(mi, "x", strips, surface)
-    return made
-
-
-def background(mi: Any, acrylic: Acrylic, green: float) -> Any:
-    """The plane behind the badge; green: what it carries in that channel."""
-    picture = acrylic.picture.astype(np.float32)
-    half = np.array([1.0, picture.shape[0] / picture.shape[1]]) * acrylic.width_mm / 2
-    across, along = (np.array([[-side, side]])[:, list(turn)] for side, turn in zip(half, (ACROSS, ALONG), strict=True))
-    places = np.stack([np.array(ACROSS, float), np.array(ALONG, float)], axis=-1)
-    bitmap = mi.Bitmap(np.stack([picture, np.full_like(picture, green), np.zeros_like(picture)], axis=-1))
-    lamp = mi.load_dict(
-        {"type": "area", "radiance": {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": "clamp"}}
-    )
-    strips = Strips(across, along, np.full(across.shape, acrylic.behind_mm))
     return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
 
 

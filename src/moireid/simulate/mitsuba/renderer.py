@@ -12,8 +12,7 @@ which Mitsuba picks a ray to reflect shows in the picture.  What stays is that r
 
 Left out: without a light, glare and direction; in any case colour and the rolling shutter; and unless `scene.need` asks
 for bounces, the sheet's hidden face, rays that leave the lens through its neighbour's flank, and those that are
-reflected within.  Mount and background are left out unless `Scene.acrylic` tells them; then the picture shows the
-mount's outline, background and all, and rays are followed through its plates.  Forgeries and hidden parts are refused.
+reflected within.  Mount and background are left out too.  Forgeries and hidden parts are refused.
 
 Convention: board frame of `motion`, mm, origin at the board's centre; the lens apex plane is z = -g, the page z = 0.
 Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `direct`, `perspective`; `docs/explanation/physics.md`.
@@ -32,7 +31,7 @@ from moireid.errors import SpecError
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.mitsuba.lit import BOUNCES, LIT_INTEGRATOR, lamps, lit_page
 from moireid.simulate.mitsuba.page import hidden_face, page_strips, sheet_room, wall_strips
-from moireid.simulate.mitsuba.parts import background, clear, mesh, pinhole, plates, rest_of_page, shining
+from moireid.simulate.mitsuba.parts import clear, mesh, pinhole, rest_of_page, shining
 from moireid.simulate.mitsuba.sheet import front_strips, mask_strips, turned_for
 from moireid.simulate.mitsuba.variant import mitsuba_with
 from moireid.simulate.mitsuba.view import Crop, View, board_box, coverage, film_box, middle_view
@@ -43,8 +42,6 @@ Array = NDArray[np.float64]
 FEWEST_SAMPLES = 4
 #: Radiance of the blackest ink.
 DARKEST = 1e-6
-#: So many faces may a ray meet where there is a mount: the lit page's four, and those of six plates.
-FACES = 16
 #: Seeds of one film's frames lie this far apart, a prime, so that films of neighbouring seeds share no frame's rays.
 SEED_STEP = 7919
 
@@ -85,17 +82,14 @@ class MitsubaRenderer:
                 surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
                 for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
-            if scene.acrylic is not None:
-                described |= _mount(mi, scene)
             if scene.light is not None:
                 described |= lamps(mi, scene.badge.lens, scene.light)
             self._world = mi.load_dict(described)
             # Rays through one refraction to whatever shines there: no lamp is sampled, since the page is its own.
             own_light = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
             followed: dict[str, Any] = own_light if scene.light is None else LIT_INTEGRATOR
-            deep = (FACES if scene.acrylic is not None else 0) + (4 + BOUNCES if scene.need.bounces else 0)
-            if deep:
-                followed = LIT_INTEGRATOR | {"max_depth": deep}
+            if scene.need.bounces:
+                followed = LIT_INTEGRATOR | {"max_depth": 4 + BOUNCES}
             self._integrator = mi.load_dict(followed)
 
     def render(self, instant: Instant, *, crop: Crop | None = None) -> Rendered | None:
@@ -128,7 +122,8 @@ class MitsubaRenderer:
         through = picture[..., 1]
         # Where a pixel sees the board but no ray came through (a sheet's open edge), it is taken for paper.
         paper = np.full(through.shape, self.scene.paper)
-        return np.divide(picture[..., 0], through, out=paper, where=through > 0)
+        np.divide(picture[..., 0], through, out=paper, where=through > 0)
+        return paper
 
     def _trace(self, view: View, box: Crop) -> Array:
         """What Mitsuba's camera sees in the box, (height, width, 3)."""
@@ -141,29 +136,15 @@ class MitsubaRenderer:
             return np.array(picture, np.float64)[: box[3] - box[1], : box[2] - box[0]]
 
 
-def _mount(mi: Any, scene: Scene) -> dict[str, Any]:
-    """The plates around the badge and what is behind them; without a light, all around is as bright as that."""
-    acrylic = scene.acrylic
-    assert acrylic is not None
-    if scene.light is not None:
-        surface = clear(mi, acrylic.refractive_index, (0.0, 1.0, 0.0))
-        return plates(mi, acrylic, surface) | {"behind": background(mi, acrylic, 0.0)}
-    around = {"type": "rgb", "value": [float(acrylic.picture.mean()), 1.0, 0.0]}
-    made = plates(mi, acrylic, clear(mi, acrylic.refractive_index))
-    return made | {"behind": background(mi, acrylic, 1.0), "around": {"type": "constant", "radiance": around}}
-
-
 def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     """Surfaces of a page that shines by itself, so that neither lamp nor bounce makes noise."""
     # Radiance falls by n squared on leaving the glass, and by what is reflected; straight on, this takes both back.
     n = scene.badge.lens.refractive_index
     lamp = n**2 / (1.0 - ((n - 1.0) / (n + 1.0)) ** 2)
-    # Where rays are followed on through a mount, what the lens mirrors would count as having come through it.
-    mirrored = (1.0, 1.0, 1.0) if scene.acrylic is None else (0.0, 0.0, 0.0)
     return {
         "ink": shining(mi, lamp * scene.ink, lamp),
         "paper": shining(mi, lamp * scene.paper, lamp),
-        "glass": clear(mi, n, mirrored),
+        "glass": clear(mi, n),
         "bars": shining(mi, scene.ink, 1.0),
         "walls": shining(mi, scene.paper, 1.0),
     }

@@ -61,11 +61,7 @@ def board_box(scene: Scene, view: View) -> Crop | None:
     Source: the corners of what is needed, through the pinhole.
     """
     camera = scene.camera
-    seen = scene.seen_mm
-    if scene.acrylic is not None:
-        x, y = shown_half_mm(scene)
-        seen = np.array([[-x, -y, x, y, 0.0]])
-    corners = np.array([[x, y, z] for x0, y0, x1, y1, z in seen for x in (x0, x1) for y in (y0, y1)])
+    corners = np.array([[x, y, z] for x0, y0, x1, y1, z in scene.seen_mm for x in (x0, x1) for y in (y0, y1)])
     local = (corners - view.centre) @ view.turn.T
     if local[:, 2].min() <= 1.0:
         return None
@@ -76,14 +72,6 @@ def board_box(scene: Scene, view: View) -> Crop | None:
         for v, most in zip(np.ceil(places.max(axis=0)) + 2, (camera.width, camera.height), strict=True)
     )
     return (left, top, right, bottom) if left < right and top < bottom else None
-
-
-def shown_half_mm(scene: Scene) -> tuple[float, float]:
-    """Half width and height of what a frame shows: the board as printed, or the mount's outline in the page's plane."""
-    x, y = (side * scene.build.print_scale for side in scene.board_half_mm)
-    if scene.acrylic is None:
-        return x, y
-    return max(x, scene.acrylic.half_mm[0]), max(y, scene.acrylic.half_mm[1])
 
 
 def coverage(scene: Scene, view: View, box: Crop) -> Array:
@@ -109,11 +97,11 @@ def _meets_board(scene: Scene, view: View, u: NDArray[Any], v: NDArray[Any]) -> 
     camera, turn = scene.camera, view.turn
     u, v = (u - camera.matrix[0, 2]) / camera.focal_px, (v - camera.matrix[1, 2]) / camera.focal_px
     way = [turn[0, k] * u + turn[1, k] * v + turn[2, k] for k in range(3)]
-    met, half = way[2] > 1e-9, shown_half_mm(scene)
+    met, half = way[2] > 1e-9, [side * scene.build.print_scale for side in scene.board_half_mm]
     for k in range(2):
         place = view.centre[k] - view.centre[2] * way[k] / np.where(met, way[2], 1.0)
         met &= np.abs(place) <= half[k]
-    return met
+    return np.asarray(met)
 
 
 def film_box(box: Crop, kept: tuple[int, int] | None) -> tuple[int, int]:

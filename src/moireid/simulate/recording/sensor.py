@@ -11,11 +11,11 @@ from typing import Any
 
 import cv2
 import numpy as np
-from numba import njit, prange
 from numpy.typing import NDArray
 
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.cameras import Camera
+from moireid.simulate.compiled import njit, prange
 from moireid.simulate.scene import Need
 
 #: Frequency of the exposure's drift, as automatic exposure wanders over some seconds.

@@ -74,14 +74,46 @@ def film(
 ) -> FilmReport:
     """Film a scene to a video file with its truth beside it, both whole or not at all.
 
-    Parameters: frames, fps: length and rate of the camera; forge: a kind of `forge.KINDS`, None for a true film;
-        codec, crf, recipe: of `encode`, crf on the codec's own scale; backend: "analytic", or "mitsuba", the slow
-        reference, which knows no rolling shutter; error_rad: phase error that the renderer must meet, by the cheapest
-        setting that does; progress: called with frames done and in all.
-    Convention: times are those of the middle row; the truth's columns are told in `truth`.
-    Returns: FilmReport.
-    Raises: SpecError where nothing would be filmed; MediaError where the file cannot be written.
-    Source: `analytic`, `shutter`, `sensor`, and the encoders of PyAV.
+    Parameters
+    ----------
+    scene : Scene
+        Badge, build, camera and light.
+    motion : Motion
+        The camera's course, as `motion_named` gives one.
+    video : Path
+        The file to write; its truth is written to `truth_path(video)`.
+    frames, fps : int, float
+        How many frames, and how many a second.
+    forge : str, optional
+        A kind of `forgeries.courses.KINDS`; None for a true film.
+    seed : int
+        Of all that chance decides.
+    codec, crf, recipe : str, int, str, optional
+        Of `recording.encode`; crf on the codec's own scale.
+    backend : {"analytic", "mitsuba"}
+        "mitsuba" is the slow reference, which knows no rolling shutter.
+    error_rad : float, optional
+        Phase error that the renderer must meet, by the cheapest setting that does.
+    overwrite : bool
+        Whether older files may be replaced.
+    progress : callable, optional
+        Called with frames done and in all.
+
+    Returns
+    -------
+    FilmReport
+
+    Raises
+    ------
+    SpecError
+        Where nothing would be filmed.
+    MediaError
+        Where the file cannot be written.
+
+    Notes
+    -----
+    Convention: times are those of the middle row; `truth` tells the truth's columns.
+    Source: `analytic`, `recording`, and the encoders of PyAV.
     """
     if not (2 <= frames <= 1_000_000 and 1 <= fps <= 1000):
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")

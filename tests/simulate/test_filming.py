@@ -20,7 +20,7 @@ from moireid.designer import Request, design_badge, payload_for_name
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer
-from moireid.simulate.film import TRUTH_COLUMNS, film, truth_path
+from moireid.simulate.filming import TRUTH_COLUMNS, film, truth_path
 from moireid.simulate.forgeries.courses import false_camera
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor

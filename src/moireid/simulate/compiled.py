@@ -1,0 +1,23 @@
+"""Numba's compiler, with types: to a type checker a compiled function is the function that it was made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from moireid.errors import MissingExtraError
+
+__all__ = ["njit", "prange"]
+
+if TYPE_CHECKING:
+    Function = TypeVar("Function", bound=Callable[..., Any])
+    prange = range
+
+    def njit(**options: Any) -> Callable[[Function], Function]:
+        """What `numba.njit` is, called with options."""
+
+else:
+    try:
+        from numba import njit, prange
+    except ImportError as missing:  # pragma: no cover
+        raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
