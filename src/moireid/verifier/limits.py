@@ -41,8 +41,14 @@ MAX_PHASE_SD_RAD = 0.6
 
 # --- Which frames belong together? -----------------------------------------------------------------------------------
 
-#: Set by hand: a badge that is lost for longer may have moved by more than a turn of phase meanwhile.
-MAX_GAP_S = 0.3
+#: A badge that is lost moves unseen, and what is not seen is no evidence.  Set by hand: one frame may be missing, with
+#: half a frame for times that jitter; what is shorter than the second figure is no gap, what is longer than the third
+#: is one.
+MAX_MISSING_FRAMES, MIN_GAP_S, MAX_GAP_S = 2.5, 0.05, 0.3
+#: The most that a hand speeds a badge's turn, or the camera's way around it, up: parallax coordinate a second squared.
+#: Derived: wrists reach some 50 rad/s^2 in quick everyday moves, an arm 3 g (30 m/s^2, at 0.5 m as much again).  What
+#: is quicker within one frame, and so many times the usual scatter of poses, is a cut.
+MAX_TURN_PER_S2, JUMP_NOISE_SDS = 60.0, 8.0
 #: Derived: beyond half a turn between two frames (pi) nobody can tell which way it went; three error bars of a vague
 #: phase are kept off.
 MAX_STEP_RAD = 2.5
@@ -98,6 +104,14 @@ PITCH_TOLERANCE_SHARE = 0.008
 MIN_FREQUENCY_SD_PER_MM = 1e-5
 #: A strip whose phase is so many times vaguer than the clearest one's is covered in part.  Set by hand.
 MAX_VAGUENESS_RATIO = 3.0
+#: A frame whose strip is this many times worse explained by fringes than usual, and by this share of their contrast, is
+#: covered in part.  Set by hand: noise and codec vary by half, and a hand over a tenth of a strip leaves 0.3.
+COVERED_MISFIT_RATIO, COVERED_MISFIT_CONTRASTS = 2.0, 0.2
+#: A frame whose page correlates with its print by so much less than usual, and by so many standard deviations, has its
+#: markers covered in part.  Set by hand: a subtitle over one marker of four takes 0.08 away.
+COVERED_CORRELATION, COVERED_CORRELATION_SDS = 0.03, 5.0
+#: More of the rows and frames than this must not be covered.  Set by hand: what is seen must be the larger part.
+MAX_COVERED_SHARE = 0.5
 #: Places within a strip: frames of vaguer phase are left out, shifts are averaged over so long (patches that change
 #: faster are noise to the eye too), and blocks of less than this share of the median information are left out, as they
 #: lie on a plateau of the fringe.  Set by hand; `EXPECTED["places"]` was fitted with them.
@@ -145,6 +159,11 @@ POSSIBLE_ERROR_RATIO, POSSIBLE_RESIDUAL_RATIO = 2.5, 1.5
 #: Strips of one true badge share the camera's pose, so they move together within their noise.  Decision set: 0.030 rad
 #: at most on true films.  Patches on clocks of their own show 0.15 and more.
 MAX_STRIP_WANDER_RAD = 0.1
+#: A film is left open whose course lets fringes pass that merely drift, or come late, in more than this share of cases
+#: (`motion.steady_course`).  Set by hand, as are the delays: less than 0.2 s is hardly seen even where a hand moves to
+#: and fro, and a generator that lags by more than a second shows another motion.
+MAX_UNSEEN_CHANCE = 0.01
+DELAYS_S = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 
 # --- How much likelier is the film of a true badge than of a forged one? ---------------------------------------------
 

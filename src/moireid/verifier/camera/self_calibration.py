@@ -21,7 +21,7 @@ from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.map_search import Unknown, minimise, minimise_together, posterior
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
-from moireid.verifier.camera.smoothing import GAP_S, stretches
+from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
 from moireid.verifier.limits import (
     DISTORTION_MAX_K1,
@@ -206,7 +206,7 @@ def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
     over several frames would cut the corners of a hand's tremor, and the shutter would come out longer than it is.
     """
     velocity = np.zeros_like(points_px)
-    for stretch in stretches(times_s, GAP_S):
+    for stretch in unbroken(times_s, GAP_S):
         if len(stretch) < 4:
             continue
         clock = times_s[stretch]

@@ -19,9 +19,12 @@ GAP_S = 0.15
 CUT_OFFS_HZ = (3.0, 4.0, 6.0, 9.0, 14.0)
 
 
-def stretches(times_s: Array, gap_s: float) -> list[NDArray[np.int64]]:
-    """Frames grouped into stretches without a gap of more than `gap_s`."""
-    return np.split(np.arange(len(times_s)), np.flatnonzero(np.diff(times_s) > gap_s) + 1)
+def unbroken(times_s: Array, gap_s: float, numbers: NDArray[np.int64] | None = None) -> list[NDArray[np.int64]]:
+    """Frames grouped into runs without a gap of more than `gap_s`, each of one stretch; numbers: as `stretches`."""
+    ends = np.diff(times_s) > gap_s
+    if numbers is not None:
+        ends |= np.diff(numbers) != 0
+    return np.split(np.arange(len(times_s)), np.flatnonzero(ends) + 1)
 
 
 def frame_s(times_s: Array, gap_s: float = GAP_S) -> float:
@@ -55,10 +58,10 @@ def without_strays(camera_mm: Array, reprojection_px: Array, times_s: Array) -> 
     return np.column_stack([columns[0] * columns[2], columns[1] * columns[2], columns[2]]), good
 
 
-def slow_part(series: Array, times_s: Array, spread_s: float) -> Array:
+def slow_part(series: Array, times_s: Array, spread_s: float, numbers: NDArray[np.int64] | None = None) -> Array:
     """A series without what is fast, (T,): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
     slow = np.empty_like(series)
-    for stretch in stretches(times_s, GAP_S):
+    for stretch in unbroken(times_s, GAP_S, numbers):
         slow[stretch] = gaussian_filter1d(
             series[stretch], spread_s / max(frame_s(times_s[stretch]), 1e-4), mode="nearest"
         )
@@ -66,7 +69,11 @@ def slow_part(series: Array, times_s: Array, spread_s: float) -> Array:
 
 
 def smooth_camera(
-    camera_mm: Array, times_s: Array, tangent_error: tuple[float, float], vague: Array | None = None
+    camera_mm: Array,
+    times_s: Array,
+    tangent_error: tuple[float, float],
+    vague: Array | None = None,
+    numbers: NDArray[np.int64] | None = None,
 ) -> Array:
     """Camera centres smoothed over time, (T, 3); tangent_error: of one frame, as `CameraFit` has it; vague
     (T, 2): by how many times a frame errs more, None where none does.
@@ -80,7 +87,7 @@ def smooth_camera(
     """
     clock = _rising(times_s)
     columns = np.column_stack([camera_mm[:, 0] / camera_mm[:, 2], camera_mm[:, 1] / camera_mm[:, 2], camera_mm[:, 2]])
-    for stretch in stretches(times_s, GAP_S):
+    for stretch in unbroken(times_s, GAP_S, numbers):
         if len(stretch) >= 8:
             for k in range(3):
                 explained = SMOOTHED_ERROR_RATIO * tangent_error[k] if k < 2 else 0.0

@@ -18,7 +18,7 @@ from scipy.interpolate import make_smoothing_spline
 from scipy.spatial.transform import Rotation
 
 from moireid.verifier.camera.plane_pose import PlanePoses
-from moireid.verifier.camera.smoothing import GAP_S, stretches
+from moireid.verifier.camera.smoothing import GAP_S, unbroken
 
 Array = NDArray[np.float64]
 #: What is faster than this is taken for noise of the tilt: a hand's path is slower.
@@ -62,7 +62,7 @@ def steady_errors_px(
 def _smooth(values: Array, times_s: Array) -> Array:
     """The series below `CUT_OFF_HZ`, not across gaps."""
     smooth = values.copy()
-    for stretch in stretches(times_s, GAP_S):
+    for stretch in unbroken(times_s, GAP_S):
         if len(stretch) >= 8:
             clock = np.maximum.accumulate(times_s[stretch]) + 1e-7 * np.arange(len(stretch))
             stiffness = len(clock) / (clock[-1] - clock[0]) / (2 * np.pi * CUT_OFF_HZ) ** 4

@@ -17,12 +17,18 @@ from numpy.typing import NDArray
 from moireid.badge import Badge, Grating
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_strays
+from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
-from moireid.verifier.fringes.unwrap import joined_frames, unwrap
+from moireid.verifier.fringes.unwrap import joined_frames, numbered, unwrap
 from moireid.verifier.limits import (
+    COVERED_CORRELATION,
+    COVERED_CORRELATION_SDS,
+    COVERED_MISFIT_CONTRASTS,
+    COVERED_MISFIT_RATIO,
     MAX_PHASE_SD_RAD,
+    MAX_VAGUENESS_RATIO,
     PITCH_TOLERANCE_SHARE,
     ROUNDING_ONLY_RAD,
     SMALL_MARKER_POWER,
@@ -39,14 +45,16 @@ Array = NDArray[np.float64]
 class GratingSignal:
     """One grating over the frames used, all (T,) but where said.
 
-    times_s: of the frames; measured_rad: fringe phase, unwrapped, mean 0; predicted_rad: from the optics, mean 0;
+    times_s: of the frames; stretch: the number of each frame's stretch (`camera.stretches`), rising, all 0 if nothing
+    else is given; measured_rad: fringe phase, unwrapped, and predicted_rad: from the optics, both of mean 0 in each;
     phase_sd_rad: error bar of measured, infinite in frames that tell nothing; pose_sd_rad: what the pose's error
     makes of the prediction, after smoothing; strip_residual_rad (S,): how far each strip wanders from the common
     signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
     tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
     axis, as a share; covariates (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
     where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; rounding_rad:
-    what rounding to whole counts makes of a place, the median over its strips.
+    what rounding to whole counts makes of a place, the median over its strips; covered_share: of strips and frames in
+    which something that is no fringe lies over them.
     """
 
     measured_rad: Array
@@ -60,6 +68,13 @@ class GratingSignal:
     covariates: Array | None = None
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
     rounding_rad: float = 0.0
+    covered_share: float = 0.0
+    stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def __post_init__(self) -> None:
+        """One stretch, where none are given."""
+        if not len(self.stretch):
+            object.__setattr__(self, "stretch", np.zeros(len(self.times_s), np.int64))
 
 
 @dataclass(frozen=True)
@@ -93,16 +108,28 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     points_px = mapped[..., :2] / mapped[..., 2:]
     camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px)
     raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
-    camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
+    good &= ~page_covered(track.correlations)
+    numbers = stretch_numbers(track.times_s, raw_mm[:, :2] / raw_mm[:, 2:])
+    camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague, numbers)
     posed = time.perf_counter()
     strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
     enlarged = _small_marker_factor(points_px)
-    poses = _Poses(camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good)
+    poses = _Poses(camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good, numbers)
     gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     phases = tuple(strip.phase if strip else None for strip in strips)
     predictions = tuple(strip.predicted_rad if strip else None for strip in strips)
     return Measurement(camera, camera_mm, track.times_s, phases, predictions, gratings, stages)
+
+
+def page_covered(correlations: Array) -> NDArray[np.bool_]:
+    """Frames in which something lies over a part of the markers, so that their pose errs; (T,).
+
+    Parameters: correlations (T,): of picture and print, as `Track` has them.
+    """
+    usual = float(np.median(correlations))
+    scatter = 1.4826 * float(np.median(np.abs(correlations - usual)))
+    return np.asarray(correlations < usual - max(COVERED_CORRELATION, COVERED_CORRELATION_SDS * scatter))
 
 
 @dataclass(frozen=True)
@@ -119,7 +146,8 @@ class _Poses:
     """What the gratings share: the camera's course, and how good it is.
 
     camera_mm (T, 3), smoothed; page_mm (N, 2): of the markers' corners; jitter (2,): of the parallax coordinates about
-    their smoothed course; enlarged: as `_small_marker_factor`; good (T,): frames that were registered well.
+    their smoothed course; enlarged: as `_small_marker_factor`; good (T,): frames that were registered well;
+    stretch (T,): as `camera.stretches.stretch_numbers`.
     """
 
     camera: CameraFit
@@ -128,6 +156,7 @@ class _Poses:
     jitter: Array
     enlarged: float
     good: NDArray[np.bool_]
+    stretch: NDArray[np.int64]
 
 
 def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) -> _Strip | None:
@@ -148,12 +177,14 @@ def _grating_signal(
 ) -> GratingSignal:
     """The signal of one grating from all its strips, with the error bars that its poses give it."""
     grating = badge.gratings[index]
-    own = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
+    every = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
+    own = _uncovered(every)
+    clear = sum(float(np.mean(~strip.phase.covered)) for strip in own)
     axis = 0 if grating.axis == "x" else 1
     rounding = float(np.median([rounding_rad(strip.phase) for strip in own])) if own else 0.0
     tangent_error = _after_smoothing(float(poses.jitter[axis]), poses.camera.tangent_error[axis], rounding)
     phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
-    signal = _combine(phases, predictions, poses.enlarged * tangent_error, badge, grating, track.times_s)
+    signal = _combine(phases, predictions, poses.enlarged * tangent_error, badge, grating, track.times_s, poses.stretch)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -167,7 +198,21 @@ def _grating_signal(
         tangent_sd=poses.camera.tangent_sd[axis],
         covariates=_covariates(poses.camera_mm, poses.page_mm, axis),
         rounding_rad=rounding,
+        covered_share=1 - clear / max(len(every), 1),
     )
+
+
+def _uncovered(strips: list[_Strip]) -> list[_Strip]:
+    """The strips without those that a hand or a caption lies over all film long.
+
+    They are far vaguer than the clearest strip, or fringes explain far less of them.
+    """
+    vague = np.array([np.median(strip.phase.phase_sd_rad) for strip in strips])
+    misfit = np.array([strip.phase.misfit for strip in strips])
+    covered = vague > MAX_VAGUENESS_RATIO * vague.min(initial=math.inf)
+    floor = max(misfit.min(initial=math.inf), COVERED_MISFIT_CONTRASTS / COVERED_MISFIT_RATIO)
+    covered |= misfit > COVERED_MISFIT_RATIO * floor
+    return [strip for strip, hidden in zip(strips, covered, strict=True) if not hidden]
 
 
 def _covariates(camera_mm: Array, page_mm: Array, axis: int) -> Array:
@@ -215,7 +260,13 @@ def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
 
 
 def _combine(
-    strips: list[StripPhase], predictions: list[Array], noise: float, badge: Badge, grating: Grating, times_s: Array
+    strips: list[StripPhase],
+    predictions: list[Array],
+    noise: float,
+    badge: Badge,
+    grating: Grating,
+    times_s: Array,
+    stretch: NDArray[np.int64],
 ) -> GratingSignal:
     """One signal from several strips.
 
@@ -232,7 +283,7 @@ def _combine(
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
     # What a hand hides has no phase; its noise would be followed through whole turns.
     clear = np.flatnonzero(weight.any(axis=0))
-    segments = [clear[part] for part in joined_frames(common[clear], times_s[clear])]
+    segments = [clear[part] for part in joined_frames(common[clear], times_s[clear], stretch[clear])]
     signal = unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)
     for _ in range(4):
         expected = signal + (gain[:, None] - 1.0) * (signal - signal.mean())
@@ -250,6 +301,14 @@ def _combine(
     strip_sd = np.array(
         [np.median(own[own < MAX_PHASE_SD_RAD]) if (own < MAX_PHASE_SD_RAD).any() else 0.0 for own in sd]
     )
+    numbers = numbered(segments, len(times_s))
     return GratingSignal(
-        signal - signal.mean(), common, phase_sd, float(slope * noise), wander, times_s, strip_sd_rad=strip_sd
+        within_stretches(signal, numbers),
+        within_stretches(common, numbers),
+        phase_sd,
+        float(slope * noise),
+        wander,
+        times_s,
+        strip_sd_rad=strip_sd,
+        stretch=numbers,
     )

@@ -7,15 +7,16 @@ a forged film gets its own phase, not the one that the optics predict.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 from scipy.optimize import minimize_scalar
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.sinusoid import Fit, fit_rows
-from moireid.verifier.limits import STRIP_NOISE_RATIO
+from moireid.verifier.limits import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
 from moireid.verifier.tracking.profiles import CODING_POWER
 
 Array = NDArray[np.float64]
@@ -25,13 +26,17 @@ REFINE_FRAMES = 64
 BLOCKS = 4
 #: Frames that are fitted at a time.
 PIECE_FRAMES = 512
+#: A hand's soft edge is before the strip so many frames longer than it shows.
+COVERED_EDGE_FRAMES = 2
 
 
 @dataclass(frozen=True)
 class StripPhase:
     """One strip over the film: phase at its middle and its standard deviation, contrast and level in counts, each (T,).
 
-    frequency_per_mm is |f| with the sign of the search range; frequency_sd its standard deviation.
+    frequency_per_mm is |f| with the sign of the search range; frequency_sd its standard deviation;
+    covered (T,): where something that is no fringe lies over a part of the strip (`covered_frames`), which tells no
+    phase; misfit: what fringes leave unexplained in a middling frame, as a share of the contrast.
     """
 
     phase_rad: Array
@@ -40,6 +45,8 @@ class StripPhase:
     level: Array
     frequency_per_mm: float
     frequency_sd: float
+    covered: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
+    misfit: float = 0.0
 
 
 def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm: tuple[float, float]) -> StripPhase:
@@ -72,7 +79,22 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     contrast = np.abs(fringe)
     with np.errstate(divide="ignore", invalid="ignore"):
         sd = STRIP_NOISE_RATIO * np.sqrt(variance) / contrast
-    return StripPhase(np.angle(fringe), np.nan_to_num(sd, nan=np.inf), contrast, level, frequency, spread)
+    misfit = np.sqrt(np.concatenate([piece.left for piece in pieces]) / profiles.shape[1])
+    covered = covered_frames(misfit, contrast)
+    sd = np.where(covered, np.inf, np.nan_to_num(sd, nan=np.inf))
+    usual = float(np.median(misfit) / max(np.median(contrast), 1e-9))
+    return StripPhase(np.angle(fringe), sd, contrast, level, frequency, spread, covered, usual)
+
+
+def covered_frames(misfit: Array, contrast: Array) -> NDArray[np.bool_]:
+    """Frames in which something lies over a part of the strip: a hand, a finger, a caption, glare; (T,).
+
+    Parameters: misfit (T,): root mean square of what fringes leave unexplained in a frame; contrast (T,); counts.
+    Convention: fringes that move wrongly, or stand still, fit as well as any, and are never taken for covered.
+    """
+    usual = float(np.median(misfit))
+    limit = max(COVERED_MISFIT_RATIO * usual, COVERED_MISFIT_CONTRASTS * float(np.median(contrast)))
+    return np.asarray(binary_dilation(misfit > limit, iterations=COVERED_EDGE_FRAMES)) & (misfit > usual)
 
 
 def rounding_rad(strip: StripPhase) -> float:

@@ -11,24 +11,33 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.smoothing import stretches
+from moireid.verifier.camera.smoothing import unbroken
 from moireid.verifier.limits import MAX_GAP_S, MAX_STEP_RAD
 
 Array = NDArray[np.float64]
 Frames = NDArray[np.int64]
 
 
-def joined_frames(predicted_rad: Array, times_s: Array) -> list[Frames]:
+def joined_frames(predicted_rad: Array, times_s: Array, numbers: Frames | None = None) -> list[Frames]:
     """Segments of frames in which each frame's phase can be told from the one before.
 
+    numbers (T,): of the frames' stretches, which no segment crosses.
     They end at gaps, and where the camera went so fast that the optics predict a step of nearly half a turn or more.
     """
     fast = np.abs(np.diff(predicted_rad)) > MAX_STEP_RAD
     return [
         part
-        for stretch in stretches(times_s, MAX_GAP_S)
+        for stretch in unbroken(times_s, MAX_GAP_S, numbers)
         for part in np.split(stretch, np.flatnonzero(fast[stretch[:-1]]) + 1)
     ]
+
+
+def numbered(segments: Sequence[Frames], count: int) -> Frames:
+    """The number of each frame's segment, (T,); a frame of none has that of the segment before."""
+    begins = np.zeros(count, np.int64)
+    for segment in segments[1:]:
+        begins[segment[0]] = 1
+    return np.cumsum(begins)
 
 
 def unwrap(phase_rad: Array, predicted_rad: Array, segments: Sequence[Frames]) -> Array:

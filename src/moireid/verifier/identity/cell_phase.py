@@ -56,7 +56,8 @@ class Field:
     """The uniform rows' field of one grating.
 
     clock_rad (T,): measured less predicted motion with the sheet's offset; twist_rad_per_mm: phase along the lenses;
-    level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across.
+    level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across;
+    read (T,): frames in which a row tells its phase, which others have none to read cells against.
     """
 
     clock_rad: Array
@@ -65,6 +66,7 @@ class Field:
     contrast: Array
     frequency_per_mm: float
     middle_mm: float
+    read: NDArray[np.bool_]
 
 
 def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> dict[int, CellPhase]:
@@ -79,13 +81,16 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
     rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
     if not rows:
         return {}
-    shape, badge = _shape(track, measurement, grating, field), track.badge
+    sampled = field.read[track.cell_frames]
+    if not sampled.any():
+        return {}
+    shape, badge, frames = _shape(track, measurement, grating, field), track.badge, track.cell_frames[sampled]
     found: dict[int, CellPhase] = {}
     costs: dict[int, Array] = {}
     views: dict[int, tuple[Array, Array]] = {}
     for index, strip in rows:
-        phase = _field_phase(badge, strip, measurement.camera_mm, field, track.cell_frames)
-        seen = _in_contrasts(track.profiles[index], field, track.cell_frames)
+        phase = _field_phase(badge, strip, measurement.camera_mm, field, frames)
+        seen = _in_contrasts(track.profiles[index][sampled], field, frames)
         for cell in strip.cells:
             inside = _samples_of(badge, strip, cell)
             views[cell] = seen[:, inside], phase[:, inside]
@@ -133,7 +138,8 @@ def _shape(track: Track, measurement: Measurement, grating: int, field: Field) -
     """The fringe's shape, learnt from the reference rows, whose beat the cells share."""
     code = track.badge.gratings[grating].code
     assert code is not None
-    frames = np.unique(np.linspace(0, track.tracked - 1, min(SHAPE_FRAMES, track.tracked)).astype(int))
+    read = np.flatnonzero(field.read)
+    frames = read[np.unique(np.linspace(0, len(read) - 1, min(SHAPE_FRAMES, len(read))).astype(int))]
     seen, phases = [], []
     for index, strip in enumerate(track.strips):
         if strip.grating == grating and strip.uniform and code.roles[strip.cells[0]] == "reference":
@@ -171,7 +177,7 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
     fields = []
     for twist in _twists(apart, across, weight, 2 * math.pi * MAX_TWIST_RAD / badge.lens.pitch_mm):
         clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
-        fields.append(Field(clock, twist, level, contrast, frequency, middle))
+        fields.append(Field(clock, twist, level, contrast, frequency, middle, weight.any(axis=0)))
     return fields
 
 

@@ -2,4 +2,5 @@
 
 figures.py     the figures of one grating           likelihood.py  how much likelier of a true badge
 judge.py       the motion invariant                 segments.py    the verdict by time
+steady_course.py  would a drift or a delay show on this course?
 """

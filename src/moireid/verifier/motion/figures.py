@@ -11,7 +11,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.smoothing import GAP_S, slow_part, stretches
+from moireid.verifier.camera.smoothing import GAP_S, slow_part, unbroken
+from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
     MAX_LAG_S,
@@ -72,14 +73,16 @@ def figures_of(signal: GratingSignal) -> Figures:
     measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
     if len(measured) < WINDOW_FRAMES:
         return Figures()
-    measured, predicted = measured - measured.mean(), predicted - predicted.mean()
+    # Each stretch has a phase constant of its own, so only what moves within one is evidence.
+    stretch = signal.stretch[used]
+    measured, predicted = within_stretches(measured, stretch), within_stretches(predicted, stretch)
     excitation = float(predicted.std())
     power = float(predicted @ predicted)
     gain = float(predicted @ measured) / power if power > 0 else 0.0
     residual = measured - gain * predicted
     wandering = _without_place(residual, predicted, signal, used)
-    wandering, lagging = _without_lag(wandering, predicted, signal.times_s[used])
-    slow, fast = float(slow_part(wandering, signal.times_s[used], WANDER_MEAN_S).std()), float(wandering.std())
+    wandering, lagging = _without_lag(wandering, predicted, signal.times_s[used], stretch)
+    slow, fast = float(slow_part(wandering, signal.times_s[used], WANDER_MEAN_S, stretch).std()), float(wandering.std())
     spell = _worst_spell(wandering, signal.times_s[used], signal.phase_sd_rad[used])
     expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad, lagging)
     gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
@@ -147,7 +150,7 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     if signal.covariates is not None:
         columns += list(signal.covariates[used].T)
     table = np.column_stack(columns)
-    table = table - table.mean(axis=0)
+    table = np.column_stack([within_stretches(column, signal.stretch[used]) for column in table.T])
     power = float(predicted @ predicted)
     if power > 0:
         table = table - np.outer(predicted, predicted @ table) / power
@@ -161,7 +164,7 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     return np.asarray(residual - explained * min(1.0, most / max(float(explained.std()), 1e-12)))
 
 
-def _without_lag(residual: Array, predicted: Array, times_s: Array) -> tuple[Array, float]:
+def _without_lag(residual: Array, predicted: Array, times_s: Array, numbers: NDArray[np.int64]) -> tuple[Array, float]:
     """What is left of the residual but for a lag of the fringes, one for the whole film and `MAX_LAG_S` at most.
 
     Returns: that, and what the lag makes of the fringes as it varies from frame to frame, rad.
@@ -170,11 +173,11 @@ def _without_lag(residual: Array, predicted: Array, times_s: Array) -> tuple[Arr
     until it is coded again, so lags run evenly from 0 to twice their mean, and vary by it over the root of 3.
     """
     rate = np.zeros_like(predicted)
-    for stretch in stretches(times_s, GAP_S):
+    for stretch in unbroken(times_s, GAP_S, numbers):
         clock, kept = np.unique(times_s[stretch], return_index=True)
         if len(clock) > 2:
             rate[stretch[kept]] = np.gradient(predicted[stretch[kept]], clock)
-    rate -= rate.mean()
+    rate = within_stretches(rate, numbers)
     power = float(predicted @ predicted)
     rate -= predicted * (float(predicted @ rate) / power if power > 0 else 0.0)
     swing = float(rate @ rate)

@@ -22,8 +22,10 @@ from moireid.verifier.limits import (
     EXPLAINED_SDS,
     GAIN_REJECTED_SDS,
     GAIN_TOLERANCE_SHARE,
+    MAX_COVERED_SHARE,
     MAX_GAIN_SD_SHARE,
     MAX_STRIP_WANDER_RAD,
+    MAX_UNSEEN_CHANCE,
     MIN_CORRELATION,
     MIN_EXCITATION_RAD,
     MIN_EXCITATION_TO_ERROR_RATIO,
@@ -35,6 +37,7 @@ from moireid.verifier.limits import (
 )
 from moireid.verifier.motion.figures import Figures, figures_of
 from moireid.verifier.motion.likelihood import KINDS
+from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_drift
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
@@ -94,8 +97,10 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
     decisive = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
     reasons = [_enough_motion(whole.excitation_rad, whole.expected_error_rad)]
+    reasons += _uncovered(max(signal.covered_share for signal in signals))
     if reasons[0].level == "pass":
         reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
+        reasons += _course_tells([signal for signal, f in zip(signals, figures, strict=True) if f in moved])
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -149,6 +154,46 @@ def _held_against_law(
         _strips_agree(max(f.strip_wander_rad for f in figures), expected),
         _likely_true(decisive),
     ]
+
+
+def _course_tells(moved: Sequence[GratingSignal]) -> list[Reason]:
+    """Whether the course is such that fringes which merely drift, or come late, would show; of the best grating."""
+    chances = []
+    for signal in moved:
+        drift, delay = chance_of_drift(signal, _would_pass), chance_of_delay(signal, _would_pass)
+        chances.append(max((drift, "drift at some constant speed"), (delay, "come late by up to a second")))
+    if not chances:
+        return []
+    chance, what = min(chances)
+    level: Level = "pass" if chance <= MAX_UNSEEN_CHANCE else "undecided"
+    text = f"On this course, fringes that merely {what} would pass in {100 * chance:.0f} of 100 cases"
+    text += "." if level == "pass" else "; film again, and move the badge or the camera to and fro."
+    return [Reason("steady", level, chance, MAX_UNSEEN_CHANCE, "share", text)]
+
+
+def _uncovered(share: float) -> list[Reason]:
+    """Whether enough of the rows is to be seen; nothing where all of them are."""
+    if share < 0.005:
+        return []
+    level: Level = "note" if share <= MAX_COVERED_SHARE else "undecided"
+    text = (
+        f"Something lies over the badge's rows (a hand, a caption, glare): {100 * share:.0f} % of them are not judged"
+    )
+    text += "." if level == "note" else f"; at most {100 * MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."
+    return [Reason("covered", level, share, MAX_COVERED_SHARE, "share", text)]
+
+
+def _would_pass(signal: GratingSignal) -> bool:
+    """Whether a grating's fringes would be taken for a real badge's, its course aside."""
+    found = figures_of(signal)
+    excitation, expected = found.excitation_rad, found.expected_error_rad
+    reasons = [
+        _correlated(found.correlation, excitation, expected),
+        _gain_right(found.gain_ratio, found.gain_sd),
+        _residual_explained(found.wandering_rad, excitation, expected),
+        _likely_true(found),
+    ]
+    return worst(reasons) == "accept"
 
 
 def _enough_motion(excitation: float, expected: float) -> Reason:

@@ -65,6 +65,7 @@ def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> Grating
     return replace(
         signal,
         measured_rad=signal.measured_rad[frames],
+        stretch=signal.stretch[frames],
         predicted_rad=signal.predicted_rad[frames],
         phase_sd_rad=signal.phase_sd_rad[frames],
         times_s=signal.times_s[frames],

@@ -149,8 +149,9 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
 def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
     """One grating's signals of several chapters, one after the other."""
     return GratingSignal(
-        measured_rad=np.concatenate([signal.measured_rad - signal.measured_rad.mean() for signal in signals]),
-        predicted_rad=np.concatenate([signal.predicted_rad - signal.predicted_rad.mean() for signal in signals]),
+        measured_rad=np.concatenate([signal.measured_rad for signal in signals]),
+        predicted_rad=np.concatenate([signal.predicted_rad for signal in signals]),
+        stretch=_numbered_on([signal.stretch for signal in signals]),
         phase_sd_rad=np.concatenate([signal.phase_sd_rad for signal in signals]),
         pose_sd_rad=float(np.sqrt(np.mean([signal.pose_sd_rad**2 for signal in signals]))),
         strip_residual_rad=np.max([signal.strip_residual_rad for signal in signals], axis=0),
@@ -160,7 +161,14 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         covariates=_joined_places(signals),
         strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
         rounding_rad=float(np.mean([signal.rounding_rad for signal in signals])),
+        covered_share=float(np.mean([signal.covered_share for signal in signals])),
     )
+
+
+def _numbered_on(numbers: Sequence[np.ndarray]) -> np.ndarray:
+    """Numbers of the stretches of several chapters; no stretch goes on from one to the next."""
+    begins = np.cumsum([0, *(own[-1] - own[0] + 1 for own in numbers[:-1])])
+    return np.concatenate([own - own[0] + begin for own, begin in zip(numbers, begins, strict=True)])
 
 
 def _joined_places(signals: Sequence[GratingSignal]) -> np.ndarray | None:

@@ -1,0 +1,76 @@
+"""Stretches: runs of frames within which the badge was followed without a break.
+
+Fringe phase is known modulo a turn, and a badge that is lost, cut or turned within one frame may have moved by any
+number of turns meanwhile.  So what lies between two stretches is no evidence, neither for a badge nor against it: each
+stretch has a phase constant of its own, and only motion seen within one counts.  Else a still picture, shown at two
+views a whole turn apart, would obey the law at both.
+
+Convention: stretches are numbered from 0 in the order of time; tangents (T, 2) are the parallax coordinates Cx/Cz and
+Cy/Cz.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter
+
+from moireid.verifier.limits import JUMP_NOISE_SDS, MAX_GAP_S, MAX_MISSING_FRAMES, MAX_TURN_PER_S2, MIN_GAP_S
+
+Array = NDArray[np.float64]
+Numbers = NDArray[np.int64]
+#: Frames on either side of a jump, and around it by which the usual scatter of poses is known.
+SIDE, AROUND = 3, 31
+
+
+def stretch_numbers(times_s: Array, tangents: Array) -> Numbers:
+    """The number of each frame's stretch, (T,).
+
+    Convention: a stretch ends where more than one frame is missing, and where the camera's direction jumps (`jumps`).
+    """
+    ends = np.zeros(len(times_s), bool)
+    ends[1:] = (np.diff(times_s) > longest_step_s(times_s)) | jumps(times_s, tangents)
+    return np.cumsum(ends)
+
+
+def longest_step_s(times_s: Array) -> float:
+    """The longest time between two frames of one stretch: one may be missing, or some where a file's times jitter."""
+    steps = np.diff(times_s)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
+    return min(max(MAX_MISSING_FRAMES * usual, MIN_GAP_S), MAX_GAP_S)
+
+
+def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
+    """Between which neighbouring frames the camera's direction jumps, (T - 1,).
+
+    A hand speeds a badge or a camera up by no more than `MAX_TURN_PER_S2`; a plain cut moves it within one frame.
+    Source: the medians of `SIDE` frames on either side, less the motion that the steps around let expect, against the
+    usual size of that difference within a second or so; medians, because a single pose may err.  From rest to rest a
+    hand moves by a quarter of its acceleration times the time squared; within one frame four times that is allowed.
+    """
+    found = np.zeros(max(len(times_s) - 1, 0), bool)
+    if len(times_s) < 2 * SIDE + 2:
+        return found
+    steps = np.diff(tangents, axis=0)
+    here = slice(SIDE - 1, len(found) - SIDE + 1)
+    middles = np.median(np.lib.stride_tricks.sliding_window_view(tangents, SIDE, axis=0), axis=-1)
+    usual_step = median_filter(steps, (4 * SIDE - 1, 1), mode="nearest")[here]
+    sudden = np.abs(middles[SIDE:] - middles[:-SIDE] - SIDE * usual_step)
+    usual = 1.4826 * median_filter(sudden, (AROUND, 1), mode="nearest")
+    time = np.diff(times_s)[here]
+    reach = MAX_TURN_PER_S2 * np.where(time > 1.5 * np.median(time), time / 2, time) ** 2
+    over = (sudden / np.maximum(reach[:, None], JUMP_NOISE_SDS * usual)).max(axis=1)
+    # Windows that straddle a cut beside their middle see some of it too: the cut is where they see most, or beside it
+    # where the step itself is larger.
+    size = np.linalg.norm(steps, axis=1)
+    for place in np.flatnonzero((over > 1) & (over == maximum_filter1d(over, 2 * SIDE - 1))) + here.start:
+        around = slice(max(place - 1, 0), place + 2)
+        found[around.start + int(np.argmax(size[around]))] = True
+    return found
+
+
+def within_stretches(series: Array, numbers: Numbers) -> Array:
+    """A series without the mean of each of its stretches, (T,)."""
+    _, place = np.unique(numbers, return_inverse=True)
+    means = np.bincount(place, weights=series) / np.bincount(place)
+    return np.asarray(series - means[place])

@@ -1,0 +1,70 @@
+"""Fringes that drift, or come late: how often would they pass on this film's own course?
+
+On a course that goes steadily one way a delay is but a constant, which assembly decides, and a drift at the right speed
+is the law itself.  So the chance is counted that a forger passes who knows neither speed nor delay: forged signals are
+made on the film's own course, with no other fault, and judged as the film is.
+
+Convention: a drift goes at one speed all film long, and its ratio to the best-fitting speed is any between
+`FORGED_GAIN_MIN_RATIO` and `FORGED_GAIN_MAX_RATIO` alike; a delay is any of `DELAYS_S` alike.  Each stretch has a phase
+constant of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.camera.smoothing import GAP_S, unbroken
+from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import (
+    DELAYS_S,
+    FORGED_GAIN_MAX_RATIO,
+    FORGED_GAIN_MIN_RATIO,
+    GAIN_TOLERANCE_SHARE,
+    MIN_CORRELATION,
+)
+
+Array = NDArray[np.float64]
+#: Steps of the drift's ratio that are tried.
+RATIO_STEP = 0.05
+
+Passes = Callable[[GratingSignal], bool]
+
+
+def chance_of_drift(signal: GratingSignal, passes: Passes) -> float:
+    """How often fringes that drift at an unknown constant speed would pass; passes: whether a forged signal would."""
+    clock = within_stretches(signal.times_s, signal.stretch)
+    course = within_stretches(signal.predicted_rad, signal.stretch)
+    power = float(clock @ clock)
+    speed = float(clock @ course) / power if power > 0 else 0.0
+    alike = float(np.sqrt(speed**2 * power / max(float(course @ course), 1e-12)))
+    if alike < MIN_CORRELATION:
+        return 0.0
+    # Regressed on the course, a drift of ratio r has a gain of r times the square of how alike they are.
+    ratios = np.arange(FORGED_GAIN_MIN_RATIO, FORGED_GAIN_MAX_RATIO + RATIO_STEP / 2, RATIO_STEP)
+    near = ratios[np.abs(ratios * alike**2 - 1) <= GAIN_TOLERANCE_SHARE]
+    return sum(passes(replace(signal, measured_rad=ratio * speed * clock)) for ratio in near) / len(ratios)
+
+
+def chance_of_delay(signal: GratingSignal, passes: Passes) -> float:
+    """How often fringes that come late by an unknown time would pass."""
+    return sum(passes(replace(signal, measured_rad=_delayed(signal, delay))) for delay in DELAYS_S) / len(DELAYS_S)
+
+
+def _delayed(signal: GratingSignal, delay_s: float) -> Array:
+    """The course so much later, (T,); before the beginning of a stretch it went on as it begins."""
+    shown = np.empty_like(signal.predicted_rad)
+    for part in unbroken(signal.times_s, GAP_S, signal.stretch):
+        clock, kept = np.unique(signal.times_s[part], return_index=True)
+        course = signal.predicted_rad[part[kept]]
+        early = min(max(int(np.searchsorted(clock, clock[0] + delay_s)), 1), len(clock) - 1)
+        wanted = signal.times_s[part] - delay_s
+        shown[part] = np.interp(wanted, clock, course)
+        if early > 0:
+            rate = (course[early] - course[0]) / (clock[early] - clock[0])
+            shown[part] += rate * np.minimum(wanted - clock[0], 0.0)
+    return within_stretches(shown, signal.stretch)
