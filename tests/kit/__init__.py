@@ -11,6 +11,7 @@ drawn.py            the shapes on a PDF page
 mounting.py         mounts, and what a camera sees of them
 film_stubs.py       jobs that stand in for films
 in_place.py         the archive's engine without its processes
+sandbox_work.py     what a sandboxed process is given to do
 report_faults.py    a report held against its schema
 guiding.py          the blocks of a guide, typed
 portrait.py         a person with a badge
