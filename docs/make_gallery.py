@@ -1,5 +1,5 @@
-"""Make the pictures of README and guides again, `make gallery`: badges, films and verdicts by the commands, the law by the
-library.
+"""Make the pictures of README and guides again, `make gallery`: badges, films and verdicts by the commands, the law by
+the library.
 
 What comes out is kept with the project, small enough for that; `gallery/gallery.md` holds the words between pictures.
 """
