@@ -271,7 +271,8 @@ def _to_document(badge: Badge) -> dict[str, Any]:
         "print": badge.print,
     }
     document.update({key: value for key, value in optional.items() if value is not None})
-    return json.loads(json.dumps(document))
+    plain: dict[str, Any] = json.loads(json.dumps(document))
+    return plain
 
 
 @cache

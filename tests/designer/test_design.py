@@ -27,7 +27,7 @@ from moireid.profiles import PAPERS_MM, lens_named
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 SHORT = bytes.fromhex("38c1c2")
-#: The camera that a design must suffice for: 1080p, and a phone's angle of view (physics.md films with it).
+#: The camera that a design must suffice for: 1080p, and a phone's angle of view.
 FOCAL_PX, IMAGE_PX = 1450.0, (1920, 1080)
 #: Wishes that differ in all that matters, each within what can be built.
 WISHES = [

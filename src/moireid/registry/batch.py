@@ -113,8 +113,9 @@ def enroll_many(ledger: Ledger, issued: Iterable[Badge], progress: Callable[[int
         revoked += sum(holder.revoked_at is not None for holder in holders)
         if progress:
             progress(enrolled + unchanged, total)
-        if conflict or refusal:
-            raise conflict or refusal  # type: ignore[misc]
+        fault = conflict or refusal
+        if fault:
+            raise fault
     return Batch(enrolled, unchanged, revoked)
 
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -149,7 +150,7 @@ def film(
                 stages.end("render")
                 picture = sensor.expose(board, middle.rotation[0], frame / fps)
                 stages.end("sensor")
-                aside.run(lambda picture=picture, frame=frame: writer.write(picture, frame))  # type: ignore[misc]
+                aside.run(partial(writer.write, picture, frame))
                 stages.end("encode")
                 truth.add(row, frame / fps, middle, shown.camera_mm[frame], shown.sight_mm[frame], field)
                 if progress:

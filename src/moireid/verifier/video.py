@@ -172,7 +172,7 @@ def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
     """
     depth = PLANAR_DEPTH.get(picture.format.name)
     if depth is None:
-        return picture.to_ndarray(format="gray")
+        return np.asarray(picture.to_ndarray(format="gray"), np.uint8)
     plane = picture.planes[0]
     if depth == 8:
         rows = np.frombuffer(plane, np.uint8).reshape(picture.height, -1)[:, : picture.width]
