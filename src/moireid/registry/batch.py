@@ -37,7 +37,17 @@ _GRATING_LAYOUT = attrgetter(*[field.name for field in fields(Grating) if field.
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of a batch: how many records are new, how many were there, and how many of those are revoked."""
+    """What became of a batch that was enrolled.
+
+    Attributes
+    ----------
+    enrolled : int
+        New records.
+    unchanged : int
+        Badges that were enrolled already.
+    revoked : int
+        Those of the unchanged that are revoked.
+    """
 
     enrolled: int
     unchanged: int
