@@ -7,7 +7,7 @@ from pathlib import Path
 
 from kit.places import FILMS
 from moireid.badge import load_badge
-from moireid.simulate.film import film
+from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Camera, Scene
 
