@@ -128,7 +128,35 @@ class Markers:
 
 @dataclass(frozen=True)
 class Badge:
-    """One badge as issued; never changed afterwards."""
+    """One badge as issued; never changed afterwards.
+
+    Parameters
+    ----------
+    id : str or None
+        The identity as lower-case hex digits; None for a board without one, such as a pitch test sheet.
+    name : str
+        Who wears it.
+    page_mm : (float, float)
+        Width and height of the printed page, mm.
+    lens : Lens
+        The lenticular sheet or the line mask in front.
+    gratings : tuple of Grating
+        The printed lines, one or two gratings.
+    markers : Markers
+        The four corner markers.
+    payload_bits : int, optional
+        Bits of the identity.
+    board_mm : Rect, optional
+        The board that is cut out of the page, (x0, y0, x1, y1), page mm.
+    range_m : (float, float), optional
+        Nearest and farthest camera, m.
+    print : dict, optional
+        How it is printed: "dpi", "paper", "form", "lens".
+
+    Notes
+    -----
+    Convention: page mm have their origin at the page's top left, x right, y down.
+    """
 
     id: str | None
     name: str
@@ -147,11 +175,23 @@ class Badge:
         return self.board_mm or (0.0, 0.0, *self.page_mm)
 
     def to_json(self) -> str:
-        """This badge as the text of a badge.json file, readable, with a final newline."""
+        """Give the text of a badge.json file.
+
+        Returns
+        -------
+        str
+            Readable JSON, with a final newline.
+        """
         return json.dumps(_to_document(self), indent=1, ensure_ascii=False) + "\n"
 
     def layout_key(self) -> str:
-        """SHA-256 of all that a reader must know before it reads the identity: two badges of one layout read alike."""
+        """Hash all that a reader must know before it reads the identity: two badges of one layout read alike.
+
+        Returns
+        -------
+        str
+            SHA-256, hex digits.
+        """
         document = _to_document(self)
         for key in ("id", "name", "print", "range_m"):
             document.pop(key, None)
@@ -165,8 +205,21 @@ class Badge:
 def load_badge(path: Path | str) -> Badge:
     """Read a badge.json file.
 
-    Raises: SpecError where the file is absent, not JSON, or breaks the schema or the geometry; the message names
-    the key and what is allowed there.
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+
+    Returns
+    -------
+    Badge
+        Checked against the schema and for its geometry.
+
+    Raises
+    ------
+    SpecError
+        Where the file is absent, not JSON, or breaks the schema or the geometry; the message names the key and what is
+        allowed there.
     """
     path = Path(path)
     try:
@@ -271,7 +324,8 @@ def _to_document(badge: Badge) -> dict[str, Any]:
         "print": badge.print,
     }
     document.update({key: value for key, value in optional.items() if value is not None})
-    return json.loads(json.dumps(document))
+    plain: dict[str, Any] = json.loads(json.dumps(document))
+    return plain
 
 
 @cache

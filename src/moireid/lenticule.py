@@ -104,11 +104,12 @@ def view_response(
         assert lens.open_fraction is not None
         shift = optics.slab_shift_mm(lens.thickness_mm, lens.refractive_index, tan_x, tan_y)
         # numpy's sinc is sin(pi x)/(pi x): the first Fourier coefficient of the openings over their mean.
-        return np.exp(2j * math.pi * shift / rear_pitch_mm) * np.sinc(lens.open_fraction)
+        return np.asarray(np.exp(2j * math.pi * shift / rear_pitch_mm) * np.sinc(lens.open_fraction))
     across = ((np.arange(rays) + 0.5) / rays - 0.5) * lens.pitch_mm
     landed, cosine = trace_mm(lens, across, tan_x[..., None], tan_y[..., None])
     passed = optics.passed_share(lens.refractive_index, cosine) if fresnel else np.ones_like(cosine)
-    return (passed * np.exp(2j * math.pi * landed / rear_pitch_mm)).sum(axis=-1) / passed.sum(axis=-1)
+    seen = (passed * np.exp(2j * math.pi * landed / rear_pitch_mm)).sum(axis=-1)
+    return np.asarray(seen / passed.sum(axis=-1))
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,7 @@ def slab_shift_mm(thickness_mm: float, refractive_index: float, tan_x: ArrayLike
     tan_x, tan_y = np.asarray(tan_x, float), np.asarray(tan_y, float)
     length_squared = 1.0 + tan_x**2 + tan_y**2
     depth_cosine = np.sqrt(refractive_index**2 * length_squared - tan_x**2 - tan_y**2)
-    return thickness_mm * tan_x / depth_cosine
+    return np.asarray(thickness_mm * tan_x / depth_cosine)
 
 
 def parallax_slope_rad(effective_gap_mm: float, rear_pitch_mm: float) -> float:

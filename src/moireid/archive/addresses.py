@@ -106,7 +106,8 @@ def _system(address: str) -> tuple[Any, str]:
     # Beside addresses that are none: s3fs asks for a region or credentials here.
     with _told(f"address {address!r} cannot be used", ADVICE):
         try:
-            return url_to_fs(address)
+            system, path = url_to_fs(address)
+            return system, str(path)
         except ImportError as error:
             raise MissingExtraError(
                 f"{address} needs a package that is not installed here ({_words(error)})"

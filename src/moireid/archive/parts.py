@@ -68,7 +68,7 @@ class Parts:
         import pyarrow.parquet as pq
 
         try:
-            rows = pq.read_table(path, partitioning=None).to_pylist()
+            rows: list[dict[str, Any]] = pq.read_table(path, partitioning=None).to_pylist()
         except (pa.ArrowException, OSError) as error:
             raise SpecError(f"{path} cannot be read ({' '.join(str(error).split())[:150]}); take it away") from error
         if any("key" not in row for row in rows):

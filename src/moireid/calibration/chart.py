@@ -39,9 +39,18 @@ LENS_RANGE = (0.25, 20.0)
 
 @dataclass(frozen=True)
 class View:
-    """One registered picture of the chart: camera centre, page mm (z negative), and a profile a part, (P, N).
+    """One registered picture of the chart.
 
-    Convention: parts as `parts_of` has them.
+    Parameters
+    ----------
+    camera_mm : array (3,)
+        Camera centre, page mm; z is negative before the page.
+    profiles : array (P, N)
+        Brightness along each part of each band, light and not coded counts.
+
+    Notes
+    -----
+    Convention: P parts as `moireid.calibration.chart.parts_of` has them, from top to bottom; N samples along x.
     """
 
     camera_mm: Array
@@ -92,11 +101,33 @@ def printed_dot_mm(chart: Badge) -> float | None:
 def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distance_mm: float | None = None) -> View:
     """Find the chart in a picture and read its bands.
 
-    Parameters: focal_px: of this picture, for the direction and, unless distance_mm is given, for the distance.
-    Convention: distance_mm from the camera to the middle of the sheet; the principal point is the picture's centre.
-    Raises: MediaError where the picture does not show the chart; SpecError where no camera could show it so large from
-        that distance.
-    Source: `markers`, `registration`, `plane_pose`, `profiles`.
+    Parameters
+    ----------
+    luma : array (height, width) of uint8
+        The picture, grey.
+    chart : Badge
+        The pitch test sheet.
+    focal_px : float
+        Focal length of this picture, px: for the direction, and for the distance unless that is given.
+    distance_mm : float, optional
+        From the camera to the middle of the sheet, mm.
+
+    Returns
+    -------
+    View
+        The camera's place and the brightness of every band.
+
+    Raises
+    ------
+    MediaError
+        Where the picture does not show the chart.
+    SpecError
+        Where no camera could show it so large from that distance.
+
+    Notes
+    -----
+    Convention: the principal point is the picture's centre.
+    Source: `markers`, `registration`, `plane_pose` and `profiles` of the verifier.
     """
     start = _found(luma, chart)
     corners_mm = marker_corners_mm(chart.markers).reshape(-1, 2)

@@ -51,8 +51,20 @@ MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
 class Calibration:
     """A lens profile and how it came about.
 
-    bands, used: in all, and that the fit rests on; twist_deg: between sheet and page, None where it is not seen;
-    scatter_fringes: of the bands about the fit; matching_band: the number, with decimals, that an eye would read.
+    Attributes
+    ----------
+    profile : LensProfile
+        The sheet's pitch, mm, with its standard deviation.
+    matching_band : float
+        The number, with decimals, that an eye would read at the pictures' distance.
+    bands : int
+        Bands of the chart.
+    used : int
+        Bands that the fit rests on; 0 where a band was read by eye.
+    twist_deg : float or None
+        Between sheet and page, degrees; None where it is not seen.
+    scatter_fringes : float or None
+        Standard deviation of the bands about the fit, in fringes across a band; None where a band was read by eye.
     """
 
     profile: LensProfile
@@ -66,11 +78,34 @@ class Calibration:
 def lens_from_band(
     chart: Badge, band: float, *, distance_mm: float, measured_scale: float | None = None
 ) -> Calibration:
-    """The lens whose matching band was read by eye; 10.5 stands for a match between bands 10 and 11.
+    """Find a lens sheet's pitch from the matching band that somebody read by eye.
 
-    Convention: distance from the eye to the sheet.
-    Raises: SpecError where the chart has no such band.
-    Source: module docstring; between two bands line frequencies are interpolated.
+    Parameters
+    ----------
+    chart : Badge
+        The pitch test sheet.
+    band : float
+        Its number, from 1 at the top; 10.5 stands for a match between bands 10 and 11.
+    distance_mm : float
+        From the eye to the sheet, mm.
+    measured_scale : float, optional
+        Printed over true size along x, as a ruler told; None where nobody measured.
+
+    Returns
+    -------
+    Calibration
+        The sheet's profile.
+
+    Raises
+    ------
+    SpecError
+        Where the badge is no pitch test sheet, or has no such band.
+
+    Notes
+    -----
+    Convention: pitches are in units of the printed page; with `measured_scale` they are true millimetres.
+    Source: the matching band has (1 + g_eff / D) / p_r = 1 / p_f, with the traced gap g_eff.  Between two bands line
+    frequencies are interpolated.
     """
     check_chart(chart)
     printed = printed_frequencies(chart)
@@ -93,14 +128,39 @@ def lens_from_views(
     distance_from: str = "",
     measured_scale: float | None = None,
 ) -> Calibration:
-    """The lens whose fringes are seen in pictures of the chart.
+    """Find a lens sheet's pitch from pictures of the chart.
 
-    Parameters: distance_sd_share: standard deviation of the views' distance, as a share of it; distance_from: where
-        that distance comes from, for the profile's reader.
-    Convention: module docstring.
-    Raises: MediaError where too few bands are readable, or do not agree on one lens, or it lies beyond the chart.
-    Source: robust least squares over the bands (Tukey's biweight), see `_agree`; a twist a between sheet and page makes
-    the middles' phases run down the page by 2 pi sin(a) / p_f per mm, and shortens the frequency across it by cos a.
+    Parameters
+    ----------
+    views : list of View
+        One or more pictures of the chart under the sheet.
+    chart : Badge
+        The pitch test sheet.
+    distance_sd_share : float
+        Standard deviation of the views' distance, as a share of it.
+    distance_from : str
+        Where that distance comes from, for the profile's reader.
+    measured_scale : float, optional
+        Printed over true size along x, as a ruler told; None where nobody measured.
+
+    Returns
+    -------
+    Calibration
+        The sheet's profile.
+
+    Raises
+    ------
+    SpecError
+        Where the badge is no pitch test sheet.
+    MediaError
+        Where too few bands are readable, or do not agree on one lens, or it lies askew or beyond the chart.
+
+    Notes
+    -----
+    Convention: as `lens_from_band`.
+    Source: robust least squares over the bands (Tukey's biweight), see `_agree`.  A twist a between sheet and page
+    makes the phases of the bands' middles run down the page by 2 pi sin(a) / p_f per mm, and shortens the frequency
+    across it by cos a.
     """
     check_chart(chart)
     readings = read_bands(views, chart)

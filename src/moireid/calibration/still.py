@@ -27,9 +27,24 @@ EXIF_FOLDER, EXIF_FOCAL_35MM = 0x8769, 0xA405
 
 
 def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
-    """Grey pictures (height, width) of a photograph or a film, and the focal length in pixels that its camera noted.
+    """Read a photograph or some frames of a film as grey pictures.
 
-    Raises: MediaError where it is neither, or too large.
+    Parameters
+    ----------
+    path : Path
+        A photograph or a film of the chart.
+
+    Returns
+    -------
+    list of array (height, width) of uint8
+        One picture of a photograph, up to `FILM_FRAMES` of a film.
+    float or None
+        The focal length in px that the camera noted; None where it noted none, and for a film.
+
+    Raises
+    ------
+    MediaError
+        Where the file is neither, or too large.
     """
     if not path.is_file():
         raise MediaError(f"picture {path} does not exist or is no file; give a photograph or a film of the chart")

@@ -36,8 +36,20 @@ FIRST_ID, ID_GROUPS = 4, 11
 class ChartRequest:
     """A wish for a pitch test sheet.
 
-    lens: label or path of a lens profile; distance_m: from which it is to be read; steps: bands on each side of the
-    nominal pitch; form: of the printed lines, one of `moireid.profiles.FORMS`.
+    Parameters
+    ----------
+    lens : str
+        Label of a lens sheet such as "50lpi", or the path of a lens profile.
+    printer_dpi : int
+        Dots to the inch of the printer.
+    paper : str
+        "a4" or "letter".
+    distance_m : float
+        From where the sheet is to be read, m.
+    steps : int
+        Bands on each side of the nominal pitch.
+    form : str
+        Of the printed lines, one of `moireid.profiles.FORMS`.
     """
 
     lens: str = "50lpi"
@@ -49,12 +61,30 @@ class ChartRequest:
 
 
 def design_chart(request: ChartRequest) -> Badge:
-    """The pitch test sheet as a Badge without id, whose cells are the bands.
+    """Design a pitch test sheet, whose bands show which pitch a lens sheet has.
 
-    Convention: module docstring; all bands have a dark line centred on the field's middle.
-    Returns: Badge; its one grating has the nominal pitch and the family `CHART_FAMILY`.
-    Source: a band's pitch is 25.4 mm / (nominal lines per inch + k `STEP_LPI`), the chart of the lenticular trade.
-    Raises: SpecError for a lens that is none; DesignError where the bands do not fit, with what does.
+    Parameters
+    ----------
+    request : ChartRequest
+        The sheet's nominal lens, the paper and the number of bands.
+
+    Returns
+    -------
+    Badge
+        Without an id.  Its one grating has the nominal pitch and the family `CHART_FAMILY`; its cells are the bands.
+
+    Raises
+    ------
+    SpecError
+        For a lens that is none.
+    DesignError
+        Where the bands do not fit the paper or the printer's dots; it names what does.
+
+    Notes
+    -----
+    Convention: bands are numbered from 1 at the top, and printed lines per inch rise downwards.  All bands have a dark
+    line centred on the field's middle.
+    Source: the lenticular trade's chart; a band's pitch is 25.4 mm / (nominal lines per inch + k `STEP_LPI`).
     """
     lens = lens_named(request.lens)
     nominal_lpi = MM_PER_INCH / lens.pitch_mm

@@ -22,11 +22,30 @@ JOINERS = "\u200c\u200d"
 class Request:
     """A wish for a badge: whose, on which sheet and printer, of what size, read from how far.
 
-    size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
-    `moireid.profiles`, or for the lens the path of a lens profile; family: a code family of `moireid.idcodes`, None
-    for the one that carries a payload of the given length; axes: directions that the fringes sense;
-    form: of the printed lines, one of `moireid.profiles.FORMS`; front: "lens", or "mask" for a line mask of the same
-    pitch on an acrylic spacer gap_mm thick.
+    Parameters
+    ----------
+    name : str
+        Who will wear it; at most 200 characters.
+    lens : str
+        Label of a lens sheet such as "50lpi", or the path of a lens profile.
+    printer_dpi : int
+        Dots to the inch of the printer.
+    paper : str
+        "a4" or "letter".
+    range_m : (float, float)
+        Nearest and farthest camera, m.
+    size_mm : (float, float)
+        Width and height of the board, mm.
+    family : str, optional
+        "pitch" or "spacing"; None for the one that carries a payload of the given length.
+    axes : str
+        Directions that the fringes sense: "x" (across the page), or "xy" for two gratings.
+    form : str
+        Of the printed lines, one of `moireid.profiles.FORMS`.
+    front : str
+        "lens", or "mask" for a line mask of the same pitch on an acrylic spacer.
+    gap_mm : float
+        Thickness of that spacer, mm.
     """
 
     name: str

@@ -41,7 +41,7 @@ def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
     """All figures of a collection.  Parameters: seed: of the resampling.  Returns: an object that JSON can hold."""
     films = {one.entry.line: one.entry for one in scored}
     pipelines = list(dict.fromkeys(one.pipeline for one in scored))
-    return _plain(
+    document: Document = _plain(
         {
             "films": len(films),
             "genuine": sum(entry.genuine for entry in films.values()),
@@ -55,6 +55,7 @@ def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
             "rows": [_row(one) for one in scored],
         }
     )
+    return document
 
 
 def scores_of(scored: Sequence[Scored]) -> Array:

@@ -37,10 +37,30 @@ _MOST_LETTERS = 40
 
 @dataclass(frozen=True)
 class Event:
-    """What was written: the sheets, their number, boards to a sheet, the summary, and a folder a person.
+    """What `print_event` wrote.
 
-    mount: path by name of the mount's files, one set for all; mount_mass_g, mount_figures, left_out and removed: as
-    `package.Printed`.
+    Attributes
+    ----------
+    sheets : Path
+        The PDF with all boards.
+    sheet_count : int
+        Its sheets.
+    boards_to_a_sheet : int
+        Boards on a full one.
+    summary : Path
+        The list of all badges.
+    folders : tuple of Path
+        One a person, in the order of the badges.
+    mount : dict of str to Path
+        The mount's files by name, one set for all.
+    mount_mass_g : float or None
+        Mass of the printed mount, g; None without one.
+    mount_figures : dict of str to float
+        The mount's other figures; units are in their names.
+    left_out : dict of str to str
+        Why "printed" or "acrylic" was not made, though a mount was asked for.
+    removed : tuple of Path
+        Files of an older event that this one has none of.
     """
 
     sheets: Path
@@ -128,30 +148,40 @@ def print_event(
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Event:
-    """Write sheets, summary, a folder for each person, and one set of a mount's files for all into `folder`.
+    """Write sheets, summary, a folder for each person, and one set of a mount's files for all into a folder.
 
     Parameters
     ----------
     badges : sequence of Badge
-        In the order of the list.
+        One or more, in the order of the list, all of one layout.
     folder : Path
-    measured_scale, figures, overwrite, before_moving
-        As for `print_badge`.
+        Made where it is absent.
+    measured_scale : (float, float)
+        Printed over true size along x and y, as a ruler told of an earlier print.
     mount : str
         One of `parts.MOUNTS`, the same for all, as boards of one event have one layout.
+    figures : MountFigures, optional
+        Of printer and laser; None for the defaults.
+    overwrite : bool
+        Replace older files, and remove those of a mount that this event has not.
+    before_moving : callable, optional
+        Called when all files are made and checked but none is in place; if it raises, no file appears.
     progress : callable, optional
         Called with badges done and in all.
 
     Returns
     -------
     Event
+        The files.
 
     Raises
     ------
     SpecError
         Where a file is in the way.
     FabricationError
-        As `write_sheets_pdf` and `print_badge`.
+        Where boards are of several sizes, a file fails its check, or no mount fits.
+    MissingExtraError
+        Where a mount is asked for and the CAD packages are not installed.
     """
     parts = plan_parts(badges[0], mount, figures)
     digits = max(3, len(str(len(badges))))

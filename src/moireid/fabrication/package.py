@@ -24,10 +24,20 @@ PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 @dataclass(frozen=True)
 class Printed:
-    """What was written: path by contract name, the mount's mass (None without one), and its other figures by name.
+    """What `print_badge` wrote.
 
-    left_out: why "printed" or "acrylic" was not made, though a mount was asked for; removed: files of an older badge
-    that this one has none of.
+    Attributes
+    ----------
+    files : dict of str to Path
+        The files by name.
+    mount_mass_g : float or None
+        Mass of the printed mount, g; None without one.
+    mount_figures : dict of str to float
+        The mount's other figures; units are in their names.
+    left_out : dict of str to str
+        Why "printed" or "acrylic" was not made, though a mount was asked for.
+    removed : tuple of Path
+        Files of an older badge that this one has none of.
     """
 
     files: dict[str, Path]
@@ -48,19 +58,20 @@ def print_badge(
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Printed:
-    """Write everything that a person needs for one badge into `folder`.
+    """Write everything that a person needs for one badge into a folder.
 
     Parameters
     ----------
     badge : Badge
+        What is printed.
     folder : Path
         Made where it is absent.
     mount : str
-        One of `parts.MOUNTS`.
+        One of `parts.MOUNTS`; "none" for paper and sheet alone.
     measured_scale : (float, float)
         Printed over true size along x and y, as a ruler told of an earlier print.
     figures : MountFigures, optional
-        Of printer and laser.
+        Of printer and laser; None for the defaults.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge has not.
     before_moving : callable, optional
@@ -72,6 +83,7 @@ def print_badge(
     Returns
     -------
     Printed
+        The files.
 
     Raises
     ------
@@ -79,6 +91,12 @@ def print_badge(
         Where a file is in the way.
     FabricationError
         Where a file fails its check, or no mount fits.
+    MissingExtraError
+        Where a mount is asked for and the CAD packages are not installed.
+
+    Notes
+    -----
+    Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
     parts = plan_parts(badge, mount, figures)
     names = file_names(parts)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 from moireid.errors import FabricationError, SpecError
 
@@ -166,7 +167,7 @@ def mount_figures(pairs: Iterable[str]) -> MountFigures:
     Raises: SpecError for a name that is none, or no number; FabricationError for a figure that no workshop has.
     """
     known = {"printed": {f.name for f in fields(MountProcess)}, "acrylic": {f.name for f in fields(AcrylicProcess)}}
-    given: dict[str, dict[str, float | tuple[float, ...]]] = {"printed": {}, "acrylic": {}}
+    given: dict[str, dict[str, Any]] = {"printed": {}, "acrylic": {}}
     insisted = set()
     for pair in pairs:
         key, equals, text = pair.partition("=")
@@ -180,8 +181,8 @@ def mount_figures(pairs: Iterable[str]) -> MountFigures:
         for shop in shops:
             given[shop][name] = _figure(name, text)
     return MountFigures(
-        replace(MountProcess(), **given["printed"]),  # type: ignore[arg-type]
-        replace(AcrylicProcess(), **given["acrylic"]),  # type: ignore[arg-type]
+        replace(MountProcess(), **given["printed"]),
+        replace(AcrylicProcess(), **given["acrylic"]),
         frozenset(insisted),
     )
 

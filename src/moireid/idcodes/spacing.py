@@ -32,18 +32,46 @@ UNCLEAR_BEYOND_TURNS = 0.35
 
 
 class SpacingFamily:
-    """Cells of shifted lines between uniform rows of a personal beat."""
+    """The spacing family: cells of shifted lines between uniform rows of a personal beat.  It carries 64 or 128 bits.
+
+    Notes
+    -----
+    Convention: a line shift of s in a cell moves its fringe phase by -2 pi s / p_r, wherever the camera is.  Four cells
+    make a byte of the word, the first cell its highest two bits.
+    Source: the phase follows from the superposition of two gratings; the word is Reed-Solomon over GF(256).
+    """
 
     name = "spacing"
 
     def write(
         self, payload: bytes, gratings: tuple[Grating, ...], front_pitch_mm: float
     ) -> tuple[tuple[Cell, ...], ...]:
-        """The cells of all gratings with the payload written in.
+        """Write a payload into the cells of all gratings.
 
+        Parameters
+        ----------
+        payload : bytes
+            8 or 16 bytes, as the gratings' code says.
+        gratings : tuple of Grating
+            Their cells, in order, make one word.
+        front_pitch_mm : float
+            Pitch of the lenses or of the mask, mm.
+
+        Returns
+        -------
+        tuple of tuple of Cell
+            The cells of each grating.
+
+        Raises
+        ------
+        CodeError
+            Where the payload or the number of cells does not fit.
+
+        Notes
+        -----
         Convention: symbol place k of `PHASE_LEVELS` moves the lines by -k / `PHASE_LEVELS` of the pitch, which moves
         the fringe phase by +2 pi k / `PHASE_LEVELS`.
-        Source: module docstring.  Raises: CodeError where the payload or the number of cells does not fit.
+        Source: `moireid.idcodes.words` for the word; `beat_levels` for the uniform rows.
         """
         word = iter(word_of(gratings).encode(payload))
         places: list[int] = []
@@ -66,8 +94,27 @@ class SpacingFamily:
     def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
         """Decode one reading a cell: nearest phase, doubts by distance and error bar, the word, then the beats.
 
+        Parameters
+        ----------
+        readings : sequence of sequence of CellReading
+            One a cell, in the order of the gratings' cells.
+        gratings : tuple of Grating
+            Their layout and code.
+
+        Returns
+        -------
+        Decoded
+            Its `partial` holds the word where no payload could be made of it.
+
+        Raises
+        ------
+        CodeError
+            Where a grating carries no code.
+
+        Notes
+        -----
         Convention: a reading's phase is against the field of the reference row.
-        Source: `words`; `beats.steps_from_reference` for the beats.
+        Source: `moireid.idcodes.words`; `moireid.idcodes.beats.steps_from_reference` for the beats.
         """
         word = word_of(gratings)
         cells = [

@@ -38,7 +38,17 @@ KEPT = 1000
 
 @dataclass(frozen=True)
 class Finding:
-    """What does not hold: `code` for programs, `text` for people, and the id or the entry that it is about, or None."""
+    """Something that does not hold in a registry.
+
+    Attributes
+    ----------
+    code : str
+        For programs.
+    text : str
+        One sentence for people.
+    subject : str or None
+        The id or the log entry that it is about; None where it is about the whole registry.
+    """
 
     code: str
     text: str
@@ -47,8 +57,30 @@ class Finding:
 
 @dataclass(frozen=True)
 class Audit:
-    """What an audit saw: how many of each, the head it ended at (SEQUENCE:HASH, None where there is none to believe),
-    and what does not hold, the first `KEPT` of `found`."""
+    """What an audit saw.
+
+    Attributes
+    ----------
+    fingerprint : str
+        Of the authority's public key, 32 hex digits.
+    records : int
+        Records looked at.
+    revoked : int
+        Those of them that are revoked.
+    entries : int
+        Entries of the log looked at.
+    head : str or None
+        The head that the log ended at, SEQUENCE:HASH; None where there is none to believe.
+    findings : tuple of Finding
+        What does not hold, the first `KEPT` of `found`.
+    found : int
+        How much does not hold.
+
+    Notes
+    -----
+    Convention: `sound` is true where nothing was found.  What an audit cannot show by itself is told in
+    `moireid.registry.audit`; note `head` elsewhere.
+    """
 
     fingerprint: str
     records: int
@@ -64,7 +96,13 @@ class Audit:
         return self.found == 0
 
     def to_json(self) -> dict[str, Any]:
-        """What `moireid registry audit --json` prints of it."""
+        """Give what ``moireid registry audit --json`` prints of it.
+
+        Returns
+        -------
+        dict
+            An object that JSON can hold.
+        """
         return {
             "sound": self.sound,
             "head": self.head,

@@ -37,7 +37,17 @@ _GRATING_LAYOUT = attrgetter(*[field.name for field in fields(Grating) if field.
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of a batch: how many records are new, how many were there, and how many of those are revoked."""
+    """What became of a batch that was enrolled.
+
+    Attributes
+    ----------
+    enrolled : int
+        New records.
+    unchanged : int
+        Badges that were enrolled already.
+    revoked : int
+        Those of the unchanged that are revoked.
+    """
 
     enrolled: int
     unchanged: int
@@ -113,8 +123,9 @@ def enroll_many(ledger: Ledger, issued: Iterable[Badge], progress: Callable[[int
         revoked += sum(holder.revoked_at is not None for holder in holders)
         if progress:
             progress(enrolled + unchanged, total)
-        if conflict or refusal:
-            raise conflict or refusal  # type: ignore[misc]
+        fault = conflict or refusal
+        if fault:
+            raise fault
     return Batch(enrolled, unchanged, revoked)
 
 

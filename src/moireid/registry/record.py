@@ -23,10 +23,30 @@ from moireid.registry.keys import RECORD, Authority, Signer
 class Record:
     """One issued badge, as the authority signed it.
 
-    id: lower-case hex; name: as it is matched, in NFC; badge_json: the badge's canonical JSON; layout_key:
-    `badge.layout_key()` at the time of issue; as_built: canonical JSON of the newest measured figures, or None.
-    Times (issued_at, revoked_at, as_built_at) are UTC, ISO 8601 to the second, such as 2026-01-31T12:00:00Z; None for
-    what has not happened.
+    Attributes
+    ----------
+    id : str
+        Lower-case hex digits.
+    name : str
+        As it is matched, in Unicode NFC.
+    badge_json : str
+        The badge's canonical JSON.
+    issued_at : str
+        When it was issued.
+    layout_key : str
+        `Badge.layout_key()` at the time of issue.
+    revoked_at : str or None
+        When it was revoked; None where it was not.
+    revoked_reason : str or None
+        Why.
+    as_built : str or None
+        Canonical JSON of the newest measured figures; None where it was never measured.
+    as_built_at : str or None
+        When these were stored.
+
+    Notes
+    -----
+    Convention: times are UTC, ISO 8601 to the second, such as 2026-01-31T12:00:00Z.
     """
 
     id: str
@@ -52,7 +72,13 @@ class Record:
             ) from error
 
     def summary(self) -> dict[str, Any]:
-        """What lists and answers in JSON tell of a record."""
+        """Give what lists and answers in JSON tell of a record.
+
+        Returns
+        -------
+        dict
+            Id, name, and the times of issue and revocation.
+        """
         return {
             "id": self.id,
             "name": self.name,
@@ -78,11 +104,28 @@ class Record:
         return canonical_json(fields).encode()
 
     def digest(self) -> str:
-        """SHA-256 of the signed text, which the log holds."""
+        """Hash the signed text, as the log holds it.
+
+        Returns
+        -------
+        str
+            SHA-256, hex digits.
+        """
         return sha256_hex(self.signed_text)
 
     def row(self, signer: Signer) -> dict[str, Any]:
-        """The row of table `badges`, signed."""
+        """Make the signed row of table `badges`.
+
+        Parameters
+        ----------
+        signer : Signer
+            Of the authority.
+
+        Returns
+        -------
+        dict
+            Value by column.
+        """
         return {
             "id": self.id,
             "name_nfc": self.name,

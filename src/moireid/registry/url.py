@@ -12,7 +12,13 @@ from moireid.errors import RegistryError
 
 
 def default_url() -> str:
-    """The URL of `registry.sqlite3` in the user's data folder; nothing is made."""
+    """Tell where the registry lies unless told otherwise.
+
+    Returns
+    -------
+    str
+        The SQLAlchemy URL of `registry.sqlite3` in the user's data folder; nothing is made.
+    """
     path = user_data_path("moireid", appauthor=False) / "registry.sqlite3"
     return URL.create("sqlite", database=str(path)).render_as_string(hide_password=False)
 

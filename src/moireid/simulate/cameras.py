@@ -22,16 +22,44 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Camera:
-    """One camera, by default a phone's in good light.
+    """A camera; by default a phone's in good light.
 
-    width, height, focal_px: pixels; principal_px: where the view axis meets the picture, None for its centre;
-    distortion: k1, k2, p1, p2; all in the picture as it is before mirroring.
-    shutter_s: from the first row's exposure to the last one's; exposure_s: how long each row is open, at most the time
-    of a frame, 0 for an instant.
-    noise_counts: standard deviation at mid grey, 8-bit counts; exposure: light gathered, 1 where white paper is just
-    not clipped; exposure_drift: share by which it wanders over some seconds.
-    focus_blur_px: standard deviation of defocus; sharpen: strength of the unsharp mask, with its halo; mirror: a
-    self-view, turned left to right after all else.
+    Parameters
+    ----------
+    width, height : int
+        Size of the picture, px, 2 to 16384.
+    focal_px : float
+        Focal length, px.
+    shutter_s : float
+        From the first row's exposure to the last one's, s, 0 to 1; 0 for a global shutter.
+    noise_counts : float
+        Standard deviation of the noise at mid grey, in 8-bit counts.
+    distortion : (float, float, float, float)
+        k1, k2, p1, p2.
+    exposure_s : float
+        How long each row is open, s, at most the time of a frame; 0 for an instant.
+    exposure : float
+        Light gathered; at 1 white paper is just not clipped.
+    exposure_drift : float
+        Share by which the exposure wanders over some seconds, 0 to 0.9.
+    focus_blur_px : float
+        Standard deviation of defocus, px.
+    sharpen : float
+        Strength of the unsharp mask, with its halo, 0 to 5.
+    mirror : bool
+        A self-view, turned left to right after all else.
+    principal_px : (float, float), optional
+        Where the view axis meets the picture, px; None for the picture's centre.
+
+    Raises
+    ------
+    SpecError
+        For a figure out of its range, or a distortion that folds the picture back on itself.
+
+    Notes
+    -----
+    Convention: pixel centres are whole numbers.  All lengths are of the picture as it is before mirroring.
+    Source: Brown 1966; the names and order of OpenCV's `projectPoints`, whose first four coefficients these are.
     """
 
     width: int = 1920
@@ -80,7 +108,18 @@ class Camera:
         return np.array([[self.focal_px, 0, centre[0]], [0, self.focal_px, centre[1]], [0, 0, 1.0]])
 
     def project(self, points: Array) -> Array:
-        """Pixels (..., 2) of points (..., 3) in camera coordinates with positive depth, distorted, not mirrored."""
+        """Find where points are seen.
+
+        Parameters
+        ----------
+        points : array (..., 3)
+            In camera coordinates, mm, with positive depth.
+
+        Returns
+        -------
+        array (..., 2)
+            Pixels, distorted, not mirrored.
+        """
         slopes = points[..., :2] / points[..., 2:]
         return np.asarray(self._distorted(slopes) * self.focal_px + self.matrix[:2, 2])
 
@@ -154,7 +193,27 @@ CAMERAS: dict[str, Camera] = {
 
 
 def camera_named(name: str, *, mirror: bool = False, focus_blur_px: float | None = None) -> Camera:
-    """A camera by name, as it is or mirrored, or out of focus.  Raises: SpecError for a name that is none."""
+    """Give a camera by name.
+
+    Parameters
+    ----------
+    name : str
+        One of `moireid.simulate.cameras.CAMERAS`, such as "phone" or "webcam".
+    mirror : bool
+        Whether its picture is turned left to right.
+    focus_blur_px : float, optional
+        Standard deviation of defocus, px; None for the camera's own.
+
+    Returns
+    -------
+    Camera
+        A camera of its own; the named one is not changed.
+
+    Raises
+    ------
+    SpecError
+        For a name that is none, or a blur out of range.
+    """
     if name not in CAMERAS:
         raise SpecError(f"camera {name!r} is not known; choose one of {', '.join(CAMERAS)}")
     camera = replace(CAMERAS[name], mirror=mirror)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from moireid.simulate.analytic.estimate import Estimate
@@ -90,7 +91,7 @@ def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, 
                 AnalyticRenderer(replace(scene, need=replace(need, glare=glare)), rays=estimate.rays)
                 for glare in (True, False)
             )
-            with_it, without = (_seconds(lambda frame=frame: frame.render(instant)) for frame in frames)  # type: ignore[misc]
+            with_it, without = (_seconds(partial(frame.render, instant)) for frame in frames)
             found.append(LeftOut("glare", with_it - without, "measured: a frame with and without"))
     return found
 

@@ -42,8 +42,24 @@ ROW_SHARE, MOST_ROWS = 0.125, 65
 class Light:
     """A disc of light before an even sky.
 
-    place_mm: of the disc's middle; radius_mm: of the disc; share: of the light on the page that comes from it, 0 for
-    an even sky alone.  Raises: SpecError where that is no light in front of the badge.
+    Parameters
+    ----------
+    place_mm : (float, float, float)
+        The disc's middle in the board frame, mm; z is negative, as the light is in front of the badge.
+    radius_mm : float
+        Of the disc, mm.
+    share : float
+        Of the light on the page that comes from the disc, 0 to 1; 0 for an even sky alone.
+
+    Raises
+    ------
+    SpecError
+        Where that is no light in front of the badge.
+
+    Notes
+    -----
+    Convention: a white page without a sheet over it, at the board's centre, has radiance 1.
+    Source: Snell's law and Fresnel's equations for unpolarised light; see `moireid.lenticule.trace_mm`.
     """
 
     place_mm: tuple[float, float, float] = (0.0, 0.0, -1000.0)
@@ -89,10 +105,26 @@ LIGHTS = {
 
 
 def light_named(name: str) -> Light:
-    """A light by its name in `LIGHTS`.
+    """Give a light by name.
 
-    Convention: module docstring.
-    Raises: SpecError for a name that is none.
+    Parameters
+    ----------
+    name : str
+        One of `moireid.simulate.light.LIGHTS`: "even", "softbox", "window" or "lamp".
+
+    Returns
+    -------
+    Light
+        The light in the board frame.
+
+    Raises
+    ------
+    SpecError
+        For a name that is none.
+
+    Notes
+    -----
+    Convention: as `Light`.
     Source: rooms as they are; each figure stands beside the name.
     """
     if name not in LIGHTS:

@@ -27,18 +27,31 @@ MEASURED_RUN = "data/handheld_tum_fr1_xyz.csv"
 
 @dataclass(frozen=True)
 class Poses:
-    """Camera centres (T, 3) mm in the board frame and rotations board -> camera (T, 3, 3)."""
+    """Where the camera is, at T times.
+
+    Parameters
+    ----------
+    camera_mm : array (T, 3)
+        Camera centres in the board frame, mm; z is negative before the badge.
+    rotation : array (T, 3, 3)
+        Turns board vectors into camera vectors.
+
+    Notes
+    -----
+    Convention: board frame with its origin at the board's centre, x right, y down, z into the board.  The camera looks
+    along its own z, x right, y down (OpenCV).
+    """
 
     camera_mm: Array
     rotation: Array
 
 
-#: A motion tells the poses at any times, seconds.
 Motion = Callable[[Array], Poses]
+"""The camera's course: from times (T,), s, to the poses at these times."""
 
 
 def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
-    """A motion by name, or read from a CSV file.
+    """Give a motion by name, or read one from a CSV file.
 
     Parameters
     ----------
@@ -63,7 +76,8 @@ def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
 
     Notes
     -----
-    Convention: module docstring.  Source: each motion's own docstring.
+    Convention: as `Poses`.
+    Source: each motion's own docstring; "handheld" replays a measured run of the TUM RGB-D data set.
     """
     if name in NAMED:
         return NAMED[name](distance_mm, seed)

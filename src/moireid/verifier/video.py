@@ -50,7 +50,17 @@ Progress = Callable[[int, int | None], None]
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture: luma (height, width) uint8, its number from 0, and its time in seconds."""
+    """One picture of a film.
+
+    Parameters
+    ----------
+    index : int
+        Its number, from 0.
+    time_s : float
+        Its time, s.
+    luma : array (height, width) of uint8
+        Brightness, 0 black to 255 white.
+    """
 
     index: int
     time_s: float
@@ -58,9 +68,23 @@ class Frame:
 
 
 class Film:
-    """A video file, opened: `frames()` reads it from the beginning, one frame in memory at a time.
+    """A video file, opened.
 
-    The file is opened once, and all that is read of it or told of it is of that file, whatever its path names later.
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    MediaError
+        Where it is absent, empty or no film that can be read, or its pictures are larger than 4K.
+
+    Notes
+    -----
+    Convention: the file is opened once.  All that is read of it or told of it is of that file, whatever its path names
+    later.  Rows stay as they were coded: a phone's rotation flag is not followed.
+    Source: FFmpeg by PyAV.
     """
 
     def __init__(self, path: Path) -> None:
@@ -100,17 +124,33 @@ class Film:
         self.path = path
 
     def described(self) -> dict[str, Any]:
-        """As the `input` object of `verify --json`, with the digest of the file that was read.
+        """Describe the film as the `input` object of ``verify --json`` does.
 
-        Raises: MediaError where the file changed since it was opened.
+        Returns
+        -------
+        dict
+            Path, SHA-256 of the file that was read, width and height in px, frames a second.
+
+        Raises
+        ------
+        MediaError
+            Where the file changed since it was opened.
         """
         sha256 = self._file.sha256()
         return {"path": str(self.path), "sha256": sha256, "width": self.width, "height": self.height, "fps": self.fps}
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Decode frame by frame.
+        """Decode frame by frame, from the beginning, one frame in memory at a time.
 
-        Raises: MediaError where nothing at all decodes, or where the file breaks off within.
+        Yields
+        ------
+        Frame
+            In the file's order.
+
+        Raises
+        ------
+        MediaError
+            Where nothing at all decodes, or where the file breaks off within.
         """
         import av
 
@@ -137,11 +177,22 @@ class Film:
             raise MediaError(f"{self.path} holds no picture that decodes; {ADVICE}")
 
     def frames_ahead(self) -> Iterator[Frame]:
-        """As `frames`, decoded by a thread of its own while the caller is busy with the frames before.
+        """Decode by a thread of its own, while the caller is busy with the frames before.
 
+        Yields
+        ------
+        Frame
+            As `frames`.
+
+        Raises
+        ------
+        MediaError
+            As `frames`, at the frame where it happened.
+
+        Notes
+        -----
         The thread ends with the iterator, also where that is left early, or by an error or an interrupt.
         A process that keeps to one thread decodes in its own.
-        Raises: as `frames`, at the frame where it happened.
         """
         frames = self.frames()
         if one_thread():
@@ -172,7 +223,7 @@ def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
     """
     depth = PLANAR_DEPTH.get(picture.format.name)
     if depth is None:
-        return picture.to_ndarray(format="gray")
+        return np.asarray(picture.to_ndarray(format="gray"), np.uint8)
     plane = picture.planes[0]
     if depth == 8:
         rows = np.frombuffer(plane, np.uint8).reshape(picture.height, -1)[:, : picture.width]

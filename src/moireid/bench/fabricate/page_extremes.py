@@ -118,19 +118,20 @@ def settle(case: Case, folder: Path) -> tuple[Case, Badge | None, list[str]]:
 
 def follow(case: Case, error: MoireIdError) -> Case:
     """The wish changed as an error advises; the same one where it advises nothing."""
-    told, request = error.details, case.request
+    told: dict[str, Any] = error.details
+    request = case.request
     if isinstance(told.get("least_dpi"), int):
-        request = replace(request, printer_dpi=told["least_dpi"])  # type: ignore[arg-type]
+        request = replace(request, printer_dpi=told["least_dpi"])
     if "size_mm" in told:
-        request = replace(request, size_mm=told["size_mm"])  # type: ignore[arg-type]
+        request = replace(request, size_mm=told["size_mm"])
     elif "near_m" in told:
-        near, far = float(told["near_m"]), float(told["far_m"])  # type: ignore[arg-type]
+        near, far = float(told["near_m"]), float(told["far_m"])
         wanted = max(near, request.range_m[0]), min(far, request.range_m[1])
         request = replace(request, range_m=wanted if wanted[0] <= wanted[1] else (near, far))
     sheet = case.sheet_mm
     if sheet and "most_pitch_mm" in told:
         # The sheet's thickness is what is extreme, so its pitch gives way.
-        sheet = (float(told["most_pitch_mm"]), sheet[1])  # type: ignore[arg-type]
+        sheet = (float(told["most_pitch_mm"]), sheet[1])
     return replace(case, request=request, sheet_mm=sheet)
 
 

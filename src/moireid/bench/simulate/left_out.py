@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -100,8 +101,8 @@ def _light_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
             _row(
                 "analytic",
                 what,
-                lambda one=one: one.render(instant),  # type: ignore[misc]
-                lambda other=other: other.render(instant),  # type: ignore[misc]
+                partial(one.render, instant),
+                partial(other.render, instant),
                 scene,
                 instant,
                 bar,

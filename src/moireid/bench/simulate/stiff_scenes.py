@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,20 +43,14 @@ class StiffScene:
 def stiff_scenes() -> list[StiffScene]:
     """All cases, by what they strain."""
     return [
-        *(
-            StiffScene(f"pitch ratio 1 + {share:g}", lambda s=share: _ratio(s))  # type: ignore[misc]
-            for share in (0.0, 1e-9, 1e-6, 1e-3)
-        ),
-        *(
-            StiffScene(f"distance {mm / 1000:g} m", lambda d=mm: _distance(d))  # type: ignore[misc]
-            for mm in (20.0, 100.0, 3e4, 1e5)
-        ),
+        *(StiffScene(f"pitch ratio 1 + {share:g}", partial(_ratio, share)) for share in (0.0, 1e-9, 1e-6, 1e-3)),
+        *(StiffScene(f"distance {mm / 1000:g} m", partial(_distance, mm)) for mm in (20.0, 100.0, 3e4, 1e5)),
         *(
             StiffScene(f"view at {degrees:g} degrees", lambda: _distance(400.0), float(np.tan(np.radians(degrees))))
             for degrees in (45, 70, 80)
         ),
-        *(StiffScene(f"sheet {mm:g} mm", lambda g=mm: _sheet(g, 1.56)) for mm in (0.05, 0.2, 3.0, 10.0)),  # type: ignore[misc]
-        *(StiffScene(f"n = {n:g}", lambda n=n: _sheet(2.0, n)) for n in (1.0, 1.02, 1.3, 2.0)),  # type: ignore[misc]
+        *(StiffScene(f"sheet {mm:g} mm", partial(_sheet, mm, 1.56)) for mm in (0.05, 0.2, 3.0, 10.0)),
+        *(StiffScene(f"n = {n:g}", partial(_sheet, 2.0, n)) for n in (1.0, 1.02, 1.3, 2.0)),
         StiffScene("mask in air, n = 1", lambda: Setting("", board(Lens("mask", 0.508, 2.0, 1.0), 0.52))),
         StiffScene("seven lenses in a pixel", lambda: Setting("", board(SHEET, 0.513), distance_mm=5000.0)),
         StiffScene("no light", lambda: _light(0.0)),

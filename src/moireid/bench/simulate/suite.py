@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -27,7 +28,7 @@ from moireid.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, Setting, elev
 from moireid.simulate.analytic.accuracy import Difference, Strip, brightness, difference, strips_of
 from moireid.simulate.analytic.estimate import estimate_error
 from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
-from moireid.simulate.scene import Camera, Instant
+from moireid.simulate.scene import Camera, Instant, Scene
 
 Array = NDArray[np.float64]
 FINE = (64, 4)
@@ -147,7 +148,7 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
     rows = []
     kinds: list[tuple[str, tuple[int, int], Callable[[], Callable[[Instant], Rendered | None]]]] = []
     for rays in SETTINGS:
-        kinds.append(("analytic", rays, lambda rays=rays: AnalyticRenderer(scene, rays=rays).render))  # type: ignore[misc]
+        kinds.append(("analytic", rays, partial(_analytic, scene, rays)))
     kinds.append(("analytic float64", RAYS, lambda: AnalyticRenderer(scene, rays=RAYS, precision="float64").render))
     for variant, some in mitsuba_sweep(camera_name, quick=quick):
         for samples, segments in some:
@@ -155,7 +156,7 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
                 (
                     f"mitsuba {variant}",
                     (samples, segments),
-                    lambda v=variant, n=samples, m=segments: _mitsuba(scene, v, n, m, seed),  # type: ignore[misc]
+                    partial(_mitsuba, scene, variant, samples, segments, seed),
                 )
             )
     for name, figures, make in kinds:
@@ -214,6 +215,10 @@ def mitsuba_sweep(camera_name: str, *, quick: bool) -> list[tuple[str, tuple[tup
     if camera_name != "1080p":
         return [(best, few)]
     return [(variant, MITSUBA_SETTINGS if variant == best else few) for variant in variants]
+
+
+def _analytic(scene: Scene, rays: tuple[int, int]) -> Callable[[Instant], Rendered | None]:
+    return AnalyticRenderer(scene, rays=rays).render
 
 
 def _mitsuba(scene: Any, variant: str, samples: int, segments: int, seed: int) -> Callable[[Instant], Rendered | None]:

@@ -40,7 +40,17 @@ CHUNK = 500
 
 @dataclass(frozen=True)
 class Import:
-    """What became of an export: how many of its records are new here, were changed here, and were here as they are."""
+    """What became of an export that was taken in.
+
+    Attributes
+    ----------
+    added : int
+        Records that are new here.
+    changed : int
+        Records that were here and are changed.
+    unchanged : int
+        Records that were here as they are.
+    """
 
     added: int
     changed: int

@@ -67,7 +67,7 @@ class FilmWide:
         self._velocity = _velocity_px_s(points_px, times_s)
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
         # Programs turn films, so the shutter may run down, right, up or left through the picture as it is now.
-        self._directions = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
+        self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
         self._rows = self._directions[0]
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
         self._long_side, self._given = max(image_px), focal_px is not None

@@ -180,7 +180,7 @@ def _small_marker_factor(corners_px: Array) -> float:
     """How many times larger than estimated the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
-    return max(1.0, SMALL_MARKER_PX / max(side, 1.0)) ** SMALL_MARKER_POWER
+    return math.pow(max(1.0, SMALL_MARKER_PX / max(side, 1.0)), SMALL_MARKER_POWER)
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:

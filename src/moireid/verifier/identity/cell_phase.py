@@ -93,7 +93,8 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
             value, sd = match_phase(costs[cell])
             sd = math.hypot(sd, CELL_FLOOR_RAD)
             found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
-    levels = badge.gratings[grating].code.phase_levels or 4  # type: ignore[union-attr]
+    code = badge.gratings[grating].code
+    levels = (code.phase_levels if code else None) or 4
     placed = {}
     for cell, offset in _offsets(found, field, levels).items():
         value, sd = match_symbol(costs[cell], offset, levels)

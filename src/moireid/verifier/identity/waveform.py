@@ -44,7 +44,7 @@ def learn_waveform(seen: Array, phase: Array) -> Complex:
     shape[0] = 0.0
     # The fundamental defines phase and contrast; turning the other harmonics with it keeps the shape.
     turn, size = np.angle(shape[1]), np.abs(shape[1])
-    return shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9)
+    return np.asarray(shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9))
 
 
 def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> Array:

@@ -67,10 +67,28 @@ def pictures_of(report: Report) -> Pictures:
 def write_report(
     report: Report, folder: Path, *, overwrite: bool = False, pictures: Pictures | None = None
 ) -> list[Path]:
-    """Write the page, the same as JSON, and the signals as CSV, each whole or not at all.
+    """Write the page for people, the same as JSON, and the signals as CSV, each whole or not at all.
 
-    Parameters: pictures: as `pictures_of`, where they are drawn already.
-    Raises: SpecError where one is in the way.
+    Parameters
+    ----------
+    report : Report
+        What `verify` found.
+    folder : Path
+        Made where it is absent.
+    overwrite : bool
+        Whether older files may be replaced.
+    pictures : Pictures, optional
+        As `pictures_of` draws them; None to draw them now.
+
+    Returns
+    -------
+    list of Path
+        report.html, report.json and signals.csv.
+
+    Raises
+    ------
+    SpecError
+        Where a file is in the way.
     """
     page, data, signals = report_paths(folder)
     planned([page, data, signals], overwrite=overwrite)

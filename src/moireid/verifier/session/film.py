@@ -48,7 +48,7 @@ def verify(
     Parameters
     ----------
     video : Path
-        Path of the film.
+        The film.
     claim : Claim
         The badge, the identity that must be read, and what else is known of it.
     revoked : str, optional
@@ -65,6 +65,10 @@ def verify(
 
     Raises
     ------
+    SpecError
+        The badge cannot be read at all.
+    CodeError
+        The badge's code is none that this version reads.
     MediaError
         The film cannot be read, or was written to meanwhile.
     MissingExtraError
@@ -72,7 +76,8 @@ def verify(
 
     Notes
     -----
-    The steps, and the policy, are those of the module docstring.
+    Convention: a failure of either test rejects, a doubt of either leaves the verdict open.
+    Source: the steps and the policy are those of the module docstring.
     """
     begun = time.perf_counter()
     film = Film(video)  # 1

@@ -37,7 +37,19 @@ class Enrolled(Protocol):
 
 @dataclass(frozen=True)
 class Identification:
-    """Outcome of an identification: whose id, and the report that it rests on (None where nobody is enrolled)."""
+    """Whose badge a film shows.
+
+    Attributes
+    ----------
+    finding : {"found", "nobody", "inconclusive"}
+        "found" needs an enrolled id and a motion that obeys the optics.
+    found_id : str or None
+        The id, lower-case hex digits; None where nobody was found.
+    reasons : tuple of Reason
+        What the finding rests on.
+    report : Report or None
+        Of the badge layout that says most; None where nobody is enrolled or that layout cannot be checked.
+    """
 
     finding: Finding
     found_id: str | None
@@ -45,7 +57,13 @@ class Identification:
     report: Report | None
 
     def to_json(self) -> dict[str, Any]:
-        """The object that `identify --json` prints, whose keys contain those of `verify --json`."""
+        """Give the object that ``identify --json`` prints.
+
+        Returns
+        -------
+        dict
+            Its keys contain those of ``verify --json`` where there is a report.
+        """
         document: dict[str, Any] = self.report.to_json() if self.report else {}
         return document | {
             "finding": self.finding,
@@ -64,11 +82,33 @@ def identify(
 ) -> Identification:
     """Find the enrolled badge that a film shows.
 
-    Parameters: layouts: one badge for each layout enrolled.
-    Convention: "found" needs an enrolled id, decoded or told by `PartialWord`, *and* the invariant; "nobody" a
-        readable badge that is not enrolled, or fringes that break the law.
-    Returns: Identification, of the layout that says most.
-    Raises: MediaError where the film cannot be read.
+    Parameters
+    ----------
+    video : Path
+        The film.
+    layouts : iterable of Badge
+        One badge of each layout that is enrolled.
+    enrolled : Enrolled
+        Tells whether an id is enrolled, and which ids are alike; `moireid.registry.People` is one.
+    focal_px : float, optional
+        Focal length of the film's camera, px; None where it is not known.
+    progress : callable, optional
+        Called with frames read, and frames expected where the file says.
+
+    Returns
+    -------
+    Identification
+        Of the layout that says most.
+
+    Raises
+    ------
+    MediaError
+        Where the film cannot be read.
+
+    Notes
+    -----
+    Convention: "found" needs an enrolled id, decoded or told by `PartialWord`, *and* the invariant.  "nobody" is a
+    readable badge that is not enrolled, or fringes that break the law.
     Source: `verify` without a claim, a layout at a time.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}

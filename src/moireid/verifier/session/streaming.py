@@ -32,9 +32,25 @@ RUNNING_FRAMES, RUNNING_S = 240, 1.0
 
 @dataclass(frozen=True)
 class Running:
-    """A verdict on the last seconds: causal, and not the film's.
+    """A verdict on the last seconds of a film or a live picture.
 
-    time_s: of the frame that it was made at; span_s: first and last frame that it rests on.
+    Attributes
+    ----------
+    time_s : float
+        Of the frame that it was made at, s.
+    span_s : (float, float)
+        Of the first and the last frame that it rests on, s.
+    verdict : {"accept", "reject", "inconclusive"}
+        The outcome on those seconds alone.
+    reasons : tuple of Reason
+        Findings with measured value, limit and unit.
+    tracked : int
+        Frames of those seconds that show the badge.
+
+    Notes
+    -----
+    Convention: it knows nothing of what comes, and is not the verdict of the film.
+    Source: the same judging as for a chapter of a film.
     """
 
     time_s: float
@@ -45,14 +61,31 @@ class Running:
 
 
 class Verifier:
-    """Takes a film frame by frame; memory does not grow with its length."""
+    """Take a film frame by frame; memory does not grow with its length.
+
+    Notes
+    -----
+    Convention: of several badges in view each is judged by itself, and the verdict is of one of them (`Line.rank`).
+    Source: `moireid.verifier.session.chapters`.
+    """
 
     def __init__(self, claim: Claim, *, running: bool = True, aside: Executor | None = None) -> None:
-        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out; aside: where
-            running verdicts are made while `push` goes on, so that a camera's frames need not wait half a second: each
-            is then told by a later push, and one at a time is made.
+        """Begin a film.
 
-        Raises: SpecError where the badge cannot be read at all.
+        Parameters
+        ----------
+        claim : Claim
+            What is held against it.
+        running : bool
+            Make running verdicts; a film that is judged at its end can leave them out.
+        aside : Executor, optional
+            Where running verdicts are made while `push` goes on, so that a camera's frames need not wait half a
+            second.  Each is then told by a later push, and one at a time is made.
+
+        Raises
+        ------
+        SpecError
+            Where the badge cannot be read at all.
         """
         self._aside = aside
         self._pending: Future[Running] | None = None
@@ -99,11 +132,27 @@ class Verifier:
         return restart_findings(self._times.restarts, unjudged, WINDOW_FRAMES)
 
     def push(self, frame: Frame) -> Running | None:
-        """Take in the next frame; a running verdict where one is due.
+        """Take in the next frame.
 
-        Convention: frames in order, times in seconds; where they start anew, a chapter ends (`PIECE_FRAMES`), and they
-        are moved so that they rise (`FilmTime`).
-        Raises: SpecError where a time is not finite.
+        Parameters
+        ----------
+        frame : Frame
+            Frames come in order, with times in seconds.
+
+        Returns
+        -------
+        Running or None
+            A running verdict where one is due, about once a second of the film.
+
+        Raises
+        ------
+        SpecError
+            Where a time is not finite.
+
+        Notes
+        -----
+        Convention: where times start anew, a chapter ends (`PIECE_FRAMES`), and they are moved so that they rise
+        (`FilmTime`).
         """
         self.now_s, restarted = self._times.place(frame.time_s)
         frame = replace(frame, time_s=self.now_s)
@@ -131,8 +180,15 @@ class Verifier:
         return done.result() if done is not None else None
 
     def finish(self) -> list[Chapter]:
-        """Judge what is still open; all chapters of the badge that the verdict is of, at least one.
+        """Judge what is still open.
 
+        Returns
+        -------
+        list of Chapter
+            All chapters of the badge that the verdict is of, at least one.
+
+        Notes
+        -----
         Convention: the chapter that shows most keeps its track.
         """
         if self._pending is not None:

@@ -207,4 +207,4 @@ def marker_corners_mm(markers: Markers) -> NDArray[np.float64]:
     """Corners of the four black squares, (4, 4, 2): marker; top left, top right, bottom right, bottom left; x, y."""
     half = markers.size_mm / 2
     square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-    return np.asarray(markers.centers_mm)[:, None, :] + square
+    return np.asarray(np.array(markers.centers_mm)[:, None, :] + square)

@@ -35,7 +35,8 @@ LINEAR_COUNTS = (255.0 * (np.arange(256) / 255.0) ** CODING_POWER).astype(np.flo
 
 def counts_of(light: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Light, (...,), in the unit of `LINEAR_COUNTS`, coded as a picture's counts."""
-    return np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER)).astype(np.uint8)
+    counts = np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER))
+    return np.asarray(counts, np.uint8)
 
 
 @dataclass(frozen=True)

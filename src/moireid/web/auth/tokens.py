@@ -13,9 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
-from sqlalchemy import Column, Engine, MetaData, Table, Text, create_engine, insert, select, update
+from sqlalchemy import Column, Engine, Executable, MetaData, Table, Text, create_engine, insert, select, update
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -101,17 +101,17 @@ class Tokens:
             self._write(update(tokens).where(same).values(revoked_at=_now()))
         return next(token for token in self.all() if token.id == found[0].id)
 
-    def _rows(self, query: object) -> list[dict]:
+    def _rows(self, query: Executable) -> list[dict[str, Any]]:
         try:
             with self._engine.connect() as connection:
-                return [dict(row._mapping) for row in connection.execute(query)]  # type: ignore[call-overload]
+                return [dict(row._mapping) for row in connection.execute(query)]
         except SQLAlchemyError as error:
             raise self._broken(error) from error
 
-    def _write(self, statement: object) -> None:
+    def _write(self, statement: Executable) -> None:
         try:
             with self._engine.begin() as connection:
-                connection.execute(statement)  # type: ignore[call-overload]
+                connection.execute(statement)
         except SQLAlchemyError as error:
             raise self._broken(error) from error
 
@@ -132,7 +132,7 @@ def open_tokens(folder: Path | None) -> Iterator[Tokens]:
         found.close()
 
 
-def _token(row: dict) -> Token:
+def _token(row: dict[str, Any]) -> Token:
     return Token(row["sha256"][:ID_DIGITS], row["role"], row["note"], row["made_at"], row["revoked_at"])
 
 
