@@ -1,9 +1,9 @@
-"""Fits the likelihood ratio's figures on one half of a collection of films, and tells what it decides on the other.
+"""Fits the likelihood ratio's figures on one half of a collection of films, and prints its decisions on the other.
 
 Run `.venv/bin/python benchmarks/decision.py [FIGURES.csv]`; the default is `tests/data/decision/figures.csv`, films
-of an independent ray tracer that is no part of this project.  A film's half is drawn from its name.  Films with too
-little motion are counted apart: they are open whatever the ratio says.  Last comes how much of each fixed limit of
-`limits.py` the true films use.
+by an outside simulator.  A film's half is drawn from its name.  Films with too little motion are counted separately:
+they are inconclusive whatever the ratio is.  Last, it prints how much of each fixed limit of `limits.py` the true films
+use.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Film = dict[str, str]
 
 
 def half(film: Film) -> int:
-    """0: fitted on, 1: told on."""
+    """0: used for fitting, 1: used for testing."""
     return hashlib.sha256(film["name"].encode()).digest()[0] & 1
 
 
