@@ -78,7 +78,7 @@ def score(film: Film, expected: dict[str, Expected]) -> float:
     return log10_ratio(gain, gain_sd, shown, motion, error, expected, strip_sd_rad=strip_sd)[0]
 
 
-def told(films: list[Film], expected: dict[str, Expected]) -> None:
+def decided(films: list[Film], expected: dict[str, Expected]) -> None:
     """Print what is decided of films, by kind."""
     scores = {film["name"]: score(film, expected) for film in films}
     print(f"{'kind':<14}{'films':>6}{'accept':>8}{'open':>6}{'reject':>8}{'least':>9}{'median':>9}{'most':>9}")
@@ -132,7 +132,7 @@ def main() -> None:
         )
     for title, expected in (("with what was fitted", own), ("with the figures in use", EXPECTED)):
         print(f"\nthe other half, {title}")
-        told([film for film in films if half(film) == 1], expected)
+        decided([film for film in films if half(film) == 1], expected)
     used([film for film in films if film["kind"] == "none"])
 
 

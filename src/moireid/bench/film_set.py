@@ -55,7 +55,7 @@ def make_film_set(
 ) -> Path:
     """Make all films of a set into a folder, with their truth, their badges and the list `films.csv`.
 
-    Parameters: progress: told (films done, of, failed, made by an earlier run).  A film that is there as this program
+    Parameters: progress: called with (films done, of, failed, made earlier).  A film that is there as this program
         made it for the same line is not made again.
     Returns: the list.
     Raises: SpecError where a file exists that is not of this set; MoireIdError where a film cannot be made, once the

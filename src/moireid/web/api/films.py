@@ -113,7 +113,7 @@ async def _result(request: Request, visitor: Visitor, kind: str) -> Response:
 
 @router.post("/jobs", status_code=202, openapi_extra=form("kind", *VERIFY_FIELDS), responses=UPLOAD)
 async def create_job(request: Request, response: Response, visitor: Verifier) -> JobStatus:
-    """As verify or identify, but answers at once: the job tells its progress, and keeps its report for a while."""
+    """As verify or identify, but answers at once: the job shows its progress, and keeps its report for a while."""
     job = await start_job(request, visitor, report=True)
     response.headers["Location"] = f"/api/jobs/{job.id}"
     return status_of(job)

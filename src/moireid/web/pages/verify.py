@@ -28,7 +28,7 @@ MOST_PLOTS = 16
 FINDINGS = {
     "found": "The fringes moved as only a real badge's do, and the badge is enrolled.",
     "nobody": "This is nobody's badge, as far as this registry knows.",
-    "inconclusive": "This film does not show enough to tell whose badge it is.",
+    "inconclusive": "This film does not show enough to find out whose badge it is.",
 }
 
 
