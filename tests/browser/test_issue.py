@@ -160,7 +160,7 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     record = visit.studio.registry.by_id(ada.id or "")
     assert record is not None and record.as_built is None
     page.get_by_role("button", name="Keep these figures").click()
-    page.get_by_role("status").get_by_text("can be told from a copy").wait_for()
+    page.get_by_role("status").get_by_text("can be recognised").wait_for()
     look("enrolled")
     record = visit.studio.registry.by_id(ada.id or "")
     assert record is not None and record.as_built is not None

@@ -1,8 +1,8 @@
 """The payload of a badge: given, or derived from the name.
 
-A derived payload makes the same badge from the same name, byte for byte.  It is no secret: whoever knows a name can
-print its pattern, and only a registry says which badge was issued.  `attempt` counts on where a registry has given
-the first choice to somebody else.
+A derived payload gives the same badge for the same name, byte for byte.  It is not secret: everyone who knows a name
+can print its pattern, and only a registry knows which badge was issued.  `attempt` chooses the next payload where a
+registry has given the first one to somebody else.
 """
 
 from __future__ import annotations

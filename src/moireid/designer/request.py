@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from moireid.errors import SpecError
 
-#: A name longer than this cannot be set on a badge, nor usefully typed as a claim.
+#: A longer name does not fit on a badge, and is too long to type as a claim.
 NAME_LIMIT = 200
-#: Printers are off by some tenths of a percent; 5 % is a page fitted to paper, which must be printed again.
+#: Printers are off by some tenths of a percent; 5 % means that the page was fitted to the paper, and must be reprinted.
 MAX_SCALE_OFF = 0.05
 #: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
 #: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.

@@ -1,7 +1,7 @@
 """The badges of many people: sheets filled with as many boards as fit, and a folder for each person.
 
 Boards of one event have one layout, so they lie on every sheet in the same places, a gutter apart that holds the crop
-marks.  Everything is made aside first and moved in place together, so an event that fails leaves nothing.
+marks.  All files are made in a temporary folder and moved in place together, so an event that fails leaves nothing.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from moireid.profiles import PAPERS_MM, Printer
 #: Between boards stand the crop marks of both, in line with each other, so they share the room.
 MARK_MM = 3.0
 GUTTER_MM = CROP_GAP_MM + MARK_MM + CROP_GAP_MM
-#: Paper left around all boards, mm: for what is left of the crop marks beside the printer's rim, and at the left and
-#: below for a scale bar too.
+#: Paper left around all boards, mm: for the crop marks inside the printer's rim, and at the left and below also for a
+#: scale bar.
 LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM = 12.0, 7.0, 7.0, 15.0
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 _MOST_LETTERS = 40
@@ -87,7 +87,7 @@ def places_mm(badge: Badge) -> list[tuple[float, float]]:
     before, after = (LEFT_MM, TOP_MM), (RIGHT_MM, BOTTOM_MM)
     starts, counts = [], []
     for k in (0, 1):
-        # A billionth of a millimetre is what decimal fractions leave.
+        # A billionth of a millimetre to spare, because decimal fractions are rounded.
         room = paper[k] - before[k] - after[k] + 1e-9
         count = max(1, int((room + GUTTER_MM) / (size[k] + GUTTER_MM)))
         block = count * size[k] + (count - 1) * GUTTER_MM
@@ -105,7 +105,7 @@ def write_sheets_pdf(
 ) -> tuple[int, int]:
     """Write all boards on as few sheets as they need, whole or not at all.
 
-    Parameters: badges: one or more, of one layout; measured_scale: as `page.write_badge_pdf`.
+    Parameters: badges: one or more, of one layout; measured_scale: as for `pdf.write_badge_pdf`.
     Returns: number of sheets, and of boards to a sheet.  A mask's page follows the sheets, once for all.
     Raises: FabricationError where boards are of several sizes.
     """
@@ -221,7 +221,7 @@ def folder_name(number: int, badge: Badge, digits: int = 3) -> str:
 
 
 def _plain(name: str) -> str:
-    """A name as a table's programs show it: one that begins like a formula would be worked out, so it is quoted."""
+    """A name for a spreadsheet: quoted where it begins like a formula, which the spreadsheet would compute."""
     return f"'{name}" if name.startswith(("=", "+", "-", "@", "\t", "\r")) else name
 
 

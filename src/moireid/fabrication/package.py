@@ -1,4 +1,4 @@
-"""All files of one badge: planned before the work, made aside, and moved in place together."""
+"""All files of one badge: planned first, made in a temporary folder, and moved in place together."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, write_text
 
 _SHEETS = ("badge.pdf", "preview.png", "assembly.pdf")
-#: Names that a badge's folder holds files of for some mounts only.
+#: Files that a badge's folder has only with some mounts.
 PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 
@@ -112,7 +112,7 @@ def print_badge(
             if before_moving:
                 before_moving()
             stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
-            # badge.json goes last: where it lies, the rest lies too.
+            # badge.json goes last, so that where it exists all other files exist too.
             move_together([(aside / name, folder / name) for name in names], stale)
     return Printed({name: folder / name for name in names}, mass_g, told, parts.left_out, stale)
 
@@ -133,9 +133,9 @@ def write_sheets(
 
 
 def leftover_parts(folder: Path, parts: Parts, beside: str) -> tuple[Path, ...]:
-    """Files of a mount that lie in the folder and are none of these parts'; none where `beside` does not lie there.
+    """Files of a mount in the folder that do not belong to these parts; none where the file `beside` is not there.
 
-    A mount.stl without a badge.json was somebody else's before, and stays.
+    A mount.stl without a badge.json was not made by this program, and stays.
     """
     if not (folder / beside).is_file():
         return ()
@@ -143,9 +143,9 @@ def leftover_parts(folder: Path, parts: Parts, beside: str) -> tuple[Path, ...]:
 
 
 def badge_file(badge: Badge) -> str:
-    """The text of badge.json: the badge, and what the printer's dots make of each of its cells.
+    """The text of badge.json: the badge, and each cell's figures after rounding to the printer's dots.
 
-    The second is no part of the Badge, which is the same on any printer; who reads the file may pass it over.
+    The second part may be skipped by a reader: it is not in the `Badge`, which is the same for any printer.
     """
     document = json.loads(badge.to_json())
     told = on_dots(badge)

@@ -1,4 +1,4 @@
-"""What every code family offers, and what a reader measures of a cell.
+"""The interface of a code family, and the measured figures of a cell.
 
 A family knows three things: how many bits it carries, which cells write a payload, and which payload a set of
 readings spells.

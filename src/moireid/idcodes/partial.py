@@ -1,7 +1,7 @@
-"""Who it is, where a word has more errors than its parity mends: comparing with the words of people who are known.
+"""Finds the person when a word has more errors than its parity can correct: compares it with the words of known people.
 
-The chance of taking a stranger for one of them.  A word is a payload of k' bytes with its check, k bytes in all, and
-parity of a Reed-Solomon code, in which any k bytes of a random word are independent and uniform.  So a stranger's
+The chance of a wrong person.  A word is a payload of k' bytes with its check, k bytes in all, and the parity of a
+Reed-Solomon code.  In such a code any k bytes of a random word are independent and uniform.  So a stranger's
 reading agrees with a given person's word in some given m <= k bytes with probability 256^-m, in at least m of n bytes
 with C(n, m) 256^-m at most, and with anybody's of `PEOPLE` with that many times more.  Beyond k bytes the bound is
 that for k.  Payloads drawn by chance or from a hash are random in this sense.  Those that were chosen to look alike
@@ -16,14 +16,14 @@ from dataclasses import dataclass
 
 from moireid.idcodes.words import CHECK_BYTES, WordCode
 
-#: More than any registry holds, so that nobody need be counted.
+#: More people than any registry has, so that they need not be counted.
 PEOPLE = 10**9
 WRONG_PERSON = 1e-9
 """The chance of a wrong person, 0 to 1, that is allowed where a damaged word is compared with those of known people."""
 #: Hex digits of a part of an id, and how many parts are looked up: a registry of a million holds 15 of each part.
 PART_DIGITS, PARTS = 4, 4
-#: Two words agree in fewer bytes than payload and check have.  So many bytes more are asked for, that somebody whose id
-#: was chosen to be like another's is never taken for them.
+#: Two words agree in fewer bytes than payload and check have.  This many more bytes must agree, so that nobody is
+#: mistaken for a person with a similar id, even if the id was chosen for that.
 LEAD = 3
 
 

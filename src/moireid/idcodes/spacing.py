@@ -27,7 +27,7 @@ PHASE_LEVELS = 4
 CELLS_PER_BYTE = 4
 #: Order of symbols around the circle, such that neighbours differ in one bit (Gray).
 _GRAY = (0, 1, 3, 2)
-#: A phase nearer than this to the point of confusion, in steps, or with such an error bar, is unclear.
+#: A phase is unclear if it is nearer than this to the border between two symbols, in steps, or has such an error bar.
 UNCLEAR_BEYOND_TURNS = 0.35
 
 
@@ -144,7 +144,7 @@ def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> li
     code = code_of(gratings[index])
     digest = hashlib.sha256(b"moireid/beats/1/" + bytes([index]) + payload).digest()
     uniform = sum(role != "phase" for role in code.roles)
-    # The phase cells share the reference row's beat; the slow half of the levels blurs least in a small picture.
+    # The phase cells have the reference row's beat; the lower half of the levels blurs least in a small picture.
     middle = _middle(gratings[index])
     return [digest[k] % (code.levels // 2 if k == middle else code.levels) for k in range(uniform)]
 
@@ -152,10 +152,10 @@ def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> li
 def _beats_agree(
     payload: bytes, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]
 ) -> bool | None:
-    """Whether each clearly read uniform cell has the beat difference that the payload says; None where none is read.
+    """Whether each clearly read uniform cell has the payload's beat difference; None where no cell is read.
 
-    A difference counts as another one beyond half a step and three error bars: at 0.2 steps of error bar half a step
-    alone would call every tenth true row false.
+    A difference is wrong beyond half a step plus three error bars: with an error bar of 0.2 steps, half a step alone
+    would reject every tenth true row.
     """
     compared = 0
     for index, grating in enumerate(gratings):
@@ -207,7 +207,7 @@ def word_places(word: WordCode, payload: bytes) -> list[int]:
 
 
 def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple[int, int], float]:
-    """The phase that each used cell should read, by (grating, cell): for benches that know what was printed."""
+    """The true phase of each used cell, by (grating, cell), for benches that know what was printed."""
     cells = [
         (index, cell)
         for index, grating in enumerate(gratings)
@@ -221,7 +221,7 @@ def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple
 def decode_phases(
     word: WordCode, phase_rad: Iterable[float], phase_sd: Iterable[float], *, tries: int = MAX_TRIES
 ) -> bytes | None:
-    """The payload that phases spell, one a cell in the order of the word, or None; one try is a hard decision."""
+    """The payload spelled by phases, one for each cell in the word's order, or None; one try is a hard decision."""
     found, _ = _decode(word, list(zip(phase_rad, phase_sd, strict=True)), tries)
     return found[0] if found else None
 
@@ -229,7 +229,7 @@ def decode_phases(
 def _decode(
     word: WordCode, cells: Sequence[tuple[float, float]], tries: int = MAX_TRIES
 ) -> tuple[tuple[bytes, int] | None, list[float]]:
-    """Payload and bytes mended, if any, and the doubt of each cell."""
+    """Payload and number of corrected bytes, or None, and the doubt of each cell."""
     doubts = [_nearest(phase, sd)[1] for phase, sd in cells]
     weakest = [max(doubts[k : k + CELLS_PER_BYTE]) for k in range(0, len(cells), CELLS_PER_BYTE)]
     return word.decode(_octets(cells), weakest, tries), doubts

@@ -1,6 +1,6 @@
-"""What a check needs of the registry: the badge that a claim means, and whom identification may find.
+"""The registry for checks: the badge that a claim means, and whom identification may find.
 
-The command line and the studio both ask here, so a claim means the same to both.
+The command line and the studio both use this, so that a claim has the same meaning in both.
 """
 
 from __future__ import annotations

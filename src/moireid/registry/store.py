@@ -1,4 +1,4 @@
-"""The Registry: enroll, find, list, revoke; and the doors to audit, export and import.
+"""The Registry: enroll, find, list, revoke; and calls to audit, export and import.
 
 An issued badge is never changed: enrolling the very same badge again returns the record there is, revoked or not.
 What is added later, a revocation or measured figures, is signed and logged like the issue itself.
@@ -33,7 +33,7 @@ from moireid.registry.url import default_url, read_url
 PAGE = 200
 #: Of a million ids drawn at random some sixty share a part with a reading.
 MOST_ALIKE = 2000
-#: A reason is shown to whoever checks a badge; an essay belongs elsewhere.
+#: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
 
 Progress = Callable[[int, int | None], None]

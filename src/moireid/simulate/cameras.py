@@ -1,4 +1,4 @@
-"""Cameras: lens, shutter, exposure and what the maker's software does to the picture; some of them by name.
+"""Cameras: lens, shutter, exposure and the maker's picture processing; some cameras have names.
 
 Convention: pixel centres are whole numbers, and distortion is OpenCV's (Brown's radial k1, k2 and tangential p1, p2):
 a ray of slopes (x, y) meets the picture where the distorted slopes say.
@@ -77,7 +77,7 @@ class Camera:
     principal_px: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what is no camera.  Raises: SpecError."""
+        """Check all figures.  Raises: SpecError where no camera can have them."""
         bounds = {
             "width": (2, 16384),
             "height": (2, 16384),
@@ -134,7 +134,7 @@ class Camera:
         )
 
     def _lens_is_one_to_one(self) -> bool:
-        """Whether the undistorted slopes of the picture's border can be found, and give the border back."""
+        """Whether each border pixel has undistorted slopes that lead back to the same pixel."""
         if self.distortion == (0.0, 0.0, 0.0, 0.0):
             return True
         way = np.linspace(-0.5, 0.5, 9)
@@ -149,7 +149,7 @@ class Camera:
 def undistorted(x: float, y: float, distortion: Any) -> tuple[float, float]:  # pragma: no cover
     """Slopes of the ray that meets the picture at distorted slopes (x, y).
 
-    Source: OpenCV's fixed-point iteration for `undistortPoints`, run until it stands still.
+    Source: OpenCV's fixed-point iteration for `undistortPoints`, run until it no longer changes.
     """
     k1, k2, p1, p2 = distortion[0], distortion[1], distortion[2], distortion[3]
     u, v = x, y
@@ -169,9 +169,9 @@ def undistorted(x: float, y: float, distortion: Any) -> tuple[float, float]:  # 
 CAMERAS: dict[str, Camera] = {
     # A phone's main camera in good light, its distortion corrected by the maker.
     "phone": Camera(),
-    # The same with what phones do to please: a slower shutter, denoised, then sharpened with a halo.
+    # The same with a phone's picture processing: a slower shutter, denoised, then sharpened with a halo.
     "sharpened": Camera(exposure_s=1 / 120, noise_counts=1.5, sharpen=1.0),
-    # A laptop's: 720p, wide, slow, a little soft, distortion left in.
+    # A laptop's camera: 720p, wide, slow, a little soft, distortion not corrected.
     "webcam": Camera(
         1280,
         720,
@@ -185,7 +185,7 @@ CAMERAS: dict[str, Camera] = {
     ),
     # A phone's second, very wide lens, uncorrected.
     "wide": Camera(focal_px=900.0, distortion=(-0.12, 0.02, 0.0005, -0.0003)),
-    # An evening room: open for as long as a frame of 30 a second lets it, dark and noisy all the same.
+    # A room in the evening: exposed as long as 30 frames a second allow, and still dark and noisy.
     "dim": Camera(exposure_s=1 / 30, exposure=0.35, noise_counts=9.0, exposure_drift=0.15),
     # A window behind the camera: paper clips to white.
     "bright": Camera(exposure=1.8, noise_counts=1.5),

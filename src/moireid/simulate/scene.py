@@ -67,8 +67,8 @@ class Build:
 class Instant:
     """One frame to render: poses at the first and last row, and the place from which the fringes are shown.
 
-    field: parallax coordinates (rows, columns, 2) that are added to that place's own, an even grid over the board:
-        each part of a forged badge may follow a course of its own; None for none.
+    field: parallax (rows, columns, 2) that is added at each point of an even grid over the board, since each part of a
+        forged badge may follow its own course; None for a badge without such parts.
     picture: what a flat board shows in place of page and sheet, (rows, columns) radiance over its whole width at one
         scale; None for a true badge.
     """

@@ -203,7 +203,7 @@ def test_a_film_without_a_badge_has_a_page_too(ada):
     page = render_page(report_of(ada, verdict="inconclusive", identity="unreadable", tracked=False))
     parsed = Page(page)
     assert page.count("<svg") == 0 and all(tag != "img" for tag, _ in parsed.tags)
-    assert "rolling shutter" not in parsed.text and "The law by time" not in parsed.text
+    assert "rolling shutter" not in parsed.text and "Verdict over time" not in parsed.text
 
 
 def test_one_report_makes_one_page(ada, page):

@@ -1,8 +1,8 @@
 """Stiff and extreme scenes for the renderer: right within its own error bar, or refused with a reason.
 
-Each is one frame, rendered in float32 and in float64 and held against the outside tracer at the same pixels.  Right
-means: no figure that is not finite, brightness within the bar, phase within it where there are fringes to read.  The
-bar is three times the renderer's own estimate (`simulate.estimate`), with a floor for the tracer's own sampling.
+Each is one frame, rendered in float32 and in float64 and compared with the independent tracer at the same pixels.
+Right means: all figures are finite, brightness is within the bar, and so is the phase where fringes can be read.  The
+bar is three times the renderer's own estimate (`simulate.analytic.estimate`), but at least the tracer's own error.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def _ratio(share: float) -> Setting:
 
 
 def _distance(distance_mm: float) -> Setting:
-    """Near by an ordinary camera, from afar by one whose pixels see about as much as an ordinary one's at 2 m."""
+    """Near: an ordinary camera.  Far: one whose pixels see about as much as an ordinary camera's at 2 m."""
     camera = NEAR if distance_mm < 300 else Camera(focal_px=max(1450.0, 0.7 * distance_mm))
     return Setting("", _badge(), distance_mm=distance_mm, camera=camera)
 
