@@ -194,8 +194,7 @@ def _residual_explained(residual: float, excitation: float, expected: float) -> 
 
 
 def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
-    """Pass what known errors explain (`fixed`, and `EXPLAINED_SDS` times the expected error); fail what even worse
-    poses cannot explain."""
+    """Pass what `fixed` and `EXPLAINED_SDS` times the expected error explain; fail what even worse poses cannot."""
     error = EXPLAINED_SDS * expected
     limit, possible = math.hypot(fixed, error), math.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * error)
     level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"

@@ -32,8 +32,7 @@ class Enrolled(Protocol):
         """Whether that id is enrolled and not revoked."""
 
     def alike(self, parts: Mapping[int, str]) -> Iterable[str]:
-        """The ids, revoked or not, that agree with one of the parts; parts: place -> hex digits, as
-        `PartialWord.parts`."""
+        """Ids, revoked or not, that agree with one part; parts: place -> hex digits, as `PartialWord.parts`."""
 
 
 @dataclass(frozen=True)
