@@ -90,7 +90,7 @@ def _choose(poses: PlanePoses) -> tuple[Array, Array]:
     centres, frames = poses.camera, np.arange(len(poses.error_px))
     better = poses.error_px.argmin(axis=1)
     best, other = poses.error_px[frames, better], poses.error_px[frames, 1 - better]
-    # By chance, two redundant residuals double the error only beyond five standard deviations.
+    # For two redundant residuals, twice the error is five standard deviations away, which excludes chance.
     doubtful = other < 2.0 * best
     sure = np.flatnonzero(~doubtful)
     if len(sure):

@@ -174,8 +174,7 @@ class FilmWide:
     def _errors(
         self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None
     ) -> Array:
-        """Reprojection errors (T,) px of the chosen frames; parameters that are not given keep their present
-        estimate."""
+        """Reprojection errors (T,) px of the chosen frames; parameters not given keep their present estimate."""
         focal = self.focal if log_focal is None else math.exp(log_focal)
         points = self._flat(self._chosen, shutter_s=shutter_s, bend=bend)
         zoom = focal / self._start_focal

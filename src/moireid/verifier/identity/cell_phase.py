@@ -111,8 +111,7 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
 
 
 def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
-    """Mean of measured times expected change, and of expected change squared; changes are about the mean over the
-    film."""
+    """Mean of measured times expected change, and of expected change squared; changes from the film's mean."""
     expected = series(shape, phase + ahead)
     expected = expected - expected.mean(axis=0)
     return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
@@ -202,8 +201,7 @@ def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
 
 
 def _offsets(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, float]:
-    """Remaining errors of offset, twist and beat at each cell: a plane fitted to the distances to the nearest
-    symbol."""
+    """Remaining error of offset, twist and beat at each cell: a plane through the distances to the nearest symbol."""
     cells = list(found.values())
     along = np.array([cell.along_mm for cell in cells])
     place = np.column_stack([np.ones(len(cells)), along - along.mean(), [c.across_mm - field.middle_mm for c in cells]])

@@ -54,8 +54,7 @@ class Line:
         return self
 
     def rank(self) -> tuple[bool, int, float]:
-        """Sort key: the verdict is about the line of least rank.  Source: the policy above, on chapters judged so
-        far."""
+        """Sort key: the verdict is about the line of least rank.  Source: the policy above, on the chapters so far."""
         return rank_of(self.chapters, self.claim, self.tracker.shown)
 
     def read(self) -> set[str]:

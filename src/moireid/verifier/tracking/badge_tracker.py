@@ -103,8 +103,7 @@ class BadgeTracker:
     def begin(
         self, frame: Frame, luma: NDArray[np.uint8], page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
     ) -> bool:
-        """Start to follow the badge at a page; returns whether it is there.  mirrored: whether `luma` was
-        unmirrored."""
+        """Start to follow the badge at a page; returns whether it is there.  mirrored: whether the film is mirrored."""
         self._clock = time.perf_counter()
         self._image_px, self.frames_read = (luma.shape[1], luma.shape[0]), max(self.frames_read, 1)
         registration = self._registered(luma, page)
