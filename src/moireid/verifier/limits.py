@@ -183,11 +183,11 @@ class Expected:
 #: Means and standard deviations: fitted to one half of the genuine films of the decision set by
 #: `benchmarks/decision.py`, and rounded.  The films were measured again since: a refit gives means within 0.06 of
 #: these, and standard deviations larger by at most 0.01.  No standard deviation is below 0.35, set by hand: cameras and
-#: sheets vary more than in one collection. Shares and floors are derived.  Smoothed poses leave white errors up to 3
-#: Hz, of which a figure below 0.5 Hz sees 0.45.  Strips share the pose, so neither they nor places within them know of
-#: its error.  Pale fringes make strips vague: they wander by half of their error bars and more on ray-traced films, and
-#: a twelfth of a strip over half a second is as vague.  What a codec holds of faint fringes is not so averaged: places
-#: err by all of it, and strips, of a few coding blocks each, by half.
+#: sheets vary more than in one collection. Shares and floors are derived.  Smoothed poses have white errors up to 3 Hz,
+#: of which a figure below 0.5 Hz has a share of 0.45.  Strips share the pose, so its error does not enter their
+#: figures, nor those of places.  In faint print, strips deviate by half of their error bars and more on ray-traced
+#: films, and so does a twelfth of a strip over half a second.  Errors that a codec repeats are not averaged: places
+#: have all of them, and strips, of a few coding blocks each, half.
 EXPECTED: dict[str, Expected] = {
     "wander": Expected(0.45, 0.010, -0.85, 0.55),
     "jitter": Expected(1.0, 0.015, -0.45, 0.35),

@@ -48,10 +48,7 @@ def report_paths(folder: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class Pictures:
-    """Pictures of a report.
-
-    plots: titles and SVG texts; timeline: SVG (None: no segment); badge: rectified, from the film, PNG (None: never
-    seen)."""
+    """Titles and SVG texts of the plots, the timeline's SVG or None, and the rectified badge as PNG or None."""
 
     plots: tuple[tuple[str, str], ...]
     timeline: str | None
@@ -83,8 +80,7 @@ def write_report(
 
 
 def signals_csv(report: Report) -> str:
-    """Time, camera and phases of every frame in the report's plots, one line per frame; only the header if there are
-    none.
+    """Time, camera and phases of the frames in the report's plots, one line each; only the header if there are none.
 
     Convention: parallax u = Cx / |Cz| at the page's middle, positive where the camera is at +x; phases in rad, mean 0.
     """
