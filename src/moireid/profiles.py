@@ -111,8 +111,7 @@ def mask_named(label: str, gap_mm: float) -> Lens:
 
 
 def load_lens_profile(path: Path) -> LensProfile:
-    """Read a lens profile.  Raises: SpecError if the file is missing, is not a lens profile, or has impossible
-    figures."""
+    """Read a lens profile.  Raises: SpecError if the file is missing or no lens profile, or has impossible figures."""
     advice = "give a file that moireid calibrate wrote"
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
