@@ -46,7 +46,7 @@ def stamp(address: str) -> str:
     Raises: SpecError if there is no such file or no such protocol; MissingExtraError.
     """
     system, path = _system(address)
-    with _told(f"there is no film {address!r}", ADVICE):
+    with _as_spec_error(f"there is no film {address!r}", ADVICE):
         told = system.info(path)
     if told.get("type") == "directory":
         raise SpecError(f"there is no film {address!r} (it is a folder); {ADVICE}")
@@ -56,7 +56,7 @@ def stamp(address: str) -> str:
 def read_text(address: str) -> str:
     """The text of a small file, UTF-8.  Raises: SpecError where it cannot be read."""
     system, path = _system(address)
-    with _told(f"{address} cannot be read", "write where it lies"):
+    with _as_spec_error(f"{address} cannot be read", "write where it lies"):
         content = system.cat_file(path)
     try:
         return str(content.decode("utf-8-sig"))
@@ -104,7 +104,7 @@ def _system(address: str) -> tuple[Any, str]:
     except ImportError as error:
         raise MissingExtraError("films by address need more packages; pip install 'moireid[archive]'") from error
     # Not only for bad addresses: s3fs also needs a region or credentials here.
-    with _told(f"address {address!r} cannot be used", ADVICE):
+    with _as_spec_error(f"address {address!r} cannot be used", ADVICE):
         try:
             return url_to_fs(address)
         except ImportError as error:
@@ -114,7 +114,7 @@ def _system(address: str) -> tuple[Any, str]:
 
 
 @contextmanager
-def _told(what: str, advice: str) -> Iterator[None]:
+def _as_spec_error(what: str, advice: str) -> Iterator[None]:
     """Turn any error of a protocol's package into a SpecError; our own errors pass.
 
     Each package has its own errors without a common base, and none of them is a fault of ours.

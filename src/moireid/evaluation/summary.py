@@ -74,15 +74,15 @@ def _figures(scored: list[Scored], seed: int) -> Document:
         "failed": sum(one.row["verdict"] == "failed" for one in scored),
         "without_score": int(np.isneginf(np.concatenate([a, b])).sum()),
         "seconds": sum(one.row["seconds"] for one in scored),
-        "scored_films": _told_apart(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
-        "all_films": _told_apart(a, b, seed, means=False),
+        "scored_films": _separation(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
+        "all_films": _separation(a, b, seed, means=False),
         "window_correlation": {"genuine": _window(genuine), "forged": _window(forged)},
         "verdicts": {"genuine": _verdicts(genuine), "forged": _verdicts(forged)},
         "groups": [
             {"group": group, "label": label} | _group([o for o in scored if _kind(o) == (group, label)])
             for group, label in kinds
         ],
-        "by_group": [_held_against(group, scored) for group in groups] if len(groups) > 1 else [],
+        "by_group": [_compared(group, scored) for group in groups] if len(groups) > 1 else [],
     }
 
 
@@ -90,7 +90,7 @@ def _kind(one: Scored) -> tuple[str, str]:
     return one.entry.group, one.entry.label
 
 
-def _told_apart(genuine: Array, forged: Array, seed: int, *, means: bool) -> Document:
+def _separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Document:
     """How well the scores separate genuine films from forged ones; if one kind is missing, `missing` names it."""
     counts = {"genuine": len(genuine), "forged": len(forged)}
     if not len(genuine) or not len(forged):
@@ -159,7 +159,7 @@ def _group(scored: list[Scored]) -> Document:
     }
 
 
-def _held_against(group: str, scored: list[Scored]) -> Document:
+def _compared(group: str, scored: list[Scored]) -> Document:
     """AUC and effect size of one group, compared with all films of the kind that it does not have."""
     sides, against = {}, "its own"
     for genuine, other in ((True, "all genuine"), (False, "all forged")):

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.smoothing import smooth_camera, without_strays
+from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 
 SIZE = (1920, 1080)
 CENTRE = np.array([959.5, 539.5])
@@ -476,7 +476,7 @@ def test_a_misregistered_frame_drags_no_other_along():
     errors = np.full(60, 0.04)
     spoilt = course.copy()
     spoilt[30], errors[30] = (-350.0, 0.0, -1000.0), 1.9
-    mended, good = without_strays(spoilt, errors, times)
+    mended, good = without_outliers(spoilt, errors, times)
     assert list(np.flatnonzero(~good)) == [30]
     assert mended == pytest.approx(course, abs=1.5)
-    assert np.array_equal(without_strays(course, np.full(60, 0.3), times)[0], course)
+    assert np.array_equal(without_outliers(course, np.full(60, 0.3), times)[0], course)

@@ -43,23 +43,23 @@ class NearPoses:
         Parameters: points_px (T, N, 2), near those of the poses; focal: `zoom` times that of the poses.
         Returns: infinity if both poses see the plane from behind.
         """
-        left, depth = self._left_over(points_px, zoom, focal, centre, STEPS)
+        left, depth = self._residuals(points_px, zoom, focal, centre, STEPS)
         error = np.sqrt((left**2).sum(axis=0).mean(axis=0))
         error[(depth.min(axis=0) <= 0) | ~np.isfinite(error)] = np.inf
         return np.asarray(error.reshape(2, -1).min(axis=0))
 
-    def left_over_px(self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]) -> Array:
+    def residuals_px(self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]) -> Array:
         """Residuals of each frame's better pose, (T, 2 N) px.
 
         Parameters: as `least_error_px`.  Convention: the better pose is chosen at the known poses, so that the
             residuals are smooth functions of the parameters.
         """
-        left, _ = self._left_over(points_px, zoom, focal, centre, WHOLE_STEPS)
+        left, _ = self._residuals(points_px, zoom, focal, centre, WHOLE_STEPS)
         frames = np.arange(len(self._better))
         chosen = left.reshape(2, left.shape[1], 2, -1)[:, :, self._better, frames]
         return np.asarray(chosen.reshape(-1, len(frames)).T)
 
-    def _left_over(
+    def _residuals(
         self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float], steps: int
     ) -> tuple[Array, Array]:
         """Residuals (2, N, M) px and depths (N, M) after the poses are updated."""

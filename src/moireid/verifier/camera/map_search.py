@@ -109,11 +109,11 @@ class Unknown:
 
 
 def minimise_together(
-    left_over_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown], scale_px: float
+    residuals_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown], scale_px: float
 ) -> tuple[Array, Array]:
     """Values of least misfit, and their covariance.
 
-    Parameters: left_over_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
+    Parameters: residuals_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
         unknowns; start (N,): near the minimum; scale_px: error of a typical frame, s in the misfit.
     Returns: (N,) and (N, N).
     Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  The misfit of focal length, shutter and
@@ -132,7 +132,7 @@ def minimise_together(
     def bounded(at: Array) -> Array:
         # A frame without a pose counts as a large but finite error.
         most = 1e3 * scale_px
-        return np.clip(np.nan_to_num(left_over_px(at), nan=most, posinf=most, neginf=-most), -most, most)
+        return np.clip(np.nan_to_num(residuals_px(at), nan=most, posinf=most, neginf=-most), -most, most)
 
     place = np.clip(np.asarray(start, float), low, high)
     left = bounded(place)

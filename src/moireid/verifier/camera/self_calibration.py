@@ -116,17 +116,17 @@ class FilmWide:
         bend = Unknown(-DISTORTION_MAX_K1, DISTORTION_MAX_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
         unknowns, k = (*zoom, shutter, bend), len(zoom)
 
-        def left_over(at: Array) -> Array:
+        def residuals(at: Array) -> Array:
             focal = math.exp(at[0]) if zoom else self.focal
             points = self._flat(self._chosen, shutter_s=float(at[k]), bend=float(at[k + 1]))
-            return self._near.left_over_px(points, focal / self._start_focal, focal, self._centre)
+            return self._near.residuals_px(points, focal / self._start_focal, focal, self._centre)
 
         for _ in range(MOST_SETTLED):
             self._settle()
             before = np.array([math.log(self.focal)] * k + [self.shutter_s, self.bend])
             usual = float(np.median(self._errors())) or 1e-9
             near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before, strict=True)]
-            place, covariance = minimise_together(left_over, before, near, usual)
+            place, covariance = minimise_together(residuals, before, near, usual)
             if zoom:
                 self.focal = math.exp(place[0])
                 self.covariance = covariance[np.ix_([0, 2], [0, 2])]

@@ -39,7 +39,7 @@ def _rising(times_s: Array) -> Array:
     return np.asarray(np.maximum.accumulate(times_s) + 1e-7 * np.arange(len(times_s)))
 
 
-def without_strays(camera_mm: Array, reprojection_px: Array, times_s: Array) -> tuple[Array, NDArray[np.bool_]]:
+def without_outliers(camera_mm: Array, reprojection_px: Array, times_s: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Camera centres (T, 3) with those of misregistered frames interpolated, and which frames are good.
 
     A page that is registered one module off, for example in a shaken frame, has a far larger reprojection error than

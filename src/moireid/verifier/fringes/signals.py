@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.smoothing import smooth_camera, without_strays
+from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
@@ -93,7 +93,7 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
     points_px = mapped[..., :2] / mapped[..., 2:]
     camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px)
-    raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
+    raw_mm, good = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague)
     posed = time.perf_counter()
     strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]

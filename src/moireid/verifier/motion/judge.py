@@ -193,13 +193,13 @@ def _residual_explained(residual: float, excitation: float, expected: float) -> 
     return _explained(what, residual, fixed, expected)
 
 
-def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
+def _explained(what: str, deviation: float, fixed: float, expected: float) -> Reason:
     """Pass what `fixed` and `EXPLAINED_SDS` times the expected error explain; fail what even worse poses cannot."""
     error = EXPLAINED_SDS * expected
     limit, possible = math.hypot(fixed, error), math.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * error)
-    level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
-    text = f"{what} from the prediction by {strayed:.3f} rad; known errors explain up to {limit:.3f} rad."
-    return Reason("residual", level, strayed, limit, "rad", text)
+    level: Level = "pass" if deviation <= limit else "fail" if deviation > possible else "undecided"
+    text = f"{what} from the prediction by {deviation:.3f} rad; known errors explain up to {limit:.3f} rad."
+    return Reason("residual", level, deviation, limit, "rad", text)
 
 
 def _at_rest(grating: Figures, tangent_sd: float, most_rad: float) -> Reason:
@@ -208,14 +208,14 @@ def _at_rest(grating: Figures, tangent_sd: float, most_rad: float) -> Reason:
     Its gain and correlation mean nothing, so the measured phase is compared with the prediction itself.  The tolerance
     of the gain is allowed, and `RESIDUAL_MOTION_SHARE` of the largest motion of any grating, `most_rad`.
     """
-    strayed = math.hypot((grating.gain_ratio - 1) * grating.excitation_rad, grating.phase_residual_rad)
+    deviation = math.hypot((grating.gain_ratio - 1) * grating.excitation_rad, grating.phase_residual_rad)
     fixed = math.hypot(
         RESIDUAL_FLOOR_RAD,
         RESIDUAL_MOTION_SHARE * most_rad,
         (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * tangent_sd) * grating.excitation_rad,
     )
     what = "The fringes of a grating that should hardly move differ"
-    return _explained(what, strayed, fixed, grating.expected_error_rad)
+    return _explained(what, deviation, fixed, grating.expected_error_rad)
 
 
 def _strips_agree(wander: float, expected: float) -> Reason:

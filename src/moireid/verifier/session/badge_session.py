@@ -35,7 +35,7 @@ class Line:
         """Judge the open chapter.  Only the chapter that the report plots keeps its track and measurement."""
         self.chapters.append(judge_chapter(self.tracker.take(keep), self.claim, repeated=self.repeated))
         self.repeated = keep
-        shown = min(self.chapters, key=_telling)
+        shown = min(self.chapters, key=_plot_order)
         self.chapters = [chapter if chapter is shown else chapter.light() for chapter in self.chapters]
 
     def end_piece(self) -> None:
@@ -100,6 +100,6 @@ def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tu
     return (Reason("others", "note", float(count), None, "badges", text),)
 
 
-def _telling(chapter: Chapter) -> tuple[bool, bool, int]:
+def _plot_order(chapter: Chapter) -> tuple[bool, bool, int]:
     """Order of chapters by what their plots would show: a broken law first, then the law kept, then most frames."""
     return chapter.invariant.verdict != "reject", chapter.invariant.verdict != "accept", -chapter.tracked

@@ -168,11 +168,11 @@ def _held(signal: GratingSignal, own: NDArray[np.bool_]) -> NDArray[np.bool_]:
     gain = 1.0
     if figures.excitation_rad >= MIN_EXCITATION_RAD:
         gain = min(max(figures.gain_ratio, 1 - GAIN_TOLERANCE_SHARE), 1 + GAIN_TOLERANCE_SHARE)
-    strayed = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
+    deviation = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
     sd = signal.phase_sd_rad[own]
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * figures.excitation_rad)
     error = np.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad))
-    return np.array([np.isfinite(sd), strayed <= EXPLAINED_SDS * error])
+    return np.array([np.isfinite(sd), deviation <= EXPLAINED_SDS * error])
 
 
 def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[float, float]) -> Reason | None:

@@ -191,7 +191,7 @@ class PageRegistrar:
         ratio = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal))[6:8] / least, 1.0))
         return float(ratio[0]), float(ratio[1])
 
-    def left_over(
+    def residuals(
         self, picture: NDArray[Any], homography: Array, template: Template
     ) -> tuple[Array | None, tuple[bool, ...]]:
         """Picture less print under this homography (None outside the picture), and which markers are visible."""

@@ -165,7 +165,7 @@ class ShakenFollower:
         self, light: NDArray[np.float32], place: Array, template: Template, smear: Array
     ) -> tuple[float, float]:
         """Share by which the smear should be longer, and angle by which it should be rotated, rad."""
-        residual, seen = self._registrar.left_over(light, place, template)
+        residual, seen = self._registrar.residuals(light, place, template)
         if residual is None:
             return 0.0, 0.0
         turned = smear @ np.array([[math.cos(PROBE), math.sin(PROBE)], [-math.sin(PROBE), math.cos(PROBE)]])
