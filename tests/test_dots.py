@@ -170,7 +170,7 @@ def test_a_measured_scale_is_made_up_for_on_both_axes(tmp_path):
     width, height = badge.page_mm
 
     def printed(x: float, y: float) -> tuple[float, float]:
-        """Where that printer, 0.9973 and 1.004 of true size, must be told to draw a place."""
+        """Coordinates for a printer with scales 0.9973 and 1.004, so that a place is printed correctly."""
         return width / 2 + (x - width / 2) / 0.9973, height / 2 + (y - height / 2) / 1.004
 
     half = badge.markers.size_mm / 2

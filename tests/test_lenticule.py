@@ -199,7 +199,7 @@ def test_a_camera_above_or_below_sees_a_smaller_slope(tan_y: float, slope: float
 
 
 def test_contrast_at_60_degrees_is_a_third_of_that_on_the_axis() -> None:
-    """Catches: a response that is normalised to 1 and so tells nothing of the contrast."""
+    """Catches: a response that is normalised to 1 and so loses the contrast."""
     tangents = np.array([0.0, math.tan(math.radians(60))])
     axis, steep = np.abs(view_response(SHEET, REAR, tangents, rays=4096, fresnel=False))
     assert steep / axis == pytest.approx(1 / 3, abs=0.03)

@@ -9,8 +9,8 @@
     ├── RegistryError        the registry lacks, or already holds, what was asked for
     └── MissingExtraError    an optional package is not installed
 
-Each message is one sentence: what, what was got, what is allowed, what to do next.  The numbers in it are
-attributes too (`error.details`), so that a program need not parse prose.
+Each message is one sentence: what is wrong, the value given, the values allowed, the next step.  `error.details` has
+the figures too, so that a program need not parse the text.
 """
 
 from __future__ import annotations

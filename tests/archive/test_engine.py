@@ -103,7 +103,7 @@ def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone
         stop.set()
         killer.join()
     assert kills and found == {k: f"f{k}" for k in range(30)}
-    # A worker has one child here, and is told by the child's first line; later ones may name who took on an orphan.
+    # A worker has one child here, known by the child's first line; later ones may name who took on an orphan.
     workers, last = dict[str, int](), dict[str, str]()
     for what, name, child, worker in notes(log):
         workers.setdefault(child, int(worker))
@@ -318,7 +318,7 @@ def test_films_are_fetched_whole_within_their_limit_and_removed(tmp_path: Path, 
 
 
 def test_addresses_that_cannot_be_used_say_why(tmp_path: Path):
-    """Catches: a protocol's absent package told as a missing file, a folder taken for a film."""
+    """Catches: a protocol's missing package reported as a missing file, a folder taken for a film."""
     for address, kind, words in (
         ("no-such-protocol://b/c.mp4", SpecError, "cannot be used"),
         (str(tmp_path), SpecError, "it is a folder"),

@@ -72,7 +72,7 @@ def test_charts_and_badges_are_told_apart_by_their_markers():
 
 @pytest.mark.parametrize(("paper", "most"), [("a4", 19), ("letter", 17)])
 def test_too_many_or_no_steps_are_refused_with_what_fits(paper, most):
-    """Catches: bands thinner than can be told apart, a chart of one band, advice that is refused in its turn."""
+    """Catches: bands too thin to be told apart, a chart of one band, advice that is refused in its turn."""
     for steps in (0, -3, most + 1, 10**9):
         with pytest.raises(DesignError, match=f"1 to {most}") as refused:
             design_chart(ChartRequest(paper=paper, steps=steps))

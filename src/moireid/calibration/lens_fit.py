@@ -1,7 +1,7 @@
 """From a reading of the pitch test sheet to a lens profile: by a band's number, or from pictures.
 
-Convention: pitches are in units of the printed page, as markers, bands and lines are printed together; with the scale
-that a ruler told (`measured_scale`, printed over true size along x) they are true millimetres.
+Convention: pitches are in units of the printed page, as markers, bands and lines are printed together.  With the scale
+    measured by a ruler (`measured_scale`, printed over true size along x) they are true millimetres.
 Source: the matching band has (1 + g_eff/D) / p_r = 1 / p_f (`optics`), with g_eff *traced* (`lenticule`), which is 1 to
 7 % less than the paraxial g/n.
 """
@@ -24,26 +24,25 @@ from moireid.optics import front_pitch_at_match_mm
 from moireid.profiles import MM_PER_INCH, LensProfile
 
 Array = NDArray[np.float64]
-#: Bands that must agree for a fit to be one.
+#: Least number of bands for a fit.
 MIN_BANDS = 5
-#: An eye tells the matching band from its neighbours: half a step, taken as a standard deviation; and its own distance
-#: to a tenth.
+#: Standard deviations of readings by eye: the matching band, in steps, and the distance, as a share.
 EYE_SD_STEPS, EYE_DISTANCE_SD = 0.5, 0.1
 #: A camera's lens and the registration stretch the picture by this share at most (standard deviation).
 STRETCH_SD = 0.005
-#: What a band errs by in fringes beside its noise: a lens's focus, paper that does not lie flat.
+#: Error of a band in fringes beside its noise, from the lens's focus and uneven paper.
 FLOOR_FRINGES = 0.004
-#: And by this share of a dot over the pitch: lines on dots beat with the dots too.  Traced at 300 dpi, bands of 50 and
-#: 75 lines per inch scatter by 0.1 to 0.25 of it, and not independently.
+#: ... and as a share of a dot over the pitch: lines on dots also beat with the dots.  Traced at 300 dpi, bands of 50
+#: and 75 lines per inch scatter by 0.1 to 0.25 of it, and not independently.
 DOT_SHARE = 0.3
-#: Bands that scatter by more, in fringes across a band, do not show one lens.
+#: Bands that scatter by more, in fringes across a band, do not agree on one lens.
 MAX_SCATTER_FRINGES = 0.06
-#: Thickness and index of a sheet are those of its label, so its effective gap is known to about this share.
+#: Standard deviation of the effective gap, as a share: thickness and index are taken from the sheet's label.
 GAP_SD = 0.05
-#: A match further out than this many bands is not believed.
+#: A match this many bands beyond the chart is not trusted.
 MAX_BEYOND_STEPS = 1.5
-#: The phases of the bands' middles must agree so far (1: wholly) for a twist to be read off them; and it must be small,
-#: as far larger ones look like small ones (`chart.PART_MM`).
+#: A twist is estimated only if the phases of the bands' middles agree this well (1: fully).  It must also be small, as
+#: a far larger one looks like a small one (`chart.PART_MM`).
 MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
 
 
@@ -196,9 +195,9 @@ def lens_from_views(
 
 
 def _one_lens(readings: list[BandReading], chart: Badge) -> tuple[float, float, float, int, float]:
-    """As `_agree` of the readable bands, and the twist of `_twist_per_mm`.
+    """The result of `_agree` for the readable bands, and the twist by `_twist_per_mm`.
 
-    Raises: MediaError where too few bands are readable, or do not show one lens.
+    Raises: MediaError if too few bands are readable, or they do not agree on one lens.
     """
     usable = [reading for reading in readings if reading.readable]
     if len(usable) < MIN_BANDS:
@@ -236,18 +235,17 @@ def _gap_mm(chart: Badge) -> float:
 
 
 def _floor_fringes(chart: Badge) -> float:
-    """What a band errs by beside its noise, fringes."""
+    """Error of a band beside its noise, fringes."""
     dot_mm = printed_dot_mm(chart)
     return math.hypot(FLOOR_FRINGES, DOT_SHARE * dot_mm / chart.lens.pitch_mm) if dot_mm else FLOOR_FRINGES
 
 
 def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, float, float, int]:
-    """The q on which bands agree: its value, its standard deviation, their scatter in fringes, the number used.
+    """The q on which bands agree: its value, its standard deviation, the bands' scatter in fringes, the number used.
 
-    floor_fringes: what each errs by beside its noise.
-
-    A picture that is stretched by a share e makes band k, which has the frequency f_k, tell q + e f_k; e is solved for
-    along with q, held near 0 by `STRETCH_SD`.  So what counts is where the fringes vanish, not how fine they are.
+    floor_fringes: error of each band beside its noise.
+    If the picture is stretched by a share e, band k of fringe frequency f_k gives q + e f_k.  So e is estimated
+    together with q, with a prior of `STRETCH_SD`.  What counts is where the fringes vanish, not how fine they are.
     """
     q = np.array([reading.lens_per_mm for reading in readings])
     beat = np.array([reading.printed_per_mm for reading in readings]) - q
@@ -260,7 +258,7 @@ def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, fl
     robust = np.ones_like(q)
     for _ in range(20):
         apart = (q - table @ value) / sd
-        # At least one: a fit that looks better than its noise is chance.
+        # At least 1: a fit that looks better than its noise is chance.
         scale = max(1.0, 1.4826 * float(np.median(np.abs(apart))))
         robust = np.clip(1 - (apart / (4.685 * scale)) ** 2, 0, None) ** 2
         normal = table.T @ ((weight * robust)[:, None] * table) + prior
@@ -273,10 +271,10 @@ def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, fl
 
 
 def _twist_per_mm(readings: list[BandReading]) -> float | None:
-    """How fast the phase of the bands' middles runs down the page, cycles per mm; None where it runs at no one pace.
+    """Slope of the phase of the bands' middles down the page, cycles per mm; None if there is no common slope.
 
-    Convention: phases fall by it, that is the lens's line frequency has it as its part along the page's y.
-    Source: the strongest line of the periodogram; paces beyond half a turn a part of a band cannot be told.
+    Convention: the phase falls by it; it is the y component of the lens's line frequency.
+    Source: the strongest line of the periodogram; slopes beyond half a turn per part of a band are ambiguous.
     """
     places, phases = np.array([part for reading in readings for part in reading.parts]).T
     turns = np.exp(1j * phases)
@@ -290,7 +288,7 @@ def _twist_per_mm(readings: list[BandReading]) -> float | None:
 def _profile(
     chart: Badge, pitch_mm: float, pitch_sd_mm: float, found: dict[str, Any], measured_scale: float | None
 ) -> LensProfile:
-    """The lens profile; thickness and index are the label's, which no chart tells."""
+    """The lens profile; thickness and index are those of the label, as a chart cannot measure them."""
     scale = measured_scale or 1.0
     nominal = chart.lens
     lens = Lens("lenticular", scale * pitch_mm, nominal.thickness_mm, nominal.refractive_index)

@@ -1,6 +1,6 @@
 """Video in: grey frames with their times, by PyAV.
 
-Left out: colour.  Fringes and markers are grey, and the luma plane of the decoder is already that.
+Colour is not used: fringes and markers are grey, and so is the luma plane of the decoder.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ FORMATS = frozenset(
     {"mov", "mp4", "m4a", "3gp", "3g2", "mj2", "matroska", "webm", "avi", "mpegts", "mpeg", "mpegvideo", "ogg", "flv"}
     | {"asf", "gif", "mxf", "nut", "h264", "hevc", "ivf", "obu", "yuv4mpegpipe", "mjpeg", "apng", "dv", "wtv", "rm"}
 )
-#: A 4K picture.  A header of some bytes can ask for 16000 x 16000, and decoders hold many pictures at once.
+#: A 4K picture.  A tiny file can claim 16000 x 16000 pixels in its header, and decoders hold many pictures at once.
 MOST_PIXELS = 4096 * 2304
 LIMITS = {"max_pixels": str(MOST_PIXELS)}
-#: No film may make the reader open an address; and no probing of it may take more memory than the film itself.
+#: A film must not make the reader open an address, and probing it must not take more memory than reading it.
 OPENING = {"protocol_whitelist": "file", **LIMITS}
 ADVICE = "give a film that a video player can play, such as an .mp4"
-#: Formats whose first plane is the luma, and its bits; other pictures are turned into grey ones.
+#: Formats whose first plane is the luma, and its bits; other pictures are converted to grey.
 PLANAR_DEPTH = {
     **dict.fromkeys(("yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p", "nv12", "nv21"), 8),
     **dict.fromkeys(("yuv420p10le", "yuv422p10le", "yuv444p10le"), 10),
@@ -44,7 +44,7 @@ VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).asty
 FULL_RANGE = 2
 #: Frames that are decoded ahead; 17 MB at 1080p.
 AHEAD_FRAMES = 8
-#: Told of a film while it is read: frames read, and frames expected where the file says.
+#: Called while a film is read: frames read, and frames expected (None if the file does not say).
 Progress = Callable[[int, int | None], None]
 
 
@@ -210,16 +210,15 @@ class Film:
 
 
 def one_thread() -> bool:
-    """Whether this process keeps to one thread, as OpenCV was told (`cv2.setNumThreads`) or finds one processor."""
+    """Whether this process is limited to one thread, by `cv2.setNumThreads` or as there is one processor."""
     return bool(cv2.getNumThreads() == 1)
 
 
 def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
-    """The picture's brightness, (height, width), 0 black to 255 white whatever range and depth it is coded in.
+    """The picture's brightness, (height, width), 0 black to 255 white, for any coded range and depth.
 
-    The decoder's own luma plane is taken where there is one: turning a picture into another format costs more than
-    decoding it.  A phone's rotation flag is not followed, as markers are found at any angle, and rows stay the rows
-    that a rolling shutter reads.
+    The luma plane of the decoder is used if there is one: converting a picture costs more than decoding it.  A phone's
+    rotation flag is ignored: markers are found at any angle, and the rows stay those of the rolling shutter.
     """
     depth = PLANAR_DEPTH.get(picture.format.name)
     if depth is None:
@@ -231,7 +230,7 @@ def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
         deep = np.frombuffer(plane, np.uint16).reshape(picture.height, -1)[:, : picture.width]
         rows = (deep >> (depth - 8)).astype(np.uint8)
     if picture.format.name.startswith("yuvj") or picture.color_range == FULL_RANGE:
-        # The decoder uses its memory again for the next picture.
+        # The decoder reuses this memory for the next picture.
         return rows.copy()
     return np.asarray(cv2.LUT(rows, VIDEO_RANGE), np.uint8)
 

@@ -40,7 +40,7 @@ def test_leaning_fringes_are_turned_upright(lean_deg):
 
 
 def test_a_true_film_scores_as_published_and_so_does_a_reversed_one(films: Path, prototype: Badge, tmp_path: Path):
-    """The baseline must be as good as its paper (0.87), and blind to sign as it is; catches a baseline made weak."""
+    """The baseline must be as good as its paper (0.87), and blind to sign like it; catches a weakened baseline."""
     beginning = first_frames(films / "genuine_1.0m.mp4", tmp_path / "true.mp4", 130)
     true = verify_published(beginning, Claim(prototype))
     assert true.verdict == "accept" and true.invariant.correlation > 0.99

@@ -127,7 +127,7 @@ def test_the_page_is_well_formed(page):
 
 
 def test_the_page_asks_for_no_other_file(page):
-    """Catches: a font, a script or a picture fetched from elsewhere: it tells who verifies whom, and fails offline."""
+    """Catches: a font, a script or a picture fetched from elsewhere: it shows who verifies whom; it fails offline."""
     for tag, attributes in Page(page).tags:
         assert tag not in ("script", "link", "iframe", "object", "embed", "base"), tag
         for name, value in attributes.items():

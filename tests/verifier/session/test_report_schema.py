@@ -35,7 +35,7 @@ PROMISED = {
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
-    """One report of every kind of end, of short films made outside the project."""
+    """One report for each kind of verdict, from short films by an outside simulator."""
     from moireid.badge import load_badge
 
     films = tmp_path_factory.mktemp("films")

@@ -1,5 +1,5 @@
 """Do the fringes follow the law?
 
-figures.py     the figures of one grating           likelihood.py  how much likelier of a true badge
+figures.py     the figures of one grating           likelihood.py  genuine or forged: the likelihood ratio
 judge.py       the motion invariant                 segments.py    the verdict by time
 """

@@ -1,4 +1,4 @@
-"""What is held against a film."""
+"""What a film is checked against."""
 
 from __future__ import annotations
 

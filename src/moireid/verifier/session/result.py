@@ -16,7 +16,7 @@ from moireid.verifier.reasons import Reason, Verdict, json_number
 from moireid.verifier.session.overlap import Overlap
 from moireid.verifier.tracking.track import Track
 
-#: Of the JSON report; within one, keys are only added.
+#: Version of the JSON report; within one version, keys are only added.
 REPORT_FORMAT = 1
 
 

@@ -1,10 +1,9 @@
-"""Verifying as frames come: a running verdict for live video, and the final one at the end.
+"""Verification frame by frame: a running verdict for live video, and the final one at the end.
 
-Each pushed frame is followed at once.  About every second the last seconds are judged: that verdict is *causal*, it
-knows nothing of what comes.  `finish` judges the chapter that is still open with all that it holds; it may refine what
-the running verdict said, and it alone is the verdict of the film.
-
-Of several badges in view each is judged by itself, and the verdict is of one of them (`Line.rank`).
+Each pushed frame is tracked at once.  About every second the last few seconds are judged.  This running verdict is
+*causal*: it uses past frames only.  `finish` judges the chapter that is still open.  Its verdict is the verdict of the
+film; it may differ from the running one.
+If several badges are in view, each is judged by itself, and the verdict is about one of them (`Line.rank`).
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
 
-#: The running verdict is of so many of the last tracked frames, made anew after so much of the film.
+#: The running verdict uses this many of the last tracked frames, and is renewed after this time.
 RUNNING_FRAMES, RUNNING_S = 240, 1.0
 
 
@@ -91,11 +90,11 @@ class Verifier:
         self._pending: Future[Running] | None = None
         self._claim, self._running = claim, running
         self._times = FilmTime()
-        #: When the last frame was taken, in times that rise.
+        #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
         self._lines = [Line(claim, self._view.trackers[0])]
-        #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
+        #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
         self._gone, self._gone_read = 0, set[str]()
         self._kept: Line | None = None
         self._due_s: float | None = None
@@ -198,7 +197,7 @@ class Verifier:
         return self.chapters
 
     def _renew_lines(self) -> None:
-        """Judge the badges that were given up, and keep one of them; take up those that were begun."""
+        """Judge the badges that were lost, and keep the one with the least rank; add the badges that are new."""
         for tracker in self._view.given_up:
             line = next(line for line in self._lines if line.tracker is tracker).finish()
             self._lines.remove(line)
@@ -209,14 +208,14 @@ class Verifier:
             self._lines.append(Line(self._claim, tracker))
 
     def _looks(self) -> list[tuple[Line, Track]]:
-        """The last frames of those badges that are seen now."""
+        """The last frames of the badges that are in view now."""
         lines = [line for line in self._lines if line.tracker.place is not None] or [self.judged]
-        # The largest first: the focal length is solved on it.
+        # The largest first: the focal length is estimated on it.
         lines.sort(key=lambda line: -line.tracker.shown)
         return [(line, line.tracker.look(RUNNING_FRAMES)) for line in lines]
 
     def _judge_last(self, tracks: list[tuple[Line, Track]], now_s: float) -> Running:
-        """The verdict of the last seconds."""
+        """The verdict on the last seconds."""
         chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
         if not chapters:
             most = max(track.tracked for _, track in tracks)
@@ -230,8 +229,7 @@ class Verifier:
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 
     def _judged_now(self, track: Track) -> Chapter:
-        # Solving for the focal length is half of the work, so what it was is kept until there is twice as much to
-        # solve it on.
+        # Estimating the focal length is half of the work, so it is repeated only once there are twice as many frames.
         anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
         focal_px = None if anew else self._focal_px
         chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px))
