@@ -1,11 +1,13 @@
-# make setup   .venv from the lock file        make demo   the whole path, from a name to three verdicts
-# make test    sets up and runs the tests      make lint   linter, formatter, type checker
-# make docs    the guides, into site/          make gallery   their pictures
+# make setup   .venv from the lock file         make demo      the whole path, from a name to three verdicts
+# make test    the tests that a change needs    make test-all  the long tests, which `make test` leaves out
+# make lint    linter, formatter, type checker  make test ARGS="-k badge -x"   arguments for pytest
+# make docs    the guides, into site/           make gallery   their pictures
 PYTHON ?= python3
 BIN := .venv/bin
 UV_VERSION := 0.13.8
+PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations 10
 
-.PHONY: setup demo test lint docs gallery lock clean
+.PHONY: setup demo test test-all lint docs gallery lock clean
 
 setup: .venv/.ready
 
@@ -21,8 +23,16 @@ setup: .venv/.ready
 demo: setup
 	@PATH="$(CURDIR)/$(BIN):$$PATH" bash examples/demo.sh
 
-test: setup
-	$(BIN)/python -m pytest -n 2 $(ARGS)
+test: .venv/.compiled
+	$(PYTEST) -m "not slow" $(ARGS)
+
+test-all: .venv/.compiled
+	$(PYTEST) -m slow $(ARGS)
+
+# Numba compiles the renderer for half a minute and keeps what it made; here, or else two workers do it side by side.
+.venv/.compiled: .venv/.ready $(shell find src/moireid/simulate -name '*.py')
+	PYTHONPATH=tests $(BIN)/python -m kit.compiling
+	touch $@
 
 lint: setup
 	$(BIN)/ruff check .

@@ -3,9 +3,9 @@
 films: short clips, 60 frames cut from the films in tests/data/films without coding them anew, each listed under so many
     names; scored by `evaluation.collect` with our pipeline, as `moireid evaluate --pipeline moireid` does.
 ratio: films a second of two workers over those of one, from the first row to the last, cluster start apart; beside it
-    what other work on the machine hardly changes: CPU seconds a film, and how many workers were scoring, taken over the
-    time from the first film to the last row.  What lacks to 1 or 2 is what the engine takes between films; two workers
-    that spend as much CPU a film as one are as much faster as more of them are scoring, on processors that are free.
+    figures that other work on the machine hardly changes: CPU seconds for a film, and the mean number of workers that
+    were scoring, from the first film to the last row.  The difference of this number to 1 or 2 is the engine's time
+    between films.  On free processors, two workers with the same CPU seconds for a film are faster by this number.
 plain: the same films by as many plain processes, without the engine: what this machine gives two at once, whatever the
     engine does; processors that share a core or a cache are not twice as fast as one.
 kills: while two workers score, one is killed (SIGKILL) at random moments; rows lost, and films begun more than once.
@@ -61,7 +61,7 @@ def _note(words: str) -> None:
 
 
 def collection(folder: Path, films: int) -> Path:
-    """A manifest of so many films, the clips by turns; each differs from the others by a few bytes at its end."""
+    """A manifest of this many films, made from the clips in turn; each film has its own few bytes at its end."""
     lines = ["video,label,claim,group"]
     clips = {name: cut(FILMS / name, folder / "clip.mp4").read_bytes() for name in CLIPS}
     (folder / "clip.mp4").unlink()

@@ -1,9 +1,9 @@
-"""Fits the likelihood ratio's figures on one half of a collection of films, and tells what it decides on the other.
+"""Fits the likelihood ratio's figures on one half of a collection of films, and prints its decisions on the other.
 
 Run `.venv/bin/python benchmarks/decision.py [FIGURES.csv]`; the default is `tests/data/decision/figures.csv`, films
-of an independent ray tracer that is no part of this project.  A film's half is drawn from its name.  Films with too
-little motion are counted apart: they are open whatever the ratio says.  Last comes how much of each fixed limit of
-`limits.py` the true films use.
+by an outside simulator.  A film's half is drawn from its name.  Films with too little motion are counted separately:
+they are inconclusive whatever the ratio is.  Last, it prints how much of each fixed limit of `limits.py` the true films
+use.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ Film = dict[str, str]
 
 
 def half(film: Film) -> int:
-    """0: fitted on, 1: told on."""
+    """0: used for fitting, 1: used for testing."""
     return hashlib.sha256(film["name"].encode()).digest()[0] & 1
 
 
@@ -78,7 +78,7 @@ def score(film: Film, expected: dict[str, Expected]) -> float:
     return log10_ratio(gain, gain_sd, shown, motion, error, expected, strip_sd_rad=strip_sd)[0]
 
 
-def told(films: list[Film], expected: dict[str, Expected]) -> None:
+def decided(films: list[Film], expected: dict[str, Expected]) -> None:
     """Print what is decided of films, by kind."""
     scores = {film["name"]: score(film, expected) for film in films}
     print(f"{'kind':<14}{'films':>6}{'accept':>8}{'open':>6}{'reject':>8}{'least':>9}{'median':>9}{'most':>9}")
@@ -132,7 +132,7 @@ def main() -> None:
         )
     for title, expected in (("with what was fitted", own), ("with the figures in use", EXPECTED)):
         print(f"\nthe other half, {title}")
-        told([film for film in films if half(film) == 1], expected)
+        decided([film for film in films if half(film) == 1], expected)
     used([film for film in films if film["kind"] == "none"])
 
 

@@ -1,8 +1,8 @@
 """Seconds that a 10 s film takes, by stage: run `.venv/bin/python benchmarks/film_speed.py [CAMERA ...]`.
 
 60 frames a second, 1080p where the camera has it, the default badge held in the hand at 1 m, sensor and H.264.  A
-short film runs first, so that compiling is not counted; it is told apart.  CPU seconds are those of all threads: on
-idle cores the film takes at least that over their number, on a busy machine longer.
+short film runs first, so that compiling is not counted; its time is printed separately.  CPU seconds are those of all
+threads: divided by the number of cores, they are the least time on idle cores; a busy machine takes longer.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The figures of `docs/accuracy.md` on the films of the tests: run `.venv/bin/python benchmarks/first_path.py`.
 
-Times are whole processes, the median of five with the least and the most; what a film says is measured on the films
-made outside the project in tests/data/films, beside the time that decoding alone takes in the same run.
+Times are of whole processes: the median of five, with the least and the most.  The films' figures are measured on the
+films by an outside simulator in tests/data/films, with the time of decoding alone in the same run.
 """
 
 from __future__ import annotations

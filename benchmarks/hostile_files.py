@@ -4,10 +4,10 @@ Films of a badge, in several codecs and containers, are cut off, overwritten, gi
 headers alone that ask for huge pictures.  Worker processes verify them.  A right outcome is a verdict, or one
 `MoireIdError`; wrong are any other exception, a crash, a hang, or a gigabyte of memory.
 
-Each film has a worker's peak of memory to itself (Linux; elsewhere a worker's peak so far), and CPU seconds of its own,
-so that a busy machine is no hang.  A worker that does wrong is ended and another one started.  With `--out` every
-outcome is a row of `DIR/outcomes.csv`, films that did wrong are kept there, and a run that was broken off goes on where
-it stopped; the films that are spoilt are kept too, so each number is the same hostile film in every run.
+Peak memory is measured for each film (Linux; elsewhere it is the worker's peak so far).  A hang is measured in CPU
+seconds, so a busy machine does not count as one.  A worker with a wrong outcome is ended and another one started.  With
+`--out`, every outcome is a row of `DIR/outcomes.csv`, films with wrong outcomes are kept there, and an interrupted run
+goes on where it stopped.  The films to damage are kept too, so each number is the same hostile film in every run.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from moireid.designer import Request, design_badge, payload_for_name
 COUNT = 10_000
 #: A film of 20 small frames takes a tenth of a second of CPU, one of 70 half of one.
 LIMIT_CPU_S, LIMIT_WALL_S, LIMIT_BYTES = 30.0, 600.0, 1 << 30
-#: The system gives a worker no more than this, whatever the film asks for: a guard of the machine, not the measure.
+#: The system gives a worker no more memory than this; it protects the machine, and is not the limit that is tested.
 GUARD_BYTES = 3 << 30
 #: Container and codec, and frames: every eighth hostile film is spoilt from one that is long enough to be judged.
 SHORT = {"a.mp4": "h264", "b.mkv": "h264", "c.mp4": "h265", "d.mkv": "av1"}
@@ -125,7 +125,7 @@ def huge(rng: random.Random) -> bytes:
 
 
 def work(badge_json: Path, pipe: Connection) -> None:
-    """Verify the films whose paths come through the pipe, until None; tell outcome and peak of memory, bytes."""
+    """Verify the films whose paths come through the pipe, until None; send outcome and peak memory, bytes."""
     resource.setrlimit(resource.RLIMIT_DATA, (GUARD_BYTES, GUARD_BYTES))
     from moireid.badge import load_badge
     from moireid.errors import MoireIdError
@@ -144,7 +144,7 @@ def work(badge_json: Path, pipe: Connection) -> None:
 
 
 def forget_peak() -> None:
-    """Let the system count this process' peak of memory anew, where it can."""
+    """Reset the system's count of this process's peak memory, where it can."""
     if sys.platform == "linux":
         Path("/proc/self/clear_refs").write_text("5")
 

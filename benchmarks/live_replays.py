@@ -72,7 +72,7 @@ def scored(clip: Clip) -> dict[str, Any]:
         told = {
             f"stall {stall_s:g}": checked(badge, stalled(timed, stall_at_s, stall_s), before) for stall_s in STALLS_S
         } | {"own": checked(badge, timed, before)}
-    # The replayer knows the prompts, and when their clip suits them best.
+    # The replayer knows the prompts in advance, and the best moment to start the clip.
     fresh = draw_prompts(before[0].at_s, chance)
     seen = course_of(course, before, length_s=length_s, seed=clip.number)
     shifts = np.arange(SEEN_S - before[0].at_s, fresh[-1].at_s - before[0].at_s, 0.25)

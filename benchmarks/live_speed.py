@@ -7,7 +7,7 @@
 3. From the moment when the badge has moved enough to the running verdict that accepts it.
 4. Replays of earlier true answers against fresh challenges, each started when it suits best; and the computed chance.
 
-The person is made up: a photograph of a face (scikit-image's) and a rendered badge that follows prompts.
+The person is simulated: a photograph of a face (scikit-image's) and a rendered badge that follows prompts.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
 
 FPS = 24.0
-#: Where the photograph's face is put, mm in the plane of the badge at rest, and px (tests/portrait.py has the same).
+#: Where the photograph's face is put, mm in the plane of the badge at rest, and px (as in tests/kit/portrait.py).
 FACE_MM, FACE_PX, FACE_SIZE_PX = np.array([0.36, -138.3]), (640.0, 165.0), 190.0
 
 
@@ -174,7 +174,7 @@ async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
                 dropped += 1
                 continue
             sent_at.append(time.perf_counter())
-            # As a camera's page does, each picture tells the time when it was taken, which is now.
+            # As on the camera's page, each picture carries the time when it was taken, which is now.
             await connection.send(CLOCK.pack(1000 * sent_at[-1]) + picture)
         length = time.perf_counter() - start
         await connection.send(json.dumps({"do": "end"}))

@@ -1,4 +1,4 @@
-"""How the registry bears many records: run `.venv/bin/python benchmarks/registry_scale.py`, with --full for a million.
+"""The registry with many records: run `.venv/bin/python benchmarks/registry_scale.py`, with --full for a million.
 
 Every record goes the normal way: designed layout, JSON, signature, log entry, transaction.  Badges are made by putting
 other ids, names and spacings into a designed one, because designing 100,000 takes longer than all else; the time that
@@ -75,7 +75,7 @@ class People:
 
 
 def id_of(number: int) -> str:
-    """A 64-bit id that looks drawn by chance, as an index meets them."""
+    """A 64-bit id that looks random, like true ids."""
     return sha256(f"person {number}".encode()).hexdigest()[:16]
 
 
@@ -86,7 +86,7 @@ def progress(done: int, total: int | None) -> None:
 
 
 class Clock:
-    """Wall and processor seconds since it was made: on a shared machine the first holds the others' work too."""
+    """Wall and processor seconds since it was made; on a shared machine, wall seconds include the others' work."""
 
     def __init__(self) -> None:
         self._wall, self._cpu = time.perf_counter(), time.process_time()

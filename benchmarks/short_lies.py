@@ -1,9 +1,9 @@
 """Short lies put into true films: run `.venv/bin/python benchmarks/short_lies.py [MANIFEST.csv]`.
 
 Each genuine film of a collection (columns as `moireid evaluate` takes them; the default is the films of the tests) is
-followed and measured as `verify` does.  Then its measured phase is forged for a while: the fringes stand still, go
-half as far, or go the wrong way, each from a time drawn by chance, and fall back into step afterwards, which is the
-hardest lie to tell.  Printed is what the motion test makes of each, by the lie's length.
+followed and measured as `verify` does.  Then its measured phase is forged for a while: the fringes stay still, go half
+as far, or go the wrong way.  The lie begins at a random time, and the fringes return to their true course afterwards,
+which makes the lie hardest to find.  The motion test's result is printed by the lie's length.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def main() -> None:
             continue
         times = signals[0].times_s
         for (lie, seconds), counted in told.items():
-            # A lie of half of the film is no short one.
+            # Only short lies: less than half of the film.
             for _ in range(TRIALS if times[-1] - times[0] > 2 * seconds else 0):
                 start = rng.uniform(times[0], times[-1] - seconds)
                 within = (times >= start) & (times < start + seconds)

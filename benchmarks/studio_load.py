@@ -9,7 +9,7 @@ Starts the studio by its command, asks it over HTTP on this machine, and prints
 - what hostile uploads (`benchmarks/hostile_files.py`) do: answers by status, memory of the server and of the process
   that others are forked from, and files left, before, meanwhile and after.
 
-A machine that is busy with other things makes all wall times longer, so the load average is printed beside them.
+On a busy machine all wall times are longer, so the load average is printed beside them.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def overhead(client: httpx.Client, server: psutil.Process, films: Path, pairs: i
         answer = upload(client, content, **claim)
         api_s = time.perf_counter() - begun
         stated.append(1000 * (api_s - answer.raise_for_status().json()["timing"]["total_s"]))
-        # The process that was forked for it is counted once it has been waited for.
+        # The forked process's time is counted only after the server has waited for it.
         time.sleep(0.1)
         cpu_s = processor_s(server) - cpu_s
         begun, own_s = time.perf_counter(), time.process_time()

@@ -72,7 +72,7 @@ def main() -> None:
 
 
 class Maker:
-    """Films what is asked for, the same film once."""
+    """Makes films; asked for the same film again, it returns the first one."""
 
     def __init__(self, badge: Badge, video: Path) -> None:
         self.badge, self._video, self._made = badge, video, {}
@@ -138,7 +138,7 @@ def _follow(made: Filmed, paint: Paint | None) -> tuple[Track, Array, NDArray[np
 
 
 def _row(name: str, made: Filmed, paint: Paint | None = None, frames: NDArray[np.bool_] | None = None) -> None:
-    """Print one case; frames: of which alone the figures are told."""
+    """Print one case; frames: only these are used for the figures."""
     track, true, shown, spent = _follow(made, paint)
     asked = shown if frames is None else shown & frames
     kept = np.array([bool(asked[number]) for number in track.frame_numbers], bool)
@@ -248,7 +248,7 @@ def _turned(degrees: int) -> Paint:
 
 
 def _mirrored(picture: Picture, number: int, homography: Array) -> tuple[Picture, Array]:
-    """A self-view; the track tells places in the picture turned back."""
+    """A mirrored self-view; the track gives places in the picture turned back."""
     return np.ascontiguousarray(picture[:, ::-1]), homography
 
 

@@ -1,8 +1,8 @@
 """Seconds and megabytes of a verify: run `.venv/bin/python benchmarks/verify_speed.py [FILM [BADGE]] [--loops N ...]`.
 
-A film is decoded alone and verified in turn, in one process, some times over: on a machine that others use too, only
-the ratio of two neighbouring runs tells anything, and its median is printed.  CPU seconds are those of all threads.
-A child process then verifies each film once more and tells its peak of memory.
+In one process, a film is decoded alone and verified in turn, several times.  On a shared machine only the ratio of two
+neighbouring runs is meaningful, and its median is printed.  CPU seconds are those of all threads.  A child process then
+verifies each film once more and prints its peak memory.
 
 Longer films are the same film over and over: its packets are copied one loop after another with their times moved on,
 so nothing is coded anew, and where a loop ends the badge jumps.  Without FILM it is the genuine one at 1 m of the
@@ -91,7 +91,7 @@ def child(film: Path, badge_json: Path, folder: Path) -> None:
     badge = load_badge(badge_json)
     write_report(verify(film, Claim(badge, badge.id)), folder)
     if sys.platform == "linux":
-        # `resource` would tell the parent's memory too, whose count a child begins with.
+        # Not `resource`: there a child's count begins with its parent's memory.
         print(int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1e3)
     else:
         print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3))

@@ -1,4 +1,5 @@
-"""Make the pictures of the guides again, `make gallery`: badges and verdicts by the commands, the law by the library.
+"""Make the pictures of README and guides again, `make gallery`: badges, films and verdicts by the commands, the law by
+the library.
 
 What comes out is kept with the project, small enough for that; `gallery/gallery.md` holds the words between pictures.
 """
@@ -9,6 +10,7 @@ import io
 import math
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -43,6 +45,10 @@ VERDICTS = {
     "forged_reversed_1.0m": "Forged: the fringes go as far as they should, the wrong way.",
 }
 MOVING = {"film": ("", "true"), "fake": (" --forge gain_low", "forged: half as far")}
+#: The two films of `make demo`: names, titles, and how they are forged.
+SHOWN = {"true": ("Real badge", ""), "forged": ("Forged: a still picture of the badge", " --forge frozen")}
+#: Pixels of a report's page that are shown.
+PAGE = {"width": 960, "height": 1525}
 
 
 def main() -> None:
@@ -55,6 +61,8 @@ def main() -> None:
         words += ["</div>\n", "## Moving\n", _moving(work)]
         words += ["## Verdicts\n", "Thick: what optics predict. Thin: what was measured on the fringes.\n"]
         words += [_verdict(work, name, told) for name, told in VERDICTS.items()]
+        _side_by_side(work)
+        _report(work)
     (OUT / "gallery.md").write_text("\n".join(words) + "\n", encoding="utf-8")
     _rays()
     _law()
@@ -128,6 +136,41 @@ def _verdict(work: Path, name: str, told: str) -> str:
         f"### {verdict}: {name}.mp4\n\n{told}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
         f"\n\n```text\n{command}\n{said}```\n"
     )
+
+
+def _side_by_side(work: Path) -> None:
+    """The still of the demo's two films, verified."""
+    badge, words = work / "ada" / "badge.json", []
+    for name, (title, forge) in SHOWN.items():
+        film = f"{work / name}.mp4"
+        _run(f"moireid simulate {badge} --out {film} --motion circle --distance 0.6 --frames 150 --fps 30{forge}")
+        _run(f"moireid verify {film} --badge {badge} --report {work / name}", codes=(0, 1))
+        words += [title, film, str(work / name)]
+    subprocess.run([sys.executable, "examples/side_by_side.py", str(work / "both.mp4"), *words], check=True)
+    with Image.open(work / "both.png") as still:
+        _save_small(still, OUT / "true_and_forged.png")
+
+
+def _report(work: Path) -> None:
+    """The first page of the report on the true film, as a browser shows it."""
+    from playwright.sync_api import sync_playwright
+
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        raise SystemExit("the picture of a report needs Chromium; install the Debian package chromium")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
+        page = browser.new_page(viewport=PAGE)
+        page.goto((work / "true" / "report.html").as_uri())
+        shot = page.screenshot()
+        browser.close()
+    with Image.open(io.BytesIO(shot)) as picture:
+        _save_small(picture, DOCS / "report.png")
+
+
+def _save_small(picture: Image.Image, path: Path) -> None:
+    """By an octree of colours: the other ways to choose them make thin coloured lines grey."""
+    picture.convert("RGB").quantize(255, Image.Quantize.FASTOCTREE).save(path, optimize=True)
 
 
 def _rays() -> None:

@@ -105,7 +105,7 @@ def test_an_issued_badge_survives_its_json(ada: Badge) -> None:
 
 
 def test_every_key_of_the_contract_is_written(ada: Badge) -> None:
-    """Catches: a key renamed; outside programs read these."""
+    """Catches: a renamed key; other programs read these."""
     document = issued(ada)
     assert {"format", "id", "name", "page", "lens", "gratings", "markers", "payload_bits", "print"} <= set(document)
     assert set(document["page"]) == {"width_mm", "height_mm"}

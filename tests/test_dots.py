@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import json
 import math
-import os
-import shutil
 import subprocess
 from dataclasses import replace
 from pathlib import Path
@@ -18,6 +16,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from kit.programs import needs
 from moireid.badge import Badge, Cell, Grating, load_badge
 from moireid.designer import Request, design_badge
 from moireid.designer.request import parse_scale
@@ -100,25 +99,16 @@ def test_dots_too_coarse_for_the_code_are_refused_with_what_would_do():
 # The page.
 
 
-def tool(name: str) -> str:
-    path = shutil.which(name)
-    if path is None:
-        if os.environ.get("CI"):
-            pytest.fail(f"{name} is not installed; CI must raster with it", pytrace=False)
-        pytest.skip(f"{name} is not installed")
-    return path
-
-
 def painted(pdf: Path, raster: str, dpi: int) -> np.ndarray:
     """Page 1 as dots, True where dark."""
     out = pdf.with_suffix(f".{raster}")
     if raster == "ghostscript":
         picture = out.with_suffix(".pbm")
         options = ["-q", "-dNOPAUSE", "-dBATCH", "-sDEVICE=pbmraw", f"-r{dpi}", f"-sOutputFile={picture}"]
-        subprocess.run([tool("gs"), *options, pdf], check=True)
+        subprocess.run([needs("gs"), *options, pdf], check=True)
     else:
         kind, ending = ("-mono", "pbm") if raster == "poppler" else ("-gray", "pgm")
-        subprocess.run([tool("pdftoppm"), kind, "-r", str(dpi), "-singlefile", pdf, out], check=True)
+        subprocess.run([needs("pdftoppm"), kind, "-r", str(dpi), "-singlefile", pdf, out], check=True)
         picture = Path(f"{out}.{ending}")
     Image.MAX_IMAGE_PIXELS = None
     return np.asarray(Image.open(picture).convert("L")) < 128
@@ -180,7 +170,7 @@ def test_a_measured_scale_is_made_up_for_on_both_axes(tmp_path):
     width, height = badge.page_mm
 
     def printed(x: float, y: float) -> tuple[float, float]:
-        """Where that printer, 0.9973 and 1.004 of true size, must be told to draw a place."""
+        """Coordinates for a printer with scales 0.9973 and 1.004, so that a place is printed correctly."""
         return width / 2 + (x - width / 2) / 0.9973, height / 2 + (y - height / 2) / 1.004
 
     half = badge.markers.size_mm / 2

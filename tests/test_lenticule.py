@@ -20,7 +20,7 @@ MANY = 8192
 
 
 def phase_along(lens: Lens, tangents: np.ndarray, tan_y: float = 0.0, rays: int = 4096) -> np.ndarray:
-    """Unwrapped phase over rising tangents, less that of the first; all rays alike, as physics.md traces them."""
+    """Unwrapped phase over rising tangents, less that of the first; all rays alike."""
     phase = np.unwrap(np.angle(view_response(lens, REAR, tangents, tan_y, rays=rays, fresnel=False)))
     return phase - phase[0]
 
@@ -145,7 +145,7 @@ def test_response_of_a_symmetric_lens_mirrors_in_both_tangents() -> None:
     assert np.angle(response[0]) > 0  # and the phase rises with tan_x
 
 
-# What was traced and measured elsewhere (physics.md).
+# What was traced and measured elsewhere (docs/explanation/physics.md).
 
 
 def test_effective_gap_of_the_prototype() -> None:
@@ -164,7 +164,7 @@ def test_effective_gap_of_thicker_sheets_nears_the_paraxial_one(thickness: float
 
 
 def test_cubic_fit_of_the_published_trace() -> None:
-    """Catches: a law off by a percent anywhere within 17 degrees; physics.md gives the fit."""
+    """Catches: a law off by a percent anywhere within 17 degrees; the fit is in docs/explanation/physics.md."""
     tangent = np.linspace(-0.3, 0.3, 61)
     refracted = tangent / np.sqrt(1.56**2 * (1 + tangent**2) - tangent**2)
     fit = 2 * math.pi / REAR * (0.9405 * refracted + 0.4316 * refracted**3)
@@ -176,8 +176,11 @@ def test_cubic_fit_of_the_published_trace() -> None:
 def test_law_bends_with_angle_between_the_straight_line_and_the_slab(
     degrees: int, phase_low: float, slope_low: float
 ) -> None:
-    """Catches: the law of the tangent, and that of the slab.  physics.md gives whole percents: 0.8 points are rounding
-    and its other way of fitting the straight line; the local slope is a chord over a hundredth."""
+    """Catches: the law of the tangent, and that of the slab.
+
+    docs/explanation/physics.md gives whole percents: 0.8 points are rounding and its other way of fitting the straight
+    line; the local slope is a chord over a hundredth.
+    """
     steep = math.tan(math.radians(degrees))
     tangents = np.linspace(0.0, steep, 500)
     phase = phase_along(SHEET, tangents)
@@ -196,7 +199,7 @@ def test_a_camera_above_or_below_sees_a_smaller_slope(tan_y: float, slope: float
 
 
 def test_contrast_at_60_degrees_is_a_third_of_that_on_the_axis() -> None:
-    """Catches: a response that is normalised to 1 and so tells nothing of the contrast."""
+    """Catches: a response that is normalised to 1 and so loses the contrast."""
     tangents = np.array([0.0, math.tan(math.radians(60))])
     axis, steep = np.abs(view_response(SHEET, REAR, tangents, rays=4096, fresnel=False))
     assert steep / axis == pytest.approx(1 / 3, abs=0.03)

@@ -1,12 +1,12 @@
-"""moireid: print a moiré badge, film it, and check both its optical motion law and whose badge it is.
+"""moireid: print a moiré badge, film it, and check that its fringes obey the optics and whose badge it is.
 
 badge.py       the frozen Badge and its JSON             idcodes/     payload <-> line spacing
 profiles.py    lens sheets, printers, papers             designer/    name, lens, printer, range -> Badge
 optics.py      the phase law in closed form              fabrication/ Badge -> PDF and mount
 lenticule.py   the trace that calibrates the law         simulate/    Badge -> film, true or forged
 errors.py      the error tree                            verifier/    film -> report and verdict
-files.py       files whole or not at all                 registry/    who was issued which badge
-lazy.py        faces of rooms that load late             calibration/ photographs of a pitch test -> lens profile
+files.py       files written whole or not at all         registry/    who was issued which badge
+lazy.py        packages that load modules on demand      calibration/ photographs of a pitch test -> lens profile
                                                          cli/         the two programs
 """
 

@@ -1,8 +1,8 @@
-"""AsBuilt: what a film can know of one built badge, measured when it was enrolled.
+"""AsBuilt: figures of one built badge, measured from films at enrolment.
 
-Markers are printed with the lines, so everything is in page units: the beat of the reference cell (the ratio of page
-to lens pitch), the gain, and how the sheet lies on the page.  Print scale and lens pitch cannot be told apart, nor true
-millimetres seen; a ruler's reading of the scale bar may be kept beside.
+Markers are printed with the lines, so everything is in page units: the beat of the reference cell (the ratio of page to
+lens pitch), the gain, and how the sheet lies on the page.  A film shows neither true millimetres nor print scale and
+lens pitch separately; a ruler's reading of the scale bar may be recorded too.
 
 Convention: phases as `moireid.verifier.identity.cell_phase.Field`; every figure with its standard deviation.
 """
@@ -23,9 +23,9 @@ class AsBuilt:
     """Figures of one built badge.
 
     beat_frequency_per_mm: of the reference cell, signed, cycles per mm of page, camera far away; offset_rad: fringe
-    phase in the middle of the first grating at zero parallax, where the lenses happen to lie over the lines;
-    twist_rad_per_mm: how that phase runs along the lenses; gain_ratio: measured over predicted motion;
-    captures: films that the figures come from; measured_scale: a ruler's reading over the printed length, or None.
+    phase in the middle of the first grating at zero parallax, which depends on how the sheet was laid;
+    twist_rad_per_mm: slope of that phase along the lenses; gain_ratio: measured over predicted motion; captures: number
+    of films used; measured_scale: a ruler's reading over the printed length, or None.
     """
 
     badge_id: str
@@ -51,7 +51,7 @@ class AsBuilt:
 
 
 def as_built_from_json(text: str) -> AsBuilt:
-    """Read the JSON text.  Raises: SpecError where it is not one of this format."""
+    """Read the JSON text.  Raises: SpecError if it does not have this format."""
     try:
         document = json.loads(text)
         if document.pop("format") != FORMAT:
@@ -69,9 +69,9 @@ def as_built_from_json(text: str) -> AsBuilt:
 
 
 def merge(parts: list[AsBuilt]) -> AsBuilt:
-    """Several captures of one badge as one: weighted means, with error bars no smaller than their spread.
+    """Several captures of one badge combined: weighted means, with error bars at least as large as their spread.
 
-    Raises: SpecError where they are of different badges, or there are none.
+    Raises: SpecError if they are of different badges, or there are none.
     """
     if not parts or len({part.badge_id for part in parts}) != 1:
         raise SpecError("captures to merge must be of one badge, and at least one is needed")
@@ -84,7 +84,7 @@ def merge(parts: list[AsBuilt]) -> AsBuilt:
     ):
         values = [getattr(part, value) for part in parts]
         if value == "offset_rad":
-            # Offsets live on a circle; they are averaged as turns from the first one.
+            # Offsets are angles on a circle, so average their differences from the first one.
             values = [values[0] + math.remainder(v - values[0], 2 * math.pi) for v in values]
         weights = [1.0 / max(getattr(part, sd), 1e-12) ** 2 for part in parts]
         mean = sum(w * v for w, v in zip(weights, values, strict=True)) / sum(weights)

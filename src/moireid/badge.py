@@ -1,11 +1,11 @@
-"""The Badge: everything that printing, filming and verifying need to know of one badge, frozen.
+"""The Badge: everything that printing, filming and verifying need to know about one badge, frozen.
 
 Convention: lengths in mm; page coordinates are those of the PDF page, origin top left, x right, y down.
 Looking at the badge, z points into the page, so a camera in front of it has a negative z.
 A `rect` is (x0, y0, x1, y1) with x0 < x1 and y0 < y1.
 
 The JSON form is `badge.json`, format 1; its JSON Schema is shipped as `moireid/schema/badge.schema.json`.
-Keys that this version does not know are kept out of the Badge and ignored, so that later versions may add some.
+Unknown keys are ignored, so that later versions may add some.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from typing import Any, Literal
 from moireid.errors import SpecError
 
 FORMAT = 1
-#: A step of beat frequency below this, cycles per mm, could not be read off any board, and would let every beat pass.
+#: Least step of beat frequency, cycles per mm: a smaller one could not be read from any board, so every beat would
+#: pass.
 MIN_STEP_PER_MM = 1e-5
 Rect = tuple[float, float, float, float]
 Point = tuple[float, float]
@@ -53,7 +54,7 @@ class Lens:
                 f"lens refractive_index={self.refractive_index:g} cannot focus; a lenticular sheet has more than 1"
             )
         if self.radius_mm is None:
-            # A sheet made for print focuses on its flat back: R = g (n - 1) / n, the paraxial thick-lens formula.
+            # A lenticular sheet for print focuses on its flat back: R = g (n - 1) / n, the paraxial thick-lens formula.
             focus_on_back_mm = self.thickness_mm * (self.refractive_index - 1.0) / self.refractive_index
             object.__setattr__(self, "radius_mm", focus_on_back_mm)
         assert self.radius_mm is not None
@@ -70,7 +71,7 @@ class Lens:
 
 @dataclass(frozen=True)
 class Cell:
-    """A part of a grating with one spacing: dark lines begin at edge_mm + k pitch_mm and are duty pitch_mm wide."""
+    """A part of a grating with one pitch: dark lines begin at edge_mm + k pitch_mm and are duty * pitch_mm wide."""
 
     rect_mm: Rect
     pitch_mm: float
@@ -80,13 +81,13 @@ class Cell:
 
 @dataclass(frozen=True)
 class Code:
-    """How a grating's cells carry an identity; its meaning belongs to the family's module in `idcodes`.
+    """How a grating's cells carry an identity; the family's module in `idcodes` defines the meaning.
 
-    roles: one a cell, in order: "reference" (uniform, read first), "beat" (uniform, told by its beat frequency against
-    the reference) or "phase" (lines shifted by a share of the pitch); payload_bits: carried by the whole badge.
-    A beat level L has the signed design frequency base_frequency_per_mm + L frequency_step_per_mm, cycles per mm of
-    page, for L below `levels`; reference_level: that of the reference cells, None where it is part of the identity.
-    phase_levels: steps to a full turn of a phase cell.
+    roles: one per cell, in order: "reference" (uniform, read first), "beat" (uniform, read by its beat frequency
+    relative to the reference) or "phase" (lines shifted by a share of the pitch); payload_bits: carried by the whole
+    badge. A beat level L has the signed design frequency base_frequency_per_mm + L frequency_step_per_mm, cycles per mm
+    of page, for L below `levels`; reference_level: level of the reference cells, None if it is part of the identity.
+    phase_levels: number of steps in a full turn of a phase cell.
     """
 
     roles: tuple[Literal["reference", "beat", "phase"], ...]
@@ -106,7 +107,7 @@ class Code:
 
 @dataclass(frozen=True)
 class Grating:
-    """Printed lines under one piece of lens sheet; axis is the direction that its fringes sense."""
+    """Printed lines under one piece of lens sheet; axis: its fringes respond to motion in this direction."""
 
     rect_mm: Rect
     axis: Literal["x", "y"]
@@ -128,7 +129,35 @@ class Markers:
 
 @dataclass(frozen=True)
 class Badge:
-    """One badge as issued; never changed afterwards."""
+    """One badge as issued; never changed afterwards.
+
+    Parameters
+    ----------
+    id : str or None
+        The identity as lower-case hex digits; None for a board without one, such as a pitch test sheet.
+    name : str
+        Who wears it.
+    page_mm : (float, float)
+        Width and height of the printed page, mm.
+    lens : Lens
+        The lenticular sheet or the line mask in front.
+    gratings : tuple of Grating
+        The printed lines, one or two gratings.
+    markers : Markers
+        The four corner markers.
+    payload_bits : int, optional
+        Bits of the identity.
+    board_mm : Rect, optional
+        The board that is cut out of the page, (x0, y0, x1, y1), page mm.
+    range_m : (float, float), optional
+        Nearest and farthest camera, m.
+    print : dict, optional
+        How it is printed: "dpi", "paper", "form", "lens".
+
+    Notes
+    -----
+    Convention: page mm have their origin at the page's top left, x right, y down.
+    """
 
     id: str | None
     name: str
@@ -143,15 +172,27 @@ class Badge:
 
     @property
     def outline_mm(self) -> Rect:
-        """The board that is cut out of the page; the whole page where none is named."""
+        """The board that is cut out of the page; the whole page if none is given."""
         return self.board_mm or (0.0, 0.0, *self.page_mm)
 
     def to_json(self) -> str:
-        """This badge as the text of a badge.json file, readable, with a final newline."""
+        """Give the text of a badge.json file.
+
+        Returns
+        -------
+        str
+            Readable JSON, with a final newline.
+        """
         return json.dumps(_to_document(self), indent=1, ensure_ascii=False) + "\n"
 
     def layout_key(self) -> str:
-        """SHA-256 of all that a reader must know before it reads the identity: two badges of one layout read alike."""
+        """Hash all that a reader must know before it reads the identity: two badges of one layout read alike.
+
+        Returns
+        -------
+        str
+            SHA-256, hex digits.
+        """
         document = _to_document(self)
         for key in ("id", "name", "print", "range_m"):
             document.pop(key, None)
@@ -165,8 +206,21 @@ class Badge:
 def load_badge(path: Path | str) -> Badge:
     """Read a badge.json file.
 
-    Raises: SpecError where the file is absent, not JSON, or breaks the schema or the geometry; the message names
-    the key and what is allowed there.
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+
+    Returns
+    -------
+    Badge
+        Checked against the schema and for its geometry.
+
+    Raises
+    ------
+    SpecError
+        Where the file is absent, not JSON, or breaks the schema or the geometry; the message names the key and what is
+        allowed there.
     """
     path = Path(path)
     try:
@@ -218,7 +272,7 @@ def _finite(digits: str) -> float:
     value = float(digits)
     if not math.isfinite(value):
         raise ValueError(f"{digits[:40]} is no finite number")
-    # A whole number is the same badge however it is written, and an index must be an integer.
+    # 1 and 1.0 must give the same badge, and an index must be an integer.
     return int(value) if value.is_integer() and abs(value) < 2**53 else value
 
 
@@ -250,7 +304,7 @@ def _grating(entry: dict[str, Any]) -> Grating:
 
 
 def _to_document(badge: Badge) -> dict[str, Any]:
-    """The JSON object of a badge; keys that hold nothing are left out, but for the id, which may be null."""
+    """The JSON object of a badge; empty keys are left out, except the id, which may be null."""
     document: dict[str, Any] = {
         "format": FORMAT,
         "id": badge.id,
@@ -271,7 +325,8 @@ def _to_document(badge: Badge) -> dict[str, Any]:
         "print": badge.print,
     }
     document.update({key: value for key, value in optional.items() if value is not None})
-    return json.loads(json.dumps(document))
+    plain: dict[str, Any] = json.loads(json.dumps(document))
+    return plain
 
 
 @cache
@@ -284,7 +339,7 @@ def _validator() -> Any:
 
 
 def _validate(document: object, source: str) -> None:
-    """Hold `document` against the schema, and name the first fault."""
+    """Validate `document` by the schema; the error names the first fault."""
     if isinstance(document, dict) and document.get("format", FORMAT) != FORMAT:
         raise SpecError(
             f"{source}: format: format {document['format']!r} is not known to this version; it reads format {FORMAT}"
@@ -297,7 +352,7 @@ def _validate(document: object, source: str) -> None:
 
 
 def _check_geometry(badge: Badge, source: str) -> None:
-    """Hold what a schema cannot say: rectangles in order and on the page, cells within gratings, markers apart."""
+    """Check what a schema cannot: rectangles in order and on the page, cells within gratings, markers apart."""
     if badge.id is not None and badge.id != badge.id.strip():
         raise SpecError(f"{source}: id: {badge.id!r} holds space; give hex digits alone")
     if any(unicodedata.category(letter) in ("Cc", "Cs") for letter in badge.name):
@@ -334,7 +389,7 @@ def _check_geometry(badge: Badge, source: str) -> None:
 
 
 def _check_markers(markers: Markers, source: str) -> None:
-    """Ids must be in the dictionary; the four squares apart, and in the order that the contract names."""
+    """Check that ids are in the dictionary, and that the four squares are apart and in the documented order."""
     count = int(markers.dictionary.rsplit("_", 1)[1])
     if max(markers.ids) >= count:
         raise SpecError(f"{source}: markers.ids: {list(markers.ids)} must be below {count} in {markers.dictionary}")

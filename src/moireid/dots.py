@@ -1,8 +1,8 @@
-"""Printed lines on a printer's dots: where each edge goes, and what that makes of a cell's pitch and phase.
+"""Printed lines on a printer's dots: where each edge goes, and the errors of pitch and phase that this causes.
 
-The rule: every edge is counted from its own ideal place, never from its neighbour, and goes to the nearest border
-between dots, counted from the page's left and upper edge.  So an edge is off by half a dot at most, whatever the page's
-size, and nothing drifts.
+The rule: every edge goes from its own ideal place to the nearest border between dots, counted from the page's left and
+upper edge.  Its neighbours do not matter.  So an edge is wrong by at most half a dot on a page of any size, and errors
+do not add up.
 
 Source: rounding; the figures of a cell are a straight line through its rounded edges by least squares.
 """
@@ -20,7 +20,7 @@ from moireid.badge import Badge, Cell, Grating
 from moireid.profiles import Printer
 
 Array = NDArray[np.float64]
-#: What is told of each cell on the printer's dots.
+#: Figures listed for each cell on the printer's dots.
 COLUMNS = ("grating", "cell", "pitch_error_ppm", "edge_error_um", "phase_error_rad", "beat_error_share")
 
 
@@ -28,8 +28,8 @@ COLUMNS = ("grating", "cell", "pitch_error_ppm", "edge_error_um", "phase_error_r
 class Realised:
     """One cell on dots, against its design.
 
-    pitch_error: share of the pitch; edge_error_mm: the largest of all edges; phase_error_rad: how far the middle of
-    its lines is shifted, as fringe phase; beat_error: share of the beat frequency, 0 where it has none.
+    pitch_error: share of the pitch; edge_error_mm: the largest of all edges; phase_error_rad: shift of the middle of
+    its lines, as fringe phase; beat_error: share of the beat frequency, 0 if there is none.
     """
 
     pitch_error: float
@@ -39,12 +39,12 @@ class Realised:
 
 
 def nearest_dot(place_mm: Array, dot_mm: float) -> Array:
-    """Number of the border between dots that is nearest to each place; half-way ones go up."""
+    """Number of the border between dots that is nearest to each place; ties are rounded up."""
     return np.floor(np.asarray(place_mm) / dot_mm + 0.5)
 
 
 def line_edges_mm(grating: Grating, cell: Cell) -> Array:
-    """Begin and end of every whole dark line of a cell along the grating's axis, (lines, 2), page mm."""
+    """Begin and end of every complete dark line of a cell along the grating's axis, (lines, 2), page mm."""
     low, high = (cell.rect_mm[0], cell.rect_mm[2]) if grating.axis == "x" else (cell.rect_mm[1], cell.rect_mm[3])
     first, last = math.ceil((low - cell.edge_mm) / cell.pitch_mm), math.floor((high - cell.edge_mm) / cell.pitch_mm)
     begins = cell.edge_mm + np.arange(first, last + 1) * cell.pitch_mm
@@ -53,10 +53,10 @@ def line_edges_mm(grating: Grating, cell: Cell) -> Array:
 
 
 def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) -> Realised:
-    """What rounding to dots makes of a cell.
+    """Errors of a cell by rounding to dots.
 
-    Convention: phase positive where the fringe is ahead, that is where lines are shifted back (`idcodes.spacing`).
-    Returns: Realised; all 0 where the cell holds fewer than two lines.
+    Convention: phase positive where the fringe is ahead, which means that lines are shifted back (`idcodes.spacing`).
+    Returns: Realised; all 0 if the cell has fewer than two lines.
     """
     edges = line_edges_mm(grating, cell)
     if len(edges) < 2:
@@ -76,9 +76,9 @@ def realised(grating: Grating, cell: Cell, lens_pitch_mm: float, dot_mm: float) 
 
 
 def on_dots(badge: Badge) -> dict[str, Any] | None:
-    """What the printer's dots make of every cell of a badge, as badge.json tells it: `columns`, and rows in `cells`.
+    """Errors of every cell of a badge by rounding to dots, as in badge.json: `columns`, and rows in `cells`.
 
-    Returns: None for a badge that does not say how it is printed, or leaves the dots to the printer.
+    Returns: None for a badge that does not say how it is printed, or that leaves the dots to the printer.
     """
     print_data = badge.print or {}
     if "dpi" not in print_data or print_data.get("form") == "vector":

@@ -1,7 +1,7 @@
 """Writing files whole or not at all.
 
-A reader never sees half a file: the content goes to a temporary neighbour, reaches the disk, and then takes
-the final name in one step.  `planned` looks at all outputs before any work starts.
+A reader never sees half a file: the content goes to a temporary file in the same folder, reaches the disk, and then
+gets the final name in one step.  `planned` checks all outputs before any work starts.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from moireid.errors import SpecError
 def planned(paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True) -> None:
     """Check that every output can be written, before the work that makes it.
 
-    Parameters: make_folders: make the folders that are absent; else nothing on the disk changes.
-    Raises: SpecError where a file exists and `overwrite` is false, or where its folder cannot be made or written.
+    Parameters: make_folders: create missing folders; otherwise nothing on the disk changes.
+    Raises: SpecError if a file exists and `overwrite` is false, or if its folder cannot be created or written.
     """
     paths = list(paths)
     for path in paths:
@@ -42,7 +42,7 @@ def planned(paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True
 
 
 def _could_be_made(folder: Path) -> None:
-    """Raise where the nearest thing on the way to a folder is no folder or may not be written, or the name too long."""
+    """Raise if the nearest existing parent is not a folder or is not writable, or if the name is too long."""
     try:
         above = next(step for step in (folder, *folder.absolute().parents) if step.exists())
     except OSError as error:
@@ -55,12 +55,12 @@ def _could_be_made(folder: Path) -> None:
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside `path`, with its suffix; on success it takes the name `path`, else it is removed.
+    """Yield a temporary path beside `path`, with its suffix; on success it is renamed to `path`, otherwise removed.
 
     The temporary file keeps the suffix, because writers choose their format by it.
     """
     temporary = path.parent / f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
-    # The system takes the umask off here.  To read the umask is to change it, for other threads' files too.
+    # The system applies the umask here.  Reading the umask would mean changing it, also for files of other threads.
     handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
     try:
         rights = stat.S_IMODE(os.fstat(handle).st_mode)
@@ -68,7 +68,7 @@ def whole_file(path: Path) -> Iterator[Path]:
         yield temporary
         with temporary.open("rb+") as stream:
             os.fsync(stream.fileno())
-        # A writer may have put a file of its own in this place.
+        # The writer may have replaced the file.
         temporary.chmod(rights)
         temporary.replace(path)
     finally:
@@ -83,7 +83,7 @@ def write_text(path: Path, text: str) -> None:
 
 @contextmanager
 def tidy_folders(folders: Iterable[Path]) -> Iterator[None]:
-    """Where the work inside fails, take away again those of the folders, and of those above, that it made."""
+    """If the work inside fails, remove those of the folders, and of their parents, that it created."""
     absent = {step for folder in folders for step in (folder, *folder.parents) if not step.exists()}
     try:
         yield
@@ -95,9 +95,9 @@ def tidy_folders(folders: Iterable[Path]) -> Iterator[None]:
 
 
 def move_together(moves: Iterable[tuple[Path, Path]], gone: Iterable[Path] = ()) -> None:
-    """Give files their final names, and take others away; where one step fails, all is as it was before.
+    """Give files their final names, and remove others; if one step fails, everything is restored.
 
-    Convention: old files are kept beside the new ones, which a temporary folder holds, until all is done.
+    Convention: old files are kept in the temporary folder of the new ones until all is done.
     Raises: OSError of the step that failed.
     """
     steps: list[tuple[Path, Path]] = []

@@ -1,7 +1,7 @@
-"""Rows of figures kept in a file of JSON lines, so that a long run that was broken off goes on.
+"""Rows of figures kept in a file of JSON lines, so that an interrupted run can be continued.
 
-Convention: one object a line, {"key": ..., "row": {...}}; the last line of a key holds.  A key names all that the row
-depends on, the program among it (`program_digest`), so that what changed is measured anew.
+Convention: one object per line, {"key": ..., "row": {...}}; the last line of a key counts.  A key includes all that the
+    row depends on, also the program (`program_digest`), so that a change leads to a new measurement.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ import moireid
 
 @cache
 def program_digest(*rooms: str) -> str:
-    """Digest of the package's sources: of the ground and the `rooms` named, or of everything where none is named.
+    """Digest of the package's sources: of its top-level modules and the given `rooms`, or of everything if none is
+    given.
 
     Parameters: rooms: folders of the package, such as "verifier" or "evaluation/baseline".
     """
@@ -31,7 +32,7 @@ def program_digest(*rooms: str) -> str:
 
 
 def kept_rows(path: Path | None) -> dict[str, dict[str, Any]]:
-    """Rows of an earlier run by their key; a line that was cut off, or is no row, is passed over."""
+    """Rows of an earlier run by their key; an incomplete or invalid line is skipped."""
     rows: dict[str, dict[str, Any]] = {}
     if path is None or not path.exists():
         return rows
@@ -46,7 +47,7 @@ def kept_rows(path: Path | None) -> dict[str, dict[str, Any]]:
 
 
 def keep_row(path: Path | None, key: str, row: dict[str, Any]) -> None:
-    """Add a row to the file, on a line of its own even where the last line was cut off; None keeps nothing."""
+    """Add a row to the file, on a new line even if the last line is incomplete; path None: do nothing."""
     if path is None:
         return
     line = json.dumps({"key": key, "row": row}, allow_nan=False) + "\n"

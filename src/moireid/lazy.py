@@ -1,6 +1,6 @@
-"""A room's face that loads a module only when one of its names is asked for (PEP 562).
+"""A package that loads a module only when one of its names is used (PEP 562).
 
-So `import moireid.simulate` costs nothing until a film is made, and needs no package of an extra.
+So `import moireid.simulate` is fast, and needs no optional package until a film is made.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from typing import Any
 
 
 def lazy(room: str, homes: Mapping[str, str]) -> Callable[[str], Any]:
-    """The `__getattr__` of a room: `homes` says for each public name in which of the room's modules it is at home.
+    """The `__getattr__` of a package; `homes`: public name -> module of the package that defines it.
 
-    Raises: AttributeError, by the function returned, for a name that the room does not offer.
+    Raises: AttributeError, by the returned function, for a name that is not public.
     """
 
     def find(name: str) -> Any:

@@ -1,15 +1,13 @@
-"""The trace through one lenticule, and the table of the phase law that it calibrates.
+"""Ray tracing through one lenticule, and the table of the phase law made from it.
 
-A pixel that covers many lenses sees, of the printed lines, the mean over all rays through one lens.  For lines of
-pitch p_r that mean turns the fringe phase by arg H and dims the fringe by |H|, where H = <exp(2 pi i s / p_r)> and s
-is how far along x from the lens's axis each ray lands.  `view_response` traces H; `ViewLaw` tabulates it over view
-directions, because a verifier asks for it at every frame.
-
-Less light passes a lens's flank than its top (Fresnel's equations), so rays count by the share that passes: it turns
-the phase by 0.003 rad at a view tangent of 0.3 and by 0.02 at 0.7, and makes the law 1 % flatter beyond.
-
-Left out here, because one lenticule does not need it: light that leaves a lenticule through its neighbour's flank
-after refraction (beyond 65 degrees), and the directions of the lamp.
+A pixel that covers many lenses sees the mean of the printed lines over all rays through one lens. For lines of pitch
+p_r that mean turns the fringe phase by arg H and dims the fringe by |H|, where H = <exp(2 pi i s / p_r)> and s is how
+far along x from the lens's axis each ray lands.  `view_response` traces H; `ViewLaw` tabulates it over view directions,
+because a verifier needs it at every frame.
+Less light passes a lens's flank than its top (Fresnel's equations), so rays are weighted by the share that passes: this
+changes the phase by 0.003 rad at a view tangent of 0.3 and by 0.02 at 0.7, and makes the law 1 % flatter beyond.
+Not modelled here: light that leaves a lenticule through its neighbour's flank after refraction (beyond 65 degrees), and
+the directions of the lamp.
 """
 
 from __future__ import annotations
@@ -24,11 +22,11 @@ from moireid import optics
 from moireid.badge import Lens
 
 Array = NDArray[np.float64]
-#: Rays across one lenticule.  The flanks make the response a step function of the ray, so the error falls as one
-#: over their number: 1e-3 rad at 512 (tests hold it).
+#: Rays across one lenticule.  The flanks make the response a step function of the ray, so the error falls as one over
+#: the number of rays: 1e-3 rad at 512 (a test checks it).
 RAYS = 512
-#: The table covers view tangents up to this (63 degrees), within which the light of every lens comes out by that lens.
-#: Frames that reach beyond it tell nothing of the motion (`verifier.predict.within_law`).
+#: The table covers view tangents up to this (63 degrees); up to here all light leaves through its own lens.  Frames
+#: beyond it are not used (`verifier.fringes.predicted_phase.within_law`).
 MAX_TANGENT = 2.0
 
 
@@ -36,7 +34,7 @@ def landing_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> Array
     """Where rays that cross the apex plane of a lenticular sheet at start_mm land on the page, along x.
 
     Parameters: start_mm, tan_x, tan_y: arrays that broadcast together; start 0 is the axis of lenticule 0.
-    Convention: as `moireid.optics`; the result is a place x, mm, not yet taken relative to any lens.
+    Convention: as `moireid.optics`; the result is an absolute place x, mm, not relative to a lens.
     Returns: mm, of the broadcast shape.
     Source: `trace_mm`.
     """
@@ -46,10 +44,10 @@ def landing_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> Array
 def trace_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> tuple[Array, Array]:
     """Where rays through a lenticular sheet land, as `landing_mm`, and the cosine of their incidence on the lens.
 
-    Convention: as `landing_mm`; NaN for a ray that meets no lens.
+    Convention: as `landing_mm`; NaN for a ray that misses the lens.
     Returns: mm and cosine, of the broadcast shape.
-    Source: intersection with a circular cylinder and Snell's law in three dimensions.  The nearer root is taken as
-    c / (-b + sqrt(b^2 - a c)), which does not cancel near the apex.
+    Source: intersection with a circular cylinder and Snell's law in three dimensions.  The nearer root is computed as c
+        / (-b + sqrt(b^2 - a c)), which avoids cancellation near the apex.
     """
     assert lens.radius_mm is not None
     start, tan_x, tan_y = np.broadcast_arrays(start_mm, tan_x, tan_y)
@@ -57,7 +55,7 @@ def trace_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> tuple[A
     index = np.round(start / pitch)
     hit_x = np.zeros(start.shape)
     depth = np.full(start.shape, np.nan)
-    # Seen at an angle, a ray may pass over its own lenticule and meet the next; three steps reach past 75 degrees.
+    # An oblique ray may pass over its own lenticule and meet the next; three steps reach past 75 degrees.
     for step in range(4):
         axis = (index + step * np.sign(tan_x)) * pitch
         offset = start - axis
@@ -90,13 +88,13 @@ def view_response(
 ) -> NDArray[np.complex128]:
     """Complex response H of the front layer to printed lines of pitch p_r, for each view direction.
 
-    Parameters: tan_x, tan_y broadcast together; rays: across one lenticule; fresnel: weigh them by what passes the
-        lens, else all count alike, as the analytic renderer has it.
+    Parameters: tan_x, tan_y broadcast together; rays: number across one lenticule; fresnel: weight rays by the share
+        that passes the lens; otherwise all count alike, as in the analytic renderer.
     Convention: arg H is the phase that the view adds at a lens's axis (for a mask, in the middle of an opening);
         it rises with tan_x.  |H| is the contrast kept, 1 for a perfect focus.
     Returns: complex array of the broadcast shape.
-    Source: average over the rays of one pitch, uniform on the apex plane, weighed by `optics.passed_share`.  A lens
-        at k p_f then shows phase 2 pi k p_f / p_r + arg H, which is the beat.  For a mask: Snell's slab, and the
+    Source: average over the rays of one pitch, uniform on the apex plane, weighted by `optics.passed_share`. A lens at
+        k p_f then shows phase 2 pi k p_f / p_r + arg H, which is the beat.  For a mask: Snell's slab, and the
         fundamental of its openings.
     """
     tan_x, tan_y = np.broadcast_arrays(np.asarray(tan_x, float), np.asarray(tan_y, float))
@@ -104,18 +102,19 @@ def view_response(
         assert lens.open_fraction is not None
         shift = optics.slab_shift_mm(lens.thickness_mm, lens.refractive_index, tan_x, tan_y)
         # numpy's sinc is sin(pi x)/(pi x): the first Fourier coefficient of the openings over their mean.
-        return np.exp(2j * math.pi * shift / rear_pitch_mm) * np.sinc(lens.open_fraction)
+        return np.asarray(np.exp(2j * math.pi * shift / rear_pitch_mm) * np.sinc(lens.open_fraction))
     across = ((np.arange(rays) + 0.5) / rays - 0.5) * lens.pitch_mm
     landed, cosine = trace_mm(lens, across, tan_x[..., None], tan_y[..., None])
     passed = optics.passed_share(lens.refractive_index, cosine) if fresnel else np.ones_like(cosine)
-    return (passed * np.exp(2j * math.pi * landed / rear_pitch_mm)).sum(axis=-1) / passed.sum(axis=-1)
+    seen = (passed * np.exp(2j * math.pi * landed / rear_pitch_mm)).sum(axis=-1)
+    return np.asarray(seen / passed.sum(axis=-1))
 
 
 @dataclass(frozen=True)
 class ViewLaw:
     """Tabulated phase and contrast of one front layer over lines of one pitch, against the view tangents.
 
-    Convention: as `view_response`.  Beyond `MAX_TANGENT` the table's edge holds.
+    Convention: as `view_response`.  Beyond `MAX_TANGENT` the value at the table's edge is used.
     """
 
     tan_x: Array
@@ -137,7 +136,7 @@ class ViewLaw:
         return float(self.phase_rad(near) - self.phase_rad(-near)) * rear_pitch_mm / (2 * math.pi * 2 * near)
 
     def _look_up(self, table: Array, tan_x: ArrayLike, tan_y: ArrayLike) -> Array:
-        """Cubic look-up; the table is even in tan_y, so its size is all that counts."""
+        """Cubic look-up; the table is even in tan_y, so only the magnitude is used."""
         from scipy.ndimage import map_coordinates
 
         x, y = np.broadcast_arrays(np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float)))
@@ -148,13 +147,13 @@ class ViewLaw:
         )
 
 
-#: Laws that this process has traced, or was handed; the oldest go first.
+#: Laws that this process has traced or received; the oldest are dropped first.
 _KNOWN: dict[tuple[Lens, float], ViewLaw] = {}
 MOST_KNOWN = 256
 
 
 def view_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
-    """The law of `lens` over lines of that pitch as a table, traced once a process.
+    """The law of `lens` over lines of that pitch as a table, traced once per process.
 
     Convention: as `view_response`.
     Source: `trace_law`.
@@ -167,7 +166,7 @@ def view_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
 
 
 def know_law(lens: Lens, rear_pitch_mm: float, law: ViewLaw) -> None:
-    """Take a law that another process has traced for the one of this lens and pitch."""
+    """Store a law of this lens and pitch that another process has traced."""
     while len(_KNOWN) >= MOST_KNOWN:
         _KNOWN.pop(next(iter(_KNOWN)), None)
     _KNOWN[lens, rear_pitch_mm] = law
@@ -182,9 +181,9 @@ def trace_law(lens: Lens, rear_pitch_mm: float) -> ViewLaw:
     half = np.linspace(0.0, MAX_TANGENT, 81)
     tan_y = np.linspace(0.0, MAX_TANGENT, 17)
     response = view_response(lens, rear_pitch_mm, half[:, None], tan_y[None, :])
-    # Straight on in x the symmetric lens adds a phase of 0 or pi; unwrapping starts there, and mirrors.
+    # At tan_x = 0 the symmetric lens adds a phase of 0 or pi; unwrapping starts there, and the rest is mirrored.
     angle = np.angle(response)
-    # A lens beyond its focus shows pi there, whose two names +pi and -pi must not alternate along tan_y.
+    # An unfocused lens may give pi there; it must not jump between +pi and -pi along tan_y.
     angle[0] = np.unwrap(angle[0])
     phase = np.unwrap(angle, axis=0)
     odd = phase[1:] - phase[0]

@@ -7,9 +7,9 @@ Convention, here and everywhere in moireid:
 - The beat frequency is f_b = (1 + g_eff / Cz) / p_r - 1 / p_f, signed, in cycles per mm of the front plane.
 - Fringe phase rises along +x where f_b > 0.  The fringes are cos(phase) up to a sign and a constant.
 
-Source of the law: Qing et al., Moiré Video Authentication (2026), equation of the moving moiré, with three
-deviations: the factor 1 + g/D that it drops is kept, the gap is the effective one, and the law bends with angle
-(`moireid.lenticule` traces how).
+Source of the law: Qing et al., Moiré Video Authentication (2026), equation of the moving moiré, with three deviations:
+the factor 1 + g/D, which the paper drops, is kept; the gap is the effective one; and the law is nonlinear in the angle
+(traced by `moireid.lenticule`).
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ def beat_frequency_per_mm(
     Convention: negative where the rear pitch is the coarser one (the published prototype).
     Parameters: pitches in mm, broadcast together; effective_gap_mm: `effective_gap_mm(lens)`; distance_mm: camera
         to front plane.
-    Returns: array of the broadcast shape, cycles per mm; 0 where the layers agree.
+    Returns: array of the broadcast shape, cycles per mm; 0 if both layers have the same frequency.
     Raises: DesignError where a pitch or the distance is not positive.
-    Source: difference of the two line frequencies, the rear one seen from the distance: f = (1 + g/D)/p_r - 1/p_f.
+    Source: difference of the two line frequencies, the rear one as seen from the distance: f = (1 + g/D)/p_r - 1/p_f.
     """
     front, rear = np.asarray(front_pitch_mm, float), np.asarray(rear_pitch_mm, float)
     if not (np.all(np.isfinite(front)) and np.all(np.isfinite(rear)) and np.all(front > 0) and np.all(rear > 0)):
@@ -48,7 +48,7 @@ def beat_frequency_per_mm(
 
 
 def beat_period_mm(beat_frequency: ArrayLike) -> Array:
-    """Period of the fringes, mm, always positive; infinite where the layers agree.
+    """Period of the fringes, mm, always positive; infinite if the frequency is 0.
 
     Convention: the sign of the frequency is dropped.
     Source: reciprocal of `beat_frequency_per_mm`.
@@ -59,10 +59,10 @@ def beat_period_mm(beat_frequency: ArrayLike) -> Array:
 
 
 def rear_pitch_for_beat_mm(front_pitch_mm: float, beat_frequency: ArrayLike) -> Array:
-    """Printed pitch that makes the signed beat frequency (cycles per mm, camera far away) under that front pitch.
+    """Printed pitch that gives a signed beat frequency (cycles per mm, camera far away) under that front pitch.
 
-    Convention: as `beat_frequency_per_mm`, whose inverse this is.
-    Raises: DesignError where no positive pitch does.
+    Convention: the inverse of `beat_frequency_per_mm`.
+    Raises: DesignError if there is no such positive pitch.
     Source: p_r = 1 / (1/p_f + f_b).
     """
     rear_frequency = 1.0 / front_pitch_mm + np.asarray(beat_frequency, float)
@@ -75,7 +75,7 @@ def rear_pitch_for_beat_mm(front_pitch_mm: float, beat_frequency: ArrayLike) -> 
 
 
 def front_pitch_at_match_mm(rear_pitch_mm: float, *, effective_gap_mm: float, distance_mm: float) -> float:
-    """Lens pitch under which lines of that printed pitch show no fringe from that distance: all light or all dark.
+    """Lens pitch at which lines of that printed pitch show no fringe from that distance: all light or all dark.
 
     Convention: distance from the eye or camera to the front plane, along its normal.
     Parameters: effective_gap_mm: traced (`lenticule.ViewLaw.effective_gap_mm`) or paraxial.
@@ -92,14 +92,14 @@ def paraxial_effective_gap_mm(lens: Lens) -> float:
     """Slope of the page shift against tan of the view angle, near the axis: g / n.
 
     Convention: positive; the page point seen moves with the sight line.
-    Source: refraction at small angles.  A lens with aberration falls 1 to 7 % short of it; see
-    `moireid.lenticule.ViewLaw.effective_gap_mm` for the traced figure.
+    Source: refraction at small angles.  With aberration the slope is 1 to 7 % smaller; see
+        `moireid.lenticule.ViewLaw.effective_gap_mm` for the traced figure.
     """
     return lens.thickness_mm / lens.refractive_index
 
 
 def slab_shift_mm(thickness_mm: float, refractive_index: float, tan_x: ArrayLike, tan_y: ArrayLike = 0.0) -> Array:
-    """How far along x a sight line lands from where it met the top of a flat slab: the exact law of a line mask.
+    """Shift along x of a sight line through a flat slab, from its top to its bottom: the exact law of a line mask.
 
     Parameters: tan_x, tan_y: arrays that broadcast together.
     Convention: positive for positive tan_x.
@@ -109,7 +109,7 @@ def slab_shift_mm(thickness_mm: float, refractive_index: float, tan_x: ArrayLike
     tan_x, tan_y = np.asarray(tan_x, float), np.asarray(tan_y, float)
     length_squared = 1.0 + tan_x**2 + tan_y**2
     depth_cosine = np.sqrt(refractive_index**2 * length_squared - tan_x**2 - tan_y**2)
-    return thickness_mm * tan_x / depth_cosine
+    return np.asarray(thickness_mm * tan_x / depth_cosine)
 
 
 def parallax_slope_rad(effective_gap_mm: float, rear_pitch_mm: float) -> float:
@@ -122,9 +122,9 @@ def parallax_slope_rad(effective_gap_mm: float, rear_pitch_mm: float) -> float:
 
 
 def page_plane_slope_rad(lens: Lens, effective_gap_mm: float, rear_pitch_mm: float) -> float:
-    """The same slope where pictures are rectified on the *page's* plane, one thickness below the lenses.
+    """As `parallax_slope_rad`, for pictures rectified on the *page's* plane, one thickness below the lenses.
 
-    Convention: as `parallax_slope_rad`; larger than it where p_r > p_f.
+    Convention: as `parallax_slope_rad`; larger than it if p_r > p_f.
     Source: 2 pi (g_eff / p_r + g (1/p_f - 1/p_r)): the fringes lie on the lens plane, whose points move against the
     page's by g times the tangent.
     """
@@ -140,8 +140,8 @@ def fringe_phase_rad(
     Parameters: x_mm and tan_x broadcast together.
     Convention: phase 0 at x = 0 seen straight on; falls when the camera moves to +x.
     Returns: rad, unwrapped.
-    Source: physics of the module docstring; off by 0.02 rad at 17 degrees for the prototype, so predictions use
-    `moireid.lenticule.ViewLaw` instead.
+    Source: module docstring; wrong by 0.02 rad at 17 degrees for the prototype, so predictions use
+        `moireid.lenticule.ViewLaw` instead.
     """
     beat = 1.0 / rear_pitch_mm - 1.0 / front_pitch_mm
     shift = effective_gap_mm * np.asarray(tan_x, float)

@@ -1,8 +1,8 @@
-"""Lens sheets and printers, by the names that the command line takes: nominal ones, and sheets that were measured.
+"""Lens sheets and printers, by their names on the command line: nominal ones, and measured sheets.
 
-A label says what the trade says; a real sheet's pitch and thickness differ by some tenths of a percent and some
-percent.  A lens profile is a file that says what one sheet was measured to be (`moireid calibrate` writes it), and may
-be named wherever a label may.  A badge as built is measured all the same, never assumed.
+A label gives nominal figures; a real sheet's pitch differs by some tenths of a percent, and its thickness by some
+percent.  A lens profile is a file with the measured figures of one sheet (`moireid calibrate` writes it), and can be
+used in place of a label.  Enrolment as built still measures each badge.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ MM_PER_INCH = 25.4
 CHART_FAMILY = "pitch-test"
 #: Format of a lens profile's file.
 PROFILE_FORMAT, PROFILE_KIND = 1, "lens-profile"
-#: A pitch known no better than to this share would be no better than a label.
+#: Largest relative standard deviation of a measured pitch; a worse one would be no better than a label.
 MAX_PITCH_SD_SHARE = 0.02
-#: What a lens profile may say, mm and 1: 10 to 200 lines per inch, and glass or plastic of a sheet's thickness.
+#: Bounds of a lens profile, mm and 1: 10 to 200 lines per inch, and thickness and index of glass or plastic sheets.
 PROFILE_LIMITS = {"pitch_mm": (0.127, 2.54), "thickness_mm": (0.05, 20.0), "refractive_index": (1.2, 2.0)}
 #: How lines are put on a page; see `fabrication.page`.
 FORMS = ("dots", "vector")
@@ -43,7 +43,7 @@ _SHEETS = {
 
 @dataclass(frozen=True)
 class Printer:
-    """A printer as far as the lines care: dots per inch."""
+    """A printer: dots per inch."""
 
     dpi: int
 
@@ -55,7 +55,7 @@ class Printer:
 
 @dataclass(frozen=True)
 class LensProfile:
-    """One lens sheet as measured; pitch_sd_mm: standard deviation of its pitch; found: how it was found, for people."""
+    """One measured lens sheet; pitch_sd_mm: standard deviation of its pitch; found: how it was measured, for people."""
 
     name: str
     lens: Lens
@@ -79,7 +79,7 @@ class LensProfile:
 def lens_named(label: str) -> Lens:
     """The lens sheet of that label, or of the lens profile at that path, which ends in .json.
 
-    Raises: SpecError with the known labels where there is none; as `load_lens_profile`.
+    Raises: SpecError, with the known labels, if there is none; and as `load_lens_profile`.
     """
     if label.lower().endswith(".json"):
         return load_lens_profile(Path(label)).lens
@@ -100,8 +100,8 @@ GAP_RANGE_MM = (0.5, 6.0)
 def mask_named(label: str, gap_mm: float) -> Lens:
     """A line mask of a lens sheet's pitch, printed on clear film over an acrylic spacer of that thickness.
 
-    Convention: half of it is open, which passes half of the light and gives fringes of the most contrast.
-    Raises: SpecError for an unknown label, or a gap that no spacer has.
+    Convention: half of it is open, which passes half of the light and gives the most contrast.
+    Raises: SpecError for an unknown label, or a gap for which there is no spacer.
     """
     if not GAP_RANGE_MM[0] <= gap_mm <= GAP_RANGE_MM[1]:
         raise SpecError(
@@ -111,7 +111,7 @@ def mask_named(label: str, gap_mm: float) -> Lens:
 
 
 def load_lens_profile(path: Path) -> LensProfile:
-    """Read a lens profile.  Raises: SpecError where the file is absent, no lens profile, or says what no sheet is."""
+    """Read a lens profile.  Raises: SpecError if the file is missing or no lens profile, or has impossible figures."""
     advice = "give a file that moireid calibrate wrote"
     try:
         document = json.loads(path.read_text(encoding="utf-8"))
@@ -140,7 +140,7 @@ def load_lens_profile(path: Path) -> LensProfile:
 
 
 def save_lens_profile(profile: LensProfile, path: Path) -> None:
-    """Write a lens profile, whole or not at all.  Raises: SpecError where it would not read back."""
+    """Write a lens profile, whole or not at all.  Raises: SpecError if it could not be read back."""
     with whole_file(path) as temporary:
         temporary.write_text(profile.to_json(), encoding="utf-8")
         if load_lens_profile(temporary) != profile:
@@ -148,8 +148,8 @@ def save_lens_profile(profile: LensProfile, path: Path) -> None:
 
 
 def _figure(value: object, where: str, low: float, high: float) -> float:
-    """A number of a lens profile.  Raises: SpecError where it is none or out of bounds."""
-    # Python takes True for 1; JSON's true is no number.
+    """A number of a lens profile.  Raises: SpecError if it is not a number or out of bounds."""
+    # Python counts True as 1, but JSON's true is not a number.
     number = float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
     if not low <= number <= high:
         raise SpecError(f"{where}={value!r} must be a number from {low:g} to {high:g}; correct it or calibrate anew")

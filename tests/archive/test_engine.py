@@ -87,6 +87,7 @@ def killing(log: Path, kills: list[int], stop: threading.Event, most: int) -> No
                 kills.append(int(line[3]))
 
 
+@pytest.mark.slow
 def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone(tmp_path: Path):
     """Catches: rows that die with their worker, films finished before that are done again, a child that outlives its
     worker and does its film beside the other, workers that the cluster drops as they are away when it looks.
@@ -102,7 +103,7 @@ def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone
         stop.set()
         killer.join()
     assert kills and found == {k: f"f{k}" for k in range(30)}
-    # A worker has one child here, and is told by the child's first line; later ones may name who took on an orphan.
+    # A worker has one child here, known by the child's first line; later ones may name who took on an orphan.
     workers, last = dict[str, int](), dict[str, str]()
     for what, name, child, worker in notes(log):
         workers.setdefault(child, int(worker))
@@ -144,6 +145,7 @@ if __name__ == "__main__":
 
 
 @pytest.mark.parametrize("moment", ["start", "work"])
+@pytest.mark.slow
 def test_an_interrupt_of_a_terminal_ends_a_run_soon_and_silently(tmp_path: Path, moment: str):
     """Catches: tracebacks of workers, or of a cluster that was broken off as it started; workers that are waited for,
     processes left.
@@ -204,6 +206,7 @@ def near(folder: Path) -> tuple[str, ...]:
     return "--host", "127.0.0.1", "--scheduler-file", str(folder / "scheduler.json"), "--no-dashboard"
 
 
+@pytest.mark.slow
 def test_a_scheduler_started_apart_gives_the_same_and_its_end_is_told(tmp_path: Path, monkeypatch):
     """Catches: work that only this program's own processes can import, a run that waits for ever for a scheduler that
     has gone, for workers that do not come or for one that stands still, processes of a broken-off run left at work.
@@ -315,7 +318,7 @@ def test_films_are_fetched_whole_within_their_limit_and_removed(tmp_path: Path, 
 
 
 def test_addresses_that_cannot_be_used_say_why(tmp_path: Path):
-    """Catches: a protocol's absent package told as a missing file, a folder taken for a film."""
+    """Catches: a protocol's missing package reported as a missing file, a folder taken for a film."""
     for address, kind, words in (
         ("no-such-protocol://b/c.mp4", SpecError, "cannot be used"),
         (str(tmp_path), SpecError, "it is a folder"),

@@ -15,7 +15,7 @@ from moireid.bench import rows
 from moireid.bench.identity import suite as identity
 from moireid.bench.identity.matching import WORD, matching_figures
 from moireid.bench.identity.shorter import shorter_figures
-from moireid.bench.output import TABLES
+from moireid.bench.output import PLOTS, TABLES
 from moireid.bench.stability import suite as stability
 from moireid.cli.main import moireid
 from moireid.errors import MoireIdError
@@ -88,6 +88,12 @@ def test_films_of_a_suite_are_made_by_the_engine(tmp_path, monkeypatch):
     assert refused.exit_code == 2 and "leave out --workers" in refused.stderr and not (tmp_path / "out").exists()
 
 
+def test_every_suite_of_the_command_has_its_table_and_plots():
+    """Catches: a suite that ends in a KeyError once its films are made; a table that no command prints."""
+    (suite,) = [one for one in moireid.commands["bench"].params if one.name == "suite"]
+    assert set(suite.type.choices) == set(TABLES) == set(PLOTS)
+
+
 def test_every_clip_of_a_bench_has_chance_of_its_own():
     """Catches: one payload or motion for all, a seed that shifts with the number of clips, the copy built as the
     original is.
@@ -151,6 +157,7 @@ def test_stiff_cases_are_right_or_say_why_not(name):
     assert case.name in TABLES["stability"]({"rows": [row]})
 
 
+@pytest.mark.slow
 def test_the_fabricate_suite_writes_its_table(tmp_path):
     """Catches: a suite that no command runs; figures that JSON cannot hold."""
     outcome = CliRunner().invoke(moireid, ["bench", "fabricate", "--quick", "--out", str(tmp_path), "--json"])

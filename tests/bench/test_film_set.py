@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from kit.in_place import in_place
 from moireid.badge import Badge
+from moireid.bench import film_set
 from moireid.cli.film_set_cmd import read_plan
 from moireid.cli.main import moireid
 from moireid.cli.simulate_cmd import simulate_command
@@ -29,6 +31,12 @@ def plan(tmp_path: Path, ada: Badge) -> Path:
     (tmp_path / "course.csv").write_text("t_s,x_mm,y_mm,z_mm,qx,qy,qz,qw\n" + "\n".join(rows))
     (tmp_path / "plan.csv").write_text(PLAN + FILMS)
     return tmp_path / "plan.csv"
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Films made in this process: one test below has them made by the engine."""
+    monkeypatch.setattr(film_set, "run_tasks", in_place)
 
 
 def ran(*words: str | Path) -> Result:
@@ -70,6 +78,7 @@ def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_r
     assert all(one.claimed.badge.name == "Ada Lovelace" for one in entries)
 
 
+@pytest.mark.usefixtures("here")
 def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path, tmp_path: Path):
     """Catches: films made again that are there; films kept that the plan now asks for otherwise."""
     folder = tmp_path / "set"
@@ -94,6 +103,7 @@ def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path,
     assert ran(*command, "--overwrite").exit_code == 0 and "forged:drift" in (folder / "films.csv").read_text()
 
 
+@pytest.mark.usefixtures("here")
 def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_path: Path):
     """Catches: half a film that is taken for one; a truth without its film that stands in the way for ever."""
     folder = tmp_path / "set"
@@ -109,6 +119,7 @@ def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_pa
     assert ran(*command).exit_code == 0 and (folder / "true.mp4.truth.csv").exists()
 
 
+@pytest.mark.usefixtures("here")
 def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
     """Catches: badges of a set written over those of its plan."""
     (tmp_path / "badge-1.json").write_text(ada.to_json().replace("Ada", "Eva"))
@@ -120,6 +131,7 @@ def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
     assert names == ["Ada Lovelace", "Eva Lovelace"]
 
 
+@pytest.mark.usefixtures("here")
 def test_a_film_that_cannot_be_made_is_told_and_the_others_are_kept(plan: Path, tmp_path: Path):
     """Catches: a fault of one film that ends the run; a list that lacks it without a word."""
     plan.write_text(

@@ -10,7 +10,6 @@ import json
 import math
 import os
 import re
-import shutil
 import threading
 import time
 import zipfile
@@ -25,7 +24,8 @@ import uvicorn
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
-from kit.webbing import Visit, film_form, needs, studio
+from kit.programs import needs
+from kit.webbing import Visit, film_form, studio
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge, payload_for_name
@@ -79,7 +79,7 @@ def site(visit: Visit) -> Iterator[str]:
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    program = needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
+    program = needs("chromium")
     with sync_playwright() as playwright:
         camera = ["--use-fake-ui-for-media-stream", "--use-fake-device-for-media-stream"]
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", *camera])
@@ -120,6 +120,7 @@ def _look(page: Page, pictures: Path, name: str) -> None:
     assert [(one["id"], one["help"]) for one in found if one["impact"] in ("serious", "critical")] == []
 
 
+@pytest.mark.slow
 def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     page: Page, look: Look, visit: Visit, ada: Badge, capture: Path, measured: AsBuilt, tmp_path: Path
 ) -> None:
@@ -159,7 +160,7 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     record = visit.studio.registry.by_id(ada.id or "")
     assert record is not None and record.as_built is None
     page.get_by_role("button", name="Keep these figures").click()
-    page.get_by_role("status").get_by_text("can be told from a copy").wait_for()
+    page.get_by_role("status").get_by_text("can be recognised").wait_for()
     look("enrolled")
     record = visit.studio.registry.by_id(ada.id or "")
     assert record is not None and record.as_built is not None
@@ -168,6 +169,7 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     assert [Path(name).name for name in visit.left() if "." in Path(name).name] == ["package.zip"]
 
 
+@pytest.mark.slow
 def test_what_is_told_of_a_capture_is_how_the_badge_was_built(ada: Badge, measured: AsBuilt) -> None:
     """Catches: a twist or an offset of the wrong sign or unit, half a pitch forgotten, errors that are none."""
     beat, gain, twist, offset = measured_words(measured, ada)
@@ -220,6 +222,7 @@ def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(p
     page.mouse.up()
 
 
+@pytest.mark.slow
 def test_a_phone_asks_leave_to_follow_its_tilt(browser: Browser, site: str) -> None:
     """Catches: a phone that is followed unasked, a permission not asked for, a tilt that turns the wrong way."""
     with browser.new_context(base_url=site, viewport=PHONE, has_touch=True, is_mobile=True) as context:
@@ -241,6 +244,7 @@ def test_a_phone_asks_leave_to_follow_its_tilt(browser: Browser, site: str) -> N
         expect(page.locator("[data-words]")).to_contain_text("10° from below")
 
 
+@pytest.mark.slow
 def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> None:
     """Catches: a fault that loses the form or runs what was typed; a page that a long name bursts."""
     page.goto("/issue")
@@ -265,6 +269,7 @@ def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> No
     assert page.evaluate("window.hit") is None
 
 
+@pytest.mark.slow
 def test_a_capture_can_be_recorded_here(page: Page, look: Look) -> None:
     """Catches: a recording that is not handed to the form, a camera left on, a form that sends no film."""
     page.goto("/enroll")
@@ -284,6 +289,7 @@ def test_a_capture_can_be_recorded_here(page: Page, look: Look) -> None:
     assert "sqlite" not in page.content()
 
 
+@pytest.mark.slow
 def test_the_api_measures_and_keeps_only_when_it_is_told(
     visit: Visit, site: str, ada: Badge, capture: Path, measured: AsBuilt
 ) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import socket
 import threading
 import time
@@ -18,7 +17,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, expect, sync_playwright
 
 from kit.portrait import FACE_MM, portrait
-from kit.webbing import needs
+from kit.programs import needs
 from moireid.badge import Badge
 from moireid.bench.live.film import answer, frames
 from moireid.registry import open_registry
@@ -26,6 +25,9 @@ from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.session import READY_S
 from moireid.web.app import create_app
 from moireid.web.settings import Settings
+
+#: A session lasts as long as its film.
+pytestmark = pytest.mark.slow
 
 #: What the film's person does, and when it was asked for in the film; the film runs over and over.
 FILMED = (Prompt("left", 4.6), Prompt("face", 7.9), Prompt("right", 12.3))
@@ -105,7 +107,7 @@ def look(page: Page, pictures: Path, name: str) -> None:
 
 @pytest.fixture(scope="module")
 def page(camera_film: Path) -> Iterator[Page]:
-    chromium = needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
+    chromium = needs("chromium")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=chromium,

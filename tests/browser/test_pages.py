@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -19,11 +18,15 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
-from kit.webbing import badge_film, needs, tiny_film
+from kit.programs import needs
+from kit.webbing import badge_film, tiny_film
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.registry import open_registry
 from moireid.web.auth.tokens import Tokens
+
+#: A browser walks through whole checks of films.
+pytestmark = pytest.mark.slow
 
 PHONE, DESK = {"width": 375, "height": 740}, {"width": 1200, "height": 800}
 #: A film of 8 s takes some seconds, and a busy machine many times that.
@@ -37,7 +40,7 @@ LOADED = """Promise.all([...document.images].map(async (image) => {
 @pytest.fixture(scope="module")
 def served(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[tuple[str, str]]:
     """The address of a studio that was started by its command, and a token of an admin."""
-    needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
+    needs("chromium")
     folder = tmp_path_factory.mktemp("served")
     environment = os.environ | {"MOIREID_KEYS": str(folder / "keys")}
     url = f"sqlite:///{folder}/registry.sqlite3"
@@ -62,7 +65,7 @@ def served(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[tup
 
 @pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
-    program = needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
+    program = needs("chromium")
     with sync_playwright() as playwright:
         made = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         yield made

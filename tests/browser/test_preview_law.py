@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import math
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,7 @@ from playwright.sync_api import Page, Route, sync_playwright
 from scipy.spatial.transform import Rotation
 
 import moireid
-from kit.webbing import needs
+from kit.programs import needs
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_for_name
 from moireid.lenticule import view_response
@@ -48,7 +47,7 @@ def _serve(route: Route) -> None:
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
     """An empty page of a site that serves the scripts."""
-    program = needs(shutil.which("chromium"), "Chromium (Debian package chromium)")
+    program = needs("chromium")
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=program, args=["--no-sandbox"])
         page = browser.new_page()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 import subprocess
 from pathlib import Path
 
@@ -12,6 +10,7 @@ import pypdfium2 as pdfium
 import pytest
 from PIL import Image
 
+from kit.programs import needs
 from moireid.badge import Badge, load_badge
 from moireid.calibration.chart import printed_frequencies
 from moireid.designer.chart import BOARD_WIDTH_MM, MIN_BAND_MM, STEP_LPI, ChartRequest, design_chart
@@ -73,7 +72,7 @@ def test_charts_and_badges_are_told_apart_by_their_markers():
 
 @pytest.mark.parametrize(("paper", "most"), [("a4", 19), ("letter", 17)])
 def test_too_many_or_no_steps_are_refused_with_what_fits(paper, most):
-    """Catches: bands thinner than can be told apart, a chart of one band, advice that is refused in its turn."""
+    """Catches: bands too thin to be told apart, a chart of one band, advice that is refused in its turn."""
     for steps in (0, -3, most + 1, 10**9):
         with pytest.raises(DesignError, match=f"1 to {most}") as refused:
             design_chart(ChartRequest(paper=paper, steps=steps))
@@ -129,11 +128,7 @@ def test_the_page_tells_how_to_read_it(tmp_path):
 
 def painted(pdf: Path, dpi: int) -> np.ndarray:
     """Page 1 as dots, True where dark, by Poppler; PDFium stretches pictures by a dot."""
-    tool = shutil.which("pdftoppm")
-    if tool is None:
-        if os.environ.get("CI"):
-            pytest.fail("pdftoppm is not installed; CI must raster with it", pytrace=False)
-        pytest.skip("pdftoppm is not installed")
+    tool = needs("pdftoppm")
     out = pdf.with_suffix("")
     subprocess.run([tool, "-mono", "-r", str(dpi), "-singlefile", pdf, out], check=True)
     return np.asarray(Image.open(out.with_suffix(".pbm")).convert("L")) < 128

@@ -17,7 +17,16 @@ from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption,
 from scipy.stats import binom
 
 from moireid.badge import Badge, Cell, Code, Grating, badge_from_json
-from moireid.designer import Request, design_badge, explain, payload_for_name, payload_from_hex, payload_from_key
+from moireid.designer import (
+    ChartRequest,
+    Request,
+    design_badge,
+    design_chart,
+    explain,
+    payload_for_name,
+    payload_from_hex,
+    payload_from_key,
+)
 from moireid.designer.link import link_budget
 from moireid.designer.request import NAME_LIMIT, clean_name, parse_range_m, parse_size_mm
 from moireid.errors import CodeError, DesignError, SpecError
@@ -27,7 +36,7 @@ from moireid.profiles import PAPERS_MM, lens_named
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 SHORT = bytes.fromhex("38c1c2")
-#: The camera that a design must suffice for: 1080p, and a phone's angle of view (physics.md films with it).
+#: The camera that a design must suffice for: 1080p, and a phone's angle of view.
 FOCAL_PX, IMAGE_PX = 1450.0, (1920, 1080)
 #: Wishes that differ in all that matters, each within what can be built.
 WISHES = [
@@ -570,3 +579,9 @@ def test_what_is_no_size_is_refused(text: str) -> None:
     """Catches: sizes that are not finite or not positive."""
     with pytest.raises(SpecError, match=r"size .* such as 146x160"):
         parse_size_mm(text)
+
+
+def test_a_chart_is_not_explained_as_a_badge() -> None:
+    """Catches: an assertion, or an index error, where a board has no code to tell of."""
+    with pytest.raises(SpecError, match="carries no code"):
+        explain(design_chart(ChartRequest()))

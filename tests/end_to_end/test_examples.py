@@ -25,7 +25,9 @@ def test_every_example_is_listed_here() -> None:
     assert {path.name for path in EXAMPLES.glob("*.py")} == {*LEAVES, SIDE_BY_SIDE}
 
 
-@pytest.mark.parametrize("name", LEAVES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name.startswith("03") else []) for name in LEAVES]
+)
 def test_example_runs(name: str, tmp_path: Path) -> None:
     done = subprocess.run(
         [sys.executable, str(EXAMPLES / name), str(tmp_path)], capture_output=True, text=True, timeout=300, check=False

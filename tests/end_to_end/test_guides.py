@@ -203,6 +203,7 @@ class _Fetched(HTMLParser):
         self.found += re.findall(r"url\(['\"]?([^)'\"]+)", told.get("style") or "")
 
 
+@pytest.mark.slow
 def test_the_site_is_built_strictly_and_asks_nothing_of_outside(site: Path) -> None:
     """Catches: a dead link, a page nobody leads to, and a font, script or picture from another host."""
     pages = sorted(site.rglob("*.html"))
@@ -220,6 +221,7 @@ def test_the_site_is_built_strictly_and_asks_nothing_of_outside(site: Path) -> N
         assert [each for each in asked if ELSEWHERE.match(each)] == [], sheet.name
 
 
+@pytest.mark.slow
 def test_every_command_has_its_help_on_the_site(site: Path) -> None:
     """Catches: a page of commands that was written once and forgot the commands that came after."""
     text = (site / "reference" / "commands.html").read_text(encoding="utf-8")

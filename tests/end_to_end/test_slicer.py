@@ -7,15 +7,18 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
+from kit.programs import needs
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.fabrication.printed.mount import KINDS, MountReport, write_mount
+
+#: A mount takes seconds to build and seconds to slice.
+pytestmark = pytest.mark.slow
 
 #: What `--info` tells only of a mesh that it had to mend.
 MENDED = ("open_edges", "facets_removed", "facets_reversed", "backwards_edges", "degenerate", "edges_fixed", "repaired")
@@ -26,12 +29,7 @@ LEAST_SHARE, MOST_SHARE = 0.25, 1.3
 @pytest.fixture(scope="module")
 def slicer() -> str:
     """The slicer's path."""
-    found = shutil.which("prusa-slicer")
-    if found is None:
-        if "CI" in os.environ:
-            pytest.fail("CI is set, and PrusaSlicer is not installed (Debian package prusa-slicer)")
-        pytest.skip("PrusaSlicer is not installed")
-    return found
+    return needs("prusa-slicer")
 
 
 @pytest.fixture(scope="module")

@@ -199,6 +199,7 @@ def test_parts_that_are_none_are_refused(tmp_path: Path):
         Parts(tmp_path, COLUMNS).rows()
 
 
+@pytest.mark.slow
 def test_a_run_that_is_killed_loses_no_finished_row(tmp_path: Path, prototype: Badge):
     """Catches: rows held back in memory, a run that begins anew, children that outlive it and work on."""
     manifest = manifest_of(tmp_path, *((f"f{k}.txt", f"0.15 {k}") for k in range(12)))

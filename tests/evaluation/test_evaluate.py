@@ -8,12 +8,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import av
 import numpy as np
 import pytest
 from click.testing import CliRunner
 from scipy.stats import mannwhitneyu, norm
 
+from kit.coded_films import first_frames
 from moireid.archive.isolated import Lost
 from moireid.badge import Badge
 from moireid.cli.main import moireid
@@ -277,16 +277,6 @@ def test_films_of_one_kind_alone_have_no_roc_but_the_rest(tmp_path: Path):
     assert len(write_plots(document, tmp_path)) == 3
 
 
-def first_frames(source: Path, target: Path, frames: int) -> Path:
-    """The beginning of a film, its pictures as they are coded."""
-    with av.open(str(source)) as given, av.open(str(target), "w") as made:
-        stream = made.add_stream_from_template(given.streams.video[0])
-        for packet, _ in zip(given.demux(video=0), range(frames), strict=False):
-            packet.stream = stream
-            made.mux(packet)
-    return target
-
-
 def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
     """Catches: labels swapped on the way, a broken film that ends the run, a second run that scores again."""
     first_frames(films / "genuine_1.0m.mp4", tmp_path / "true.mp4", 70)
@@ -296,7 +286,7 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
     manifest, out = tmp_path / "m.csv", tmp_path / "out"
     manifest.write_text("\n".join([",".join(COLUMNS), *rows]), encoding="utf-8")
     command = ["evaluate", str(manifest), "--badge", str(films / "badge.json"), "--out", str(out)]
-    ran = CliRunner().invoke(moireid, [*command, "--workers", "2", "--timeout", "300", "--json"])
+    ran = CliRunner().invoke(moireid, [*command, "--workers", "1", "--timeout", "300", "--json"])
     assert ran.exit_code == 0, ran.output
     document = json.loads(ran.stdout)
     assert document == json.loads((out / "evaluate.json").read_text(encoding="utf-8"))

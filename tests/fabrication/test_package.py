@@ -193,7 +193,7 @@ def limited(kilobytes: int) -> Callable[[], None]:
     return limit
 
 
-@pytest.mark.parametrize("kilobytes", [20, 100])
+@pytest.mark.parametrize("kilobytes", [20, pytest.param(100, marks=pytest.mark.slow)])
 def test_a_disk_that_fills_up_is_told_in_one_sentence(kilobytes: int, tmp_path: Path) -> None:
     """Catches: a traceback, a kernel that stops in silence, a cut file that is kept.
 
@@ -249,6 +249,7 @@ def test_impossible_figures_leave_no_folder(options: list[str], words: str, tmp_
 # Events.
 
 
+@pytest.mark.slow
 def test_an_event_has_one_mount_for_all(tmp_path: Path) -> None:
     """Catches: a mount for each of a hundred people, one that nobody asked for, an assembly sheet that knows none."""
     people = tmp_path / "people.csv"

@@ -1,4 +1,4 @@
-"""Films of given pictures."""
+"""Films of given pictures, and short ones of long ones."""
 
 from __future__ import annotations
 
@@ -23,3 +23,13 @@ def written(path: Path, pictures: list[np.ndarray], codec: str, pixels: str, *, 
             container.mux(stream.encode(frame.reformat(format=pixels, dst_color_range=2 if full_range else 1)))
         container.mux(stream.encode(None))
     return path
+
+
+def first_frames(source: Path, target: Path, frames: int) -> Path:
+    """The beginning of a film, its pictures as they are coded."""
+    with av.open(str(source)) as given, av.open(str(target), "w") as made:
+        stream = made.add_stream_from_template(given.streams.video[0])
+        for packet, _ in zip(given.demux(video=0), range(frames), strict=False):
+            packet.stream = stream
+            made.mux(packet)
+    return target

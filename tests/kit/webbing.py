@@ -13,7 +13,6 @@ from typing import Any
 
 import av
 import httpx
-import pytest
 from fastapi import FastAPI
 
 from moireid.badge import Badge
@@ -119,14 +118,3 @@ def film_form(
     content = film if isinstance(film, bytes) else film.read_bytes()
     text = badge.read_text() if isinstance(badge, Path) else badge
     return {"files": {"video": (name, content)}, "data": fields | ({"badge": text} if text else {})}
-
-
-def needs(program: str | None, what: str) -> str:
-    """The path of a program that a test needs: absent it is skipped, or fails where CI is set."""
-    import os
-
-    if program is None:
-        if "CI" in os.environ:
-            pytest.fail(f"CI is set, and {what} is not installed", pytrace=False)
-        pytest.skip(f"{what} is not installed")
-    return program

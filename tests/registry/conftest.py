@@ -11,6 +11,14 @@ from kit.registries import Server, badge_of, running_server, url_of
 from moireid.registry import Registry, open_registry
 
 
+def fill(registry: Registry) -> None:
+    """Enroll three badges, revoke one and measure one."""
+    for name in ("Ada", "Bo", "Zo\u00eb"):
+        registry.enroll(badge_of(name))
+    registry.store_as_built(registry.find("Ada").id, '{"tilt_rad": 0.01, "at": [1, 2.5]}')
+    registry.revoke("Bo", "lost on the train — twice")
+
+
 @pytest.fixture(autouse=True)
 def keys(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Where private keys go; child processes inherit it."""
@@ -48,10 +56,7 @@ def registry(url: str) -> Iterator[Registry]:
 @pytest.fixture
 def full(registry: Registry) -> Registry:
     """Three badges, one of them revoked and one measured."""
-    for name in ("Ada", "Bo", "Zo\u00eb"):
-        registry.enroll(badge_of(name))
-    registry.store_as_built(registry.find("Ada").id, '{"tilt_rad": 0.01, "at": [1, 2.5]}')
-    registry.revoke("Bo", "lost on the train — twice")
+    fill(registry)
     return registry
 
 
@@ -61,9 +66,21 @@ def exported(full: Registry, tmp_path: Path) -> Path:
     return tmp_path / "out" / "people.json"
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
-def target(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    """The URL of an empty database to import into, of each kind."""
-    if request.param == "sqlite":
-        return url_of(tmp_path / "target.sqlite3")
-    return request.getfixturevalue("postgres").fresh()
+@pytest.fixture
+def target(request: pytest.FixtureRequest, url: str, tmp_path: Path) -> str:
+    """The URL of an empty database to import into, of the kind that `url` is not: so each kind is read and written."""
+    if url.startswith("sqlite"):
+        return request.getfixturevalue("postgres").fresh()
+    return url_of(tmp_path / "target.sqlite3")
+
+
+@pytest.fixture(scope="session")
+def three_exported(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """An export of three badges: what a test that only reads it need not make again."""
+    folder = tmp_path_factory.mktemp("exported")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("MOIREID_KEYS", str(folder / "keys"))
+        with open_registry(url_of(folder / "people.sqlite3"), create=True) as registry:
+            fill(registry)
+            registry.export_json(folder / "people.json")
+    return (folder / "people.json").read_bytes()

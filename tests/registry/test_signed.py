@@ -12,7 +12,7 @@ import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PublicKey
 from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
-from kit.registries import badge_of, no_server, rows_of, state_of, tamper, url_of
+from kit.registries import badge_of, rows_of, state_of, tamper, url_of
 from moireid.errors import RegistryError
 from moireid.registry import keys as keys_module
 from moireid.registry import open_registry, store
@@ -314,13 +314,3 @@ def test_measured_figures_that_cannot_be_kept(registry, text):
     with pytest.raises(RegistryError, match="no badge of id 'abcdef'"):
         registry.store_as_built("abcdef", "{}")
     assert registry.by_id(ada.id) == ada
-
-
-def test_missing_server_fails_only_in_ci(monkeypatch):
-    """Catches: PostgreSQL silently untested in CI."""
-    monkeypatch.delenv("CI", raising=False)
-    with pytest.raises(pytest.skip.Exception):
-        no_server("none")
-    monkeypatch.setenv("CI", "1")
-    with pytest.raises(pytest.fail.Exception):
-        no_server("none")

@@ -142,6 +142,7 @@ def test_glare_left_out_is_all_that_the_lenses_mirror() -> None:
         assert apart(scene, instant, shown, matt).phase_rad < math.sqrt(2) * stated
 
 
+@pytest.mark.slow
 def test_bounces_and_hidden_face_change_less_than_mitsuba_s_own_error() -> None:
     """Catches: a face that bends or stops the rays, or shifts the lines; a bar that hides it; one that is not built."""
     scene, instant = NEAR.scene, NEAR.seen_at(0.3)

@@ -120,7 +120,7 @@ def test_an_error_of_the_decoder_comes_at_its_frame(films: Path, tmp_path):
 
 
 def huge_png(width: int, height: int) -> bytes:
-    """A film of one picture as an animated PNG, in some bytes, whatever size its header tells."""
+    """A film of one picture as an animated PNG, of a few bytes, with any size in its header."""
 
     def chunk(tag: bytes, body: bytes) -> bytes:
         return struct.pack(">I", len(body)) + tag + body + struct.pack(">I", zlib.crc32(tag + body))

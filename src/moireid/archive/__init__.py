@@ -1,8 +1,8 @@
-"""The engine of collections: many films or clips, each by itself, on this machine or on a Dask cluster.
+"""The engine of collections: many films or clips, each processed by itself, on this machine or on a Dask cluster.
 
-addresses.py  files by fsspec address: joined, stamped, fetched whole to a folder that is removed after
-isolated.py   a process within limits that does one job at a time: jobs in, outcomes or the reason of a loss out
-worker.py     what a Dask worker does with one film: fetch it, have its jobs done, hand the outcomes over
-engine.py     all tasks on a local cluster, on any Dask deployment by address, or in place where one worker is enough
-parts.py      rows in Parquet as they come: parts written whole, readable at any time
+addresses.py  files by fsspec address: joined, stamped, fetched to a temporary folder
+isolated.py   a process within limits that does one job at a time: jobs in, results out, or why there is none
+worker.py     the work of a Dask worker on one film: fetch it, have its jobs done, return the results
+engine.py     all tasks on a local cluster, on a Dask deployment by address, or in this process for one worker
+parts.py      rows in Parquet, written as they come and readable at any time
 """

@@ -1,7 +1,7 @@
 """Files by address: a plain path, file://, memory://, or s3://... where the package of the protocol is installed.
 
-Convention: a plain path and file:// are read where they lie.  All else is fetched whole into a folder of its own, as
-the decoder opens no address, and the folder is removed when the film is done.
+Convention: a plain path and file:// are read in place.  Other files are copied into a temporary folder, as the decoder
+    opens no address.  The folder is removed when the film is done.
 """
 
 from __future__ import annotations
@@ -16,22 +16,22 @@ from typing import Any
 
 from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecError
 
-#: A fetch that fails is tried so often in all, with this wait before the second time and twice as long each time after.
+#: Number of tries to fetch a file, and the wait before the second; each further wait is twice as long.
 FETCHES, WAIT_S = 3, 0.5
 CHUNK = 4 << 20
 
 
 class FetchError(MediaError):
-    """A film could not be fetched; another time it may be."""
+    """A film could not be fetched; a later try may succeed."""
 
 
 def is_address(name: str) -> bool:
-    """Whether a name says by itself where it lies, as no plain path does."""
+    """Whether a name is an address and not a plain path."""
     return "://" in name or "::" in name
 
 
 def joined(base: str, name: str) -> str:
-    """The address of a name that is relative to the folder in which the file `base` lies."""
+    """The address of a name relative to the folder of the file `base`."""
     if is_address(name) or Path(name).is_absolute():
         return name
     if not is_address(base):
@@ -41,12 +41,12 @@ def joined(base: str, name: str) -> str:
 
 
 def stamp(address: str) -> str:
-    """A digest that changes when the file does: of what its storage tells of it, such as size, time or ETag.
+    """A digest that changes with the file, made from its metadata, such as size, time or ETag.
 
-    Raises: SpecError where there is no such file or no such protocol; MissingExtraError.
+    Raises: SpecError if there is no such file or no such protocol; MissingExtraError.
     """
     system, path = _system(address)
-    with _told(f"there is no film {address!r}", ADVICE):
+    with _as_spec_error(f"there is no film {address!r}", ADVICE):
         told = system.info(path)
     if told.get("type") == "directory":
         raise SpecError(f"there is no film {address!r} (it is a folder); {ADVICE}")
@@ -56,7 +56,7 @@ def stamp(address: str) -> str:
 def read_text(address: str) -> str:
     """The text of a small file, UTF-8.  Raises: SpecError where it cannot be read."""
     system, path = _system(address)
-    with _told(f"{address} cannot be read", "write where it lies"):
+    with _as_spec_error(f"{address} cannot be read", "write where it lies"):
         content = system.cat_file(path)
     try:
         return str(content.decode("utf-8-sig"))
@@ -66,11 +66,11 @@ def read_text(address: str) -> str:
 
 @contextmanager
 def fetched(address: str, *, most_mb: float, folder: str | None = None) -> Iterator[Path]:
-    """Yield a path on this machine with the content of the file; what was copied for it is removed after.
+    """Yield a path on this machine with the content of the file; a copy is removed afterwards.
 
-    Parameters: most_mb: what is fetched at most, in millions of bytes; a file that is read where it lies has no limit.
-        folder: for what is fetched; None: the system's own for temporary files.
-    Raises: FetchError where it could not be fetched `FETCHES` times; MediaError where it is too large.
+    Parameters: most_mb: largest file that is copied, in millions of bytes; a file that is read in place has no limit.
+        folder: for copies; None: the system's folder for temporary files.
+    Raises: FetchError if it could not be fetched in `FETCHES` tries; MediaError if it is too large.
     """
     system, path = _system(address)
     if _is_local(system):
@@ -85,7 +85,7 @@ def fetched(address: str, *, most_mb: float, folder: str | None = None) -> Itera
                 break
             except MediaError:
                 raise
-            # Whatever a protocol's package raises may be gone the next time.
+            # Any error of a protocol's package may be temporary.
             except Exception as error:
                 if tries + 1 == FETCHES or isinstance(error, FileNotFoundError):
                     many = f"{tries + 1} times " if tries else ""
@@ -103,10 +103,11 @@ def _system(address: str) -> tuple[Any, str]:
         from fsspec.core import url_to_fs
     except ImportError as error:
         raise MissingExtraError("films by address need more packages; pip install 'moireid[archive]'") from error
-    # Beside addresses that are none: s3fs asks for a region or credentials here.
-    with _told(f"address {address!r} cannot be used", ADVICE):
+    # Not only for bad addresses: s3fs also needs a region or credentials here.
+    with _as_spec_error(f"address {address!r} cannot be used", ADVICE):
         try:
-            return url_to_fs(address)
+            system, path = url_to_fs(address)
+            return system, str(path)
         except ImportError as error:
             raise MissingExtraError(
                 f"{address} needs a package that is not installed here ({_words(error)})"
@@ -114,10 +115,10 @@ def _system(address: str) -> tuple[Any, str]:
 
 
 @contextmanager
-def _told(what: str, advice: str) -> Iterator[None]:
-    """Tell what a protocol's package raises as a SpecError; ours pass.
+def _as_spec_error(what: str, advice: str) -> Iterator[None]:
+    """Turn any error of a protocol's package into a SpecError; our own errors pass.
 
-    Each package has errors of its own, of no common kind, and none of them is a fault of ours.
+    Each package has its own errors without a common base, and none of them is a fault of ours.
     """
     try:
         yield
@@ -134,7 +135,7 @@ def _is_local(system: Any) -> bool:
 
 
 def _fetch(system: Any, path: str, target: Path, most: int, address: str) -> None:
-    """Copy a file; one that says that it is small and is not is cut off where the limit is."""
+    """Copy a file; the limit also holds if the file is larger than its storage says."""
     limit = f"more than the {most / 1e6:g} MB allowed; raise --film-limit"
     if (system.info(path).get("size") or 0) > most:
         raise MediaError(f"{address} has {limit}", most_bytes=most)
@@ -148,6 +149,6 @@ def _fetch(system: Any, path: str, target: Path, most: int, address: str) -> Non
 
 
 def _words(error: Exception) -> str:
-    """What an error of a foreign package says, as part of a sentence."""
+    """The message of another package's error, as part of a sentence."""
     told = getattr(error, "strerror", None) or " ".join(str(error).split())[:200] or type(error).__name__
     return "no such file" if isinstance(error, FileNotFoundError) else str(told)

@@ -1,10 +1,9 @@
-"""All tasks of a run, on a local cluster, on any Dask deployment by address, or in place where one worker is enough.
+"""All tasks of a run, on a local cluster, on a Dask deployment by address, or in this process for one worker.
 
-In place is the same code without a cluster around it: `worker.do`, called by turns.  It is there because a cluster
-takes seconds to start, as a film does, and because films in memory:// lie in this process alone.
-
+In this process the same code runs without a cluster: `worker.do`, called in turn.  A cluster takes seconds to start, as
+long as a film, and only this process can read films in memory://.
 Dask gives the task of a lost worker to another one, three times (its setting `allowed-failures`); then it is `Lost`.
-A run in which no worker is alive, or nothing ends, is ended (`_next_ended`).
+A run stops if no worker is alive, or if no task ends (`_next_ended`).
 """
 
 from __future__ import annotations
@@ -28,24 +27,24 @@ from moireid.archive.worker import Done, Order, do, stop_children
 from moireid.errors import MissingExtraError, MoireIdError, SpecError
 from moireid.kept import program_digest
 
-#: Tasks that wait at the scheduler, at least and for each thread: workers never wait for this program, a deployment
-#: that grows by what waits sees it, and a hundred thousand films are not held there at once.
+#: Tasks queued at the scheduler, at least and for each thread.  So workers never wait for this program, a deployment
+#: that grows with its queue sees one, and a hundred thousand films are not queued at once.
 WAITING, WAITING_A_THREAD = 64, 4
 CONNECT_S = 10.0
 LOCAL = "local"
-#: A run ends that has had no worker for so long; a deployment that starts workers when there is work has this time.
+#: A run stops if it has had no worker for this long; a deployment that starts workers on demand has this time.
 NO_WORKER_S = 300.0
-#: A run ends when no task has ended for as long as its jobs may take and this, which is for fetching their film, for
-#: workers that start again and for what else a deployment has to do.
+#: A run stops if no task has ended for the time limit of its jobs plus this, which allows for fetching films and for
+#: workers that restart.
 SLACK_S = 900.0
-#: So long is waited for one result, as its worker may be lost on the way; for the workers' children to be ended; and
-#: between two looks at what has ended, and at the workers.
+#: Waits: for one result, as its worker may be lost; for the workers' children to end; between two looks for ended
+#: tasks; between two looks for workers.
 RESULT_S, STOP_S, POLL_S, LOOK_S = 5.0, 5.0, 0.01, 1.0
-#: Of a local cluster.  saturation: no film waits at a worker behind another, so a lost worker counts against the film
-#: that it was at; with the fourth that is lost to it, a film is given up.  lost-worker: a cluster looks so long after a
-#: worker was lost, and drops it for good if it is away; one killed again by then, or slow to start on a busy machine,
-#: would never come back, in the middle of a film at that, and in the end none would be left.  profile: a worker would
-#: look a hundred times a second at what its threads do, and take the processor from its child for that.
+#: Settings of a local cluster.  worker-saturation: no film waits at a worker behind another, so a lost worker counts
+#: only against its own film; after four lost workers a film is given up.  lost-worker-timeout: after this time a
+#: cluster drops a lost worker for good.  A worker that is killed again, or slow to start on a busy machine, would be
+#: dropped too, until none is left.  profile: a worker would sample its threads a hundred times a second, which slows
+#: its child.
 DASK = {
     "distributed.scheduler.worker-saturation": 1.0,
     "distributed.scheduler.allowed-failures": 3,
@@ -56,9 +55,9 @@ DASK = {
 
 @dataclass(frozen=True)
 class Task:
-    """Jobs that are done one after another by one worker: `work(job)`, or with a film `work(job, path)`.
+    """Jobs that one worker does one after another: `work(job)`, or with a film `work(job, path)`.
 
-    film: its address, fetched once for all of them.
+    film: its address; it is fetched once for all jobs.
     """
 
     jobs: tuple[Any, ...]
@@ -73,15 +72,16 @@ def run_tasks(
     workers: int | None = None,
     limits: Limits | None = None,
 ) -> Generator[tuple[int, Done], None, None]:
-    """Yield (place of the task, what it gave) as tasks end; a job without a result gives `Lost`.
+    """Yield (index of the task, its results) as tasks end; a job without a result gives `Lost`.
 
-    Parameters: work: a function at the top of a module, which other processes import by its name, as they do the
-        modules of jobs and results.  scheduler: address of a Dask scheduler, such as tcp://HOST:PORT; None or "local":
-        this machine.  workers: of this machine; None: one for each processor.  One is done in place.
-    A worker does the next task when the generator is asked again, so what it gave is to be kept before that.
-    Closing the generator ends the run and its processes.
-    Raises: SpecError where no scheduler answers, or a worker has another moireid; MoireIdError where it went away, no
-        worker was alive for `NO_WORKER_S`, or nothing ended for `SLACK_S` longer than a task may take.
+    Parameters: work: a function at the top of a module, since other processes import it by name, as they do the modules
+        of jobs and results. scheduler: address of a Dask scheduler, such as tcp://HOST:PORT; None or "local": this
+        machine.  workers: number on this machine; None: one for each processor; 1: in this process.
+
+        A worker begins its next task at the next call of the generator, so save the results before that.
+        Closing the generator ends the run and its processes.
+        Raises: SpecError if no scheduler answers, or a worker has another moireid; MoireIdError if the scheduler went
+            away, no worker was alive for `NO_WORKER_S`, or no task ended for `SLACK_S` longer than a task may take.
     """
     if scheduler not in (None, LOCAL) and workers is not None:
         raise SpecError(f"{workers} workers are asked for, but those of {scheduler} are its own; leave out --workers")
@@ -120,20 +120,20 @@ def _on_cluster(client: Any, orders: Sequence[Order], run: str) -> Generator[tup
             future, done = _next_ended(client, ended, longest + SLACK_S)
             place = places.pop(future)
             yield place, done or _lost(future, orders[place])
-            # Now it is kept: the scheduler forgets the task, and its worker goes on.
+            # The results are saved by now: the scheduler forgets the task, and its worker goes on.
             future.release()
     finally:
         if client.status == "running":
             client.cancel(list(places), force=True)
-            # A worker that stands still would not answer.
+            # A worker that hangs would not answer.
             with suppress(TimeoutError, OSError):
                 client.sync(client.run, stop_children, run, on_error="ignore", callback_timeout=STOP_S)
 
 
 def _next_ended(client: Any, ended: Any, quiet_s: float) -> tuple[Any, Done | None]:
-    """The next task that has ended, with what it gave, or None where it gave nothing.
+    """The next task that has ended, with its results, or None if it has none.
 
-    Raises: MoireIdError where no worker is alive for `NO_WORKER_S`, or nothing ends for `quiet_s`.
+    Raises: MoireIdError if no worker is alive for `NO_WORKER_S`, or no task ends for `quiet_s`.
     """
     from distributed import KilledWorker
 
@@ -158,7 +158,7 @@ def _next_ended(client: Any, ended: Any, quiet_s: float) -> tuple[Any, Done | No
             raise MoireIdError(GONE)
         if future.status == "error":
             return future, None
-        # A worker may be lost before its result is here; Dask has the task done again then, and others end meanwhile.
+        # A worker may be lost before its result arrives; then Dask repeats the task, and others end meanwhile.
         with suppress(TimeoutError, OSError, CancelledError, KilledWorker):
             return future, future.result(RESULT_S)
         time.sleep(POLL_S)
@@ -170,7 +170,7 @@ GONE = f"the scheduler went away; {AGAIN}"
 
 
 def _threads(client: Any) -> int:
-    """Of the workers that are alive.  Raises: MoireIdError where the scheduler does not answer."""
+    """Number of threads of the live workers.  Raises: MoireIdError if the scheduler does not answer."""
     try:
         return sum(client.nthreads().values())
     except (OSError, TimeoutError) as error:
@@ -178,7 +178,7 @@ def _threads(client: Any) -> int:
 
 
 def _lost(future: Any, order: Order) -> Done:
-    """What stands for the results of a task that gave none."""
+    """`Lost` in place of the results of a task that has none."""
     from distributed import KilledWorker
 
     error = future.exception()
@@ -195,7 +195,7 @@ def _lost(future: Any, order: Order) -> Done:
 
 @contextmanager
 def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
-    """A client of the cluster that is asked for."""
+    """A client of the requested cluster."""
     try:
         import dask
         import distributed
@@ -205,7 +205,7 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
         with _connected(distributed, str(scheduler)) as client:
             yield client
         return
-    # A cluster does what it is told by whoever reaches it, so this one listens here alone and asks for a certificate.
+    # A cluster obeys anybody who reaches it, so this one listens only locally and requires a certificate.
     with dask.config.set(DASK), ExitStack() as stack:
         with _interrupts_after():
             cluster = distributed.LocalCluster(
@@ -214,7 +214,7 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
                 host="127.0.0.1",
                 security=True,
                 scheduler_kwargs={"dashboard": False, "dashboard_address": "127.0.0.1:0"},
-                # Films lie in the memory of the workers' children, which have a limit of their own.
+                # Films are in the memory of the workers' children, which have their own limit.
                 memory_limit=None,
                 silence_logs=logging.CRITICAL,
             )
@@ -225,12 +225,13 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
 
 @contextmanager
 def _interrupts_after() -> Iterator[None]:
-    """An interrupt in here comes at the end: a cluster that is interrupted as it starts cannot be ended in order.
+    """Delay an interrupt to the end of this block: a cluster that is interrupted as it starts cannot be shut down
+    properly.
 
-    Threads that are started in here never see one, nor do processes that those start at any time: a terminal sends it
-    to all of them, and this program decides.
+    Threads started in this block never get an interrupt, nor do the processes that they start: a terminal sends it to
+    all of them, and this program decides.
     """
-    # Started later, it would let interrupts through again in the thread that starts it.
+    # Start it now; later, it would unblock interrupts in the thread that starts it.
     resource_tracker.ensure_running()
     before, came = signal.getsignal(signal.SIGINT), list[Any]()
     here = threading.current_thread() is threading.main_thread() and callable(before)
@@ -249,9 +250,9 @@ def _interrupts_after() -> Iterator[None]:
 
 @contextmanager
 def _connected(distributed: Any, address: str) -> Iterator[Any]:
-    """A client of somebody's cluster, which has the same moireid as this program."""
+    """A client of an existing cluster with the same moireid as this program."""
     try:
-        # A client of an address that is none leaves its own thread in a state from which no other client starts.
+        # With an invalid address, a client would leave its thread in a state in which no other client can start.
         distributed.comm.get_address_host_port(address)
         client = distributed.Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, TimeoutError, ValueError, TypeError, RuntimeError, NotImplementedError) as error:
@@ -260,7 +261,7 @@ def _connected(distributed: Any, address: str) -> Iterator[Any]:
             f"no Dask scheduler answers at {address[:100]!r} ({words}); give tcp://HOST:PORT as `dask scheduler` "
             "tells it, or local"
         ) from error
-    # It tells of a scheduler that went away by tracebacks; we by a sentence.
+    # It logs tracebacks when a scheduler goes away; we give one sentence.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     with client:
         own = program_digest()
@@ -278,7 +279,7 @@ def _digest_there() -> str:
 
 
 def _processors() -> int:
-    """Those that this program may use, a container's share included."""
+    """Number of processors that this program may use, also in a container."""
     try:
         from dask.system import CPU_COUNT
     except ImportError as error:

@@ -1,6 +1,6 @@
-"""Jobs done in a process of its own: one that crashes, hangs or eats memory loses its own job and nothing else.
+"""Jobs done in a separate process: if it crashes, hangs or uses too much memory, only its own job is lost.
 
-A pool of Python's own breaks as a whole where one process dies, and cannot stop a job that takes too long.
+Python's process pools break as a whole if one process dies, and cannot stop a job that takes too long.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from moireid.sandbox.child import Talk
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, start
 
-#: A process has this long to load the program before its job's own time begins.
+#: Time for a process to load the program before the time of its job begins.
 START_S = 120.0
-#: A process that nobody has asked anything for so long ends, and another is started when one is needed.
+#: A process without a job for this long ends; another is started when one is needed.
 IDLE_S = 300.0
-#: Of what one job gives; a set's film comes whole.
+#: Largest result of one job; some results contain a whole film.
 ANSWER_BYTES = 1 << 30
-#: What a job was lost to.  film: by itself, as it is too large; program: by a fault of ours.
+#: Why a job was lost.  film: it is too large; program: an error of ours.
 Fault = Literal["film", "crash", "time", "memory", "program", "fetch", "worker"]
 
 
 @dataclass(frozen=True)
 class Limits:
-    """What one job may take: seconds, and millions of bytes of memory; and a fetched film, in millions of bytes."""
+    """Limits of one job: seconds, and memory in millions of bytes; and of a fetched film, in millions of bytes."""
 
     seconds: float = 3600.0
     memory_mb: int = 2048
@@ -35,7 +35,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class Lost:
-    """A job that no result came from: why in words, after how many seconds, and to what."""
+    """A job without a result: the reason in words, the seconds it took, and the kind of fault."""
 
     why: str
     seconds: float
@@ -43,7 +43,7 @@ class Lost:
 
 
 def do_jobs(talk: Talk) -> None:
-    """What the process does: jobs one after another, until nobody asks any more."""
+    """The work of the process: jobs one after another, until there are no more."""
     while (asked := talk.next(IDLE_S)) is not None:
         payload, film = asked
         work, job = pickle.loads(payload)
@@ -52,17 +52,17 @@ def do_jobs(talk: Talk) -> None:
 
 
 class Isolated:
-    """One process, started with its first job and again after it was lost."""
+    """One process, started with its first job, and restarted after it was lost."""
 
     def __init__(self, limits: Limits, folder: str | None = None) -> None:
-        """Parameters: folder: where the process's temporary files lie, None for the system's place."""
+        """Parameters: folder: for the process's temporary files; None: the system's folder."""
         self._limits, self._folder = limits, folder
         self._child: Child | None = None
         self._used_s = 0.0
         self._ended = False
 
     def do(self, payload: bytes, film: str | None) -> Any | Lost:
-        """The result of one job as JSON has it, or why there is none; payload: the pickled (work, job)."""
+        """The result of one job as JSON gives it, or why there is none; payload: the pickled (work, job)."""
         begun = time.monotonic()
         if self._ended:
             return Lost("the run was ended", 0.0, "worker")
@@ -84,19 +84,19 @@ class Isolated:
         return told.get("result")
 
     def end(self) -> None:
-        """End the process, and do nothing more; a thread that waits for an outcome, if any, sees it by itself."""
+        """End the process for good; a thread that waits for its result notices by itself."""
         self._ended = True
         if (child := self._child) is not None:
             child.kill()
 
     def stop(self) -> None:
-        """End the process: what it holds after a failure is not known, and memory that ran out may be in pieces."""
+        """End the process: after a failure its state is unknown."""
         if self._child is not None:
             self._child.kill()
         self._child = None
 
     def _ready(self) -> Child:
-        """The process, another one where it has ended, or might just now."""
+        """The process; a new one if it has ended or may be about to end."""
         if self._child is not None and time.monotonic() - self._used_s < IDLE_S / 2:
             try:
                 self._child.hear(0.0)

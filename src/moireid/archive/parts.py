@@ -1,8 +1,8 @@
-"""Rows in Parquet as they come, in a folder of parts that any program may read at any time.
+"""Rows in Parquet, written as they come, in a folder of parts that any program may read at any time.
 
-Convention: `part-RUN-NUMBER.parquet`; RUN is drawn by each run, so that two runs never write one file.  A part is
-written anew, whole, with each row that comes, until it is full; so a row is on the disk when `add` returns, no reader
-sees half a file, and a key stands in one part alone.
+Convention: `part-RUN-NUMBER.parquet`; each run draws RUN at random, so that two runs never write the same file.  Until
+    a part is full, each new row rewrites it as a whole.  So a row is on the disk when `add` returns, no reader sees
+    half a file, and each key is in one part only.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from typing import Any
 from moireid.errors import MissingExtraError, SpecError
 from moireid.files import whole_file
 
-#: Writing a part anew costs some milliseconds at this size, and a hundred thousand films give some hundred parts.
+#: Rewriting a part of this size takes some milliseconds, and a hundred thousand films give some hundred parts.
 ROWS_A_PART = 256
 TYPES = ("string", "bool", "int64", "double", "list<string>")
 
@@ -43,7 +43,7 @@ class Parts:
         return {row["key"]: row for path in self._paths() for row in self._read(path)}
 
     def drop(self, keys: Collection[str]) -> None:
-        """Take rows away, as they are to be made anew."""
+        """Remove rows that will be computed again."""
         for path in self._paths() if keys else []:
             rows = self._read(path)
             kept = [row for row in rows if row["key"] not in keys]
@@ -53,7 +53,7 @@ class Parts:
                 path.unlink()
 
     def add(self, rows: Sequence[dict[str, Any]]) -> None:
-        """Keep rows; they are on the disk when this returns."""
+        """Save rows; they are on the disk when this returns."""
         self._folder.mkdir(parents=True, exist_ok=True)
         self._open += rows
         self._write(self._folder / f"part-{self._run}-{self._number:05d}.parquet", self._open)
@@ -68,7 +68,7 @@ class Parts:
         import pyarrow.parquet as pq
 
         try:
-            rows = pq.read_table(path, partitioning=None).to_pylist()
+            rows: list[dict[str, Any]] = pq.read_table(path, partitioning=None).to_pylist()
         except (pa.ArrowException, OSError) as error:
             raise SpecError(f"{path} cannot be read ({' '.join(str(error).split())[:150]}); take it away") from error
         if any("key" not in row for row in rows):

@@ -1,7 +1,7 @@
-"""One task on a worker: its film fetched, its jobs done by a child process, the outcomes handed over.
+"""One task on a worker: fetch its film, have a child process do its jobs, return the results.
 
-Convention: a worker begins a task only when what it found in the one before lies with the program that asked, and that
-has written it down; so a worker that is killed takes no finished row with it, and repeats at most its own film.
+Convention: a worker begins a task only after the requesting program has saved the results of the last one.  So a killed
+    worker loses no finished row; at most its present film is repeated.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from moireid.archive.isolated import Isolated, Limits, Lost
 from moireid.errors import MoireIdError, SpecError
 from moireid.kept import program_digest
 
-#: A task waits so long at most for the one before to be taken; only a program that went away takes so long.
+#: Longest wait until the last results are taken; only a program that went away takes that long.
 HANDOVER_S, POLL_S = 60.0, 0.003
 HERE = "here"
 
 
 @dataclass(frozen=True)
 class Order:
-    """A task as it travels: the pickled (work, job) of each of its jobs, and the address of their film or None.
+    """A task as it is sent: the pickled (work, job) of each of its jobs, and the address of their film or None.
 
-    run: names the run, whose children are its own; program: the digest of the program that asks.
+    run: name of the run, which has its own children; program: digest of the requesting program.
     """
 
     payloads: tuple[bytes, ...]
@@ -37,21 +37,21 @@ class Order:
 
 @dataclass(frozen=True)
 class Done:
-    """What a task gave: for each job its result or `Lost`, and the name of the worker that did it."""
+    """The results of a task: for each job its result or `Lost`, and the name of the worker."""
 
     outcomes: tuple[Any | Lost, ...]
     worker: str
 
 
-#: Children by run and thread: a worker of several threads does a film on each.
+#: Children by run and thread: a worker with several threads processes one film on each.
 _children: dict[tuple[str, int], Isolated] = {}
 _former = threading.local()
 
 
 def do(order: Order) -> Done:
-    """Do a task, on a Dask worker or in place.
+    """Do a task, on a Dask worker or in this process.
 
-    Raises: SpecError where this is another program than the one that asks.
+    Raises: SpecError if the worker's program differs from the requesting one.
     """
     worker, begun = _dask_worker(), time.monotonic()
     name = HERE if worker is None else str(worker.name)
@@ -77,7 +77,7 @@ def stop_children(run: str) -> None:
 
 
 def _wait_for_handover(worker: Any) -> None:
-    """Wait until this thread's former result was taken: the program that asked forgets it then, and so the worker."""
+    """Wait until this thread's last result was taken: then the requesting program and the worker release it."""
     if worker is None:
         return
     former, _former.key = getattr(_former, "key", None), worker.get_current_task()
@@ -87,7 +87,7 @@ def _wait_for_handover(worker: Any) -> None:
 
 
 def _dask_worker() -> Any:
-    """The Dask worker that runs this, None where it is called in place."""
+    """The Dask worker that runs this; None without a cluster."""
     try:
         from distributed import get_worker
 

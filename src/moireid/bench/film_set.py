@@ -1,8 +1,7 @@
 """Many films by the engine of collections, and the list of them that `moireid evaluate` reads.
 
-Convention: a film is made in a folder of the worker's own and travels whole, so workers need no folder in common with
-this program.  What a film of the set must be, to the byte, is kept before its files are written; only what is so is
-taken for it later.
+Convention: a worker makes a film in its own folder and sends it back whole, so workers need no shared folder.  The
+digests of a film are stored before its files are written; later only files with these digests count as made.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ def make_film_set(
 ) -> Path:
     """Make all films of a set into a folder, with their truth, their badges and the list `films.csv`.
 
-    Parameters: progress: told (films done, of, failed, made by an earlier run).  A film that is there as this program
+    Parameters: progress: called with (films done, of, failed, made earlier).  A film that is there as this program
         made it for the same line is not made again.
     Returns: the list.
     Raises: SpecError where a file exists that is not of this set; MoireIdError where a film cannot be made, once the
@@ -67,14 +66,14 @@ def make_film_set(
     rows = {key: row for key, row in kept_rows(kept).items() if key in asked and "files" in row}
     todo = [place for place, key in enumerate(keys) if not (key in rows and _as_made(rows[key], folder))]
     planned([folder / MANIFEST], overwrite=overwrite or bool(rows))
-    # What a run that was broken off has left is of this set too.
+    # Files left by an interrupted run belong to this set too.
     ours = {
-        path for place in todo for path in _files(films[place], folder) if _digest(path) in _told(rows, keys[place])
+        path for place in todo for path in _files(films[place], folder) if _digest(path) in _earlier(rows, keys[place])
     }
     planned((path for place in todo for path in _files(films[place], folder) if path not in ours), overwrite=overwrite)
     badges = {one.badge.to_json(): folder / _badge_name(one.badge) for one in films}
     planned((path for text, path in badges.items() if not _holds(path, text)), overwrite=overwrite)
-    # From here on an earlier list says what is no longer so.
+    # An earlier list is wrong from here on, so it is removed.
     (folder / MANIFEST).unlink(missing_ok=True)
     for text, path in badges.items():
         write_text(path, text)
@@ -107,7 +106,7 @@ def make_film_set(
 
 
 def made(film: Planned) -> dict[str, Any]:
-    """One film with its truth, whole, or the sentence for why not; done by a process of the engine."""
+    """One whole film with its truth, or a sentence why it failed; runs in a process of the engine."""
     with tempfile.TemporaryDirectory() as folder:
         video, wish = Path(folder) / "film.mp4", film.wish
         if film.course is not None:
@@ -116,7 +115,7 @@ def made(film: Planned) -> dict[str, Any]:
         try:
             report = filmed(scene_of(film.badge, wish), wish, video)
         except MoireIdError as error:
-            # A folder drawn anew each time tells nobody anything.
+            # The temporary folder's name is random, so it is left out of the message.
             return {"error": " ".join(str(error).split()).replace(wish.motion, film.wish.motion)}
         files = {"video": video, "truth": report.truth}
         # What comes out of the process is JSON.
@@ -133,7 +132,7 @@ def _as_made(row: dict[str, Any], folder: Path) -> bool:
     return all(_digest(folder / name) == digest for name, digest in row["files"].items())
 
 
-def _told(rows: dict[str, dict[str, Any]], key: str) -> set[str | None]:
+def _earlier(rows: dict[str, dict[str, Any]], key: str) -> set[str | None]:
     """The digests of a film's files, if it was made before."""
     return set(rows[key]["files"].values()) if key in rows else set()
 
@@ -143,7 +142,7 @@ def _hash(content: bytes) -> str:
 
 
 def _digest(path: Path) -> str | None:
-    """Of a file's content; None where there is none."""
+    """The digest of a file's content; None where there is no file."""
     if not path.is_file():
         return None
     with path.open("rb") as file:
@@ -151,7 +150,7 @@ def _digest(path: Path) -> str | None:
 
 
 def _badge_name(badge: Badge) -> str:
-    """Named by its content, so that it is never another's, and one that lies there already is the same."""
+    """A file name made from the badge's content, so that two files with one name are always equal."""
     return f"badge-{_hash(badge.to_json().encode())[:12]}.json"
 
 
@@ -160,7 +159,7 @@ def _holds(path: Path, text: str) -> bool:
 
 
 def _key(film: Planned) -> str:
-    """What names a film: all that it depends on, the program among it."""
+    """The key of a film: all that it depends on, including the program."""
     told = (film.name, film.badge.to_json(), asdict(film.wish), program_digest("simulate"))
     course = hashlib.sha256(film.course or b"").hexdigest()
     return hashlib.sha256(json.dumps([told, course], sort_keys=True).encode()).hexdigest()

@@ -1,4 +1,4 @@
-"""Rows of a suite, one for each film that it makes and reads: by the engine of collections, kept between runs."""
+"""Rows of a suite, one for each film that it makes and reads; made by the engine of collections, kept between runs."""
 
 from __future__ import annotations
 

@@ -1,9 +1,8 @@
-"""What a lens sheet is, read from pictures of a pitch test.
+"""The pitch of a lens sheet, measured from pictures of a pitch test.
 
 still.py     a photograph, or some of the first frames of a film
 chart.py     the chart in a picture: the camera's place, and the brightness of its bands
-bands.py     the lens's line frequency that each band shows
-lens_fit.py  the sheet's pitch, from the bands' beats
+bands.py     the lens's line frequency from each band lens_fit.py  the sheet's pitch, from the bands' beats
 """
 
 from typing import TYPE_CHECKING

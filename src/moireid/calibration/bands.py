@@ -1,12 +1,12 @@
-"""From the brightness of a chart's bands to the lens's line frequency that each of them shows.
+"""From the brightness of a chart's bands to the line frequency of the lens, one estimate per band.
 
-1. Search the one lens frequency that explains the fringes of all bands at once.
+1. Search the lens frequency that explains the fringes of all bands at once.
 2. Refine it band by band.
 
 Convention: page millimetres; the phase of band k at the page's point X is 2 pi [(x + s) / p_k - x q], with x where the
 sight line crosses the lens plane and s the traced shift (`predicted_phase`); q = 1 / p_f is the lens's line frequency,
-cycles per mm of the *printed page*.  So a band's sign is known: its fringes are those of one q for all bands.
-Source: nonlinear least squares, the linear part solved for exactly (variable projection), as in `strip_phase`.
+cycles per mm of the *printed page*.  All bands share one q, so the sign of each band's fringes is known.
+Source: nonlinear least squares with the linear part solved exactly (variable projection), as in `strip_phase`.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ from moireid.verifier.fringes.sinusoid import fit_rows
 from moireid.verifier.tracking.profiles import ProfileReader
 
 Array = NDArray[np.float64]
-#: Fewer fringes across a band are not told from shading.
+#: Fewer fringes across a band look like shading.
 MIN_FRINGES = 1.5
-#: A band is readable where its fringes explain this share of what shading leaves, and are so many counts strong.
+#: A band is readable if its fringes explain this share of the variance without shading, and have this contrast, counts.
 MIN_EXPLAINED, MIN_CONTRAST = 0.6, 2.5
 HARMONICS = 3
-#: How far beyond its outermost bands a chart is searched, in its own steps.
+#: The search extends beyond the outermost bands by this many of the chart's steps.
 BEYOND_STEPS = 3.0
-#: Samples two to the millimetre, blurred by `BLUR_MM`: the noise of 2 sqrt(pi) BLUR_MM 2 = 3.5 of them is one.
+#: With two samples per millimetre, blurred by `BLUR_MM`, 2 sqrt(pi) BLUR_MM 2 = 3.5 samples share their noise.
 SAMPLE_NOISE_RATIO = 3.5
 
 
 @dataclass(frozen=True)
 class BandReading:
-    """One band: its number, printed frequency 1/p_k, and what it says of the lens.
+    """One band: its number, printed frequency 1/p_k, and its estimate of the lens.
 
-    lens_per_mm: q, cycles per mm of page; sd: of it, from the picture's noise; fringes: across the band, signed;
-    parts: of each part its place across the fringes, mm, and its phase at the field's middle, rad; explained: share of
-    the profiles' variance, 0 to 1; readable: fit to be used.
+    lens_per_mm: q, cycles per mm of page; sd: its standard deviation from the picture's noise; fringes: number across
+    the band, signed; parts: for each part its place across the fringes, mm, and its phase at the field's middle, rad;
+    explained: share of the profiles' variance, 0 to 1; readable: whether the band may be used.
     """
 
     number: int
@@ -68,7 +68,7 @@ class BandFit:
         along = strips[0].along_mm
         self.length_mm = float(along[-1] - along[0])
         self._place = place = (along - along.mean()) / (self.length_mm / 2)
-        # Shading: light that falls off to the sides is no fringe.
+        # Shading: light that falls off to the sides must not count as a fringe.
         self._shading = np.linalg.qr(np.column_stack([np.ones_like(place), place, place**2]))[0].T
         self._lens_x, self._line_x = [], []
         for view in views:
@@ -80,14 +80,15 @@ class BandFit:
             self._line_x.append(self._lens_x[-1] + shift)
 
     def phase_rad(self, view: int, parts: slice, lens_per_mm: float) -> Array:
-        """Phase over some parts of one band, (P, N), less the constant that the sheet's place decides."""
+        """Phase over some parts of one band, (P, N), up to a constant that depends on the sheet's place."""
         printed = self._line_x[view][parts] * self.printed[parts.start // self._parts]
         return np.asarray(2 * np.pi * (printed - self._lens_x[view] * lens_per_mm))
 
     def left(self, band: int, lens_per_mm: float, harmonics: int) -> tuple[float, float, NDArray[np.complex128]]:
-        """Sums of squares of a band over its parts in all views: left by shading and fringes, and by shading alone.
+        """Residual sums of squares of a band over its parts in all views: with shading and fringes, and with shading
+        alone.
 
-        Returns also the first view's fringes, one complex figure a part: contrast in counts, and phase at the middle.
+        Also returns the first view's fringes, one complex number per part: contrast in counts, and phase at the middle.
         """
         parts = slice(band * self._parts, (band + 1) * self._parts)
         profiles = np.stack([view.profiles[parts] for view in self.views])
@@ -97,19 +98,19 @@ class BandFit:
         return float(found.left.sum()), float((shaded**2).sum()), found.harmonics[0, :, 0]
 
     def search(self, low: float, high: float) -> float:
-        """The q whose fringes explain the bands best, all together, to a tenth of a fringe across a band."""
+        """The q that explains all bands best, on a grid of a tenth of a fringe across a band."""
         grid = np.arange(low, high, 0.1 / self.length_mm)
         scores = np.zeros(len(grid))
         for band in range(len(self.printed)):
             for k, q in enumerate(grid):
-                # A band near the match looks like shading, and one that is not covered explains nothing.
+                # Near its match a band looks like shading.
                 if abs(self.printed[band] - q) * self.length_mm >= 0.5:
                     rest, shaded, _ = self.left(band, q, 1)
                     scores[k] += 1 - rest / max(shaded, 1e-9)
         return float(grid[int(np.argmax(scores))])
 
     def read(self, band: int, near: float) -> BandReading:
-        """What one band says of q, near the place that all bands agree on."""
+        """The estimate of q from one band, near the common value of all bands."""
         reach = 0.35 / self.length_mm
         found = float(
             minimize_scalar(
@@ -155,7 +156,7 @@ def read_bands(views: list[View], chart: Badge) -> list[BandReading]:
     Raises: MediaError where the pictures show no fringes that one lens could make.
     """
     fit = BandFit(views, chart)
-    # Bands are few steps apart where a chart has few; three of them beyond either end are searched.
+    # The mean step between bands; the search extends beyond both ends by a few of them.
     step = float(np.abs(np.diff(fit.printed)).mean())
     low, high = fit.printed.min() - BEYOND_STEPS * step, fit.printed.max() + BEYOND_STEPS * step
     near = fit.search(float(low), float(high))

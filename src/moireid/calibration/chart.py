@@ -1,8 +1,8 @@
 """A pitch test sheet in a picture: where the camera was, and the brightness of every band.
 
-1. Find the chart's markers, shrink a fine picture, register the page.
+1. Find the chart's markers, shrink a large picture, register the page.
 2. Find where the camera was.
-3. Read the brightness profiles of each band in parts, lens ribs and printed lines blurred away.
+3. Read the brightness profiles of each band in parts; blur removes lens ribs and printed lines.
 
 Convention: page millimetres.
 """
@@ -25,23 +25,32 @@ from moireid.verifier.tracking.profiles import LINEAR_COUNTS, ProfileReader, cou
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm
 
 Array = NDArray[np.float64]
-#: Finer pictures are shrunk to this: no fringe of a chart needs more, and registration expects a sharp edge.
+#: Finer pictures are shrunk to this: the fringes of a chart need no more, and registration expects sharp edges.
 WORK_PX_PER_MM = 3.0
-#: Blur before sampling, mm: leaves ribs and lines of 0.3 to 0.7 mm less than 1 %, and a fringe of 10 mm 95 %.
+#: Blur before sampling, mm: less than 1 % is left of ribs and lines of 0.3 to 0.7 mm, and 95 % of a fringe of 10 mm.
 BLUR_MM = 0.5
-#: A band is read in parts about so high: a sheet that lies askew shifts the fringes from part to part, and from how
-#: fast it does so the twist is told, up to half a turn a part (4.5 degrees at 50 lines per inch).
+#: Approximate height of the parts of a band.  A twisted sheet shifts the fringes from part to part, which gives the
+#: twist, up to half a turn per part (4.5 degrees at 50 lines per inch).
 PART_MM = 3.0
-#: Focal length over a picture's longer side, from the widest phone lens to the longest tele lens; a distance that asks
-#: for another is a slip, such as centimetres for metres.
+#: Focal length over a picture's longer side, from the widest phone lens to the longest tele lens.  A distance that
+#: leads to another value is a mistake, such as centimetres for metres.
 LENS_RANGE = (0.25, 20.0)
 
 
 @dataclass(frozen=True)
 class View:
-    """One registered picture of the chart: camera centre, page mm (z negative), and a profile a part, (P, N).
+    """One registered picture of the chart.
 
-    Convention: parts as `parts_of` has them.
+    Parameters
+    ----------
+    camera_mm : array (3,)
+        Camera centre, page mm; z is negative before the page.
+    profiles : array (P, N)
+        Brightness along each part of each band, light and not coded counts.
+
+    Notes
+    -----
+    Convention: P parts as `moireid.calibration.chart.parts_of` has them, from top to bottom; N samples along x.
     """
 
     camera_mm: Array
@@ -67,7 +76,7 @@ def check_chart(chart: Badge) -> None:
 
 
 def printed_frequencies(chart: Badge) -> Array:
-    """Line frequency of every band as drawn, cycles per mm: on whole dots where the form says so.
+    """Line frequency of every band as printed, cycles per mm: on whole dots if the form says so.
 
     Convention: in the order of the cells, which is that of the bands' numbers.  Source: `dots.realised`.
     """
@@ -81,10 +90,10 @@ def printed_frequencies(chart: Badge) -> Array:
 
 
 def printed_dot_mm(chart: Badge) -> float | None:
-    """The printer's dot on whose borders the lines were drawn, None where they were not."""
+    """The printer's dot, mm, if the lines were drawn on dot borders; otherwise None."""
     made = chart.print or {}
     dpi = made.get("dpi")
-    # Sheets were printed once as a picture of dots too, form "bitmap".
+    # Older sheets may have the form "bitmap", a picture of dots.
     on_dots = made.get("form", "vector") != "vector" and isinstance(dpi, (int, float)) and dpi > 0
     return Printer(int(dpi)).dot_mm if on_dots and dpi is not None else None
 
@@ -92,17 +101,39 @@ def printed_dot_mm(chart: Badge) -> float | None:
 def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distance_mm: float | None = None) -> View:
     """Find the chart in a picture and read its bands.
 
-    Parameters: focal_px: of this picture, for the direction and, unless distance_mm is given, for the distance.
-    Convention: distance_mm from the camera to the middle of the sheet; the principal point is the picture's centre.
-    Raises: MediaError where the picture does not show the chart; SpecError where no camera could show it so large from
-        that distance.
-    Source: `markers`, `registration`, `plane_pose`, `profiles`.
+    Parameters
+    ----------
+    luma : array (height, width) of uint8
+        The picture, grey.
+    chart : Badge
+        The pitch test sheet.
+    focal_px : float
+        Focal length of this picture, px: for the direction, and for the distance unless that is given.
+    distance_mm : float, optional
+        From the camera to the middle of the sheet, mm.
+
+    Returns
+    -------
+    View
+        The camera's place and the brightness of every band.
+
+    Raises
+    ------
+    MediaError
+        Where the picture does not show the chart.
+    SpecError
+        Where no camera could show it so large from that distance.
+
+    Notes
+    -----
+    Convention: the principal point is the picture's centre.
+    Source: `markers`, `registration`, `plane_pose` and `profiles` of the verifier.
     """
     start = _found(luma, chart)
     corners_mm = marker_corners_mm(chart.markers).reshape(-1, 2)
     middle_mm = corners_mm.mean(axis=0)
     shrink = WORK_PX_PER_MM / scale_px_per_mm(start, middle_mm)
-    # Light is averaged, not counts: where a mean runs over ink and paper, that of coded counts is off by a tenth.
+    # Average light and not counts: over ink and paper, a mean of coded counts is wrong by a tenth.
     light = LINEAR_COUNTS[luma]
     if shrink < 1:
         light, start = _shrunk(light, start, shrink)
@@ -137,7 +168,7 @@ def _found(luma: NDArray[np.uint8], chart: Badge) -> Array:
 def _camera_mm(
     homography: Array, corners_mm: Array, shape: tuple[int, ...], focal_px: float, distance_mm: float | None
 ) -> Array:
-    """Camera centre, page mm, from the page's homography; at `distance_mm` from the sheet where that is given."""
+    """Camera centre, page mm, from the page's homography; at `distance_mm` from the sheet if that is given."""
     centre, middle_mm = ((shape[1] - 1) / 2, (shape[0] - 1) / 2), corners_mm.mean(axis=0)
     mapped = np.column_stack([corners_mm, np.ones(len(corners_mm))]) @ homography.T
     plane = np.column_stack([corners_mm - middle_mm, np.zeros(len(corners_mm))])
@@ -156,7 +187,7 @@ def _camera_mm(
 
 
 def parts_of(chart: Badge) -> Badge:
-    """The chart with every band cut into parts about `PART_MM` high, the same number each, from top to bottom."""
+    """The chart with every band cut into the same number of parts, about `PART_MM` high, from top to bottom."""
     grating = chart.gratings[0]
     cells = []
     for cell in grating.cells:
@@ -168,13 +199,13 @@ def parts_of(chart: Badge) -> Badge:
 
 
 def parts_in_a_band(chart: Badge) -> int:
-    """Number of parts of every band; at least two, or no twist could be told."""
+    """Number of parts of every band; at least two, which the twist needs."""
     lowest = min(cell.rect_mm[3] - cell.rect_mm[1] for cell in chart.gratings[0].cells)
     return max(2, round(lowest / PART_MM))
 
 
 def _shrunk(light: NDArray[np.float32], homography: Array, share: float) -> tuple[NDArray[np.float32], Array]:
-    """The picture and its homography, smaller by `share`; areas are averaged, and pixel edges stay in place."""
+    """The picture and its homography, scaled by `share`; areas are averaged, and pixel edges stay in place."""
     size = (round(light.shape[1] * share), round(light.shape[0] * share))
     x, y = size[0] / light.shape[1], size[1] / light.shape[0]
     change = np.array([[x, 0, (x - 1) / 2], [0, y, (y - 1) / 2], [0, 0, 1.0]])

@@ -1,7 +1,7 @@
 """From a reading of the pitch test sheet to a lens profile: by a band's number, or from pictures.
 
-Convention: pitches are in units of the printed page, as markers, bands and lines are printed together; with the scale
-that a ruler told (`measured_scale`, printed over true size along x) they are true millimetres.
+Convention: pitches are in units of the printed page, as markers, bands and lines are printed together.  With the scale
+    measured by a ruler (`measured_scale`, printed over true size along x) they are true millimetres.
 Source: the matching band has (1 + g_eff/D) / p_r = 1 / p_f (`optics`), with g_eff *traced* (`lenticule`), which is 1 to
 7 % less than the paraxial g/n.
 """
@@ -24,26 +24,25 @@ from moireid.optics import front_pitch_at_match_mm
 from moireid.profiles import MM_PER_INCH, LensProfile
 
 Array = NDArray[np.float64]
-#: Bands that must agree for a fit to be one.
+#: Least number of bands for a fit.
 MIN_BANDS = 5
-#: An eye tells the matching band from its neighbours: half a step, taken as a standard deviation; and its own distance
-#: to a tenth.
+#: Standard deviations of readings by eye: the matching band, in steps, and the distance, as a share.
 EYE_SD_STEPS, EYE_DISTANCE_SD = 0.5, 0.1
 #: A camera's lens and the registration stretch the picture by this share at most (standard deviation).
 STRETCH_SD = 0.005
-#: What a band errs by in fringes beside its noise: a lens's focus, paper that does not lie flat.
+#: Error of a band in fringes beside its noise, from the lens's focus and uneven paper.
 FLOOR_FRINGES = 0.004
-#: And by this share of a dot over the pitch: lines on dots beat with the dots too.  Traced at 300 dpi, bands of 50 and
-#: 75 lines per inch scatter by 0.1 to 0.25 of it, and not independently.
+#: ... and as a share of a dot over the pitch: lines on dots also beat with the dots.  Traced at 300 dpi, bands of 50
+#: and 75 lines per inch scatter by 0.1 to 0.25 of it, and not independently.
 DOT_SHARE = 0.3
-#: Bands that scatter by more, in fringes across a band, do not show one lens.
+#: Bands that scatter by more, in fringes across a band, do not agree on one lens.
 MAX_SCATTER_FRINGES = 0.06
-#: Thickness and index of a sheet are those of its label, so its effective gap is known to about this share.
+#: Standard deviation of the effective gap, as a share: thickness and index are taken from the sheet's label.
 GAP_SD = 0.05
-#: A match further out than this many bands is not believed.
+#: A match this many bands beyond the chart is not trusted.
 MAX_BEYOND_STEPS = 1.5
-#: The phases of the bands' middles must agree so far (1: wholly) for a twist to be read off them; and it must be small,
-#: as far larger ones look like small ones (`chart.PART_MM`).
+#: A twist is estimated only if the phases of the bands' middles agree this well (1: fully).  It must also be small, as
+#: a far larger one looks like a small one (`chart.PART_MM`).
 MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
 
 
@@ -51,8 +50,20 @@ MIN_COHERENCE, MAX_TWIST_DEG = 0.8, 2.5
 class Calibration:
     """A lens profile and how it came about.
 
-    bands, used: in all, and that the fit rests on; twist_deg: between sheet and page, None where it is not seen;
-    scatter_fringes: of the bands about the fit; matching_band: the number, with decimals, that an eye would read.
+    Attributes
+    ----------
+    profile : LensProfile
+        The sheet's pitch, mm, with its standard deviation.
+    matching_band : float
+        The number, with decimals, that an eye would read at the pictures' distance.
+    bands : int
+        Bands of the chart.
+    used : int
+        Bands that the fit rests on; 0 where a band was read by eye.
+    twist_deg : float or None
+        Between sheet and page, degrees; None where it is not seen.
+    scatter_fringes : float or None
+        Standard deviation of the bands about the fit, in fringes across a band; None where a band was read by eye.
     """
 
     profile: LensProfile
@@ -66,11 +77,34 @@ class Calibration:
 def lens_from_band(
     chart: Badge, band: float, *, distance_mm: float, measured_scale: float | None = None
 ) -> Calibration:
-    """The lens whose matching band was read by eye; 10.5 stands for a match between bands 10 and 11.
+    """Find a lens sheet's pitch from the matching band that somebody read by eye.
 
-    Convention: distance from the eye to the sheet.
-    Raises: SpecError where the chart has no such band.
-    Source: module docstring; between two bands line frequencies are interpolated.
+    Parameters
+    ----------
+    chart : Badge
+        The pitch test sheet.
+    band : float
+        Its number, from 1 at the top; 10.5 stands for a match between bands 10 and 11.
+    distance_mm : float
+        From the eye to the sheet, mm.
+    measured_scale : float, optional
+        Printed over true size along x, as a ruler told; None where nobody measured.
+
+    Returns
+    -------
+    Calibration
+        The sheet's profile.
+
+    Raises
+    ------
+    SpecError
+        Where the badge is no pitch test sheet, or has no such band.
+
+    Notes
+    -----
+    Convention: pitches are in units of the printed page; with `measured_scale` they are true millimetres.
+    Source: the matching band has (1 + g_eff / D) / p_r = 1 / p_f, with the traced gap g_eff.  Between two bands line
+    frequencies are interpolated.
     """
     check_chart(chart)
     printed = printed_frequencies(chart)
@@ -93,14 +127,39 @@ def lens_from_views(
     distance_from: str = "",
     measured_scale: float | None = None,
 ) -> Calibration:
-    """The lens whose fringes are seen in pictures of the chart.
+    """Find a lens sheet's pitch from pictures of the chart.
 
-    Parameters: distance_sd_share: standard deviation of the views' distance, as a share of it; distance_from: where
-        that distance comes from, for the profile's reader.
-    Convention: module docstring.
-    Raises: MediaError where too few bands are readable, or do not agree on one lens, or it lies beyond the chart.
-    Source: robust least squares over the bands (Tukey's biweight), see `_agree`; a twist a between sheet and page makes
-    the middles' phases run down the page by 2 pi sin(a) / p_f per mm, and shortens the frequency across it by cos a.
+    Parameters
+    ----------
+    views : list of View
+        One or more pictures of the chart under the sheet.
+    chart : Badge
+        The pitch test sheet.
+    distance_sd_share : float
+        Standard deviation of the views' distance, as a share of it.
+    distance_from : str
+        Where that distance comes from, for the profile's reader.
+    measured_scale : float, optional
+        Printed over true size along x, as a ruler told; None where nobody measured.
+
+    Returns
+    -------
+    Calibration
+        The sheet's profile.
+
+    Raises
+    ------
+    SpecError
+        Where the badge is no pitch test sheet.
+    MediaError
+        Where too few bands are readable, or do not agree on one lens, or it lies askew or beyond the chart.
+
+    Notes
+    -----
+    Convention: as `lens_from_band`.
+    Source: robust least squares over the bands (Tukey's biweight), see `_agree`.  A twist a between sheet and page
+    makes the phases of the bands' middles run down the page by 2 pi sin(a) / p_f per mm, and shortens the frequency
+    across it by cos a.
     """
     check_chart(chart)
     readings = read_bands(views, chart)
@@ -136,9 +195,9 @@ def lens_from_views(
 
 
 def _one_lens(readings: list[BandReading], chart: Badge) -> tuple[float, float, float, int, float]:
-    """As `_agree` of the readable bands, and the twist of `_twist_per_mm`.
+    """The result of `_agree` for the readable bands, and the twist by `_twist_per_mm`.
 
-    Raises: MediaError where too few bands are readable, or do not show one lens.
+    Raises: MediaError if too few bands are readable, or they do not agree on one lens.
     """
     usable = [reading for reading in readings if reading.readable]
     if len(usable) < MIN_BANDS:
@@ -176,18 +235,17 @@ def _gap_mm(chart: Badge) -> float:
 
 
 def _floor_fringes(chart: Badge) -> float:
-    """What a band errs by beside its noise, fringes."""
+    """Error of a band beside its noise, fringes."""
     dot_mm = printed_dot_mm(chart)
     return math.hypot(FLOOR_FRINGES, DOT_SHARE * dot_mm / chart.lens.pitch_mm) if dot_mm else FLOOR_FRINGES
 
 
 def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, float, float, int]:
-    """The q on which bands agree: its value, its standard deviation, their scatter in fringes, the number used.
+    """The q on which bands agree: its value, its standard deviation, the bands' scatter in fringes, the number used.
 
-    floor_fringes: what each errs by beside its noise.
-
-    A picture that is stretched by a share e makes band k, which has the frequency f_k, tell q + e f_k; e is solved for
-    along with q, held near 0 by `STRETCH_SD`.  So what counts is where the fringes vanish, not how fine they are.
+    floor_fringes: error of each band beside its noise.
+    If the picture is stretched by a share e, band k of fringe frequency f_k gives q + e f_k.  So e is estimated
+    together with q, with a prior of `STRETCH_SD`.  What counts is where the fringes vanish, not how fine they are.
     """
     q = np.array([reading.lens_per_mm for reading in readings])
     beat = np.array([reading.printed_per_mm for reading in readings]) - q
@@ -200,7 +258,7 @@ def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, fl
     robust = np.ones_like(q)
     for _ in range(20):
         apart = (q - table @ value) / sd
-        # At least one: a fit that looks better than its noise is chance.
+        # At least 1: a fit that looks better than its noise is chance.
         scale = max(1.0, 1.4826 * float(np.median(np.abs(apart))))
         robust = np.clip(1 - (apart / (4.685 * scale)) ** 2, 0, None) ** 2
         normal = table.T @ ((weight * robust)[:, None] * table) + prior
@@ -213,10 +271,10 @@ def _agree(readings: list[BandReading], floor_fringes: float) -> tuple[float, fl
 
 
 def _twist_per_mm(readings: list[BandReading]) -> float | None:
-    """How fast the phase of the bands' middles runs down the page, cycles per mm; None where it runs at no one pace.
+    """Slope of the phase of the bands' middles down the page, cycles per mm; None if there is no common slope.
 
-    Convention: phases fall by it, that is the lens's line frequency has it as its part along the page's y.
-    Source: the strongest line of the periodogram; paces beyond half a turn a part of a band cannot be told.
+    Convention: the phase falls by it; it is the y component of the lens's line frequency.
+    Source: the strongest line of the periodogram; slopes beyond half a turn per part of a band are ambiguous.
     """
     places, phases = np.array([part for reading in readings for part in reading.parts]).T
     turns = np.exp(1j * phases)
@@ -230,7 +288,7 @@ def _twist_per_mm(readings: list[BandReading]) -> float | None:
 def _profile(
     chart: Badge, pitch_mm: float, pitch_sd_mm: float, found: dict[str, Any], measured_scale: float | None
 ) -> LensProfile:
-    """The lens profile; thickness and index are the label's, which no chart tells."""
+    """The lens profile; thickness and index are those of the label, as a chart cannot measure them."""
     scale = measured_scale or 1.0
     nominal = chart.lens
     lens = Lens("lenticular", scale * pitch_mm, nominal.thickness_mm, nominal.refractive_index)

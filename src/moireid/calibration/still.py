@@ -1,7 +1,6 @@
 """Pictures in: a photograph, or the first frames of a film, as grey pictures.
 
-A photograph is turned upright as its camera says, and its focal length is taken from the camera's own note (EXIF) where
-there is one.
+A photograph is turned upright, and its focal length is read, by the camera's metadata (EXIF), if there are any.
 """
 
 from __future__ import annotations
@@ -17,19 +16,34 @@ from numpy.typing import NDArray
 from moireid.errors import MediaError
 from moireid.verifier.video import Film
 
-#: A film's frames that are looked at; one a quarter of a second apart shows the chart from another place.
+#: Frames used of a film, and the step between them: after a quarter of a second the view has changed.
 FILM_FRAMES, FILM_STRIDE = 6, 8
-#: A larger picture holds nothing more of a chart, and could fill the memory.
+#: A larger picture shows no more of a chart, and could fill the memory.
 MAX_PIXELS = 250_000_000
-#: Diagonal of 35 mm film, to which cameras refer their focal length; EXIF's folder and number of that figure.
+#: Diagonal of 35 mm film, the reference of a camera's equivalent focal length; its directory and tag in EXIF.
 FILM_DIAGONAL_MM = 43.2666
 EXIF_FOLDER, EXIF_FOCAL_35MM = 0x8769, 0xA405
 
 
 def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
-    """Grey pictures (height, width) of a photograph or a film, and the focal length in pixels that its camera noted.
+    """Read a photograph or some frames of a film as grey pictures.
 
-    Raises: MediaError where it is neither, or too large.
+    Parameters
+    ----------
+    path : Path
+        A photograph or a film of the chart.
+
+    Returns
+    -------
+    list of array (height, width) of uint8
+        One picture of a photograph, up to `FILM_FRAMES` of a film.
+    float or None
+        The focal length in px that the camera noted; None where it noted none, and for a film.
+
+    Raises
+    ------
+    MediaError
+        Where the file is neither, or too large.
     """
     if not path.is_file():
         raise MediaError(f"picture {path} does not exist or is no file; give a photograph or a film of the chart")
@@ -41,11 +55,11 @@ def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
 
 
 def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
-    """A photograph and its focal length in pixels, None where the file is none."""
+    """A photograph and its focal length in pixels; None if the file is not a photograph."""
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
-        # Pillow warns of pictures that it holds for bombs; the limit here is our own, and a sentence.
+        # Pillow only warns of huge pictures; the check here has its own limit and message.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", Image.DecompressionBombWarning)
             with Image.open(path) as picture:

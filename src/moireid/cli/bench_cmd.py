@@ -1,4 +1,4 @@
-"""bench: print and keep the figures that the project states of itself."""
+"""bench: measure, print and save the project's figures of accuracy and speed."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from moireid.errors import MoireIdError
 
 
 class FiniteRange(click.FloatRange):
-    """A range of numbers that lets no NaN through, as comparing with NaN never fails."""
+    """A range of numbers that also refuses NaN, which no comparison would refuse."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """The number, if it is one."""
@@ -31,7 +31,7 @@ class FiniteRange(click.FloatRange):
 
 
 class FolderPath(click.Path):
-    """A folder for outputs; an empty word, which a path takes for the present folder, is none."""
+    """A folder for outputs; an empty text is refused, because a path takes it for the present folder."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path, file_okay=False)
@@ -84,7 +84,7 @@ def friendly(command: Callable[..., Any]) -> Callable[..., Any]:
             fail("there is not enough memory for this; use a shorter film or a smaller badge")
         except (click.exceptions.Exit, click.ClickException, click.Abort):
             raise
-        # The one place where everything is caught: a person must get a sentence, whatever went wrong.
+        # Only here is every error caught: a user must get a sentence, whatever went wrong.
         except Exception as error:  # noqa: BLE001
             kind = type(error).__name__
             words = " ".join(str(error).split())[:300]
@@ -100,7 +100,7 @@ def show_json(document: dict[str, Any]) -> None:
 
 
 def say(message: str) -> None:
-    """Talk, on stderr."""
+    """Print a message for people on stderr."""
     click.echo(message, err=True)
 
 
@@ -115,7 +115,7 @@ def tell_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[int, int | None], None]]:
-    """A progress bar on stderr, told (done, of); silent where stderr is no terminal.
+    """A progress bar on stderr, called with (done, of); silent where stderr is no terminal.
 
     An interrupt is raised at once, and again at the next step: compiled code that calls back may swallow it.
     """
@@ -154,10 +154,9 @@ def status_line() -> Iterator[Callable[[str], None]]:
 def interrupts() -> Iterator[Callable[[], None]]:
     """A check that raises KeyboardInterrupt where one came before and was lost.
 
-    An error that follows an interrupt is taken for it: a package that was interrupted as it was loaded says that it is
-    not there.
+    An error after an interrupt counts as the interrupt: a package interrupted while it loads says that it is missing.
     """
-    # A shell may have set a job in the background to pass interrupts over; a thread cannot say how they are taken.
+    # A shell may make a background job ignore interrupts; and only the main thread can set how they are handled.
     elsewhere = threading.current_thread() is not threading.main_thread()
     if elsewhere or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
         yield lambda: None

@@ -144,7 +144,7 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
         or len(name.encode()) > LONGEST_NAME
     ):
         raise SpecError(f"{name[:40]!r} is no name for a file; use a few letters, figures, - and _")
-    # The command's own parser reads the cells, so that a column allows what its option allows, and says so alike.
+    # The command's own parser reads the cells, so that a column has the same values and errors as its option.
     context = simulate_command.make_context("simulate", [str(path), "--out", "film.mp4", *_words(row)])
     wish = wish_of(**{key: value for key, value in context.params.items() if key not in TAKEN})
     course = None
@@ -160,7 +160,7 @@ def _film(row: dict[str, str], number: int, base: Path, badges: dict[Path, Badge
     return Planned(name, badges[path], wish, row.get("group", ""), course)
 
 
-#: Of the command's parameters those that say nothing of the film.
+#: Parameters of the command that do not describe the film.
 TAKEN = ("badge_json", "video", "overwrite", "as_json", "explain")
 
 

@@ -82,10 +82,10 @@ def print_your_badge() -> None:
 
 
 def _run(command: click.Command, name: str) -> None:
-    """Run a command; wrong usage is one sentence, an interrupt is quiet, and output that nobody takes is no fault."""
+    """Run a command; wrong usage gives one sentence, an interrupt is quiet, and a closed stdout is not an error."""
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            # A terminal that lacks a letter gets an escape in its place, not an error after the work is done.
+            # A letter that the terminal cannot show becomes an escape, not an error after the work is done.
             stream.reconfigure(errors="backslashreplace")
     try:
         code = command.main(prog_name=name, standalone_mode=False) or 0

@@ -27,7 +27,7 @@ def print_people(
     overwrite: bool,
     as_json: bool,
 ) -> None:
-    """Make what `print-your-badge --people` makes, and say what was made.
+    """Make the files of `print-your-badge --people`, and say what was made.
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
     """
@@ -39,7 +39,7 @@ def print_people(
     badges = badges_of(design_people(read_people(people_csv), request, source=str(people_csv)))
     if note := missing_note(badges):
         say(f"note: {note}")
-    # A wish that cannot be is refused before a registry is made for it.
+    # An impossible wish is refused before a registry is made for it.
     plan_parts(badges[0], mount, figures)
 
     def work(registry: Registry | None) -> None:

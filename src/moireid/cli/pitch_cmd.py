@@ -1,4 +1,4 @@
-"""pitch-test and calibrate: from a lens sheet as bought to a lens profile that badges are printed for."""
+"""pitch-test and calibrate: from a bought lens sheet to a lens profile for printing badges."""
 
 from __future__ import annotations
 
@@ -198,7 +198,7 @@ def calibrate_command(
 def _from_photo(
     photo: Path, chart: Badge, distance_m: float | None, focal_px: float | None, scale: float | None
 ) -> Calibration:
-    """Read the photo, with the best figure for the distance that there is."""
+    """Read the photo, with the best known distance of the camera."""
     from moireid.calibration.chart import check_chart, view_chart
     from moireid.calibration.lens_fit import lens_from_views
     from moireid.calibration.still import load_pictures
@@ -230,7 +230,7 @@ def _from_photo(
 
 
 def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
-    """Tell what was found."""
+    """Print the result."""
     from moireid.profiles import MM_PER_INCH
 
     profile = made.profile

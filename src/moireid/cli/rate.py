@@ -1,4 +1,4 @@
-"""How far a run over many films is, and how fast, on stderr; and where its films are scored."""
+"""Progress and speed of a run over many films, on stderr; and where its films are scored."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import click
 
 from moireid.cli.common import interrupts, say
 
-#: Where stderr is no terminal, a line so often.
+#: Time between two lines where stderr is not a terminal.
 LINE_S = 30.0
 
 workers_option = click.option(
@@ -29,9 +29,9 @@ scheduler_option = click.option(
 
 @contextmanager
 def film_rate(unit: str = "films") -> Iterator[Callable[[int, int, int, int], None]]:
-    """A bar on stderr, told (done, of, failed, done by earlier runs); where stderr is no terminal a line at times.
+    """A bar on stderr, called with (done, of, failed, done by earlier runs); without a terminal, a line now and then.
 
-    At the end one line tells what this run did.
+    At the end one line says what this run did.
     """
     begun, told = time.monotonic(), 0.0
     last: tuple[int, int, int, int] | None = None

@@ -59,7 +59,7 @@ def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool,
     if not registry.count():
         say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
     config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=5)
-    # To be stopped by hand is how it ends, and no fault.
+    # The user stops the server by an interrupt, so this is not an error.
     with contextlib.suppress(KeyboardInterrupt):
         uvicorn.Server(config).run(sockets=[bound])
 

@@ -1,13 +1,13 @@
 """From a name, a lens, a printer and a viewing range to a Badge that can work there.
 
 request.py   what a person asks for
-payload.py   the payload of a name, or the one given
+payload.py   the payload: given, or derived from a name
 layout.py    where markers and gratings lie on the page
 grid.py      how a grating is cut into rows and cells
 link.py      the link budget: will the whole payload be read?
 design.py    the choice of beat frequencies, and the Badge
 people.py    a list of people, and the badge of each
-free.py      the badge whose identity nobody else holds
+free.py      the badge with an identity that nobody else has
 chart.py     the pitch test sheet
 """
 

@@ -1,7 +1,7 @@
 """The pitch test sheet, the lenticular trade's chart: bands of lines about a lens sheet's nominal pitch.
 
-Seen through the sheet, the band whose lines match the lenses is all light or all dark at once; the further from the
-match, the more fringes a band shows.  The chart is a Badge without an identity, so it is printed and read as one.
+Seen through the sheet, the band whose lines match the lenses is evenly light or evenly dark.  The further a band is
+from the match, the more fringes it shows.  The chart is a Badge without an identity, so it is printed and read as one.
 
 Convention: bands are numbered from 1 at the top; printed lines per inch rise downwards by `STEP_LPI` a band.
 """
@@ -24,11 +24,11 @@ FIELD_MM = 136.0
 #: Wide enough for the labels, and so narrow that crop marks keep clear of the scale bar at the paper's edge.
 BOARD_WIDTH_MM = 178.0
 MARKER_MM = 26.0
-#: A lower band could not be told from its neighbours from 2 m (4 px); a higher one washes out under a twisted sheet.
+#: Lower bands are too narrow to be separated at 2 m (4 px); in higher ones a twisted sheet blurs the fringes.
 MIN_BAND_MM, MAX_BAND_MM = 5.0, 11.0
-#: A line of fewer dots is none; a chart may be coarser than a badge, as no code hangs on its phases.
+#: Least dots of a line; a chart may be coarser than a badge, because its phases carry no code.
 MIN_DOTS_PER_LINE = 1.5
-#: Badges use markers 0 to 3.  Charts of neighbouring pitches use others, as nothing else tells one from another.
+#: Badges use markers 0 to 3.  Charts of neighbouring pitches use others; only the markers distinguish them.
 FIRST_ID, ID_GROUPS = 4, 11
 
 
@@ -36,8 +36,20 @@ FIRST_ID, ID_GROUPS = 4, 11
 class ChartRequest:
     """A wish for a pitch test sheet.
 
-    lens: label or path of a lens profile; distance_m: from which it is to be read; steps: bands on each side of the
-    nominal pitch; form: of the printed lines, one of `moireid.profiles.FORMS`.
+    Parameters
+    ----------
+    lens : str
+        Label of a lens sheet such as "50lpi", or the path of a lens profile.
+    printer_dpi : int
+        Dots to the inch of the printer.
+    paper : str
+        "a4" or "letter".
+    distance_m : float
+        From where the sheet is to be read, m.
+    steps : int
+        Bands on each side of the nominal pitch.
+    form : str
+        Of the printed lines, one of `moireid.profiles.FORMS`.
     """
 
     lens: str = "50lpi"
@@ -49,12 +61,30 @@ class ChartRequest:
 
 
 def design_chart(request: ChartRequest) -> Badge:
-    """The pitch test sheet as a Badge without id, whose cells are the bands.
+    """Design a pitch test sheet, whose bands show which pitch a lens sheet has.
 
-    Convention: module docstring; all bands have a dark line centred on the field's middle.
-    Returns: Badge; its one grating has the nominal pitch and the family `CHART_FAMILY`.
-    Source: a band's pitch is 25.4 mm / (nominal lines per inch + k `STEP_LPI`), the chart of the lenticular trade.
-    Raises: SpecError for a lens that is none; DesignError where the bands do not fit, with what does.
+    Parameters
+    ----------
+    request : ChartRequest
+        The sheet's nominal lens, the paper and the number of bands.
+
+    Returns
+    -------
+    Badge
+        Without an id.  Its one grating has the nominal pitch and the family `CHART_FAMILY`; its cells are the bands.
+
+    Raises
+    ------
+    SpecError
+        For a lens that is none.
+    DesignError
+        Where the bands do not fit the paper or the printer's dots; it names what does.
+
+    Notes
+    -----
+    Convention: bands are numbered from 1 at the top, and printed lines per inch rise downwards.  All bands have a dark
+    line centred on the field's middle.
+    Source: the lenticular trade's chart; a band's pitch is 25.4 mm / (nominal lines per inch + k `STEP_LPI`).
     """
     lens = lens_named(request.lens)
     nominal_lpi = MM_PER_INCH / lens.pitch_mm
@@ -97,7 +127,7 @@ def design_chart(request: ChartRequest) -> Badge:
 
 
 def _check(request: ChartRequest, lens: Lens) -> None:
-    """The bands must fit the paper, and a line some dots."""
+    """Check that the bands fit the paper, and that a line has enough dots."""
     if request.paper not in PAPERS_MM:
         raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
     most = int((_room_mm(request.paper) / MIN_BAND_MM - 1) // 2)
@@ -126,7 +156,7 @@ def _room_mm(paper: str) -> float:
 
 
 def _markers(board: Rect, nominal_lpi: float) -> Markers:
-    """Four markers in the board's corners, whose ids tell charts of neighbouring pitches apart."""
+    """Four markers in the board's corners; their ids distinguish charts of neighbouring pitches."""
     inset = MARGIN_MM + MARKER_MM / 2
     first = FIRST_ID + 4 * (round(nominal_lpi) % ID_GROUPS)
     low, high = (board[0] + inset, board[2] - inset), (board[1] + inset, board[3] - inset)

@@ -63,7 +63,7 @@ class Beats:
 
 
 def design_badge(request: Request, payload: bytes) -> Badge:
-    """The badge that carries `payload` and can be read over the request's range.
+    """Design the badge that carries a payload and can be read over the request's range.
 
     Parameters
     ----------
@@ -75,6 +75,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     Returns
     -------
     Badge
+        All that printing, filming and verifying need.
 
     Raises
     ------
@@ -265,10 +266,32 @@ def _check_printer(request: Request, pitch_mm: float) -> None:
 
 
 def explain(badge: Badge) -> list[tuple[str, str]]:
-    """Why the badge is as it is: rows of (what, figure with unit) for a table."""
+    """Tell why a badge is as it is.
+
+    Parameters
+    ----------
+    badge : Badge
+        As `design_badge` made it.
+
+    Returns
+    -------
+    list of (str, str)
+        Rows of a table: what, and the figure with its unit.
+
+    Raises
+    ------
+    SpecError
+        For a badge that carries no code or names no range, such as a pitch test sheet.
+
+    Notes
+    -----
+    Convention: beats are shown as signed periods, mm; negative where the printed pitch is the coarser one.
+    Source: `moireid.designer.link.link_budgets` for the chance of reading, which is estimated.
+    """
     grating = badge.gratings[0]
     code = grating.code
-    assert code is not None and badge.range_m is not None
+    if code is None or badge.range_m is None:
+        raise SpecError(f"{badge.name!r} carries no code or names no range; give a badge that design_badge made")
     along = 0 if grating.axis == "x" else 1
     length_mm = grating.rect_mm[along + 2] - grating.rect_mm[along]
     middle = grating.cells[code.reference_cell]

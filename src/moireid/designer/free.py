@@ -1,4 +1,4 @@
-"""The badge of one person whose identity nobody else holds."""
+"""A person's badge with an identity that nobody else has."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from moireid.designer.payload import payload_for_name
 from moireid.designer.request import Request
 from moireid.errors import RegistryError
 
-#: Of a name more identities are derived, one after the other, until one is free.
+#: So many identities are derived from a name, one after the other, until one is free.
 ATTEMPTS = 64
 
 
 class Holder(Protocol):
-    """Who holds an identity: what of a registry's record counts here."""
+    """Who has an identity: the fields of a registry's record that are needed here."""
 
     @property
     def name(self) -> str: ...
@@ -33,7 +33,7 @@ class Holder(Protocol):
 def free_badge(
     request: Request, payload: bytes | None, holder_of: Callable[[str], Holder | None]
 ) -> tuple[Badge, Holder | None]:
-    """The badge for the request: of `payload`, or of the first identity derived from the name that is free.
+    """The badge for the request: with `payload`, or with the first free identity derived from the name.
 
     Parameters: holder_of: who holds an id, None where nobody does.
     Returns: the badge, and who holds this very badge already.

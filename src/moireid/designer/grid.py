@@ -12,7 +12,7 @@ from moireid.idcodes.spacing import CELLS_PER_BYTE
 from moireid.idcodes.words import CHECK_BYTES, MAX_WORD_BYTES
 
 DUTY = 0.5
-#: Payload and check may fill this share of the word; the rest is parity.
+#: Payload and check may take up to this share of the word; the rest is parity.
 FILL = 0.5
 #: Uniform rows of a field: top, middle, bottom.
 UNIFORM_ROWS = 3

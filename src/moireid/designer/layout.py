@@ -1,9 +1,9 @@
 """Where markers and gratings lie on the page.
 
-The board stands in the middle of the page, so that the camera that looks at the page's centre looks at the badge's.
-Four markers stand in its corners; the gratings fill the field from edge to edge between the upper and the lower pair,
-because a grating's width is what separates beat frequencies; the name stands between the upper markers.  A badge of
-two axes has its field halved, the left half sensing x and the right half y.
+The board stands in the middle of the page, so the page's centre is also the badge's centre.  Four markers stand in its
+corners, and the name between the upper ones.  The gratings fill the field between the upper and the lower pair, from
+edge to edge, because a wider grating separates beat frequencies better.  On a badge of two axes the left half of the
+field senses x, and the right half y.
 """
 
 from __future__ import annotations

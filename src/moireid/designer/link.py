@@ -3,7 +3,7 @@
 Convention: the camera is that of `design`, 8 s of swaying, H.264 at crf 28.
 Source of the phase error: a power law through the films of `moireid bench identity` (cells of 7.2 and 9.1 mm at 2 and
 3 m: 0.073, 0.049, 0.032 and 0.016 rad at 3.5, 4.4, 5.2 and 6.6 pixels).  Films by people are worse than a simulator's,
-so the budget doubles it before it promises anything.
+so the budget doubles this error.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class LinkBudget:
 
 
 def link_budget(cell_mm: float, px_per_mm: float, word: WordCode) -> LinkBudget:
-    """Predict reading a word of cells whose smaller side is `cell_mm`.
+    """Predict how surely a word is read from cells whose smaller side is `cell_mm`.
 
     Convention and source: module docstring; errors are Gaussian, cells independent, no erasure is counted upon.
     """

@@ -1,8 +1,8 @@
 """The payload of a badge: given, or derived from the name.
 
-A derived payload makes the same badge from the same name, byte for byte.  It is no secret: whoever knows a name can
-print its pattern, and only a registry says which badge was issued.  `attempt` counts on where a registry has given
-the first choice to somebody else.
+A derived payload gives the same badge for the same name, byte for byte.  It is not secret: everyone who knows a name
+can print its pattern, and only a registry knows which badge was issued.  `attempt` chooses the next payload where a
+registry has given the first one to somebody else.
 """
 
 from __future__ import annotations
@@ -19,13 +19,61 @@ FAMILY_BYTES = {"spacing": (8, 16), "pitch": (3,)}
 
 
 def payload_for_name(name: str, *, attempt: int = 0, family: str = "spacing") -> bytes:
-    """The first bytes of SHA-256 over the cleaned name and the attempt, as many as the family usually carries."""
+    """Derive a payload from a name: the same name gives the same badge.
+
+    Parameters
+    ----------
+    name : str
+        In any Unicode form, with or without space around it.
+    attempt : int
+        Counts on where a registry has given the first choice to somebody else.
+    family : {"spacing", "pitch"}
+        The code family, which sets the length.
+
+    Returns
+    -------
+    bytes
+        8 bytes for the spacing family, 3 for the pitch family.
+
+    Raises
+    ------
+    SpecError
+        Where the name is empty, too long, or holds control characters.
+
+    Notes
+    -----
+    Convention: this is no secret.  Whoever knows the name can derive it; only a registry says which badge was issued.
+    Source: the first bytes of SHA-256 over family, attempt and the name in Unicode NFC.
+    """
     seed = f"moireid/{family}/{attempt}/{clean_name(name)}"
     return hashlib.sha256(seed.encode()).digest()[: FAMILY_BYTES[family][0]]
 
 
 def payload_from_hex(text: str, *, family: str = "spacing") -> bytes:
-    """The payload that hex digits name.  Raises: CodeError where they are not the digits of that family's code."""
+    """Read a payload from hex digits.
+
+    Parameters
+    ----------
+    text : str
+        16 or 32 digits for the spacing family, 6 for the pitch family; of any case, without spaces.
+    family : {"spacing", "pitch"}
+        The code family.
+
+    Returns
+    -------
+    bytes
+        8 or 16 bytes, or 3.
+
+    Raises
+    ------
+    CodeError
+        Where the text is not so many hex digits.
+
+    Notes
+    -----
+    Convention: the first two digits are the first byte.
+    Source: `moireid.designer.payload.FAMILY_BYTES`.
+    """
     allowed = [2 * count for count in FAMILY_BYTES[family]]
     try:
         payload = bytes.fromhex(text) if len(text) in allowed else b""
@@ -42,10 +90,27 @@ def payload_from_hex(text: str, *, family: str = "spacing") -> bytes:
 
 
 def payload_from_key(path: Path) -> bytes:
-    """The fingerprint of a public key as a payload of 128 bits, so that the badge names its key.
+    """Make the fingerprint of a public key a payload, so that the badge names its key.
 
+    Parameters
+    ----------
+    path : Path
+        A public key in PEM.
+
+    Returns
+    -------
+    bytes
+        16 bytes.
+
+    Raises
+    ------
+    SpecError
+        Where the file is no public key in PEM.
+
+    Notes
+    -----
+    Convention: only the spacing family carries so many bytes.
     Source: first 16 bytes of SHA-256 over the key's DER SubjectPublicKeyInfo (RFC 5280, section 4.1).
-    Raises: SpecError where the file is no public key in PEM.
     """
     from cryptography.hazmat.primitives.serialization import Encoding, PublicFormat, load_pem_public_key
 

@@ -57,7 +57,7 @@ def parse_people(data: bytes, *, source: str = "the list") -> list[Person]:
         than its first line, or names nobody or too many.
     """
     try:
-        # Not splitlines, which would make two people of a name that holds a line separator.
+        # Not splitlines: it would split a name that contains a line separator into two people.
         text = io.StringIO(data.decode("utf-8-sig"), newline="")
         rows = list(csv.reader(text, strict=True))
     except (UnicodeDecodeError, csv.Error) as error:
@@ -76,7 +76,7 @@ def parse_people(data: bytes, *, source: str = "the list") -> list[Person]:
     for number, row in enumerate(rows[1:], start=2):
         if not any(cell.strip() for cell in row):
             continue
-        # A name with a comma in it, and no quotes about it, would be printed cut short.
+        # A name with a comma but without quotes would be cut at the comma.
         if any(cell.strip() for cell in row[len(header) :]):
             raise SpecError(
                 f"row {number} of {Path(source).name} has {len(row)} cells, and the first line {len(header)}; put "
@@ -92,7 +92,7 @@ def parse_people(data: bytes, *, source: str = "the list") -> list[Person]:
 def design_people(people: Iterable[Person], request: Request, *, source: str = "the list") -> Iterator[Designed]:
     """A badge for each person, in order, or the fault of that row.
 
-    Two rows of one identity are a fault of the later one: names that are alike ask for payloads of their own.
+    If two rows have the same identity, the later one is at fault: people with the same name need different payloads.
     """
     rows: dict[str, int] = {}
     family = request.family or "spacing"

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from moireid.errors import SpecError
 
-#: A name longer than this cannot be set on a badge, nor usefully typed as a claim.
+#: A longer name does not fit on a badge, and is too long to type as a claim.
 NAME_LIMIT = 200
-#: Printers are off by some tenths of a percent; 5 % is a page fitted to paper, which must be printed again.
+#: Printers are off by some tenths of a percent; 5 % means that the page was fitted to the paper, and must be reprinted.
 MAX_SCALE_OFF = 0.05
 #: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
 #: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
@@ -22,11 +22,30 @@ JOINERS = "\u200c\u200d"
 class Request:
     """A wish for a badge: whose, on which sheet and printer, of what size, read from how far.
 
-    size_mm: board width and height; range_m: nearest and farthest camera, metres; lens and paper: labels of
-    `moireid.profiles`, or for the lens the path of a lens profile; family: a code family of `moireid.idcodes`, None
-    for the one that carries a payload of the given length; axes: directions that the fringes sense;
-    form: of the printed lines, one of `moireid.profiles.FORMS`; front: "lens", or "mask" for a line mask of the same
-    pitch on an acrylic spacer gap_mm thick.
+    Parameters
+    ----------
+    name : str
+        Who will wear it; at most 200 characters.
+    lens : str
+        Label of a lens sheet such as "50lpi", or the path of a lens profile.
+    printer_dpi : int
+        Dots to the inch of the printer.
+    paper : str
+        "a4" or "letter".
+    range_m : (float, float)
+        Nearest and farthest camera, m.
+    size_mm : (float, float)
+        Width and height of the board, mm.
+    family : str, optional
+        "pitch" or "spacing"; None for the one that carries a payload of the given length.
+    axes : str
+        Directions that the fringes sense: "x" (across the page), or "xy" for two gratings.
+    form : str
+        Of the printed lines, one of `moireid.profiles.FORMS`.
+    front : str
+        "lens", or "mask" for a line mask of the same pitch on an acrylic spacer.
+    gap_mm : float
+        Thickness of that spacer, mm.
     """
 
     name: str

@@ -1,10 +1,10 @@
 """`moireid evaluate`: a labelled collection of films, scored by our pipeline and by the published one.
 
-manifest.py    the collection's list, read and checked whole before any work
+manifest.py    the list of films, read and fully checked before any work
 rows.py        one film with one pipeline: a row of figures, and the key under which it is kept
 columns.py     what the columns of the results in Parquet hold
-collect.py     every row of a collection, made by the engine; those kept from an earlier run are not made again
-statistics.py  ROC, AUC, EER, thresholds, effect sizes and intervals: plain functions over arrays
+collect.py     every row of a collection, made by the engine; rows of an earlier run are reused statistics.py  ROC, AUC,
+EER, thresholds, effect sizes and intervals: plain functions over arrays
 summary.py     from rows to the figures of evaluate.json
 table.py       the figures as text
 plots.py       scores by group, ROC and DET

@@ -1,4 +1,4 @@
-"""Every row of a collection, kept as it is made, so that a run that was broken off goes on."""
+"""All rows of a collection, each saved when it is made, so that an interrupted run can be continued."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from moireid.evaluation.columns import COLUMNS
 from moireid.evaluation.manifest import Entry
 from moireid.evaluation.rows import Job, Pipeline, Row, claim_digest, failed_row, row_key, score_film, scorer
 
-#: Told (films done, of, of these those that failed, those that this run did not have to score).
+#: Called with the number of films done, in all, failed, and reused from an earlier run.
 Progress = Callable[[int, int, int, int], None]
 
 
 @dataclass(frozen=True)
 class Scored:
-    """A film of the collection with its row by one pipeline."""
+    """A film of the collection, with its row from one pipeline."""
 
     entry: Entry
     pipeline: Pipeline
@@ -43,12 +43,12 @@ def collect(
 ) -> list[Scored]:
     """Score every film by every pipeline.
 
-    Parameters: kept: a folder that rows are added to in Parquet as they are made; those in it already are not made
-        again, unless their fault may pass, or with `retry` any fault but that of a film that cannot be read.
-        scheduler, workers, limits: as in `archive.engine.run_tasks`; limits are of one film with one pipeline.
-        work: what makes a row of a job and the film's path, a function at the top of a module.
-    Raises: SpecError where one film is listed twice with one claim: of one address before any is scored, of one content
-        under two addresses when all are; the rows stay.
+    Parameters: kept: a folder in which rows are saved in Parquet as they are made.  Its rows are reused, except those
+        with a temporary fault; with `retry`, except those with any fault other than an unreadable film. scheduler,
+        workers, limits: as in `archive.engine.run_tasks`; limits hold for one film with one pipeline. work: a function
+        at the top of a module that makes a row from a job and the film's path.
+        Raises: SpecError if one film is listed twice with one claim: for one address before any film is scored, for one
+            content at two addresses after all are scored; the rows are kept.
     """
     _refuse_pairs((entry, entry.video) for entry in entries)
     jobs = {row_key(Job(entry, name)): Job(entry, name) for entry in entries for name in pipelines}
@@ -79,7 +79,7 @@ def collect(
 
 
 def _row(key: str, job: Job, outcome: Row | Lost, worker: str) -> Row:
-    """What a job gave as a row of the results, in the order of `COLUMNS`."""
+    """The outcome of a job as a row of the results, in the order of `COLUMNS`."""
     row: dict[str, Any] = failed_row(outcome) if isinstance(outcome, Lost) else outcome
     row = row | {
         "key": key,
@@ -93,7 +93,7 @@ def _row(key: str, job: Job, outcome: Row | Lost, worker: str) -> Row:
 
 
 def _place(entry: Entry, pipeline: str) -> tuple[str, str, str]:
-    """What a row is of, whatever has become of film and program since."""
+    """Film, claim and pipeline of a row, independent of later changes of film and program."""
     return entry.video, claim_digest(entry), pipeline
 
 
@@ -102,16 +102,16 @@ def _row_place(row: Row) -> tuple[str, str, str]:
 
 
 def _made_anew(row: Row, key: str | None, *, retry: bool) -> bool:
-    """Whether this run makes a row anew; key: of the job of its film, claim and pipeline, None where there is none.
+    """Whether this run makes a row again; key: of the job with its film, claim and pipeline, or None.
 
-    Convention: rows that this run does not ask for stay as they are.
+    Convention: rows without a job in this run stay as they are.
     """
     lost = row["again"] or (retry and row["fault"] not in (None, "film"))
     return key is not None and (row["key"] != key or lost)
 
 
 def _refuse_pairs(films: Iterable[tuple[Entry, str | None]]) -> None:
-    """Raise where two lines list one film, told by its second figure, with one claim."""
+    """Raise if two lines list one film with one claim; films: pairs of line and what identifies the film."""
     listed: dict[tuple[str, str], Entry] = {}
     for entry, film in films:
         same = listed.setdefault((film, claim_digest(entry)), entry) if film else entry

@@ -1,6 +1,6 @@
-"""What the columns of `results/part-*.parquet` hold; each part says the same of itself, as its fields' `description`.
+"""The columns of `results/part-*.parquet`; each file has the same texts as its fields' `description`.
 
-A row is one film scored by one pipeline.  Labels and groups are the manifest's, and are joined to rows by `film`.
+A row is one film scored by one pipeline.  Labels and groups are in the manifest, and are joined to rows by `film`.
 """
 
 from __future__ import annotations

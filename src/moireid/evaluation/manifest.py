@@ -1,10 +1,10 @@
-"""The list of a labelled collection, read and checked whole before any film is opened.
+"""The list of a labelled collection, read and fully checked before any film is opened.
 
-Convention: the manifest and what it names are files by address (`archive.addresses`): plain paths, or s3://... where
-the protocol's package is there.  Paths are relative to the manifest.  A label is `genuine`, `forged` or `forged:KIND`,
-as `moireid simulate` writes into the truth of a film.  A claim is the path of a badge's file (it ends with .json), or a
-name or id in the registry; where it is empty, the command's own badge is meant.  Where a group is empty, it is the
-label.
+Convention: the manifest and the files in it are given by address (`archive.addresses`): plain paths, or s3://... if the
+    protocol's package is installed.  Paths are relative to the manifest. A label is `genuine`, `forged` or
+    `forged:KIND`, as `moireid simulate` writes into the truth of a film.  A claim is the path of a badge file (it ends
+    with .json), or a name or id in the registry.  An empty claim means the badge given on the command line.  An empty
+    group means the label.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ COLUMNS = ("video", "label", "claim", "group")
 OPTIONAL = ("corners",)
 EXAMPLE = f"give a CSV file whose first line is {','.join(COLUMNS)}, with corners as a fifth column if need be"
 LABEL = re.compile(r"genuine|forged(:[\w.-]+)?")
-#: Films are looked at by so many threads, as a store far away takes a while to answer each question.
+#: Number of threads that check films, as remote storage answers slowly.
 LOOKERS = 16
-#: Of a badge's file or one of corners.
+#: Largest badge file or file of corners.
 MOST_MB = 16.0
 
 
 @dataclass(frozen=True)
 class Claimed:
-    """The badge that a film is said to show, with what its registry knows of it beside."""
+    """The claimed badge of a film, with its entry in the registry."""
 
     badge: Badge
     as_built: AsBuilt | None = None
@@ -47,7 +47,7 @@ class Claimed:
 class Entry:
     """One film of the collection.
 
-    line: that of the manifest; name: the film as written there; video: its address; stamp: as `addresses.stamp`.
+    line: number in the manifest; name: the film as written there; video: its address; stamp: as `addresses.stamp`.
     """
 
     line: int
@@ -62,13 +62,13 @@ class Entry:
 
     @property
     def genuine(self) -> bool:
-        """Whether the film is a true one."""
+        """Whether the film is genuine."""
         return self.label == "genuine"
 
 
 @dataclass(frozen=True)
 class Manifest:
-    """All films, and the columns that nothing is done with."""
+    """All films, and the columns that are not used."""
 
     entries: tuple[Entry, ...]
     unused: tuple[str, ...]
@@ -79,9 +79,9 @@ def read_manifest(
 ) -> Manifest:
     """Read a manifest, with every badge and every corner file that it names.
 
-    Parameters: address: a path, or what fsspec reads.  registry_url: where names and ids are looked up, None for the
-        default; opened only where one is named.  badge: of films without a claim.
-    Raises: SpecError where the file is no such list, or rows cannot be used; the first is named and the rest counted.
+    Parameters: address: a path, or an address for fsspec.  registry_url: of the registry for names and ids, None for
+        the default; it is opened only if needed.  badge: for films without a claim.
+    Raises: SpecError if the file is not such a list, or has bad rows; the first is named and the rest are counted.
     """
     base = os.fspath(address)
     base = base if is_address(base) else os.path.abspath(base)
@@ -105,7 +105,7 @@ def read_manifest(
 
 
 def _rows(base: str) -> tuple[list[str], list[tuple[int, dict[str, str]]]]:
-    """The columns, and the number and cells of each line that is not empty."""
+    """The columns, and number and cells of each non-empty line."""
     try:
         reader = csv.reader(io.StringIO(read_text(base), newline=""), strict=True)
         lines = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
@@ -137,7 +137,7 @@ def _short(base: str) -> str:
 
 
 def _stamps(base: str, names: Sequence[str]) -> list[str | MoireIdError]:
-    """The stamp of each film, or the error that looking at it raised."""
+    """The stamp of each film, or the error on access."""
 
     def look(name: str) -> str | MoireIdError:
         try:
@@ -152,7 +152,7 @@ def _stamps(base: str, names: Sequence[str]) -> list[str | MoireIdError]:
 
 
 def _entry(line: int, row: dict[str, str], base: str, looked: str | MoireIdError, claims: _Claims) -> Entry:
-    """One line, checked.  Raises: MoireIdError where it cannot be used."""
+    """One line, checked.  Raises: MoireIdError if it cannot be used."""
     label = row["label"]
     if not isinstance(looked, str):
         raise looked
@@ -174,7 +174,7 @@ def _entry(line: int, row: dict[str, str], base: str, looked: str | MoireIdError
 
 
 def _corners(base: str, given: str) -> Corners:
-    """Corners written out, or those of a file by address."""
+    """Corners from the cell itself, or from a file by address."""
     if ENTRIES.fullmatch(given.strip()):
         return corners_from(given)
     with fetched(joined(base, given), most_mb=MOST_MB) as path:
@@ -182,7 +182,7 @@ def _corners(base: str, given: str) -> Corners:
 
 
 class _Claims:
-    """Looks up what a claim means, each one once."""
+    """Looks up claims, each one once."""
 
     def __init__(self, base: str, registry_url: str | None, badge: Badge | None) -> None:
         self._base, self._url, self._badge = base, registry_url, badge
@@ -190,13 +190,13 @@ class _Claims:
         self._found: dict[str, Claimed] = {}
 
     def find(self, claim: str) -> Claimed:
-        """The badge of a claim.  Raises: MoireIdError where there is none."""
+        """The badge of a claim.  Raises: MoireIdError if there is none."""
         if claim not in self._found:
             self._found[claim] = self._look_up(claim)
         return self._found[claim]
 
     def close(self) -> None:
-        """Close the registry, where it was opened."""
+        """Close the registry if it was opened."""
         if self._registry is not None:
             self._registry.close()
 

@@ -14,8 +14,7 @@ Document = dict[str, Any]
 INK, PALE = "#1d2733", "#8a97a6"
 GENUINE, FORGED = "#1f6fb2", "#c2571a"
 LINES = {"moireid": ("#1f6fb2", "-"), "published": ("#8a97a6", "--")}
-#: Least and most of each score that are drawn in place: ranks below the least matter to nobody, and are drawn at the
-#: edge, as they would press all else together.
+#: Range of each score in the plot.  Scores outside are drawn at the edge, as they would compress all others.
 SHOWN = {"moireid": (-8.0, 3.0), "published": (-0.05, 1.0)}
 RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
@@ -50,7 +49,7 @@ def _plain(axes: Any) -> None:
 
 
 def _scores(document: Document) -> Any:
-    """A dot a film, a row for each group and label, a panel for each pipeline."""
+    """One dot per film, one row per group and label, one panel per pipeline."""
     pipelines = document["pipelines"]
     kinds = [(row["group"], row["label"]) for row in next(iter(pipelines.values()))["groups"]][::-1]
     figure = _figure(2.6 + 3.6 * len(pipelines), 0.34 * len(kinds) + 1.5)
@@ -91,7 +90,7 @@ def _scores(document: Document) -> Any:
 
 
 def _dots(axes: Any, place: int, rows: list[Document], colour: str, least: float, aside: float) -> None:
-    """The films of one row: dots in five lanes, an arrow for a score beyond the edge, a count of those without."""
+    """The films of one row: dots in five lanes, an arrow beyond the edge, the number of films without a score."""
     scores = np.array(sorted(row["score"] for row in rows if row["score"] is not None))
     lanes = place + 0.12 * (np.arange(len(scores)) % 5 - 2) if len(scores) > 1 else np.full(len(scores), float(place))
     off = scores < least
@@ -126,9 +125,9 @@ def _roc(document: Document) -> Any:
 
 
 def _det(document: Document) -> Any:
-    """False rejects against false accepts, on axes on which normal scores lie on a straight line.
+    """False rejects against false accepts, on axes that make normally distributed scores a straight line.
 
-    Rates of 0 and 1 have no place there and are drawn half a film away.
+    Rates of 0 and 1 are at infinity there, so they are drawn half a film away.
     """
     figure = _figure(4.6, 4.6)
     axes = figure.add_subplot()
@@ -138,7 +137,7 @@ def _det(document: Document) -> Any:
         found = figures["all_films"]
         if "roc" in found:
             colour, style = LINES[name]
-            # The last step takes in the films without a score, which no threshold does.
+            # The last step accepts films without a score, which no threshold does.
             steps = slice(None, -1 if found["roc"]["threshold"][-1] is None else None)
             x = _deviate(np.array(found["roc"]["false_accept"][steps]), found["forged"])
             y = _deviate(1 - np.array(found["roc"]["true_accept"][steps]), found["genuine"])
@@ -158,12 +157,12 @@ def _det(document: Document) -> Any:
 
 
 def _deviate(rates: Any, films: int) -> Any:
-    """Normal deviates of rates out of so many films."""
+    """Normal deviates of rates among `films` films."""
     return norm.ppf(np.clip(rates, 0.5 / films, 1 - 0.5 / films))
 
 
 def _legend_or_reason(axes: Any, document: Document) -> None:
-    """Names of the lines, or why there is none."""
+    """Names of the lines, or why there are none."""
     if axes.get_legend_handles_labels()[0]:
         axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
         return

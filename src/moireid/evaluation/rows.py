@@ -1,10 +1,9 @@
 """One film with one pipeline: a row of figures.
 
-A row holds what the film, the claim and the program make of it, and nothing of the manifest's labels, so that a
-collection can be labelled anew without being scored anew.
-
-Convention: verdict "failed" where the film could not be scored at all, with the reason in `error` and its kind in
-`fault`; the published pipeline reads no identity and is asked for none, so its verdict is that of the motion alone.
+A row depends on film, claim and program, and not on the manifest's labels, so a collection can be relabelled without
+being scored again.
+Convention: verdict "failed" if the film could not be scored, with the reason in `error` and its kind in `fault`; the
+    published pipeline reads no identity, so its verdict is about the motion alone.
 """
 
 from __future__ import annotations
@@ -40,10 +39,10 @@ FIGURES = (
     "phase_residual_rad",
     "excitation_rad",
 )
-#: Of a row; to be raised where rows come to hold other things.  Figures drawn from rows may change without that.
+#: Format of a row; raise it if the content of rows changes.
 FORMAT = 2
 Row = dict[str, Any]
-#: Faults that may pass: the next run tries such a film once more.
+#: Temporary faults: the next run tries such a film again.
 PASSING: frozenset[Fault] = frozenset({"fetch", "worker", "program"})
 
 
@@ -56,12 +55,12 @@ class Job:
 
 
 def score_film(job: Job, film: str) -> Row:
-    """The row of a film, which lies at the path `film` here.  A film that cannot be read is a row too."""
+    """The row of a film at the local path `film`; an unreadable film gets a row too."""
     begun = time.perf_counter()
     try:
         report = _report(job, Path(film))
     except MoireIdError as error:
-        # Fetched films lie in a folder that is drawn anew each time.
+        # The temporary folder of a fetched film has another name each time.
         words = " ".join(str(error).split()).replace(film, job.entry.video)
         sha256 = OpenedFile(Path(film)).sha256() if Path(film).is_file() else None
         return failed_row(Lost(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
@@ -85,7 +84,7 @@ def score_film(job: Job, film: str) -> Row:
 
 
 def failed_row(lost: Lost) -> Row:
-    """The row of a film that could not be scored; `again`: the next run tries once more."""
+    """The row of a film that could not be scored; `again`: whether the next run tries it again."""
     return {
         "sha256": None,
         "verdict": "failed",
@@ -104,7 +103,7 @@ def failed_row(lost: Lost) -> Row:
 
 
 def row_key(job: Job) -> str:
-    """What names a row: the film's address and stamp, the claim, the corners, the pipeline, the program that scores."""
+    """Key of a row, from the film's address and stamp, claim, corners, pipeline and scoring program."""
     entry = job.entry
     claimed, corners = entry.claimed, entry.corners
     parts = [
@@ -122,13 +121,13 @@ def row_key(job: Job) -> str:
 
 
 def claim_digest(entry: Entry) -> str:
-    """Digest of the claim's content: two claims of one badge are one."""
+    """Digest of the claim's content, so that two claims of one badge are equal."""
     return hashlib.sha256(entry.claimed.badge.to_json().encode()).hexdigest()[:16]
 
 
 @cache
 def scorer() -> str:
-    """Digest of the program that scores."""
+    """Digest of the scoring program."""
     return program_digest("verifier", "idcodes", "evaluation/baseline")
 
 

@@ -1,8 +1,8 @@
-"""How well scores tell genuine films from forged ones: plain functions over arrays.
+"""How well scores separate genuine films from forged ones: plain functions over arrays.
 
-Convention: a greater score is more genuine, and a film is accepted where its score is at the threshold or above.
-A score of -inf is that of a film without one: no threshold accepts it.  All intervals are of 95 %, and take films
-as drawn independently, so many films of one scene make them too narrow.
+Convention: a greater score is more genuine; a film is accepted if its score is at least the threshold.  A film without
+    a score has -inf: no threshold accepts it.  All intervals are of 95 % for independent films; with many films of one
+    scene they are too narrow.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from scipy.stats import binomtest, bootstrap, norm, t, ttest_ind
 Array = NDArray[np.float64]
 LEVEL = 0.95
 RESAMPLES = 2000
-#: Fewer films on a side than this are not resampled: their resamples are few, and repeat one film too often.
+#: Least number of films of each kind for resampling.
 LEAST_RESAMPLED = 5
 
 
 @dataclass(frozen=True)
 class Roc:
-    """Rates at every threshold that makes a difference, from the one that accepts nothing downwards.
+    """Rates at every threshold that changes them, from the one that accepts nothing downwards.
 
     false_accept, true_accept (K,): shares of forged and of genuine films accepted; threshold (K,), the first is inf.
     """
@@ -60,7 +60,7 @@ class Welch:
 def roc(genuine: Array, forged: Array) -> Roc:
     """The receiver operating characteristic of scores (M,) against scores (N,), neither empty and none of them NaN.
 
-    Convention: films of equal score, those without a score among them, share one step; the last step accepts all.
+    Convention: films of equal score share one step, and so do films without a score; the last step accepts all.
     """
     values, place = np.unique(np.concatenate([genuine, forged]), return_inverse=True)
     shares = []
@@ -71,15 +71,15 @@ def roc(genuine: Array, forged: Array) -> Roc:
 
 
 def area(curve: Roc) -> float:
-    """Area under the curve: the chance that a genuine film outscores a forged one, ties counted half."""
+    """Area under the curve: the probability that a genuine film scores higher than a forged one; ties count half."""
     return float(np.trapezoid(curve.true_accept, curve.false_accept))
 
 
 def area_interval(auc: float, genuine: int, forged: int) -> tuple[float, float]:
-    """Interval of an AUC from so many films of either kind; it does not collapse where the AUC is 0 or 1.
+    """Interval of an AUC from the numbers of films of each kind; it has a width even if the AUC is 0 or 1.
 
-    Source: Newcombe, Statistics in Medicine 25 (2006) 559, method 5: a score interval on Hanley and McNeil's variance
-    with both numbers of films in it replaced by their mean.
+    Source: Newcombe, Statistics in Medicine 25 (2006) 559, method 5: a score interval with Hanley and McNeil's
+        variance, in which both numbers of films are replaced by their mean.
     """
     z, both = float(norm.ppf(0.5 + LEVEL / 2)), (genuine + forged) / 2 - 1
 
@@ -91,21 +91,22 @@ def area_interval(auc: float, genuine: int, forged: int) -> tuple[float, float]:
             inner = 1 + both * ((1 - x) / (2 - x) + x / (1 + x))
             return at - x - z * math.sqrt(x * (1 - x) * inner / (genuine * forged))
 
-        # At 1 the variance is nothing and 1 itself a root; the one that is meant lies below.
+        # At 1 the variance is 0 and 1 is a root too; the wanted root lies below.
         return float(brentq(short, 0.0, min(at, 1 - 1e-9)))
 
     return low(auc), 1 - low(1 - auc)
 
 
 def equal_error(curve: Roc) -> float:
-    """The rate at which false accepts and false rejects are equal, on the straight line between two thresholds."""
+    """The rate at which false accepts and false rejects are equal, interpolated between two thresholds."""
     return float(np.interp(0.0, curve.false_accept - (1 - curve.true_accept), curve.false_accept))
 
 
 def equal_error_interval(genuine: Array, forged: Array, seed: int) -> tuple[float, float] | None:
-    """Interval of the equal error rate, by resampling; None where films are too few.
+    """Interval of the equal error rate, by resampling; None if there are too few films.
 
-    Where no film is misplaced, none is in any resample, so the bound is then that of no error in the smaller side.
+    If no film is misclassified, no resample has an error either; then the bound is that of no error among the films of
+    the rarer kind.
     """
     if equal_error(roc(genuine, forged)) == 0.0:
         return interval(0, min(len(genuine), len(forged)))
@@ -113,15 +114,15 @@ def equal_error_interval(genuine: Array, forged: Array, seed: int) -> tuple[floa
 
 
 def best_threshold(genuine: Array, forged: Array) -> Threshold:
-    """The threshold that puts most films right, for finite scores (M,) and (N,).
+    """The threshold with the most correct films, for finite scores (M,) and (N,).
 
-    Convention: of equal accuracy the greatest balanced accuracy is taken, and of those the highest threshold, which
-    accepts least.  It lies half-way between two scores, at the least score where everything is accepted, and just
-    above the greatest where nothing is.
+    Convention: ties are broken by balanced accuracy, and then by the highest threshold, which accepts least.  It lies
+        half-way between two scores, or at the least score if all films are accepted, or just above the greatest if none
+        is.
     """
     curve = roc(genuine, forged)
     right = curve.true_accept * len(genuine) + (1 - curve.false_accept) * len(forged)
-    # Counted in whole films, so that ties are ties.
+    # Round to whole films, so that ties are exact.
     right = np.rint(right)
     balanced = (curve.true_accept + 1 - curve.false_accept) / 2
     tied = np.flatnonzero(right == right.max())
@@ -132,7 +133,7 @@ def best_threshold(genuine: Array, forged: Array) -> Threshold:
     elif k == len(scores):
         limit = float(scores[-1])
     else:
-        # Two neighbouring floats have nothing between them.
+        # There is no float between two neighbouring ones.
         limit = max(float(scores[k - 1] / 2 + scores[k] / 2), float(np.nextafter(scores[k], np.inf)))
     return Threshold(
         limit,
@@ -144,7 +145,7 @@ def best_threshold(genuine: Array, forged: Array) -> Threshold:
 
 
 def welch(genuine: Array, forged: Array) -> Welch | None:
-    """Welch's t of two samples of finite scores; None where one of them has no spread to tell."""
+    """Welch's t of two samples of finite scores; None if one of them has no variance."""
     if any(len(some) < 2 or np.ptp(some) == 0 for some in (genuine, forged)):
         return None
     found = ttest_ind(genuine, forged, equal_var=False)
@@ -154,7 +155,7 @@ def welch(genuine: Array, forged: Array) -> Welch | None:
 
 
 def cohens_d(genuine: Array, forged: Array) -> float | None:
-    """Difference of the means in pooled standard deviations (n - 1); None where there is no spread to tell."""
+    """Difference of the means in pooled standard deviations (n - 1); None without variance."""
     freedom = len(genuine) + len(forged) - 2
     if min(len(genuine), len(forged)) < 2:
         return None
@@ -165,9 +166,9 @@ def cohens_d(genuine: Array, forged: Array) -> float | None:
 def resampled_interval(
     statistic: Callable[[Array, Array], float | None], genuine: Array, forged: Array, seed: int
 ) -> tuple[float, float] | None:
-    """Percentile interval of a statistic, genuine and forged films resampled apart; None where films are too few.
+    """Percentile interval of a statistic; genuine and forged films are resampled separately; None if there are too few.
 
-    Source: Efron's bootstrap, as SciPy has it.
+    Source: Efron's bootstrap, by SciPy.
     """
     if min(len(genuine), len(forged)) < LEAST_RESAMPLED:
         return None
@@ -190,7 +191,7 @@ def resampled_interval(
 
 
 def interval(hits: int, trials: int) -> tuple[float, float]:
-    """Clopper-Pearson interval of a rate; of no trial nothing is known."""
+    """Clopper-Pearson interval of a rate; (0, 1) without trials."""
     if trials == 0:
         return 0.0, 1.0
     found = binomtest(hits, trials).proportion_ci(LEVEL, method="exact")

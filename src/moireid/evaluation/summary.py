@@ -1,8 +1,8 @@
 """From rows to the figures of evaluate.json.
 
-Convention: a film without a score (it failed, or nothing could be measured in it) is counted apart; in the figures of
-all films it stands as the least genuine, since no threshold accepts it.  Means, deviations, t and d are of the films
-with a score.  A group that has films of one kind only is held against all films of the other kind.
+Convention: films without a score (they failed, or nothing could be measured) are counted separately; in figures over
+    all films they rank lowest, since no threshold accepts them.  Means, standard deviations, t and d are over films
+    with a score.  A group with films of one kind only is compared with all films of the other kind.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SCORES = {
     f"{ACCEPTED_LOG10:g} and more is accepted",
     "published": "mean of |rho| over windows of 30 frames: 1 for a genuine film",
 }
-#: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films, which are not these.
+#: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films.
 PAPER = {
     "source": "Qing et al. 2026, on a collection of its own",
     "genuine": {"mean": 0.87, "sd": 0.14},
@@ -38,10 +38,10 @@ PAPER = {
 
 
 def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
-    """All figures of a collection.  Parameters: seed: of the resampling.  Returns: an object that JSON can hold."""
+    """All figures of a collection.  Parameters: seed: of the resampling.  Returns: an object for JSON."""
     films = {one.entry.line: one.entry for one in scored}
     pipelines = list(dict.fromkeys(one.pipeline for one in scored))
-    return _plain(
+    document: Document = _plain(
         {
             "films": len(films),
             "genuine": sum(entry.genuine for entry in films.values()),
@@ -55,6 +55,7 @@ def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
             "rows": [_row(one) for one in scored],
         }
     )
+    return document
 
 
 def scores_of(scored: Sequence[Scored]) -> Array:
@@ -74,15 +75,15 @@ def _figures(scored: list[Scored], seed: int) -> Document:
         "failed": sum(one.row["verdict"] == "failed" for one in scored),
         "without_score": int(np.isneginf(np.concatenate([a, b])).sum()),
         "seconds": sum(one.row["seconds"] for one in scored),
-        "scored_films": _told_apart(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
-        "all_films": _told_apart(a, b, seed, means=False),
+        "scored_films": _separation(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
+        "all_films": _separation(a, b, seed, means=False),
         "window_correlation": {"genuine": _window(genuine), "forged": _window(forged)},
         "verdicts": {"genuine": _verdicts(genuine), "forged": _verdicts(forged)},
         "groups": [
             {"group": group, "label": label} | _group([o for o in scored if _kind(o) == (group, label)])
             for group, label in kinds
         ],
-        "by_group": [_held_against(group, scored) for group in groups] if len(groups) > 1 else [],
+        "by_group": [_compared(group, scored) for group in groups] if len(groups) > 1 else [],
     }
 
 
@@ -90,8 +91,8 @@ def _kind(one: Scored) -> tuple[str, str]:
     return one.entry.group, one.entry.label
 
 
-def _told_apart(genuine: Array, forged: Array, seed: int, *, means: bool) -> Document:
-    """How well the scores tell genuine films from forged ones; with one kind only, `missing` says what lacks."""
+def _separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Document:
+    """How well the scores separate genuine films from forged ones; if one kind is missing, `missing` names it."""
     counts = {"genuine": len(genuine), "forged": len(forged)}
     if not len(genuine) or not len(forged):
         lacking = " and no ".join(kind for kind, count in counts.items() if not count)
@@ -122,7 +123,7 @@ def _told_apart(genuine: Array, forged: Array, seed: int, *, means: bool) -> Doc
 
 
 def _window(scored: list[Scored]) -> Document:
-    """Mean and deviation of the published figure, mean |rho| over windows of 30 frames, which both pipelines give."""
+    """Mean and standard deviation of the published figure, mean |rho| over windows of 30 frames, for both pipelines."""
     found = [one.row.get("window_correlation_mean") for one in scored]
     values = np.array([value for value in found if value is not None], float)
     mean, sd = (float(values.mean()), float(values.std(ddof=1))) if len(values) > 1 else (None, None)
@@ -130,7 +131,7 @@ def _window(scored: list[Scored]) -> Document:
 
 
 def _verdicts(scored: list[Scored]) -> Document:
-    """How often each verdict was given, with the interval of its rate."""
+    """Number of films with each verdict, with the interval of the rate."""
     given = [one.row["verdict"] for one in scored]
     return {
         verdict: {
@@ -159,8 +160,8 @@ def _group(scored: list[Scored]) -> Document:
     }
 
 
-def _held_against(group: str, scored: list[Scored]) -> Document:
-    """AUC and effect size of one group's films, against all films of the kind that it lacks."""
+def _compared(group: str, scored: list[Scored]) -> Document:
+    """AUC and effect size of one group, compared with all films of the kind that it does not have."""
     sides, against = {}, "its own"
     for genuine, other in ((True, "all genuine"), (False, "all forged")):
         kind = [one for one in scored if one.entry.genuine == genuine]
@@ -198,7 +199,7 @@ def _row(one: Scored) -> Document:
 
 
 def _plain(value: Any) -> Any:
-    """The value as JSON can hold it, null for what is not finite; a rounded threshold could miss films beside it."""
+    """The value for JSON, null if it is not finite.  It is not rounded: a rounded threshold could misclassify films."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

@@ -9,12 +9,12 @@ from moireid.evaluation.summary import VERDICTS
 
 Document = dict[str, Any]
 WIDTH = 26
-#: So many films that failed are listed.
+#: Most failed films that are listed.
 LISTED = 10
 
 
 def table(document: Document) -> str:
-    """The whole table: distributions and verdicts by group, then both pipelines side by side, then what failed."""
+    """The whole table: distributions and verdicts by group, both pipelines side by side, failed films."""
     lines = [f"{document['films']} films: {document['genuine']} genuine, {document['forged']} forged"]
     for name, figures in document["pipelines"].items():
         lines += ["", f"{name}: {figures['score']}", *_groups(figures["groups"])]
@@ -41,7 +41,7 @@ def _groups(groups: list[Document]) -> list[str]:
 
 
 def _side_by_side(document: Document) -> list[str]:
-    """The figures of every pipeline in a column of its own, and the paper's beside them."""
+    """The figures of each pipeline in one column, and those of the paper beside them."""
     pipelines, paper = list(document["pipelines"].values()), document["paper"]
     wide = 26
     names = (*document["pipelines"], "paper, other films")
@@ -91,7 +91,7 @@ def _side_by_side(document: Document) -> list[str]:
 
 
 def _by_group(pipelines: dict[str, Document]) -> list[str]:
-    """AUC of each group, without a score the least genuine."""
+    """AUC of each group; films without a score rank lowest."""
     first = next(iter(pipelines.values()))["by_group"]
     if not first:
         return []

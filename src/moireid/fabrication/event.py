@@ -1,7 +1,7 @@
 """The badges of many people: sheets filled with as many boards as fit, and a folder for each person.
 
 Boards of one event have one layout, so they lie on every sheet in the same places, a gutter apart that holds the crop
-marks.  Everything is made aside first and moved in place together, so an event that fails leaves nothing.
+marks.  All files are made in a temporary folder and moved in place together, so an event that fails leaves nothing.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from moireid.profiles import PAPERS_MM, Printer
 #: Between boards stand the crop marks of both, in line with each other, so they share the room.
 MARK_MM = 3.0
 GUTTER_MM = CROP_GAP_MM + MARK_MM + CROP_GAP_MM
-#: Paper left around all boards, mm: for what is left of the crop marks beside the printer's rim, and at the left and
-#: below for a scale bar too.
+#: Paper left around all boards, mm: for the crop marks inside the printer's rim, and at the left and below also for a
+#: scale bar.
 LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM = 12.0, 7.0, 7.0, 15.0
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 _MOST_LETTERS = 40
@@ -37,10 +37,30 @@ _MOST_LETTERS = 40
 
 @dataclass(frozen=True)
 class Event:
-    """What was written: the sheets, their number, boards to a sheet, the summary, and a folder a person.
+    """What `print_event` wrote.
 
-    mount: path by name of the mount's files, one set for all; mount_mass_g, mount_figures, left_out and removed: as
-    `package.Printed`.
+    Attributes
+    ----------
+    sheets : Path
+        The PDF with all boards.
+    sheet_count : int
+        Its sheets.
+    boards_to_a_sheet : int
+        Boards on a full one.
+    summary : Path
+        The list of all badges.
+    folders : tuple of Path
+        One a person, in the order of the badges.
+    mount : dict of str to Path
+        The mount's files by name, one set for all.
+    mount_mass_g : float or None
+        Mass of the printed mount, g; None without one.
+    mount_figures : dict of str to float
+        The mount's other figures; units are in their names.
+    left_out : dict of str to str
+        Why "printed" or "acrylic" was not made, though a mount was asked for.
+    removed : tuple of Path
+        Files of an older event that this one has none of.
     """
 
     sheets: Path
@@ -67,7 +87,7 @@ def places_mm(badge: Badge) -> list[tuple[float, float]]:
     before, after = (LEFT_MM, TOP_MM), (RIGHT_MM, BOTTOM_MM)
     starts, counts = [], []
     for k in (0, 1):
-        # A billionth of a millimetre is what decimal fractions leave.
+        # A billionth of a millimetre to spare, because decimal fractions are rounded.
         room = paper[k] - before[k] - after[k] + 1e-9
         count = max(1, int((room + GUTTER_MM) / (size[k] + GUTTER_MM)))
         block = count * size[k] + (count - 1) * GUTTER_MM
@@ -85,7 +105,7 @@ def write_sheets_pdf(
 ) -> tuple[int, int]:
     """Write all boards on as few sheets as they need, whole or not at all.
 
-    Parameters: badges: one or more, of one layout; measured_scale: as `page.write_badge_pdf`.
+    Parameters: badges: one or more, of one layout; measured_scale: as for `pdf.write_badge_pdf`.
     Returns: number of sheets, and of boards to a sheet.  A mask's page follows the sheets, once for all.
     Raises: FabricationError where boards are of several sizes.
     """
@@ -128,30 +148,40 @@ def print_event(
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Event:
-    """Write sheets, summary, a folder for each person, and one set of a mount's files for all into `folder`.
+    """Write sheets, summary, a folder for each person, and one set of a mount's files for all into a folder.
 
     Parameters
     ----------
     badges : sequence of Badge
-        In the order of the list.
+        One or more, in the order of the list, all of one layout.
     folder : Path
-    measured_scale, figures, overwrite, before_moving
-        As for `print_badge`.
+        Made where it is absent.
+    measured_scale : (float, float)
+        Printed over true size along x and y, as a ruler told of an earlier print.
     mount : str
         One of `parts.MOUNTS`, the same for all, as boards of one event have one layout.
+    figures : MountFigures, optional
+        Of printer and laser; None for the defaults.
+    overwrite : bool
+        Replace older files, and remove those of a mount that this event has not.
+    before_moving : callable, optional
+        Called when all files are made and checked but none is in place; if it raises, no file appears.
     progress : callable, optional
         Called with badges done and in all.
 
     Returns
     -------
     Event
+        The files.
 
     Raises
     ------
     SpecError
         Where a file is in the way.
     FabricationError
-        As `write_sheets_pdf` and `print_badge`.
+        Where boards are of several sizes, a file fails its check, or no mount fits.
+    MissingExtraError
+        Where a mount is asked for and the CAD packages are not installed.
     """
     parts = plan_parts(badges[0], mount, figures)
     digits = max(3, len(str(len(badges))))
@@ -191,7 +221,7 @@ def folder_name(number: int, badge: Badge, digits: int = 3) -> str:
 
 
 def _plain(name: str) -> str:
-    """A name as a table's programs show it: one that begins like a formula would be worked out, so it is quoted."""
+    """A name for a spreadsheet: quoted where it begins like a formula, which the spreadsheet would compute."""
     return f"'{name}" if name.startswith(("=", "+", "-", "@", "\t", "\r")) else name
 
 

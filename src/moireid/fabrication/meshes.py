@@ -1,7 +1,7 @@
 """Triangle meshes of printed bodies: 3MF, interference, and the thickness of walls.
 
-A 3MF file is written here by hand, since its few lines of XML in a zip archive are then the same bytes for the same
-badge, and read back by lib3mf, the format's reference reader, which shares no code with it.
+A 3MF file, a few lines of XML in a zip archive, is written here directly, so that the same badge gives the same bytes.
+It is read back by lib3mf, the format's reference reader, which shares no code with the writer.
 
 Convention: mm in the part's own frame; the CAD packages are imported where they are used.
 """
@@ -20,9 +20,9 @@ from moireid.fabrication.solids import STL_VOLUME_SHARE, Expected, cad_package, 
 
 __all__ = ["check_3mf", "check_walls", "export_3mf", "overlap_mm3", "read_mesh", "solid_of"]
 
-#: Facets of a solid that is only looked at for interference: mm and radians off the true surface.
+#: Facets of a solid that is only checked for interference: mm and radians off the true surface.
 FINE_MM, FINE_RAD = 0.02, 0.3
-#: A corner's tip is always thinner than a wall; this much area in a slice is no wall, mm².
+#: A corner's tip is always thinner than a wall; an area up to this in a slice does not count as a wall, mm².
 TIP_MM2 = 0.05
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _TYPES = (
@@ -60,7 +60,7 @@ def export_3mf(bodies: list[tuple[str, Any]], path: Path) -> None:
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         parts = {"[Content_Types].xml": _TYPES, "_rels/.rels": _RELATIONS, "3D/3dmodel.model": model}
         for name, text in parts.items():
-            # A fixed date: else the same badge would never give the same bytes.
+            # A fixed date, so that the same badge always gives the same bytes.
             entry = zipfile.ZipInfo(name, (1980, 1, 1, 0, 0, 0))
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, text)
@@ -116,15 +116,15 @@ def overlap_mm3(one: Any, other: Any) -> float:
 
 
 def check_walls(solid: Any, levels_mm: list[float], least_mm: float, name: str) -> None:
-    """No wall may be thinner than `least_mm` in level slices through a Manifold.
+    """Check that no wall is thinner than `least_mm` in level slices through a Manifold.
 
-    A slice is shrunk by half the least wall and grown again: a wall thinner than that does not come back.
+    A slice is shrunk by half the least wall and grown again: thinner walls are lost by that.
     Raises: FabricationError with the area that is too thin.
     """
     miter = cad_package("manifold3d").JoinType.Miter
     for level in levels_mm:
         section = solid.slice(level)
-        # Half a hundredth less, so that a wall of just the least is let through.
+        # Half a hundredth less, so that a wall of exactly the least thickness passes.
         kept = section.offset(0.005 - least_mm / 2, miter, 4.0).offset(least_mm / 2 + 0.05, miter, 4.0)
         if (lost := (section - kept).area()) > TIP_MM2:
             raise FabricationError(

@@ -1,4 +1,4 @@
-"""All files of one badge: planned before the work, made aside, and moved in place together."""
+"""All files of one badge: planned first, made in a temporary folder, and moved in place together."""
 
 from __future__ import annotations
 
@@ -18,16 +18,26 @@ from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, write_text
 
 _SHEETS = ("badge.pdf", "preview.png", "assembly.pdf")
-#: Names that a badge's folder holds files of for some mounts only.
+#: Files that a badge's folder has only with some mounts.
 PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
 
 @dataclass(frozen=True)
 class Printed:
-    """What was written: path by contract name, the mount's mass (None without one), and its other figures by name.
+    """What `print_badge` wrote.
 
-    left_out: why "printed" or "acrylic" was not made, though a mount was asked for; removed: files of an older badge
-    that this one has none of.
+    Attributes
+    ----------
+    files : dict of str to Path
+        The files by name.
+    mount_mass_g : float or None
+        Mass of the printed mount, g; None without one.
+    mount_figures : dict of str to float
+        The mount's other figures; units are in their names.
+    left_out : dict of str to str
+        Why "printed" or "acrylic" was not made, though a mount was asked for.
+    removed : tuple of Path
+        Files of an older badge that this one has none of.
     """
 
     files: dict[str, Path]
@@ -48,19 +58,20 @@ def print_badge(
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Printed:
-    """Write everything that a person needs for one badge into `folder`.
+    """Write everything that a person needs for one badge into a folder.
 
     Parameters
     ----------
     badge : Badge
+        What is printed.
     folder : Path
         Made where it is absent.
     mount : str
-        One of `parts.MOUNTS`.
+        One of `parts.MOUNTS`; "none" for paper and sheet alone.
     measured_scale : (float, float)
         Printed over true size along x and y, as a ruler told of an earlier print.
     figures : MountFigures, optional
-        Of printer and laser.
+        Of printer and laser; None for the defaults.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge has not.
     before_moving : callable, optional
@@ -72,6 +83,7 @@ def print_badge(
     Returns
     -------
     Printed
+        The files.
 
     Raises
     ------
@@ -79,6 +91,12 @@ def print_badge(
         Where a file is in the way.
     FabricationError
         Where a file fails its check, or no mount fits.
+    MissingExtraError
+        Where a mount is asked for and the CAD packages are not installed.
+
+    Notes
+    -----
+    Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
     parts = plan_parts(badge, mount, figures)
     names = file_names(parts)
@@ -94,7 +112,7 @@ def print_badge(
             if before_moving:
                 before_moving()
             stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()
-            # badge.json goes last: where it lies, the rest lies too.
+            # badge.json goes last, so that where it exists all other files exist too.
             move_together([(aside / name, folder / name) for name in names], stale)
     return Printed({name: folder / name for name in names}, mass_g, told, parts.left_out, stale)
 
@@ -115,9 +133,9 @@ def write_sheets(
 
 
 def leftover_parts(folder: Path, parts: Parts, beside: str) -> tuple[Path, ...]:
-    """Files of a mount that lie in the folder and are none of these parts'; none where `beside` does not lie there.
+    """Files of a mount in the folder that do not belong to these parts; none where the file `beside` is not there.
 
-    A mount.stl without a badge.json was somebody else's before, and stays.
+    A mount.stl without a badge.json was not made by this program, and stays.
     """
     if not (folder / beside).is_file():
         return ()
@@ -125,9 +143,9 @@ def leftover_parts(folder: Path, parts: Parts, beside: str) -> tuple[Path, ...]:
 
 
 def badge_file(badge: Badge) -> str:
-    """The text of badge.json: the badge, and what the printer's dots make of each of its cells.
+    """The text of badge.json: the badge, and each cell's figures after rounding to the printer's dots.
 
-    The second is no part of the Badge, which is the same on any printer; who reads the file may pass it over.
+    The second part may be skipped by a reader: it is not in the `Badge`, which is the same for any printer.
     """
     document = json.loads(badge.to_json())
     told = on_dots(badge)

@@ -1,8 +1,7 @@
-"""What is made of a mount: the printed one and the acrylic stack, each where it can be made.
+"""Which mounts are made: the printed one and the acrylic stack, if they can be made.
 
-Both are planned before anything is made.  Where one of the two cannot be, the other is made all the same, and what was
-left out is told with its reason; only where nothing of a mount can be made, or somebody gave figures for the one that
-cannot, the wish is refused.
+Both are planned before anything is made.  If only one of the two can be made, it is made, and the report says why the
+other is left out.  The wish is refused if neither can be made, or if the user gave figures for the one that cannot.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ GLB_FILE = "stack.glb"
 
 @dataclass(frozen=True)
 class Parts:
-    """What of a mount can be made of a badge.
+    """The mounts that can be made for a badge.
 
     printed: the printed mount's kind, "none" without one; acrylic: the stack's plan, None without one; left_out: why
     "printed" or "acrylic" is not made, one sentence each.
@@ -47,11 +46,11 @@ class Parts:
 
 
 def plan_parts(badge: Badge, mount: str, figures: MountFigures | None = None) -> Parts:
-    """What can be made of a mount, in milliseconds and before anything is made.
+    """Plan the mounts that can be made; takes milliseconds and writes nothing.
 
     Parameters: mount: one of `MOUNTS`.
-    Raises: FabricationError with what, got, allowed and the next step where nothing can be made, or not what the
-        figures insist on.
+    Raises: FabricationError with what, got, allowed and the next step, where no mount can be made, or not the one that
+        the figures ask for.
     """
     figures = figures or MountFigures()
     if mount not in MOUNTS:
@@ -85,7 +84,7 @@ def write_parts(
 ) -> tuple[float | None, dict[str, float]]:
     """Write the files of a mount and read each back.
 
-    Parameters: say: called with the names of the files that come next.
+    Parameters: say: called with the name of the next file.
     Returns: mass of the printed mount in g, None without one; its other figures and the stack's, by name.
     Raises: FabricationError where a file fails its check; MissingExtraError without the CAD packages.
     """
@@ -108,7 +107,7 @@ def write_parts(
     process = parts.figures.printed
     held_mm = (process.card_mm, front_mm(badge, process.film_mm))
     write_glb(badge, parts.acrylic, folder / GLB_FILE, mount=bodies, held_mm=held_mm)
-    return report.mass_g if report else None, _told(parts, report)
+    return report.mass_g if report else None, _figures_of(parts, report)
 
 
 def _write_drawing(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
@@ -122,7 +121,7 @@ def _write_drawing(stack: AcrylicPlan, kerf_mm: float, folder: Path) -> None:
     check_svg(folder / "acrylic.svg", drawing, kerf_mm)
 
 
-def _told(parts: Parts, report: MountReport | None) -> dict[str, float]:
+def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:
     """The figures of what was made, by name."""
     figures: dict[str, float] = {}
     if report:

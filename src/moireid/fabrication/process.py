@@ -1,7 +1,7 @@
-"""What printer, laser and card ask for, apart from the parts themselves; all in mm, each to be set by its name.
+"""The figures of printer, laser and card, apart from the parts themselves; all in mm, each can be set by its name.
 
-Convention: `kerf_mm` is the whole width that the laser burns away, so each drawn line lies half of it off the edge
-that is wanted.
+Convention: `kerf_mm` is the whole width that the laser burns away, so each drawn line lies half a kerf beside the
+finished edge.
 """
 
 from __future__ import annotations
@@ -9,22 +9,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 from moireid.errors import FabricationError, SpecError
 
-#: Two lines of a 0.4 mm nozzle: a printed wall thinner than this has no inside.
+#: Two lines of a 0.4 mm nozzle; a thinner wall would be a single line.
 LEAST_WALL_MM = 0.8
-#: Common 3D printers reach no further than this in any direction.
+#: Common 3D printers have no more room than this in any direction.
 BED_MM = 350.0
 #: Page and lens may be turned against each other by this much before cells are misread.
 TWIST_DEG = 0.3
-#: A CO2 laser's kerf in acrylic is 0.1 to 0.3 mm; beyond 1 mm it is no laser's.
+#: A CO2 laser's kerf in acrylic is 0.1 to 0.3 mm; more than 1 mm must be a mistake.
 MOST_KERF_MM = 1.0
 #: Acrylic narrower than this between two cuts breaks.
 LEAST_LAND_MM = 2.0
-#: No part is laid nearer to an edge than this, since neither nozzle nor laser keeps it; a card needs some room.
+#: Least clearance: neither nozzle nor laser is more exact, and a card needs some room.
 LEAST_CLEARANCE_MM = 0.05
-#: What no workshop means: beyond these a figure is a slip of the pen, or the part no mount any more.
+#: Greatest figures: more than this must be a slip, or would not make a mount.
 MOST_MM = {
     "printed": {
         "clearance_mm": 1.0,
@@ -129,7 +130,7 @@ def _check_positive(process: MountProcess | AcrylicProcess, *, but: tuple[str, .
 
 
 def _check_most(process: MountProcess | AcrylicProcess, most_mm: dict[str, float]) -> None:
-    """Raise where a figure is beyond what any workshop means, or a clearance is none."""
+    """Raise where a figure is larger than any workshop would use, or a clearance is zero."""
     for name, most in most_mm.items():
         value = getattr(process, name)
         if max(value if isinstance(value, tuple) else (value,)) > most:
@@ -149,8 +150,8 @@ def _check_most(process: MountProcess | AcrylicProcess, most_mm: dict[str, float
 class MountFigures:
     """The figures of both workshops.
 
-    insisted: "printed" or "acrylic" where somebody gave that one a figure of its own: what cannot be made so is
-    refused then, and not left out.
+    insisted: "printed" or "acrylic" where the user set a figure of that mount by name: if it cannot be made then, the
+    wish is refused, and the mount is not just left out.
     """
 
     printed: MountProcess = field(default_factory=MountProcess)
@@ -163,10 +164,10 @@ def mount_figures(pairs: Iterable[str]) -> MountFigures:
 
     Convention: a name that both workshops have (card_mm, film_mm, clearance_mm, lip_reach_mm) sets both, and
         "printed.clearance_mm" or "acrylic.clearance_mm" one.
-    Raises: SpecError for a name that is none, or no number; FabricationError for a figure that no workshop has.
+    Raises: SpecError for an unknown name, or a value that is not a number; FabricationError for an impossible figure.
     """
     known = {"printed": {f.name for f in fields(MountProcess)}, "acrylic": {f.name for f in fields(AcrylicProcess)}}
-    given: dict[str, dict[str, float | tuple[float, ...]]] = {"printed": {}, "acrylic": {}}
+    given: dict[str, dict[str, Any]] = {"printed": {}, "acrylic": {}}
     insisted = set()
     for pair in pairs:
         key, equals, text = pair.partition("=")
@@ -180,8 +181,8 @@ def mount_figures(pairs: Iterable[str]) -> MountFigures:
         for shop in shops:
             given[shop][name] = _figure(name, text)
     return MountFigures(
-        replace(MountProcess(), **given["printed"]),  # type: ignore[arg-type]
-        replace(AcrylicProcess(), **given["acrylic"]),  # type: ignore[arg-type]
+        replace(MountProcess(), **given["printed"]),
+        replace(AcrylicProcess(), **given["acrylic"]),
         frozenset(insisted),
     )
 

@@ -1,7 +1,7 @@
-"""What a camera must see of the badge, and whether something of a mount stands in the way.
+"""What a camera must see of the badge, and whether a part of a mount hides it.
 
-What stands h above a layer hides h tan(angle) of it beside itself.  Fringes lie on the lenses' plane, markers on the
-card's.
+An edge of height h above a layer hides a strip of it that is h tan(angle) wide.  Fringes lie on the plane of the
+lenses, markers on the plane of the card.
 
 Convention: a mount's frame has x right, y up and z towards the viewer, in mm; its origin is the board's centre on the
 plane that carries the board.  Page coordinates turn into it by x = page_x - centre_x, y = centre_y - page_y.
@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 
-#: Nothing of a mount may come before the fringes for a camera up to this far to the side ...
+#: A mount must hide no fringes from a camera up to this far to the side ...
 GRATING_SIGHT_DEG = 60.0
-#: ... nor before the markers, which a camera must see sharply and so never sees as flat as this.
+#: ... and no markers up to this angle, since a camera that sees the markers sharply is never farther to the side.
 MARKER_SIGHT_DEG = 45.0
 #: Between two pieces of lens sheet that are cut to meet.
 SEAM_MM = 0.1
@@ -46,12 +46,12 @@ def front_mm(badge: Badge, film_mm: float) -> float:
 
 
 def front_word(badge: Badge) -> str:
-    """What lies on the card, with the option that chooses it: for messages."""
+    """The word for what lies on the card, with the option that chooses it, for messages."""
     return "spacer (--gap)" if badge.lens.kind == "mask" else "lens sheet (--lens)"
 
 
 def in_frame(rect: Rect, badge: Badge) -> Rect:
-    """A page rectangle in the mount's frame, again with its lower corner first: y turns round."""
+    """A page rectangle in the mount's frame, its lower corner first again, since y changes its sign."""
     x0, y0, x1, y1 = badge.outline_mm
     centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
     return (rect[0] - centre_x, centre_y - rect[3], rect[2] - centre_x, centre_y - rect[1])
@@ -87,12 +87,12 @@ def sheet_rects(badge: Badge) -> tuple[Rect, ...]:
 def check_sight(
     badge: Badge, obstacles: Iterable[Obstacle], *, card_top: float, sheet_top: float, play_mm: float, advice: str
 ) -> None:
-    """Nothing may stand in the sight line to a fringe or a marker, wherever the board has slid to.
+    """Check that nothing hides a fringe or a marker, wherever the board may slide.
 
     Parameters: card_top, sheet_top: heights of page and lenses in the frame; play_mm: how far the board may slide
         along each axis; advice: the next step of the message, "take …".
-    Raises: FabricationError that names what hides most of what, with `have_mm` and `need_mm`; of markers it says in
-        `over_mm` how much lower the obstacle had to be.
+    Raises: FabricationError that names the worst obstacle and what it hides, with `have_mm` and `need_mm`; for markers
+        `over_mm` is how much lower the obstacle must be.
     """
     obstacles = list(obstacles)
     worst, message, details = 0.0, "", {}
@@ -116,7 +116,7 @@ def check_sight(
 
 
 def gap_mm(one: Rect, other: Rect, *, play_mm: float) -> float:
-    """Least distance of two rectangles once one has moved up to play_mm along each axis; below 0 they may overlap."""
+    """Least distance of two rectangles when one moves up to play_mm along each axis; below 0 they may overlap."""
     gaps = [max(other[k] - one[k + 2], one[k] - other[k + 2]) - play_mm for k in (0, 1)]
     return math.hypot(*gaps) if min(gaps) > 0 else max(gaps)
 

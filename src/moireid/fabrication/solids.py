@@ -1,7 +1,7 @@
-"""Reading a solid's STEP and STL files back, and refusing what a slicer or a workshop could not use.
+"""Reads a solid's STEP and STL files back, and refuses what a slicer or a workshop could not use.
 
-A CAD kernel writes a broken shape as willingly as a sound one, so nothing is believed of a file until it has been
-read again: the STEP by the kernel, the STL by two packages that share no code with it.
+A CAD kernel writes a broken shape without any error.  So every file is read again: the STEP by the kernel, the STL by
+two packages that share no code with it.
 
 Convention: mm and mm³, in the part's own frame.  The CAD packages are imported where they are used, because the
 kernel alone takes seconds.
@@ -19,11 +19,11 @@ import numpy as np
 
 from moireid.errors import FabricationError, MissingExtraError
 
-#: What the kernel may lose by writing a STEP file and reading it again, as a share of the volume.
+#: The volume that the kernel may lose by writing a STEP file and reading it again, as a share.
 STEP_VOLUME_SHARE = 1e-6
-#: What flat triangles may change at rounded edges, as a share of the volume.
+#: The volume that flat triangles may change at rounded edges, as a share.
 STL_VOLUME_SHARE = 0.005
-#: What two packages may differ in over the volume of one mesh, as a share of it.
+#: The difference of two packages over the volume of one mesh, as a share.
 MANIFOLD_VOLUME_SHARE = 0.001
 BOUNDS_MM = 0.05
 #: Without it, a STEP file would hold the time of writing, and the same badge would never give the same bytes.
@@ -67,7 +67,7 @@ def export_step(part: Any, path: Path) -> None:
 def export_stl(part: Any, path: Path, *, tolerance_mm: float, angle_rad: float = FACET_ANGLE_RAD) -> None:
     """Write a build123d part as binary STL, mm, its facets at most tolerance_mm off the true surface.
 
-    angle_rad: between neighbouring facets of a bend; on a mount's small bends it says more than the tolerance does.
+    angle_rad: between neighbouring facets of a bend; on a mount's small bends it decides, not the tolerance.
     Raises: FabricationError where the tolerance is not positive, or the kernel cannot write.
     """
     if not (math.isfinite(tolerance_mm) and tolerance_mm > 0):

@@ -1,8 +1,8 @@
 """Identities as line spacing: payload <-> symbols <-> cells of a grating.
 
-family.py   what every code family offers, and what a reader measures of a cell
+family.py   the interface of a code family, and the measured figures of a cell
 words.py    payload <-> code word: check and Reed-Solomon; short_words.py that of the pitch family
-partial.py  a word that cannot be mended, against those of people who are known
+partial.py  a word that cannot be corrected, compared with those of known people
 beats.py    uniform cells and their beat levels
 pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
 spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits

@@ -11,7 +11,7 @@ from moireid.errors import CodeError
 from moireid.idcodes.family import CellReading
 from moireid.optics import rear_pitch_for_beat_mm
 
-#: A reading further than this from any level's place, in steps, or with such an error bar, is unclear.
+#: A reading is unclear if it is further than this from every level, in steps, or if its error bar is larger.
 UNCLEAR_BEYOND_STEPS = 0.35
 
 
@@ -32,9 +32,9 @@ def level_pitch_mm(code: Code, level: int, front_pitch_mm: float) -> float:
 
 
 def line_up(cell: Cell, grating: Grating, pitch_mm: float, shift: float = 0.0) -> Cell:
-    """The cell with that pitch, a dark line centred on the grating's middle, moved on by `shift` of a pitch.
+    """The cell with that pitch: a dark line is centred on the grating's middle, then moved by `shift` of a pitch.
 
-    A common line in the middle makes the fringes of all uniform cells meet there on a badge built without twist.
+    With this common line the fringes of all uniform cells meet in the middle of a badge built without twist.
     """
     low, high = (0, 2) if grating.axis == "x" else (1, 3)
     middle_mm = (grating.rect_mm[low] + grating.rect_mm[high]) / 2

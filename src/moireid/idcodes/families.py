@@ -12,9 +12,22 @@ _FAMILIES: dict[str, CodeFamily] = {family.name: family for family in (PitchFami
 
 
 def spells_its_id(badge: Badge) -> bool:
-    """Whether the cells of a badge are those that its id asks for; true for a board that carries no code.
+    """Tell whether the cells of a badge are those that its id asks for.
 
-    Source: the family's own writing, compared within a nanometre of pitch and ten of place.
+    Parameters
+    ----------
+    badge : Badge
+        Any badge.
+
+    Returns
+    -------
+    bool
+        True also for a badge that carries no code or has no id.
+
+    Notes
+    -----
+    Convention: pitches are compared within a nanometre, and the places of edges within ten.
+    Source: the family's own `write`.
     """
     coded = tuple(grating for grating in badge.gratings if grating.code)
     if not coded or badge.id is None:
@@ -31,7 +44,23 @@ def spells_its_id(badge: Badge) -> bool:
 
 
 def family_named(name: str) -> CodeFamily:
-    """The family of that name.  Raises: CodeError where this version has none."""
+    """Give the code family of a name.
+
+    Parameters
+    ----------
+    name : str
+        "pitch" or "spacing", as a grating's `family` names it.
+
+    Returns
+    -------
+    CodeFamily
+        The family, which writes and reads.
+
+    Raises
+    ------
+    CodeError
+        Where this version knows no such family.
+    """
     if name not in _FAMILIES:
         raise CodeError(f"code family {name!r} is not known to this version; it reads {', '.join(_FAMILIES)}")
     return _FAMILIES[name]

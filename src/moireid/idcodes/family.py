@@ -1,4 +1,4 @@
-"""What every code family offers, and what a reader measures of a cell.
+"""The interface of a code family, and the measured figures of a cell.
 
 A family knows three things: how many bits it carries, which cells write a payload, and which payload a set of
 readings spells.
@@ -17,11 +17,26 @@ from moireid.idcodes.partial import PartialWord
 
 @dataclass(frozen=True)
 class CellReading:
-    """What a film tells of one cell, in page units, at infinite distance and zero parallax.
+    """What a film tells of one cell of a grating.
 
-    frequency_per_mm: signed beat frequency, cycles per mm; phase_rad: fringe phase against the reference cells' field,
-    near one of the code's places; each with its standard deviation, infinite where it was not or could not be read;
-    free_rad: the phase without knowledge of the places, for benches.
+    Parameters
+    ----------
+    frequency_per_mm : float
+        Beat frequency, signed, cycles per mm of page, for a camera infinitely far away.
+    frequency_sd : float
+        Its standard deviation, same unit; infinite where it was not read.
+    phase_rad : float
+        Fringe phase against the field of the reference cells, at zero parallax, near one of the code's places.
+    phase_sd : float
+        Its standard deviation, rad; infinite where it was not read.
+    free_rad : float
+        The same phase without knowledge of the code's places, for benchmarks; nan where it is not known.
+
+    Notes
+    -----
+    Convention: seen from far away the beat is 1/p_r - 1/p_f.  It is negative where the printed pitch p_r is coarser
+    than the lens pitch p_f.
+    Source: `moireid.optics.beat_frequency_per_mm`.
     """
 
     frequency_per_mm: float
@@ -33,13 +48,24 @@ class CellReading:
 
 @dataclass(frozen=True)
 class Decoded:
-    """The outcome of decoding, made without looking at any claim.
+    """What decoding found, made without looking at any claim.
 
-    payload: None where the readings spell no code word; unclear: symbols too vague to count; corrected: symbols (bytes
-    of a word) that error correction changed or filled in; margin: 1 where every symbol lies on its place, 0 where the
-    middle one is as near to its neighbour; beats_agree: whether the beat differences are those of the payload,
-    None where none could be read;
-    partial: the word as it was read, where a payload could not be made of it and the family can compare such words.
+    Attributes
+    ----------
+    payload : bytes or None
+        None where the readings spell no code word.
+    symbols : int
+        Number of symbols in the word: bands of the pitch family, bytes of the spacing family.
+    unclear : int
+        Readings that were too vague to count: bands of the pitch family, cells of the spacing family.
+    corrected : int
+        Symbols that error correction changed or filled in.
+    margin : float
+        1 where every reading lies on its place, 0 where the median one is as near to its neighbour.
+    beats_agree : bool or None
+        Whether the differences of the beats are those of the payload; None where no beat could be read.
+    partial : PartialWord or None
+        The word as it was read, where it spells no payload and the family can compare such words.
     """
 
     payload: bytes | None
@@ -52,14 +78,62 @@ class Decoded:
 
 
 class CodeFamily(Protocol):
-    """One way of writing a payload into line spacing."""
+    """One way of writing a payload into line spacing.
+
+    Attributes
+    ----------
+    name : str
+        As a badge's gratings name their family.
+
+    Notes
+    -----
+    Convention: a family never sees the badge's claimed id when it reads.
+    """
 
     name: str
 
     def write(
         self, payload: bytes, gratings: tuple[Grating, ...], front_pitch_mm: float
     ) -> tuple[tuple[Cell, ...], ...]:
-        """The cells of all gratings with the payload written into their pitches and edges."""
+        """Write a payload into the pitches and edges of the cells.
+
+        Parameters
+        ----------
+        payload : bytes
+            Of a length that the gratings' code carries.
+        gratings : tuple of Grating
+            The gratings with their code and with cells whose places are set.
+        front_pitch_mm : float
+            Pitch of the lenses or of the mask, mm.
+
+        Returns
+        -------
+        tuple of tuple of Cell
+            The cells of each grating, in the order of `gratings`.
+
+        Raises
+        ------
+        CodeError
+            Where the payload or the number of cells does not fit.
+        """
 
     def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
-        """The payload that the readings spell; only the gratings' layout and code are looked at, not their pitches."""
+        """Find the payload that readings spell.
+
+        Parameters
+        ----------
+        readings : sequence of sequence of CellReading
+            One a cell, in the order of the gratings' cells.
+        gratings : tuple of Grating
+            Only their layout and code are looked at, not their pitches.
+
+        Returns
+        -------
+        Decoded
+            The payload, if one was spelt, and how clear it was.
+
+        Raises
+        ------
+        CodeError
+            Where a grating carries no code.
+        """

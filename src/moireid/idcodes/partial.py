@@ -1,7 +1,7 @@
-"""Who it is, where a word has more errors than its parity mends: comparing with the words of people who are known.
+"""Finds the person when a word has more errors than its parity can correct: compares it with the words of known people.
 
-The chance of taking a stranger for one of them.  A word is a payload of k' bytes with its check, k bytes in all, and
-parity of a Reed-Solomon code, in which any k bytes of a random word are independent and uniform.  So a stranger's
+The chance of a wrong person.  A word is a payload of k' bytes with its check, k bytes in all, and the parity of a
+Reed-Solomon code.  In such a code any k bytes of a random word are independent and uniform.  So a stranger's
 reading agrees with a given person's word in some given m <= k bytes with probability 256^-m, in at least m of n bytes
 with C(n, m) 256^-m at most, and with anybody's of `PEOPLE` with that many times more.  Beyond k bytes the bound is
 that for k.  Payloads drawn by chance or from a hash are random in this sense.  Those that were chosen to look alike
@@ -16,27 +16,51 @@ from dataclasses import dataclass
 
 from moireid.idcodes.words import CHECK_BYTES, WordCode
 
-#: More than any registry holds, so that nobody need be counted.
+#: More people than any registry has, so that they need not be counted.
 PEOPLE = 10**9
-#: The chance of a wrong person that is allowed.
 WRONG_PERSON = 1e-9
+"""The chance of a wrong person, 0 to 1, that is allowed where a damaged word is compared with those of known people."""
 #: Hex digits of a part of an id, and how many parts are looked up: a registry of a million holds 15 of each part.
 PART_DIGITS, PARTS = 4, 4
-#: Two words agree in fewer bytes than payload and check have.  So many bytes more are asked for, that somebody whose id
-#: was chosen to be like another's is never taken for them.
+#: Two words agree in fewer bytes than payload and check have.  This many more bytes must agree, so that nobody is
+#: mistaken for a person with a similar id, even if the id was chosen for that.
 LEAD = 3
 
 
 @dataclass(frozen=True)
 class PartialWord:
-    """A word as it was read, None for bytes that were not; `beats_agree` tells of a payload's beat rows."""
+    """A word as it was read, with more errors than its parity can mend.
+
+    It is compared with the words of people who are known.
+
+    Parameters
+    ----------
+    code : WordCode
+        The code of the badge: its payload bytes and its word bytes.
+    octets : tuple of (int or None)
+        The bytes as they were read, 0 to 255; None for a byte that was not read.
+    beats_agree : callable
+        From a payload to whether the beats that were read are those of that payload; None where none could be read.
+
+    Notes
+    -----
+    Convention: `wrong_person` bounds the chance that a stranger is taken for one of a billion enrolled people.
+    Source: any k bytes of a random Reed-Solomon word are uniform, so m given bytes agree with probability 256^-m.  The
+    union bound over C(n, m) choices and over all people is in `moireid.idcodes.partial`.
+    """
 
     code: WordCode
     octets: tuple[int | None, ...]
     beats_agree: Callable[[bytes], bool | None]
 
     def parts(self) -> dict[int, str]:
-        """The id's first parts as they read, by place: one of them may be right where the whole word is not."""
+        """Read the first parts of the id: one may be right where the whole word is not.
+
+        Returns
+        -------
+        dict of int to str
+            Place 0 to 3 to the four lower-case hex digits that were read there; parts with a lost byte are left out.
+        """
         found = {}
         for place in range(PARTS):
             octets = self.octets[2 * place : 2 * place + 2]
@@ -45,18 +69,55 @@ class PartialWord:
         return found
 
     def agreeing(self, payload: bytes) -> int:
-        """Number of bytes in which the reading is the word of `payload`."""
+        """Count the bytes in which the reading is the word of a payload.
+
+        Parameters
+        ----------
+        payload : bytes
+            The id of somebody who is known.
+
+        Returns
+        -------
+        int
+            0 for a payload of another length.
+        """
         if len(payload) != self.code.payload_bytes:
             return 0
         return sum(read == sent for read, sent in zip(self.octets, self.code.encode(payload), strict=True))
 
     def tells(self, agreeing: int) -> bool:
-        """Whether so many bytes tell one person from everybody else, strangers and those with a similar id alike."""
+        """Tell whether so many equal bytes single out one person, also among people with similar ids.
+
+        Parameters
+        ----------
+        agreeing : int
+            As `agreeing` counts them.
+
+        Returns
+        -------
+        bool
+            True where the chance of a wrong person is at most `WRONG_PERSON`.
+        """
         enough = self.code.payload_bytes + CHECK_BYTES + LEAD
         return agreeing >= enough and self.wrong_person(agreeing) <= WRONG_PERSON
 
     def wrong_person(self, agreeing: int) -> float:
-        """Chance that a stranger's badge agrees with somebody's word in so many bytes.  Source: module docstring."""
+        """Bound the chance that a stranger's badge agrees with somebody's word in so many bytes.
+
+        Parameters
+        ----------
+        agreeing : int
+            As `agreeing` counts them.
+
+        Returns
+        -------
+        float
+            A probability, 0 to 1.
+
+        Notes
+        -----
+        Source: the union bound of the class.
+        """
         read = sum(octet is not None for octet in self.octets)
         counted = min(agreeing, self.code.payload_bytes + CHECK_BYTES)
         return min(1.0, PEOPLE * math.comb(read, counted) * 256.0**-counted)

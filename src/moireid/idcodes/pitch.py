@@ -20,17 +20,45 @@ BANDS = WORD_SYMBOLS + 1
 
 
 class PitchFamily:
-    """Bands of uniform pitch, read as differences of beat frequency."""
+    """The pitch family: bands of uniform pitch, read as differences of beat frequency.  It carries 24 bits.
+
+    Notes
+    -----
+    Convention: one band is the reference.  Each other band carries four bits as its beat level against the reference.
+    Source: `moireid.optics.beat_frequency_per_mm`.  Differences of beats cancel lens pitch, print scale and distance
+    to first order (docs/explanation/physics.md).
+    """
 
     name = "pitch"
 
     def write(
         self, payload: bytes, gratings: tuple[Grating, ...], front_pitch_mm: float
     ) -> tuple[tuple[Cell, ...], ...]:
-        """The first grating's bands with their pitches set to spell `payload` (3 bytes).
+        """Set the pitches of the first grating's bands so that they spell a payload.
 
-        Convention: the reference band has the code's reference level; bands from the first to the last.
-        Source: `beats.level_pitch_mm`.  Raises: CodeError where the payload or the number of bands does not fit.
+        Parameters
+        ----------
+        payload : bytes
+            3 bytes.
+        gratings : tuple of Grating
+            One grating, its bands from the first to the last.
+        front_pitch_mm : float
+            Pitch of the lenses or of the mask, mm.
+
+        Returns
+        -------
+        tuple of tuple of Cell
+            The bands of that grating.
+
+        Raises
+        ------
+        CodeError
+            Where the payload or the number of bands does not fit.
+
+        Notes
+        -----
+        Convention: the reference band has the code's reference level.
+        Source: `moireid.idcodes.beats.level_pitch_mm`, p_r = 1 / (1/p_f + f).
         """
         grating, code = gratings[0], _code(gratings)
         symbols = iter(encode_word(payload))
@@ -43,7 +71,26 @@ class PitchFamily:
     def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
         """Decode one reading a band: the nearest level, erasing what is unclear, then the word.
 
-        Convention and source: `beats.steps_from_reference`, `short_words`.
+        Parameters
+        ----------
+        readings : sequence of sequence of CellReading
+            One a band, of the first grating.
+        gratings : tuple of Grating
+            Their layout and code.
+
+        Returns
+        -------
+        Decoded
+            With `partial` None, as this family's words are too short to compare.
+
+        Raises
+        ------
+        CodeError
+            Where the grating carries no code of this family.
+
+        Notes
+        -----
+        Convention and source: `moireid.idcodes.beats.steps_from_reference` and `moireid.idcodes.short_words`.
         """
         code = _code(gratings)
         symbols: list[int | None] = []

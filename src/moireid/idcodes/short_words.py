@@ -1,7 +1,7 @@
 """The short word of the pitch family: a check byte, and a Reed-Solomon code over GF(16) by the reedsolo package.
 
 A word is the payload, then the low byte of its CRC-32, cut into 4-bit symbols, then two parity symbols.  The code
-has distance 3: it mends one wrong symbol or two erased ones.
+has distance 3: it corrects one wrong symbol or two erased ones.
 
 The chance of a wrong payload: of all 16^10 words, 16^8 code words with their 1 + 10 * 15 neighbours decode, which is
 0.59 of them; the check byte passes one in 256 of those.  So random symbols decode to some payload with probability
@@ -54,7 +54,7 @@ def decode_word(symbols: Sequence[int | None]) -> tuple[bytes, int] | None:
     octets = bytes(high << 4 | low for high, low in zip(data[::2], data[1::2], strict=True))
     payload = octets[:PAYLOAD_BYTES]
     changed = sum(read != sent for read, sent in zip(symbols, full, strict=True))
-    # The library mends one error beside an erasure too, which two parity symbols cannot promise.
+    # The library also corrects one error beside an erasure, which is not reliable with two parity symbols.
     beyond = 2 * (changed - len(erased)) + len(erased) > PARITY_SYMBOLS
     if beyond or octets[PAYLOAD_BYTES:] != _check(payload):
         return None

@@ -27,23 +27,51 @@ PHASE_LEVELS = 4
 CELLS_PER_BYTE = 4
 #: Order of symbols around the circle, such that neighbours differ in one bit (Gray).
 _GRAY = (0, 1, 3, 2)
-#: A phase nearer than this to the point of confusion, in steps, or with such an error bar, is unclear.
+#: A phase is unclear if it is nearer than this to the border between two symbols, in steps, or has such an error bar.
 UNCLEAR_BEYOND_TURNS = 0.35
 
 
 class SpacingFamily:
-    """Cells of shifted lines between uniform rows of a personal beat."""
+    """The spacing family: cells of shifted lines between uniform rows of a personal beat.  It carries 64 or 128 bits.
+
+    Notes
+    -----
+    Convention: a line shift of s in a cell moves its fringe phase by -2 pi s / p_r, wherever the camera is.  Four cells
+    make a byte of the word, the first cell its highest two bits.
+    Source: the phase follows from the superposition of two gratings; the word is Reed-Solomon over GF(256).
+    """
 
     name = "spacing"
 
     def write(
         self, payload: bytes, gratings: tuple[Grating, ...], front_pitch_mm: float
     ) -> tuple[tuple[Cell, ...], ...]:
-        """The cells of all gratings with the payload written in.
+        """Write a payload into the cells of all gratings.
 
+        Parameters
+        ----------
+        payload : bytes
+            8 or 16 bytes, as the gratings' code says.
+        gratings : tuple of Grating
+            Their cells, in order, make one word.
+        front_pitch_mm : float
+            Pitch of the lenses or of the mask, mm.
+
+        Returns
+        -------
+        tuple of tuple of Cell
+            The cells of each grating.
+
+        Raises
+        ------
+        CodeError
+            Where the payload or the number of cells does not fit.
+
+        Notes
+        -----
         Convention: symbol place k of `PHASE_LEVELS` moves the lines by -k / `PHASE_LEVELS` of the pitch, which moves
         the fringe phase by +2 pi k / `PHASE_LEVELS`.
-        Source: module docstring.  Raises: CodeError where the payload or the number of cells does not fit.
+        Source: `moireid.idcodes.words` for the word; `beat_levels` for the uniform rows.
         """
         word = iter(word_of(gratings).encode(payload))
         places: list[int] = []
@@ -66,8 +94,27 @@ class SpacingFamily:
     def read(self, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]) -> Decoded:
         """Decode one reading a cell: nearest phase, doubts by distance and error bar, the word, then the beats.
 
+        Parameters
+        ----------
+        readings : sequence of sequence of CellReading
+            One a cell, in the order of the gratings' cells.
+        gratings : tuple of Grating
+            Their layout and code.
+
+        Returns
+        -------
+        Decoded
+            Its `partial` holds the word where no payload could be made of it.
+
+        Raises
+        ------
+        CodeError
+            Where a grating carries no code.
+
+        Notes
+        -----
         Convention: a reading's phase is against the field of the reference row.
-        Source: `words`; `beats.steps_from_reference` for the beats.
+        Source: `moireid.idcodes.words`; `moireid.idcodes.beats.steps_from_reference` for the beats.
         """
         word = word_of(gratings)
         cells = [
@@ -97,7 +144,7 @@ def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> li
     code = code_of(gratings[index])
     digest = hashlib.sha256(b"moireid/beats/1/" + bytes([index]) + payload).digest()
     uniform = sum(role != "phase" for role in code.roles)
-    # The phase cells share the reference row's beat; the slow half of the levels blurs least in a small picture.
+    # The phase cells have the reference row's beat; the lower half of the levels blurs least in a small picture.
     middle = _middle(gratings[index])
     return [digest[k] % (code.levels // 2 if k == middle else code.levels) for k in range(uniform)]
 
@@ -105,10 +152,10 @@ def beat_levels(payload: bytes, gratings: tuple[Grating, ...], index: int) -> li
 def _beats_agree(
     payload: bytes, readings: Sequence[Sequence[CellReading]], gratings: tuple[Grating, ...]
 ) -> bool | None:
-    """Whether each clearly read uniform cell has the beat difference that the payload says; None where none is read.
+    """Whether each clearly read uniform cell has the payload's beat difference; None where no cell is read.
 
-    A difference counts as another one beyond half a step and three error bars: at 0.2 steps of error bar half a step
-    alone would call every tenth true row false.
+    A difference is wrong beyond half a step plus three error bars: with an error bar of 0.2 steps, half a step alone
+    would reject every tenth true row.
     """
     compared = 0
     for index, grating in enumerate(gratings):
@@ -160,7 +207,7 @@ def word_places(word: WordCode, payload: bytes) -> list[int]:
 
 
 def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple[int, int], float]:
-    """The phase that each used cell should read, by (grating, cell): for benches that know what was printed."""
+    """The true phase of each used cell, by (grating, cell), for benches that know what was printed."""
     cells = [
         (index, cell)
         for index, grating in enumerate(gratings)
@@ -174,7 +221,7 @@ def true_phases_rad(payload: bytes, gratings: tuple[Grating, ...]) -> dict[tuple
 def decode_phases(
     word: WordCode, phase_rad: Iterable[float], phase_sd: Iterable[float], *, tries: int = MAX_TRIES
 ) -> bytes | None:
-    """The payload that phases spell, one a cell in the order of the word, or None; one try is a hard decision."""
+    """The payload spelled by phases, one for each cell in the word's order, or None; one try is a hard decision."""
     found, _ = _decode(word, list(zip(phase_rad, phase_sd, strict=True)), tries)
     return found[0] if found else None
 
@@ -182,7 +229,7 @@ def decode_phases(
 def _decode(
     word: WordCode, cells: Sequence[tuple[float, float]], tries: int = MAX_TRIES
 ) -> tuple[tuple[bytes, int] | None, list[float]]:
-    """Payload and bytes mended, if any, and the doubt of each cell."""
+    """Payload and number of corrected bytes, or None, and the doubt of each cell."""
     doubts = [_nearest(phase, sd)[1] for phase, sd in cells]
     weakest = [max(doubts[k : k + CELLS_PER_BYTE]) for k in range(0, len(cells), CELLS_PER_BYTE)]
     return word.decode(_octets(cells), weakest, tries), doubts

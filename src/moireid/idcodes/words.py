@@ -22,7 +22,7 @@ from moireid.errors import CodeError
 CHECK_BYTES = 5
 #: Tries of one decoding, each with more of the weakest bytes erased.
 MAX_TRIES = 20
-#: Parity that must be left over when erasures are filled, so that a word is found and not made up.
+#: Parity that must remain after erasures are filled, so that errors still show.
 SPARE_PARITY = 2
 MAX_WORD_BYTES = 255
 
@@ -81,7 +81,7 @@ class WordCode:
         payload = bytes(data[: self.payload_bytes])
         lost = set(erased)
         errors = sum(read != sent for k, (read, sent) in enumerate(zip(word, full, strict=True)) if k not in lost)
-        # The library goes beyond what the parity can promise where errors stand beside erasures.
+        # With errors beside erasures, the library corrects more than the parity allows reliably.
         if 2 * errors + len(erased) > self.parity_bytes:
             return None
         if bytes(data[self.payload_bytes :]) != check(payload):

@@ -1,20 +1,20 @@
-"""Who was issued which badge, in a database that SQLAlchemy can reach: an SQLite file unless told otherwise.
+"""Who was issued which badge, in a database that SQLAlchemy can reach; by default an SQLite file.
 
-Each record bears the signature of the registry's authority, and everything done stands in a chained, signed log.
+The registry's authority signs each record, and every action is recorded in a chained, signed log.
 
 url.py         the registry's URL: the default one, reading one, showing one without its password
-engine.py      from a URL to connections: SQLite's habits, and the database's errors in our words
+engine.py      from a URL to connections; SQLite's settings; database errors as our own errors
 keys.py        the authority's key pair, and signatures by kind of thing signed
 canonical.py   documents as bytes: one spelling for signing, packed for storing
-record.py      the Record, what of it is signed, and the look at its signature on reading
+record.py      the Record, its signed text, and the check of its signature on reading
 log.py         the log's entries, their chain, and the head
-schema.py      the tables, their version, and the look at them on opening
+schema.py      the tables, their version, and their check on opening
 ledger.py      transactions that write table and log together, one writer after the other
 claims.py      from a name or an id to the one record it means
-claimed.py     what a check needs of a claim; whom identification may find
-store.py       the Registry: enroll, find, list, revoke, and the doors to the rest
+claimed.py     the badge that a claim means; whom identification may find
+store.py       the Registry: enroll, find, list, revoke, and calls to the rest
 batch.py       many badges at once
-audit.py       everything held against everything; what cannot show is listed there
+audit.py       checks the whole log and all records; lists what an audit cannot find
 transfer/      a registry to a JSON file, and back
 """
 

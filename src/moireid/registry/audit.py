@@ -1,20 +1,20 @@
-"""The audit: the whole log and all records, held against each other and against the authority's key.
+"""The audit: the whole log and all records, checked against each other and against the authority's key.
 
 1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature.
 2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain.
 3. Each record bears the signature, and is the version that the log has last; none is without an entry.
 4. Each record that the log enters is there.
 
-Pages are read in transactions of their own, each of which holds records together with their entries: others may write
-meanwhile, and nothing found is an artefact of that.
+Rows are read page by page, each page in its own transaction, with records and their entries together.  So others may
+write meanwhile, and no finding comes only from that.
 
 What it cannot find by itself:
 - the whole registry, head included, put back to an earlier state: it was sound then.  Note `Audit.head` elsewhere, and
   give it as `expected_head`: the log must still contain it.
 - a whole registry made anew under another key.  The first entry names the key, so a head noted elsewhere, or the
-  fingerprint, tells that too.
-- what is done by one who has the private key, in the authority's name: enrolled, revoked, and, as long as no head was
-  noted elsewhere, rewritten from the first entry on.
+  fingerprint, shows it.
+- actions by a person who has the private key: they can enroll and revoke in the authority's name.  If no head was noted
+  elsewhere, they can even rewrite the log from its first entry on.
 """
 
 from __future__ import annotations
@@ -38,7 +38,17 @@ KEPT = 1000
 
 @dataclass(frozen=True)
 class Finding:
-    """What does not hold: `code` for programs, `text` for people, and the id or the entry that it is about, or None."""
+    """Something that does not hold in a registry.
+
+    Attributes
+    ----------
+    code : str
+        For programs.
+    text : str
+        One sentence for people.
+    subject : str or None
+        The id or the log entry that it is about; None where it is about the whole registry.
+    """
 
     code: str
     text: str
@@ -47,8 +57,30 @@ class Finding:
 
 @dataclass(frozen=True)
 class Audit:
-    """What an audit saw: how many of each, the head it ended at (SEQUENCE:HASH, None where there is none to believe),
-    and what does not hold, the first `KEPT` of `found`."""
+    """What an audit saw.
+
+    Attributes
+    ----------
+    fingerprint : str
+        Of the authority's public key, 32 hex digits.
+    records : int
+        Records looked at.
+    revoked : int
+        Those of them that are revoked.
+    entries : int
+        Entries of the log looked at.
+    head : str or None
+        The head that the log ended at, SEQUENCE:HASH; None where there is none to believe.
+    findings : tuple of Finding
+        What does not hold, the first `KEPT` of `found`.
+    found : int
+        How much does not hold.
+
+    Notes
+    -----
+    Convention: `sound` is true where nothing was found.  What an audit cannot show by itself is told in
+    `moireid.registry.audit`; note `head` elsewhere.
+    """
 
     fingerprint: str
     records: int
@@ -64,7 +96,13 @@ class Audit:
         return self.found == 0
 
     def to_json(self) -> dict[str, Any]:
-        """What `moireid registry audit --json` prints of it."""
+        """Give what ``moireid registry audit --json`` prints of it.
+
+        Returns
+        -------
+        dict
+            An object that JSON can hold.
+        """
         return {
             "sound": self.sound,
             "head": self.head,
@@ -79,7 +117,7 @@ class Audit:
 
 @dataclass
 class _Tally:
-    """What is counted on the way."""
+    """The counts of a running audit."""
 
     progress: Callable[[int, int | None], None] | None
     total: int
@@ -122,14 +160,14 @@ def audit(
 
 
 def _audit_log(ledger: Ledger, expected: Head | None, tally: _Tally) -> Head | None:
-    """Walk over the log from its first entry; returns the head, or None where it is not to be believed."""
+    """Check the log from its first entry on; returns the head, or None where it is not valid."""
     last, passed = Head(0, GENESIS), expected is None
     for row in _pages(ledger, last, tally):
         try:
             last = check_entry(row, last, ledger.authority)
         except Fault as fault:
             tally.tell(fault.code, fault.text, row.seq)
-            # Go on from what this entry says of itself, so that one fault is one finding.
+            # Go on from this entry's own number and hash, so that one fault gives only one finding.
             last = Head(row.seq, row.hash)
         if row.action in ("enroll", "import") and row.holder is None:
             tally.tell(
@@ -172,7 +210,7 @@ def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator[AnyRow]:
 
 
 def _audit_records(ledger: Ledger, tally: _Tally) -> None:
-    """Hold each record against its signature and its newest entry."""
+    """Check each record against its signature and its newest entry."""
     query: AnySelect = select_records().order_by(badges.c.id).limit(PAGE)
     rows = ledger.rows(query)
     while rows:

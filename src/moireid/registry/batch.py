@@ -1,9 +1,9 @@
 """Many badges at once: a thousand to a transaction, and one full check for each layout.
 
-Badges of one layout differ in their id, name, line spacings and line edges alone.  So the first of each layout goes
-the whole way, through JSON and the schema (2 to 12 ms), and is kept as a mould: its text with gaps.  The next ones are
-poured into it, their own figures in the gaps (0.1 ms).  What is not plainly within the mould, a spacing that is no
-float say, goes the whole way as well, and is refused there if it is wrong.
+Badges of one layout differ only in id, name, line spacings and line edges.  So the first badge of each layout gets the
+full check, through JSON and the schema (2 to 12 ms).  Its text with gaps is kept as a mould.  For the next ones only
+the gaps are filled (0.1 ms).  A badge that may not fit the mould, for example with a spacing that is not a float, gets
+the full check too, and is refused there if it is wrong.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from moireid.registry.schema import badges, select_records
 
 #: Records to a transaction: others who want to write wait for about half a second.
 CHUNK = 1000
-#: Moulds kept; a batch of more layouts than this is merely slower.
+#: Number of moulds kept; a batch with more layouts is only slower.
 MOULDS = 256
-#: Within these no schema objects, whatever the mould: letters of a name, mm of spacing, mm of an edge.
+#: Limits within which the schema accepts any figures: letters of a name, mm of spacing, mm of an edge.
 NAME_LETTERS, PITCH_MM, EDGE_MM = 200, (0.05, 10.0), 1000.0
 
 _GAP = re.compile(r'"\\u0000(\d+)"')
@@ -37,7 +37,17 @@ _GRATING_LAYOUT = attrgetter(*[field.name for field in fields(Grating) if field.
 
 @dataclass(frozen=True)
 class Batch:
-    """What became of a batch: how many records are new, how many were there, and how many of those are revoked."""
+    """What became of a batch that was enrolled.
+
+    Attributes
+    ----------
+    enrolled : int
+        New records.
+    unchanged : int
+        Badges that were enrolled already.
+    revoked : int
+        Those of the unchanged that are revoked.
+    """
 
     enrolled: int
     unchanged: int
@@ -45,7 +55,7 @@ class Batch:
 
 
 class _Mould:
-    """A badge that went the whole way: its record, and its text with gaps where badges of its layout differ."""
+    """A badge that passed the full check: its record, and its text with gaps where badges of its layout differ."""
 
     def __init__(self, record: Record) -> None:
         self.record = record
@@ -88,7 +98,7 @@ class Issuer:
             layout = _layout(badge)
             mould = self._moulds.get(layout)
         except TypeError:
-            # A list where a tuple should be cannot be looked up; whether it can be issued, the whole way tells.
+            # A list in place of a tuple cannot be a key; the full check decides whether the badge can be issued.
             return new_record(badge, self._shown, issued_at)
         if mould is not None and _fits(badge, mould):
             name = claimable_name(badge, self._shown)
@@ -113,8 +123,9 @@ def enroll_many(ledger: Ledger, issued: Iterable[Badge], progress: Callable[[int
         revoked += sum(holder.revoked_at is not None for holder in holders)
         if progress:
             progress(enrolled + unchanged, total)
-        if conflict or refusal:
-            raise conflict or refusal  # type: ignore[misc]
+        fault = conflict or refusal
+        if fault:
+            raise fault
     return Batch(enrolled, unchanged, revoked)
 
 
@@ -176,7 +187,7 @@ def _enter(ledger: Ledger, records: Sequence[Record]) -> tuple[int, list[Record]
 
 
 def _layout(badge: Badge) -> Hashable:
-    """All of a badge that its mould must share: everything but what `pour` puts in, whatever fields there are."""
+    """All that a badge and its mould must share: every field except those that `pour` fills in."""
     bare = replace(badge, id=None, name="", gratings=(), print=None)
     # Where a grating carries no code its spacings are its layout.
     gratings = tuple(
@@ -187,7 +198,7 @@ def _layout(badge: Badge) -> Hashable:
 
 
 def _fits(badge: Badge, mould: _Mould) -> bool:
-    """Whether the figures that `pour` puts in are plainly such as the schema allows."""
+    """Whether the schema surely allows the figures that `pour` puts in."""
     digits = len(mould.record.id)
     if not isinstance(badge.id, str) or not re.fullmatch(f"[0-9a-f]{{{digits}}}", badge.id):
         return False
@@ -207,5 +218,5 @@ def _all_floats(values: list[float], least: float, most: float) -> bool:
 
 
 def _gap(number: int) -> str:
-    """What stands in a mould's document where figure `number` comes; no plain text begins so."""
+    """The gap for figure `number` in a mould's document; ordinary text does not begin like this."""
     return f"\0{number}"

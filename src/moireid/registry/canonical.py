@@ -1,4 +1,4 @@
-"""What is signed, as bytes: one spelling for each document, and documents packed for their column.
+"""Documents as bytes: one spelling for signing, and a packed form for storing.
 
 Convention: canonical JSON has its keys in code-point order, no white space, letters as they are (UTF-8), and numbers as
 Python writes them; NaN and infinity are refused.  Reading such a text and writing it again gives the same text.
@@ -11,7 +11,7 @@ import json
 import zlib
 from datetime import UTC, datetime
 
-#: A packed document that grows beyond this is no badge but an attempt to fill the memory, bytes.
+#: Largest unpacked document, bytes; a larger one cannot be a badge, and may be meant to fill the memory.
 UNPACKED_LIMIT = 64 * 2**20
 
 

@@ -1,6 +1,6 @@
-"""What a check needs of the registry: the badge that a claim means, and whom identification may find.
+"""The registry for checks: the badge that a claim means, and whom identification may find.
 
-The command line and the studio both ask here, so a claim means the same to both.
+The command line and the studio both use this, so that a claim has the same meaning in both.
 """
 
 from __future__ import annotations
@@ -15,7 +15,17 @@ from moireid.registry.store import Registry
 
 @dataclass(frozen=True)
 class Claimed:
-    """A claimed badge, its figures as enrolled (None: never measured), and why it was revoked (None: it was not)."""
+    """A claimed badge, with what a check needs of it.
+
+    Attributes
+    ----------
+    badge : Badge
+        As it was issued.
+    as_built : AsBuilt or None
+        Its figures as measured at enrolment; None where it was never measured.
+    revoked : str or None
+        Why it was revoked; None where it was not.
+    """
 
     badge: Badge
     as_built: AsBuilt | None = None
@@ -23,17 +33,19 @@ class Claimed:
 
 
 def claimed(registry: Registry, claim: str) -> Claimed:
-    """The badge that a claim means.
+    """Look up the badge that a claim means.
 
     Parameters
     ----------
     registry : Registry
+        An open registry.
     claim : str
-        A name, matched exactly after Unicode NFC, or an id.
+        A name, matched exactly after Unicode NFC, or an id in hex digits.
 
     Returns
     -------
     Claimed
+        The badge, its figures, and whether it was revoked.
 
     Raises
     ------
@@ -47,20 +59,59 @@ def claimed(registry: Registry, claim: str) -> Claimed:
 
 @dataclass(frozen=True)
 class People:
-    """A registry as identification sees it."""
+    """A registry as identification sees it.
+
+    Parameters
+    ----------
+    registry : Registry
+        An open registry.
+    """
 
     registry: Registry
 
     def holds(self, badge_id: str) -> bool:
-        """Whether that id is enrolled and not revoked."""
+        """Tell whether an id is enrolled and not revoked.
+
+        Parameters
+        ----------
+        badge_id : str
+            Hex digits of any case.
+
+        Returns
+        -------
+        bool
+            False also for an id that nobody has.
+        """
         found = self.registry.by_id(badge_id)
         return found is not None and found.revoked_at is None
 
     def alike(self, parts: Mapping[int, str]) -> list[str]:
-        """The ids of which a part reads so, revoked or not."""
+        """Find the ids of which a part reads so, revoked or not.
+
+        Parameters
+        ----------
+        parts : mapping of int to str
+            Place 0 to 3 to the four lower-case hex digits there.
+
+        Returns
+        -------
+        list of str
+            As `Registry.ids_alike`.
+        """
         return self.registry.ids_alike(parts)
 
     def name(self, badge_id: str | None) -> str | None:
-        """Who holds that id, if anybody."""
+        """Tell who holds an id.
+
+        Parameters
+        ----------
+        badge_id : str or None
+            Hex digits of any case.
+
+        Returns
+        -------
+        str or None
+            The name; None where nobody holds it.
+        """
         record = self.registry.by_id(badge_id) if badge_id else None
         return record.name if record else None

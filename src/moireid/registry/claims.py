@@ -41,12 +41,12 @@ def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) 
 
 
 def as_id(claim: str) -> str:
-    """A claim as an id is written."""
+    """The claim in the form of an id."""
     return claim.lower()
 
 
 def _ambiguous(claim: str, name: str, matches: list[AnyRow]) -> RegistryError:
-    """The error that tells apart the several records which a claim names."""
+    """The error that lists the several records which a claim may mean."""
     ids = [row.id for row in matches]
     named = [row.id for row in matches if row.name_nfc == name]
     listed = ", ".join(named[:LISTED]) + (f" and {len(named) - LISTED} more" if len(named) > LISTED else "")

@@ -1,4 +1,4 @@
-"""From a URL to connections: SQLite's habits, and the database's errors in our words.
+"""From a URL to connections, with SQLite's settings; database errors become our own errors.
 
 SQLite keeps its rollback journal rather than a write-ahead log: the registry stays one file, which can be copied,
 put on a network folder or opened where nothing may be written.  All our transactions are short, so two processes
@@ -48,7 +48,7 @@ def connect(url: URL) -> Engine:
     waits = url.get_backend_name() == "sqlite" and "timeout" not in url.query
     try:
         with warnings.catch_warnings():
-            # SQLAlchemy only warns of options that SQLite's driver does not know, and would then do without them.
+            # SQLAlchemy only warns of options that SQLite's driver does not know, and then ignores them.
             warnings.simplefilter("error", SAWarning)
             engine = create_engine(url, connect_args={"timeout": SQLITE_WAIT_S} if waits else {})
     except ImportError as error:
@@ -71,7 +71,7 @@ def connect(url: URL) -> Engine:
         with translated(url), engine.connect():
             pass
     except (OSError, TypeError, ValueError) as error:
-        # What a driver does not wrap: an address that is none, or an option of the wrong kind.
+        # Errors that a driver does not wrap: a malformed address, or an option of the wrong type.
         raise RegistryError(f"registry {shown} cannot be opened ({_first_line(error)}); check the URL") from error
     return engine
 
@@ -87,7 +87,7 @@ def writing(engine: Engine) -> Iterator[Connection]:
 def snapshot(engine: Engine) -> Iterator[Connection]:
     """A transaction that only reads, and sees one state of the database however many queries it makes.
 
-    SQLite does so always, and writers wait meanwhile; PostgreSQL has to be asked, and nobody waits.
+    SQLite always does this, and writers wait meanwhile; PostgreSQL must be asked for it, and nobody waits.
     """
     level = {"isolation_level": "REPEATABLE READ"} if engine.dialect.name == "postgresql" else {}
     with engine.execution_options(**level).begin() as connection:
@@ -108,9 +108,9 @@ def translated(url: URL) -> Iterator[None]:
 
 
 def _begin_in_sqlite(connection: Connection) -> None:
-    """Begin, which Python's sqlite3 by itself does too late for CREATE TABLE; writers take the write lock at once.
+    """Begin a transaction; writers take the write lock at once.  Python's sqlite3 begins too late for CREATE TABLE.
 
-    A transaction that reads first and asks for the lock later is refused without any wait where two do so together.
+    If two transactions read first and ask for the lock later, SQLite refuses one of them without waiting.
     """
     writes = connection.get_execution_options().get(WRITES, False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")

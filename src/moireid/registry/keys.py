@@ -4,8 +4,8 @@ Ed25519.  The file is PEM PKCS #8, readable by its owner alone, named by the pub
 that MOIREID_KEYS names, or in `keys` of the user's data folder.  Nothing ever writes a private key to a registry, an
 export or a log.
 
-Convention: every signature is over a domain, a line that names the kind of thing signed and its version, and then the
-content; so a signed record can never pass for a signed log entry, nor one of a later version for one of this.
+Convention: every signature covers a domain (a line with the kind of thing signed and its version) and then the content.
+So a signed record can never be taken for a signed log entry, nor for one of another version.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
 HEAD = b"moireid registry log head 1\n"
 
-#: Hex digits of a fingerprint: 128 bits, beyond reach of whoever wants a second key with the same one.
+#: Hex digits of a fingerprint: 128 bits, so that nobody can find a second key with the same one.
 FINGERPRINT_DIGITS = 32
 
 
@@ -141,7 +141,7 @@ def _write_private(path: Path, content: bytes) -> None:
     finally:
         Path(name).unlink(missing_ok=True)
     if os.name == "posix":
-        # The folder's entry too: a registry that outlives a power cut is of no use without its key.
+        # The folder's entry is written to the disk too: without its key, a registry is useless after a power cut.
         folder = os.open(path.parent, os.O_RDONLY)
         try:
             os.fsync(folder)

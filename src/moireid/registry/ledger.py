@@ -1,7 +1,7 @@
 """The ledger: a database with its authority, and the transactions that write to both tables and log.
 
-Whoever writes goes through `Ledger.writing`: it locks the head, holds it against the log, and hands out a
-`Transaction`, which signs each record, chains an entry to the log and moves the head, all of it or nothing.
+Every write goes through `Ledger.writing`: it locks the head, checks it against the log, and gives a `Transaction`.
+That signs each record, chains an entry to the log and moves the head, all of it or nothing.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from moireid.registry.log import Head, check_head, head_row, next_rows
 from moireid.registry.record import Fault, Record, read_record, tampered
 from moireid.registry.url import show_url, sqlite_file
 
-#: Rows fetched at a time by whoever reads them all.
+#: Rows fetched at a time where all are read.
 PAGE = 500
 
 
@@ -61,7 +61,7 @@ class Ledger:
 
     @property
     def authority(self) -> Authority:
-        """Whose signatures count.  Raises: RegistryError where the registry awaits an import."""
+        """The authority whose signatures count.  Raises: RegistryError where the registry awaits an import."""
         if self._authority is None:
             raise RegistryError(
                 f"registry {self.shown} has no authority yet; run `moireid registry init`, or import an export"
@@ -70,7 +70,7 @@ class Ledger:
 
     @property
     def has_authority(self) -> bool:
-        """Whether there is an authority, which only a registry that awaits an import lacks."""
+        """Whether there is an authority; only a registry that awaits an import has none."""
         return self._authority is not None
 
     def signer(self) -> Signer:
@@ -127,7 +127,7 @@ class Ledger:
             yield connection
 
     def _head(self, connection: Connection, *, lock: bool = False) -> Head:
-        """The head, held against the log; with `lock` no other writer passes until this transaction ends."""
+        """The head, checked against the log; with `lock`, other writers wait until this transaction ends."""
         query = select(schema.authority)
         row = connection.execute(query.with_for_update() if lock else query).first()
         if row is None or row.public_key != self.authority.public_hex:
@@ -192,7 +192,7 @@ def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterato
 
 
 def _look_for_file(url: URL, *, create: bool) -> None:
-    """Where `url` is an SQLite file's: make its folder, or see that the file is there, before SQLite makes it."""
+    """For an SQLite file: make its folder, or check that the file exists, because SQLite would create a missing one."""
     path = sqlite_file(url)
     if path is None:
         return

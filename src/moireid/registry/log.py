@@ -1,11 +1,11 @@
 """The log: everything done to the registry, each entry chained to the one before and signed.
 
-An entry's hash is SHA-256 of its canonical JSON, in which stands the hash of the entry before; so an entry cannot be
-changed, dropped or put in without changing all that follow, and each hash is signed.  The head, sequence and hash of
-the last entry, is signed as such: an old entry's signature does not make it a head, so the log's tail cannot be cut
-without a trace.  `authority` holds the head, and whoever writes locks that row first, one after the other.
+An entry's hash is SHA-256 of its canonical JSON, which contains the hash of the entry before.  So an entry cannot be
+changed, dropped or inserted without changing all that follow, and each hash is signed.  The head is the sequence number
+and hash of the last entry.  It has its own kind of signature, so the log's end cannot be cut off without a trace.
+The table `authority` holds the head; every writer locks that row first, so writers take turns.
 
-Only a whole registry put back to an earlier state bears no trace; a head noted elsewhere tells.
+If a whole registry is put back to an earlier state, only a head that was noted elsewhere shows it.
 """
 
 from __future__ import annotations
@@ -77,19 +77,19 @@ def next_rows(signer: Signer, head: Head, done: Iterable[tuple[str, str, str]]) 
 
 
 def first_rows(signer: Signer) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The row of `authority` and the first row of `log`, which names the key: a head vouches for the key as well."""
+    """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
     rows, head = next_rows(signer, Head(0, GENESIS), [("init", authority.fingerprint, key_digest(authority))])
     return {"one": 1, "public_key": authority.public_hex} | head_row(signer, head), rows[0]
 
 
 def key_digest(authority: Authority) -> str:
-    """What the first entry holds in the place of a record's digest: SHA-256 of the public key's bytes."""
+    """SHA-256 of the public key's bytes; in the first entry it stands where others have a record's digest."""
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
 def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
-    """Hold an entry against the one before it; returns it as the head so far.
+    """Check an entry against the one before it; returns it as the head so far.
 
     Raises: Fault where its number, chain, hash or signature is wrong, or the first one does not name the key.
     """
@@ -118,7 +118,7 @@ def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
 
 
 def check_head(row: AnyRow, last: Head | None, authority: Authority) -> Head:
-    """The head in the row of `authority`, held against the log's last entry.
+    """The head in the row of `authority`, checked against the log's last entry.
 
     Raises: Fault where its signature is wrong, or the log ends before or after it.
     """

@@ -1,7 +1,7 @@
-"""The Record, what of it is signed, and the look at its signature on reading.
+"""The Record, its signed text, and the check of its signature on reading.
 
-What is signed names the badge and the measured figures by the SHA-256 of their canonical JSON: one record has one
-text, whichever way a document spells its keys, and no document can pose as another field of the record.
+In the signed text, badge and measured figures stand as the SHA-256 of their canonical JSON.  So a record has only one
+signed text, however its documents are written, and no document can be taken for another field of the record.
 """
 
 from __future__ import annotations
@@ -23,10 +23,30 @@ from moireid.registry.keys import RECORD, Authority, Signer
 class Record:
     """One issued badge, as the authority signed it.
 
-    id: lower-case hex; name: as it is matched, in NFC; badge_json: the badge's canonical JSON; layout_key:
-    `badge.layout_key()` at the time of issue; as_built: canonical JSON of the newest measured figures, or None.
-    Times (issued_at, revoked_at, as_built_at) are UTC, ISO 8601 to the second, such as 2026-01-31T12:00:00Z; None for
-    what has not happened.
+    Attributes
+    ----------
+    id : str
+        Lower-case hex digits.
+    name : str
+        As it is matched, in Unicode NFC.
+    badge_json : str
+        The badge's canonical JSON.
+    issued_at : str
+        When it was issued.
+    layout_key : str
+        `Badge.layout_key()` at the time of issue.
+    revoked_at : str or None
+        When it was revoked; None where it was not.
+    revoked_reason : str or None
+        Why.
+    as_built : str or None
+        Canonical JSON of the newest measured figures; None where it was never measured.
+    as_built_at : str or None
+        When these were stored.
+
+    Notes
+    -----
+    Convention: times are UTC, ISO 8601 to the second, such as 2026-01-31T12:00:00Z.
     """
 
     id: str
@@ -52,7 +72,13 @@ class Record:
             ) from error
 
     def summary(self) -> dict[str, Any]:
-        """What lists and answers in JSON tell of a record."""
+        """Give what lists and answers in JSON tell of a record.
+
+        Returns
+        -------
+        dict
+            Id, name, and the times of issue and revocation.
+        """
         return {
             "id": self.id,
             "name": self.name,
@@ -78,11 +104,28 @@ class Record:
         return canonical_json(fields).encode()
 
     def digest(self) -> str:
-        """SHA-256 of the signed text, which the log holds."""
+        """Hash the signed text, as the log holds it.
+
+        Returns
+        -------
+        str
+            SHA-256, hex digits.
+        """
         return sha256_hex(self.signed_text)
 
     def row(self, signer: Signer) -> dict[str, Any]:
-        """The row of table `badges`, signed."""
+        """Make the signed row of table `badges`.
+
+        Parameters
+        ----------
+        signer : Signer
+            Of the authority.
+
+        Returns
+        -------
+        dict
+            Value by column.
+        """
         return {
             "id": self.id,
             "name_nfc": self.name,
@@ -98,7 +141,7 @@ class Record:
 
 
 class Fault(Exception):
-    """Why a stored record or log entry is not to be believed: `code` for programs, `text` for people."""
+    """Why a stored record or log entry is not valid: `code` for programs, `text` for people."""
 
     def __init__(self, code: str, text: str) -> None:
         super().__init__(text)
@@ -145,7 +188,7 @@ def read_record(row: AnyRow, authority: Authority, shown: str) -> Record:
 
 
 def tampered(shown: str, fault: Fault) -> RegistryError:
-    """The error that tells of a fault in a registry."""
+    """The error for a fault in a registry."""
     return RegistryError(
         f"registry {shown} was tampered with or is damaged: {fault.text}; restore it from a copy, and look at the rest "
         "with `moireid registry audit`",
@@ -160,7 +203,7 @@ def new_record(badge: Badge, shown: str, issued_at: str) -> Record:
         breaks its own schema.
     """
     name = claimable_name(badge, shown)
-    # JSON has one kind of number where Python has two.  Only what has gone through it compares with what is stored.
+    # JSON has one kind of number, Python has two: only a document read from JSON compares with a stored one.
     read_back = badge_from_json(badge.to_json(), source=f"the badge of {name[:80]!r}")
     text = storable_json(json.loads(read_back.to_json()), f"the badge of {name[:80]!r}", "print it anew")
     assert read_back.id is not None
@@ -196,5 +239,5 @@ def claimable_name(badge: Badge, shown: str) -> str:
 
 
 def storable(text: str) -> bool:
-    """Whether every database can hold `text`, and a person type it: no control characters, no lone surrogates."""
+    """Whether every database can store `text`, and a person can type it: no control characters, no lone surrogates."""
     return not any(unicodedata.category(letter) in ("Cc", "Cs") for letter in text)

@@ -1,4 +1,4 @@
-"""The tables, their version, and the look at them on opening.
+"""The tables, their version, and their check on opening.
 
 `badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each thing done, in a
 chain (log.py), and `authority` one row in all: the public key, and the log's head, signed.  A later version may add
@@ -43,15 +43,15 @@ SCHEMA_VERSION = 2
 
 
 class Packed(LargeBinary):
-    """Bytes, handed on as the driver gives them: what is no bytes at all is for record.py to tell."""
+    """Bytes as the driver gives them; record.py reports values that are not bytes."""
 
     cache_ok = True
 
     def result_processor(self, dialect: Any, coltype: Any) -> None:
-        """None: nothing is done to what comes."""
+        """None: values are not converted."""
 
 
-# PostgreSQL orders text by the rules of a language unless told otherwise; SQLite and Python order by code point.
+# By default PostgreSQL orders text by the rules of a language; SQLite and Python order by code point.
 _text = Text().with_variant(Text(collation="C"), "postgresql")
 # Only a column of the very type INTEGER is SQLite's own row number.
 _number = BigInteger().with_variant(Integer(), "sqlite")
@@ -75,7 +75,7 @@ badges = Table(
 # With the id behind them these indexes also serve the ordered list and the first id of each layout.
 Index("badges_by_name", badges.c.name_nfc, badges.c.id)
 Index("badges_by_layout", badges.c.layout_key, badges.c.id)
-#: An id is also found by any of its first parts of so many digits, which a spoilt reading may have right.
+#: An id is also found by any of its first parts of this many digits: a damaged reading may have one part right.
 PART_DIGITS, PARTS = 4, 4
 
 
@@ -132,7 +132,7 @@ def select_records() -> AnySelect:
 
 
 def select_alike(parts: Mapping[int, str]) -> AnySelect:
-    """The ids of which some part, place -> digits, reads so."""
+    """The ids that have one of these parts (place -> digits)."""
     # The sign ~ sorts after all digits.
     begins = [and_(badges.c.id >= digits, badges.c.id <= f"{digits}~") for place, digits in parts.items() if place == 0]
     inside = [id_part(place) == digits for place, digits in parts.items() if place > 0]
@@ -225,8 +225,8 @@ def _create(engine: Engine, *, make_authority: bool) -> None:
                 connection.execute(insert(log).values(entry))
                 used = True
     except (IntegrityError, ProgrammingError):
-        # Databases without one write lock for all, as PostgreSQL, refuse the second of two makers here.  Where the
-        # other one has succeeded there is nothing left to do; else this one's error is the one to tell.
+        # Databases without a single write lock, such as PostgreSQL, refuse the second of two makers here.  If the
+        # other one has succeeded, nothing is left to do; otherwise this error is reported.
         used = False
         with engine.connect() as connection:
             names, public_key = _look(connection)

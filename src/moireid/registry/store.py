@@ -1,4 +1,4 @@
-"""The Registry: enroll, find, list, revoke; and the doors to audit, export and import.
+"""The Registry: enroll, find, list, revoke; and calls to audit, export and import.
 
 An issued badge is never changed: enrolling the very same badge again returns the record there is, revoked or not.
 What is added later, a revocation or measured figures, is signed and logged like the issue itself.
@@ -33,7 +33,7 @@ from moireid.registry.url import default_url, read_url
 PAGE = 200
 #: Of a million ids drawn at random some sixty share a part with a reading.
 MOST_ALIKE = 2000
-#: A reason is shown to whoever checks a badge; an essay belongs elsewhere.
+#: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
 
 Progress = Callable[[int, int | None], None]
@@ -69,8 +69,16 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
 class Registry:
     """An open registry; a context manager that closes its connections.
 
-    Every method raises RegistryError where the database fails, and where a record that it would return is not as the
-    authority signed it, or is not the version that the log has last.  Those that write need the private key.
+    Parameters
+    ----------
+    ledger : Ledger
+        Tables and log.  `open_registry` makes one.
+
+    Raises
+    ------
+    RegistryError
+        By every method where the database fails, and where a record that it would return is not as the authority signed
+        it, or is not the version that the log has last.  Those that write need the private key.
     """
 
     def __init__(self, ledger: Ledger) -> None:
@@ -100,14 +108,35 @@ class Registry:
         return key_path(self._ledger.authority)
 
     def head(self) -> str:
-        """The log's last entry, SEQUENCE:HASH: noted elsewhere, it tells a registry put back from one that grew."""
+        """Give the log's last entry.
+
+        Returns
+        -------
+        str
+            SEQUENCE:HASH.  Noted elsewhere, it tells a registry that was put back from one that grew.
+        """
         return str(self._ledger.head())
 
     def enroll(self, badge: Badge) -> Record:
-        """Issue `badge`; the very same badge again returns the first record, unchanged, and revoked if it was.
+        """Issue a badge.
 
-        Raises: RegistryError where the badge has no id, or a name that cannot be claimed, or where its id is issued
-            already to another name or with another badge; SpecError where the badge breaks its own schema.
+        Parameters
+        ----------
+        badge : Badge
+            With an id and a name.
+
+        Returns
+        -------
+        Record
+            The new record.  For the very same badge again it is the first one, unchanged, and revoked if it was.
+
+        Raises
+        ------
+        RegistryError
+            Where the badge has no id, or a name that cannot be claimed, or where its id is issued already to another
+            name or with another badge.
+        SpecError
+            Where the badge breaks its own schema.
         """
         record = new_record(badge, self.shown_url, utc_now())
         holder = self.by_id(record.id)
@@ -123,17 +152,48 @@ class Registry:
         return same_or_conflict(record, holder)
 
     def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None) -> Batch:
-        """Issue many badges, a thousand at a time; what is enrolled already stays as it is, so a batch that was
-        interrupted can be run again.  `progress` is told (done, of); of is None where `issued` has no length.
+        """Issue many badges, a thousand at a time.
 
-        Raises: as `enroll`, of the first badge that cannot be issued; those before it are.
+        Parameters
+        ----------
+        issued : iterable of Badge
+            What is enrolled already stays as it is, so a batch that was interrupted can be run again.
+        progress : callable, optional
+            Called with badges done and in all, None where `issued` has no length.
+
+        Returns
+        -------
+        Batch
+            How many are new, and how many were there.
+
+        Raises
+        ------
+        RegistryError
+            As `enroll`, of the first badge that cannot be issued; those before it are.
+        SpecError
+            As `enroll`.
         """
         return enroll_many(self._ledger, issued, progress)
 
     def revoke(self, claim: str, reason: str) -> Record:
-        """Revoke the badge that `claim` means, for good.
+        """Revoke a badge, for good.
 
-        Raises: RegistryError where nobody or more than one is meant, the reason is empty, or it is revoked already.
+        Parameters
+        ----------
+        claim : str
+            A name or an id, as `find`.
+        reason : str
+            One line of at most 500 letters.
+
+        Returns
+        -------
+        Record
+            The revoked record.
+
+        Raises
+        ------
+        RegistryError
+            Where nobody or more than one is meant, the reason is empty, or it is revoked already.
         """
         if not 0 < len(reason.strip()) <= LONGEST_REASON or not storable(reason):
             raise RegistryError(
@@ -155,9 +215,24 @@ class Registry:
         return record
 
     def store_as_built(self, badge_id: str, document_json: str) -> Record:
-        """Hold `document_json`, an object, as the newest measured figures of a badge; the same again changes nothing.
+        """Hold the newest measured figures of a badge; the same again changes nothing.
 
-        Raises: RegistryError where the id is not issued, or the text is no JSON object that can be stored.
+        Parameters
+        ----------
+        badge_id : str
+            Hex digits of any case.
+        document_json : str
+            A JSON object.
+
+        Returns
+        -------
+        Record
+            The record with these figures.
+
+        Raises
+        ------
+        RegistryError
+            Where the id is not issued, or the text is no JSON object that can be stored.
         """
         try:
             document = json.loads(document_json)
@@ -179,29 +254,67 @@ class Registry:
         return record
 
     def find(self, claim: str) -> Record:
-        """The one record whose name is `claim` (after NFC) or whose id is `claim` (hex digits of any case).
+        """Find the one record that a claim means.
 
-        Raises: RegistryError where there is none, or more than one; `error.details["ids"]` lists those.
+        Parameters
+        ----------
+        claim : str
+            A name, matched exactly after Unicode NFC, or an id in hex digits of any case.
+
+        Returns
+        -------
+        Record
+            As the authority signed it.
+
+        Raises
+        ------
+        RegistryError
+            Where there is none, or more than one; `error.details["ids"]` lists those.
         """
         return self._ledger.record(find_row(claim, self._ledger.rows, self.shown_url))
 
     def by_id(self, badge_id: str) -> Record | None:
-        """The record of an id, hex digits of any case, or None."""
+        """Find the record of an id.
+
+        Parameters
+        ----------
+        badge_id : str
+            Hex digits of any case.
+
+        Returns
+        -------
+        Record or None
+            None where the id is not issued.
+        """
         query = select_records().where(badges.c.id == as_id(badge_id))
         rows = self._ledger.rows(query) if storable(badge_id) else []
         return self._ledger.record(rows[0]) if rows else None
 
     def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
-        """The issued ids, revoked or not, of which at least one of the first four parts reads so.
+        """Find the issued ids, revoked or not, of which at least one of the first four parts reads so.
 
-        `parts`: place 0 to 3 -> the four lower-case hex digits there.  Whether their records are sound, `by_id` tells.
-        Empty where more than `MOST_ALIKE` do: ids that were counted up share their first parts, which tell nobody.
+        Parameters
+        ----------
+        parts : mapping of int to str
+            Place 0 to 3 to the four lower-case hex digits there.
+
+        Returns
+        -------
+        list of str
+            Empty where more than `MOST_ALIKE` do: ids that were counted up share their first parts, which tell nobody.
+            Whether their records are sound, `by_id` tells.
         """
         rows = self._ledger.rows(select_alike(parts).limit(MOST_ALIKE + 1)) if parts else []
         return [row.id for row in rows] if len(rows) <= MOST_ALIKE else []
 
     def records(self) -> Iterator[Record]:
-        """All records by name, then id; what is enrolled meanwhile may or may not be among them."""
+        """Go through all records by name, then id.
+
+        Yields
+        ------
+        Record
+            What is enrolled meanwhile may or may not be among them.
+        """
         page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(PAGE)
         rows = self._ledger.rows(page)
         while rows:
@@ -211,8 +324,20 @@ class Registry:
             rows = self._ledger.rows(page.where(_after(name, badge_id))) if len(rows) == PAGE else []
 
     def search(self, text: str, limit: int) -> list[Record]:
-        """The first `limit` records by name whose name holds `text` (SQLite folds the case of ASCII letters alone), or
-        whose id begins with it; of all where it is empty."""
+        """Find records by a part of the name, or by the beginning of the id.
+
+        Parameters
+        ----------
+        text : str
+            Of all records where it is empty.  SQLite folds the case of ASCII letters alone.
+        limit : int
+            How many at most.
+
+        Returns
+        -------
+        list of Record
+            By name, then id.
+        """
         name = unicodedata.normalize("NFC", text.strip())
         if not storable(name):
             return []
@@ -223,42 +348,118 @@ class Registry:
         return [self._ledger.record(row) for row in self._ledger.rows(page)]
 
     def layouts(self) -> list[Badge]:
-        """One badge of each distinct layout, that of the lowest id: all that a reader needs to read any of them."""
+        """Give one badge of each distinct layout: all that a reader needs to read any of them.
+
+        Returns
+        -------
+        list of Badge
+            Of each layout the badge of the lowest id.
+        """
         return [self._ledger.record(row).badge for row in self._ledger.rows(select_layouts())]
 
     def count(self) -> int:
-        """The number of records."""
+        """Count the records.
+
+        Returns
+        -------
+        int
+            Revoked ones too.
+        """
         return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
 
     def audit(self, expected_head: str | None = None, progress: Progress | None = None) -> Audit:
-        """Walk over the whole log and all records, and report what does not hold; see audit.py for what cannot show.
+        """Walk over the whole log and all records, and report what does not hold.
 
-        `expected_head` is a head noted earlier, SEQUENCE:HASH; `progress` is told (entries and records done, of).
-        Raises: RegistryError where `expected_head` is none.
+        Parameters
+        ----------
+        expected_head : str, optional
+            A head noted earlier, SEQUENCE:HASH.
+        progress : callable, optional
+            Called with entries and records done and in all.
+
+        Returns
+        -------
+        Audit
+            Its `sound` is true where everything holds.
+
+        Raises
+        ------
+        RegistryError
+            Where `expected_head` is none.
+
+        Notes
+        -----
+        What an audit cannot show is told in `moireid.registry.audit`.
         """
         return audit(self._ledger, expected_head, progress)
 
     def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
-        """Write records, log and public key to a JSON file, whole or not at all; returns the number of records.
+        """Write records, log and public key to a JSON file, whole or not at all.
 
-        Raises: RegistryError where something in the registry is not as signed; SpecError where the file exists and
-            `overwrite` is false, or cannot be written.
+        Parameters
+        ----------
+        path : Path or str
+            The file.
+        overwrite : bool
+            Whether an older file may be replaced.
+        progress : callable, optional
+            Called with records done and in all.
+
+        Returns
+        -------
+        int
+            The number of records.
+
+        Raises
+        ------
+        RegistryError
+            Where something in the registry is not as signed.
+        SpecError
+            Where the file exists and `overwrite` is false, or cannot be written.
         """
         return export_json(self._ledger, Path(path), overwrite=overwrite, progress=progress)
 
     def import_json(self, path: Path | str) -> Import:
-        """Take in what `export_json` wrote, all of it or nothing; the same again changes nothing.  See merge.py.
+        """Take in what `export_json` wrote, all of it or nothing; the same again changes nothing.
 
-        Raises: RegistryError where the file is damaged or not sound, is another authority's and this registry is not
-            empty, or says otherwise than this registry; or where records must be signed and the private key is absent.
+        Parameters
+        ----------
+        path : Path or str
+            The file.
+
+        Returns
+        -------
+        Import
+            How many records are new, changed and unchanged.
+
+        Raises
+        ------
+        RegistryError
+            Where the file is damaged or not sound, is another authority's and this registry is not empty, or says
+            otherwise than this registry; or where records must be signed and the private key is absent.
         """
         return import_json(self._ledger, Path(path))
 
 
 def import_registry(path: Path | str, url: str | None) -> Import:
-    """As `Registry.import_json`, and makes the registry at `url` where it is absent, which then has no key of its own.
+    """Take in an export as `Registry.import_json` does, and make the registry where it is absent.
 
-    Raises: RegistryError as that and `open_registry`; nothing is made where the file is at fault.
+    Parameters
+    ----------
+    path : Path or str
+        What `Registry.export_json` wrote.
+    url : str or None
+        As `open_registry`.  A registry that is made has no key of its own.
+
+    Returns
+    -------
+    Import
+        How many records are new, changed and unchanged.
+
+    Raises
+    ------
+    RegistryError
+        As `Registry.import_json` and `open_registry`; nothing is made where the file is at fault.
     """
     with checked_copy(Path(path)) as copy, open_registry(url, create=True, make_authority=False) as registry:
         return merge(copy, registry._ledger)

@@ -12,7 +12,13 @@ from moireid.errors import RegistryError
 
 
 def default_url() -> str:
-    """The URL of `registry.sqlite3` in the user's data folder; nothing is made."""
+    """Tell where the registry lies unless told otherwise.
+
+    Returns
+    -------
+    str
+        The SQLAlchemy URL of `registry.sqlite3` in the user's data folder; nothing is made.
+    """
     path = user_data_path("moireid", appauthor=False) / "registry.sqlite3"
     return URL.create("sqlite", database=str(path)).render_as_string(hide_password=False)
 
@@ -26,14 +32,14 @@ def read_url(text: str) -> URL:
         text.encode()
         url = make_url(text)
     except (ArgumentError, ValueError) as error:
-        # An address with "@" in it may hold a password, which must not reach a log by way of a message.
+        # An address with "@" may contain a password, which must not reach a log through a message.
         what = "the registry's URL" if "@" in text else f"registry {text[:200]!r}"
         raise RegistryError(f"{what} is no database URL; give one such as sqlite:///people.sqlite3") from error
     if url.get_backend_name() != "sqlite":
         return url
     database = url.database or ""
     if database in ("", ":memory:") or database.startswith("file:"):
-        # A registry in memory would be forgotten as soon as the command ends, and would still have said "enrolled".
+        # A registry in memory would be lost when the command ends, although the command had said "enrolled".
         raise RegistryError(
             f"registry {show_url(url)!r} names no file of its own; give one such as sqlite:///people.sqlite3, "
             "with three slashes before the path"

@@ -1,8 +1,8 @@
 """The process within limits: `python -m moireid.sandbox.child HANDLE WORK [BEGIN]`.
 
 WORK is `module:function`; the function is called with a `Talk`.  With BEGIN (JSON: limits, and a folder for temporary
-files) this process does the work.  Without it the work is loaded, and a process is forked for each time that it is
-asked for: such a one begins within some milliseconds, and bears nothing of the others or of the program that asks.
+files) this process does the work.  Without it the work is loaded, and a process is forked for each request.  Such a
+process begins within some milliseconds, and has no state of the others or of the requesting program.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from moireid.sandbox.limits import ProcessLimits, confine
 
 
 class Talk:
-    """The process's end of the line to the one who started it."""
+    """The child's end of the connection to its parent."""
 
     def __init__(self, pipe: Connection) -> None:
         self._pipe = pipe
 
     def next(self, idle_s: float | None = None) -> Any:
-        """The next message; None where there is none any more, or none for so long."""
+        """The next message; None at the end, or after `idle_s` without one."""
         try:
             return self._pipe.recv() if self._pipe.poll(idle_s) else None
         except (EOFError, OSError):
             return None
 
     def tell(self, answer: dict[str, Any]) -> None:
-        """Say something, as JSON.  Raises: ValueError, TypeError where it is none; OSError where nobody hears it."""
+        """Send an answer as JSON.  Raises: ValueError, TypeError if that is impossible; OSError without a parent."""
         self._pipe.send_bytes(json.dumps(answer, allow_nan=False).encode())
 
 
 def main() -> None:
-    """Do the work, or have it done as often as is asked, until the other end is closed."""
-    # An interrupt reaches every process of a terminal; the one that started this decides.
+    """Do the work, or fork a process for each request until the other end is closed."""
+    # An interrupt reaches every process of a terminal; the parent decides.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     handle, work = int(sys.argv[1]), sys.argv[2]
     if len(sys.argv) > 3:
@@ -54,8 +54,8 @@ def main() -> None:
 
 
 def _fork_for_each(asked: socket.socket, work: str) -> None:
-    """Each message with a handle is answered by the number of a process that does the work at that handle; each with
-    such a number by how that process ended, once it is ended.
+    """Answer requests: for a handle, fork a process that works at it, and return its number; for such a number, end
+    that process and return how it ended.
     """
     _loaded(work)
     while True:
@@ -77,7 +77,7 @@ def _fork_for_each(asked: socket.socket, work: str) -> None:
 
 
 def _run(handle: int, work: str, begin: str) -> None:
-    """Do the work within limits, tell how it ended, and leave."""
+    """Do the work within limits, report how it ended, and exit."""
     threading.Thread(target=_leave_with, args=(os.getppid(),), daemon=True).start()
     told, talk = json.loads(begin), Talk(Connection(handle))
     os.environ["TMPDIR"] = tempfile.tempdir = told["folder"]
@@ -85,12 +85,12 @@ def _run(handle: int, work: str, begin: str) -> None:
     try:
         _loaded(work)(talk)
         ended = ["done", "", True]
-    # All that the work does wrong is told; what it leaves behind goes with this process.
+    # Any error is reported; this process ends with it, so nothing can be left behind.
     except Exception as error:  # noqa: BLE001
         kind = "memory" if _lacks_memory(error) else type(error).__name__
         ended = [kind, " ".join(str(error).split())[:2000], isinstance(error, MoireIdError)]
     talk.tell({"ended": ended})
-    # Threads of libraries are not waited for.
+    # Do not wait for threads of libraries.
     os._exit(0)
 
 
@@ -107,7 +107,7 @@ def _lacks_memory(error: Exception) -> bool:
 
 
 def _leave_with(parent: int) -> None:
-    """End when the process that started this one has gone: nobody would hear the answer."""
+    """Make this process end with its parent: nobody would read the answer."""
     while os.getppid() == parent:
         time.sleep(0.25)
     os._exit(1)

@@ -1,4 +1,4 @@
-"""What a process may take, and how the system holds it to that."""
+"""Limits of a process, and how the system enforces them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class ProcessLimits:
-    """What a process may take; None: no limit.
+    """Limits of a process; None: no limit.
 
-    memory_bytes: private memory beside what the process holds as it begins; cpu_s: processor time of all its threads;
-    file_bytes: of one file that it writes; answer_bytes: of one answer, which its starter holds in memory.
+    memory_bytes: private memory beyond that at its start; cpu_s: processor time of all its threads; file_bytes: size of
+    one file that it writes; answer_bytes: size of one answer, which its parent keeps in memory.
     """
 
     memory_bytes: int
@@ -22,10 +22,10 @@ class ProcessLimits:
 
 
 def confine(limits: ProcessLimits) -> None:
-    """Hold this process to its limits; a lower limit of the system's own stays.
+    """Set the limits of this process; a lower limit of the system stays.
 
-    Private memory is what counts (RLIMIT_DATA, on Linux alone): it is what is asked for and can be written, so that a
-    bomb fails at its own call.  Address space also counts shared libraries and what threads reserve and never use.
+    Private memory is limited (RLIMIT_DATA, on Linux only), so that a request for too much memory fails at its own call.
+    A limit of address space would also count shared libraries and unused reservations of threads.
     """
     import resource
 

@@ -1,7 +1,7 @@
-"""A process within limits, as the one who started it sees it.
+"""A process within limits, from its parent's side.
 
-It is a plain program and no process of `multiprocessing`: Dask's workers are daemons, which that package lets have no
-children, and its fork server takes modules from the present folder.
+It is a plain program and does not use `multiprocessing`: that package allows Dask's workers, which are daemons, no
+children, and its fork server imports modules from the current folder.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from typing import Any
 
 from moireid.sandbox.limits import ProcessLimits
 
-#: A fork server that takes longer to load its work, or to answer, is given up.
+#: Longest time for a fork server to load its work, or to answer.
 LOAD_S = 120.0
-#: Read by libraries as they are loaded; OpenCV's own number is what the decoder goes by.
+#: Libraries read these when they are loaded; OpenCV's number also limits the decoder (`video.one_thread`).
 ONE_THREAD = dict.fromkeys(
     (
         "OMP_NUM_THREADS",
@@ -38,16 +38,16 @@ ONE_THREAD = dict.fromkeys(
     ),
     "1",
 )
-#: Dask has its workers give memory back early by this, which also takes large arrays out of the heap for good: each
-#: picture's would be faulted in page by page again, which took a third of a film's processor time.
+#: Dask sets this so that its workers return memory early.  It also keeps large arrays out of the heap, so that the
+#: memory of each picture is mapped again page by page, which took a third of a film's processor time.
 NOT_HANDED_ON = frozenset({"MALLOC_TRIM_THRESHOLD_"})
 
 
 class Ended(Exception):
-    """A process has ended, or has to be ended: kind and words.
+    """A process has ended, or must be ended: kind and words.
 
-    kind: "done" where its work is; "crash" where the process ended by itself; "memory" where it asked for too much;
-    else the name of the error that its work raised.  ours: an error that moireid raises on purpose.
+    kind: "done" if its work is done; "crash" if the process ended by itself; "memory" if it needed too much; otherwise
+    the name of the error that its work raised.  ours: whether moireid raised that error on purpose.
     """
 
     def __init__(self, kind: str, words: str, *, ours: bool = False) -> None:
@@ -56,10 +56,10 @@ class Ended(Exception):
 
 
 class Child:
-    """One process within limits; whoever has it ends it by `kill`, from any thread."""
+    """One process within limits; its owner ends it by `kill`, from any thread."""
 
     def __init__(self, pipe: Connection, end: Callable[[], int | None], folder: str, limits: ProcessLimits) -> None:
-        """Parameters: end: ends the process and tells its exit code; folder: of its temporary files."""
+        """Parameters: end: ends the process and returns its exit code; folder: for its temporary files."""
         self._pipe, self._end, self._folder, self._limits = pipe, end, folder, limits
         self._lock, self._over = threading.Lock(), False
         self._code: int | None = None
@@ -72,7 +72,7 @@ class Child:
             raise self._gone() from error
 
     def hear(self, seconds: float | None = None) -> dict[str, Any] | None:
-        """What the process says next; None where it says nothing for so long.  Raises: Ended."""
+        """The next answer of the process; None if there is none for `seconds`.  Raises: Ended."""
         try:
             if not self._pipe.poll(seconds):
                 return None
@@ -89,9 +89,9 @@ class Child:
         raise Ended(str(kind), str(words), ours=bool(ours))
 
     def kill(self) -> None:
-        """End the process, and remove its temporary files; again changes nothing.
+        """End the process, and remove its temporary files; a second call changes nothing.
 
-        A thread that waits to hear it hears that it has ended.
+        A thread that waits in `hear` gets `Ended`.
         """
         with self._lock:
             if not self._over:
@@ -109,8 +109,8 @@ class Child:
 def start(work: str, limits: ProcessLimits, folder: Path | str | None = None) -> Child:
     """A new program that does some work (`module:function`) on one thread.
 
-    Parameters: folder: where its temporary files lie, None for the system's place.
-    Raises: OSError where it cannot be started.
+    Parameters: folder: for its temporary files; None: the system's folder.
+    Raises: OSError if it cannot be started.
     """
     scratch = _scratch(folder)
     program, line = _program(work, _begin(scratch, limits), environment=ONE_THREAD)
@@ -123,9 +123,9 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None) ->
 
 
 class ForkServer:
-    """A program that has loaded some work, of which a process is forked for each time that it is to be done.
+    """A program that has loaded some work, and forks a process for each request.
 
-    It starts when it is first asked for, and again where it has gone; it ends with this process.
+    It starts with the first request, and again if it has gone; it ends with this process.
     """
 
     def __init__(self, work: str) -> None:
@@ -134,12 +134,12 @@ class ForkServer:
         self._line: socket.socket | None = None
 
     def warm_up(self) -> None:
-        """Let it begin to load the work, if it has not yet."""
+        """Begin to load the work, if that has not begun yet."""
         with self._lock:
             self._begun()
 
     def fork(self, limits: ProcessLimits, folder: Path | str | None = None) -> Child:
-        """A process that does the work; folder as in `start`.  Raises: OSError where none can be started."""
+        """A process that does the work; folder as in `start`.  Raises: OSError if none can be started."""
         ours, theirs = socket.socketpair()
         with ours, theirs:
             scratch = _scratch(folder)
@@ -149,7 +149,7 @@ class ForkServer:
                     socket.send_fds(line, [_begin(scratch, limits).encode()], [theirs.fileno()])
                     number = _answer(line)
                 except OSError:
-                    # What it would answer later would be taken for the answer to something else.
+                    # A late answer would be taken for the answer to another request.
                     self._drop()
                     raise
             return Child(Connection(ours.detach()), lambda: self._end(line, number), scratch, limits)
@@ -170,7 +170,7 @@ class ForkServer:
         self._program = self._line = None
 
     def _end(self, line: socket.socket, number: int) -> int | None:
-        # Processes of a fork server that has gone leave by themselves.
+        # If the fork server has gone, its processes end by themselves.
         with self._lock, suppress(OSError):
             line.sendall(str(number).encode())
             return _answer(line)
@@ -184,7 +184,7 @@ def _answer(line: socket.socket) -> int:
 
 
 def _scratch(folder: Path | str | None) -> str:
-    # The process may be forked from one that works in another folder.
+    # The fork server may have another current folder.
     return os.path.abspath(tempfile.mkdtemp(prefix="moireid-", dir=folder))
 
 
@@ -195,17 +195,17 @@ def _begin(scratch: str, limits: ProcessLimits) -> str:
 def _program(
     *arguments: str, environment: dict[str, str] | None = None
 ) -> tuple[subprocess.Popen[bytes], socket.socket]:
-    """A program with a line to it, which finds modules where this process does, and none in the present folder."""
+    """A program and a connection to it; it imports as this process does, but never from the current folder."""
     kept = {name: word for name, word in os.environ.items() if name not in NOT_HANDED_ON}
     path = os.pathsep.join(name for name in sys.path if name)
     ours, theirs = socket.socketpair()
     with theirs:
         try:
             program = subprocess.Popen(
-                # -P: what lies in the present folder is not taken for a package.
+                # -P: do not import from the current folder.
                 [sys.executable, "-P", "-m", "moireid.sandbox.child", str(theirs.fileno()), *arguments],
                 pass_fds=[theirs.fileno()],
-                # Decoders talk; what a stranger's film makes them say is not for this process's own streams.
+                # Decoders print messages; those about an untrusted film must not reach our own streams.
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,

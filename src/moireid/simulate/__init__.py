@@ -10,9 +10,9 @@ recording/    what a camera and a codec make of a picture
 forgeries/    what a forged film shows
 truth.py      the ground truth beside a film
 compiled.py   numba's compiler, with types
-left_out.py   what a film does not show, and the time that saves
+left_out.py   what a film does not show, and the time saved by that
 filming.py    the whole film: frames, file and truth
-wish.py       a film as it is asked for, in names and numbers
+wish.py       the wish for a film, in names and numbers
 """
 
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""Cameras: lens, shutter, exposure and what the maker's software does to the picture; some of them by name.
+"""Cameras: lens, shutter, exposure and the maker's picture processing; some cameras have names.
 
 Convention: pixel centres are whole numbers, and distortion is OpenCV's (Brown's radial k1, k2 and tangential p1, p2):
 a ray of slopes (x, y) meets the picture where the distorted slopes say.
@@ -22,16 +22,44 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Camera:
-    """One camera, by default a phone's in good light.
+    """A camera; by default a phone's in good light.
 
-    width, height, focal_px: pixels; principal_px: where the view axis meets the picture, None for its centre;
-    distortion: k1, k2, p1, p2; all in the picture as it is before mirroring.
-    shutter_s: from the first row's exposure to the last one's; exposure_s: how long each row is open, at most the time
-    of a frame, 0 for an instant.
-    noise_counts: standard deviation at mid grey, 8-bit counts; exposure: light gathered, 1 where white paper is just
-    not clipped; exposure_drift: share by which it wanders over some seconds.
-    focus_blur_px: standard deviation of defocus; sharpen: strength of the unsharp mask, with its halo; mirror: a
-    self-view, turned left to right after all else.
+    Parameters
+    ----------
+    width, height : int
+        Size of the picture, px, 2 to 16384.
+    focal_px : float
+        Focal length, px.
+    shutter_s : float
+        From the first row's exposure to the last one's, s, 0 to 1; 0 for a global shutter.
+    noise_counts : float
+        Standard deviation of the noise at mid grey, in 8-bit counts.
+    distortion : (float, float, float, float)
+        k1, k2, p1, p2.
+    exposure_s : float
+        How long each row is open, s, at most the time of a frame; 0 for an instant.
+    exposure : float
+        Light gathered; at 1 white paper is just not clipped.
+    exposure_drift : float
+        Share by which the exposure wanders over some seconds, 0 to 0.9.
+    focus_blur_px : float
+        Standard deviation of defocus, px.
+    sharpen : float
+        Strength of the unsharp mask, with its halo, 0 to 5.
+    mirror : bool
+        A self-view, turned left to right after all else.
+    principal_px : (float, float), optional
+        Where the view axis meets the picture, px; None for the picture's centre.
+
+    Raises
+    ------
+    SpecError
+        For a figure out of its range, or a distortion that folds the picture back on itself.
+
+    Notes
+    -----
+    Convention: pixel centres are whole numbers.  All lengths are of the picture as it is before mirroring.
+    Source: Brown 1966; the names and order of OpenCV's `projectPoints`, whose first four coefficients these are.
     """
 
     width: int = 1920
@@ -49,7 +77,7 @@ class Camera:
     principal_px: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what is no camera.  Raises: SpecError."""
+        """Check all figures.  Raises: SpecError where no camera can have them."""
         bounds = {
             "width": (2, 16384),
             "height": (2, 16384),
@@ -80,7 +108,18 @@ class Camera:
         return np.array([[self.focal_px, 0, centre[0]], [0, self.focal_px, centre[1]], [0, 0, 1.0]])
 
     def project(self, points: Array) -> Array:
-        """Pixels (..., 2) of points (..., 3) in camera coordinates with positive depth, distorted, not mirrored."""
+        """Find where points are seen.
+
+        Parameters
+        ----------
+        points : array (..., 3)
+            In camera coordinates, mm, with positive depth.
+
+        Returns
+        -------
+        array (..., 2)
+            Pixels, distorted, not mirrored.
+        """
         slopes = points[..., :2] / points[..., 2:]
         return np.asarray(self._distorted(slopes) * self.focal_px + self.matrix[:2, 2])
 
@@ -95,7 +134,7 @@ class Camera:
         )
 
     def _lens_is_one_to_one(self) -> bool:
-        """Whether the undistorted slopes of the picture's border can be found, and give the border back."""
+        """Whether each border pixel has undistorted slopes that lead back to the same pixel."""
         if self.distortion == (0.0, 0.0, 0.0, 0.0):
             return True
         way = np.linspace(-0.5, 0.5, 9)
@@ -110,7 +149,7 @@ class Camera:
 def undistorted(x: float, y: float, distortion: Any) -> tuple[float, float]:  # pragma: no cover
     """Slopes of the ray that meets the picture at distorted slopes (x, y).
 
-    Source: OpenCV's fixed-point iteration for `undistortPoints`, run until it stands still.
+    Source: OpenCV's fixed-point iteration for `undistortPoints`, run until it no longer changes.
     """
     k1, k2, p1, p2 = distortion[0], distortion[1], distortion[2], distortion[3]
     u, v = x, y
@@ -130,9 +169,9 @@ def undistorted(x: float, y: float, distortion: Any) -> tuple[float, float]:  # 
 CAMERAS: dict[str, Camera] = {
     # A phone's main camera in good light, its distortion corrected by the maker.
     "phone": Camera(),
-    # The same with what phones do to please: a slower shutter, denoised, then sharpened with a halo.
+    # The same with a phone's picture processing: a slower shutter, denoised, then sharpened with a halo.
     "sharpened": Camera(exposure_s=1 / 120, noise_counts=1.5, sharpen=1.0),
-    # A laptop's: 720p, wide, slow, a little soft, distortion left in.
+    # A laptop's camera: 720p, wide, slow, a little soft, distortion not corrected.
     "webcam": Camera(
         1280,
         720,
@@ -146,7 +185,7 @@ CAMERAS: dict[str, Camera] = {
     ),
     # A phone's second, very wide lens, uncorrected.
     "wide": Camera(focal_px=900.0, distortion=(-0.12, 0.02, 0.0005, -0.0003)),
-    # An evening room: open for as long as a frame of 30 a second lets it, dark and noisy all the same.
+    # A room in the evening: exposed as long as 30 frames a second allow, and still dark and noisy.
     "dim": Camera(exposure_s=1 / 30, exposure=0.35, noise_counts=9.0, exposure_drift=0.15),
     # A window behind the camera: paper clips to white.
     "bright": Camera(exposure=1.8, noise_counts=1.5),
@@ -154,7 +193,27 @@ CAMERAS: dict[str, Camera] = {
 
 
 def camera_named(name: str, *, mirror: bool = False, focus_blur_px: float | None = None) -> Camera:
-    """A camera by name, as it is or mirrored, or out of focus.  Raises: SpecError for a name that is none."""
+    """Give a camera by name.
+
+    Parameters
+    ----------
+    name : str
+        One of `moireid.simulate.cameras.CAMERAS`, such as "phone" or "webcam".
+    mirror : bool
+        Whether its picture is turned left to right.
+    focus_blur_px : float, optional
+        Standard deviation of defocus, px; None for the camera's own.
+
+    Returns
+    -------
+    Camera
+        A camera of its own; the named one is not changed.
+
+    Raises
+    ------
+    SpecError
+        For a name that is none, or a blur out of range.
+    """
     if name not in CAMERAS:
         raise SpecError(f"camera {name!r} is not known; choose one of {', '.join(CAMERAS)}")
     camera = replace(CAMERAS[name], mirror=mirror)

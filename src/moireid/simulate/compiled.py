@@ -1,4 +1,4 @@
-"""Numba's compiler, with types: to a type checker a compiled function is the function that it was made of."""
+"""Numba's compiler, with types: for a type checker, a compiled function has the type of the plain one."""
 
 from __future__ import annotations
 

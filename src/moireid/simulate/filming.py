@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -33,9 +34,26 @@ Render = Callable[[Instant], Rendered | None]
 
 @dataclass(frozen=True)
 class FilmReport:
-    """What was filmed: files, frames in the file, label, size in px, seconds by stage, and what was left out.
+    """What was filmed.
 
-    estimate: the renderer's setting, and the error that it is expected to make.
+    Attributes
+    ----------
+    video : Path
+        The film.
+    truth : Path
+        Its ground truth, CSV.
+    frames : int
+        Frames in the file; a recipe may drop some.
+    label : str
+        "genuine", or "forged:KIND".
+    size : (int, int)
+        Width and height in the file, px.
+    stages_s : dict of str to float
+        Seconds by stage of the work.
+    left_out : tuple of LeftOut
+        What no frame shows, and the seconds a frame that this saves.
+    estimate : Estimate
+        The renderer's setting, and the phase error that it is expected to make, rad.
     """
 
     video: Path
@@ -49,7 +67,23 @@ class FilmReport:
 
 
 def truth_path(video: Path) -> Path:
-    """Where the truth of a film lies: VIDEO.truth.csv.  Raises: SpecError for a path that names no file."""
+    """Tell where the ground truth of a film lies.
+
+    Parameters
+    ----------
+    video : Path
+        The film.
+
+    Returns
+    -------
+    Path
+        VIDEO.truth.csv beside it; nothing is made.
+
+    Raises
+    ------
+    SpecError
+        For a path that names no file.
+    """
     if not video.name:
         raise SpecError(f"{str(video)!r} is a folder and names no film; give a file name such as film.mp4")
     return video.with_name(video.name + ".truth.csv")
@@ -82,18 +116,24 @@ def film(
         The camera's course, as `motion_named` gives one.
     video : Path
         The file to write; its truth is written to `truth_path(video)`.
-    frames, fps : int, float
-        How many frames, and how many a second.
+    frames : int
+        How many frames, 2 to a million.
+    fps : float
+        How many a second, 1 to 1000.
     forge : str, optional
         A kind of `forgeries.courses.KINDS`; None for a true film.
     seed : int
         Of all that chance decides.
-    codec, crf, recipe : str, int, str, optional
-        Of `recording.encode`; crf on the codec's own scale.
+    codec : str
+        Of `recording.encode`, such as "h264".
+    crf : int, optional
+        The codec's quality, on its own scale; None for its usual one.
+    recipe : str, optional
+        What a service makes of a film, of `recording.encode`; it sets codec and quality.
     backend : {"analytic", "mitsuba"}
         "mitsuba" is the slow reference, which knows no rolling shutter.
     error_rad : float, optional
-        Phase error that the renderer must meet, by the cheapest setting that does.
+        Phase error that the renderer must meet, by the cheapest setting that does, rad.
     overwrite : bool
         Whether older files may be replaced.
     progress : callable, optional
@@ -102,17 +142,18 @@ def film(
     Returns
     -------
     FilmReport
+        The files, and what the work took.
 
     Raises
     ------
     SpecError
-        Where nothing would be filmed.
+        Where nothing would be filmed, or a file is in the way.
     MediaError
         Where the file cannot be written.
 
     Notes
     -----
-    Convention: times are those of the middle row; `truth` tells the truth's columns.
+    Convention: times are those of the middle row; `moireid.simulate.truth` tells the truth's columns.
     Source: `analytic`, `recording`, and the encoders of PyAV.
     """
     if not (2 <= frames <= 1_000_000 and 1 <= fps <= 1000):
@@ -149,7 +190,7 @@ def film(
                 stages.end("render")
                 picture = sensor.expose(board, middle.rotation[0], frame / fps)
                 stages.end("sensor")
-                aside.run(lambda picture=picture, frame=frame: writer.write(picture, frame))  # type: ignore[misc]
+                aside.run(partial(writer.write, picture, frame))
                 stages.end("encode")
                 truth.add(row, frame / fps, middle, shown.camera_mm[frame], shown.sight_mm[frame], field)
                 if progress:

@@ -1,8 +1,8 @@
-"""What a film leaves out, and the seconds a frame that this saves.
+"""What a film leaves out, and the seconds saved by that in each frame.
 
-A film is not slowed to find out what it saved: most figures are told from what its estimate and its sensor took anyway,
-by counts of pixels or of instants, and each says how it was come by.  `moireid bench simulate` measures them, rendered
-with and without, and tells how much the picture and the phase change.
+Measuring must not slow the film.  So most figures are computed from times that are known anyway (the estimate's and
+the sensor's) and from counts of pixels or instants; each figure says how it was found.  `moireid bench simulate`
+measures them: it renders with and without each thing, and prints how much the picture and the phase change.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 from moireid.simulate.analytic.estimate import Estimate
@@ -22,15 +23,15 @@ __all__ = ["LeftOut", "left_out"]
 
 #: A printed mount shows a rim of about this width around the board.
 MOUNT_RIM_MM = 4.0
-#: A frame is timed so often, and the least counts.
+#: A frame is timed this many times, and the least time counts.
 RUNS = 3
 NOT_MEASURED = "not known here; moireid bench simulate measures it"
 
 
 @dataclass(frozen=True)
 class LeftOut:
-    """One thing that no frame shows: what, the seconds a frame that this saves, None where not known, and how they
-    were found."""
+    """One thing that no frame shows: its name, the seconds saved in each frame (None: not known), and how these were
+    found."""
 
     what: str
     saved_s: float | None
@@ -42,9 +43,9 @@ def left_out(
 ) -> tuple[LeftOut, ...]:
     """All that a film leaves out.
 
-    Parameters: estimate: of the film's setting, with what a frame took; instant: a true frame of the film; instants:
-        of an exposure, were the shutter shown; sensor_s: what the sensor took for a frame.
-    Convention: what costs nothing saves 0.
+    Parameters: estimate: of the film's setting, with the time of a frame; instant: a true frame of the film; instants:
+        how many an exposure would have if the shutter were shown; sensor_s: the sensor's time for a frame.
+    Convention: a thing that costs nothing saves 0.
     Source: module docstring.
     """
     per_px = estimate.frame_s / max(estimate.pixels, 1)
@@ -70,7 +71,7 @@ def left_out(
 
 
 def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, instants: int) -> list[LeftOut]:
-    """What the scene says that it does not need, though it could be shown."""
+    """What could be shown, but is not because `Scene.need` does not ask for it."""
     need, found = scene.need, []
     if not need.background:
         with_it, without = (_seconds(_sensor_frame(scene, shown, instant)) for shown in (True, False))
@@ -90,7 +91,7 @@ def _unneeded(scene: Scene, backend: str, estimate: Estimate, instant: Instant, 
                 AnalyticRenderer(replace(scene, need=replace(need, glare=glare)), rays=estimate.rays)
                 for glare in (True, False)
             )
-            with_it, without = (_seconds(lambda frame=frame: frame.render(instant)) for frame in frames)  # type: ignore[misc]
+            with_it, without = (_seconds(partial(frame.render, instant)) for frame in frames)
             found.append(LeftOut("glare", with_it - without, "measured: a frame with and without"))
     return found
 
@@ -102,7 +103,7 @@ def _off_badge(scene: Scene, backend: str, estimate: Estimate, instant: Instant)
         beside = camera.width * camera.height - estimate.pixels
         cost = beside * estimate.frame_s / max(estimate.pixels, 1)
         return LeftOut(what, cost, "estimated, at most: their number, each as dear as one of the badge's")
-    # One ray a pixel, as what finds no badge is the same for each ray.
+    # One ray for each pixel is enough: the work to find that there is no badge is the same for each ray.
     whole = AnalyticRenderer(scene, rays=(1, 1))
     clock = time.perf_counter()
     whole.render(instant, crop=(0, 0, camera.width, camera.height))
@@ -113,20 +114,20 @@ def _off_badge(scene: Scene, backend: str, estimate: Estimate, instant: Instant)
 
 
 def _fineness(estimate: Estimate) -> str:
-    """What detail a setting leaves out."""
+    """The detail that a setting leaves out, in words."""
     if estimate.segments is not None:
         return f"lens detail below {estimate.segments} segments"
     return f"lens detail between {estimate.rays[0] * estimate.rays[1]} rays of a pixel"
 
 
 def _board_px(scene: Scene, instant: Instant) -> int:
-    """Pixels of the box in which the scene's need is seen."""
+    """Number of pixels in the box that shows what the scene needs."""
     box = board_box(scene, middle_view(instant))
     return 0 if box is None else (box[2] - box[0]) * (box[3] - box[1])
 
 
 def _sensor_frame(scene: Scene, background: bool, instant: Instant) -> Callable[[], Any]:
-    """What exposes one frame without a board."""
+    """A function that exposes one frame without a board."""
     sensor = Sensor(scene.camera, 0, need=Need(background=background))
     return lambda: sensor.expose(None, instant.first.rotation[0], 0.0)
 

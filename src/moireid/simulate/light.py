@@ -1,13 +1,13 @@
 """Where the light comes from, and the bands into which the lenses focus it on the page.
 
-Light reaches the page through the same lenses as the camera's sight, so a lamp, a window or a soft box is focused into
-one bright band under each lens, which is as wide as the light is.  A line that lies in the band is lit, one beside it
-is not: seen along other directions the badge is dark, and the fringes are turned.  An even sky makes no such band.
+Light reaches the page through the same lenses through which the camera sees it.  So a lamp, a window or a soft box is
+focused into one bright band under each lens, which is as wide as the light.  A line in the band is lit, a line beside
+it is not.  Seen from other directions the badge is dark and its fringes change.  An even sky makes no such band.
 
-A light here is a disc that faces the board's centre, beside an even sky.  It stands still in the board's frame.
+A light here is a disc that faces the board's centre, beside an even sky.  It stays still in the board's frame.
 
-Left out: light that goes from the page to the lens and back (it lights the page nearly evenly), and that the disc's
-place along the lenses differs from one end of the sheet to the other, but for its brightness.
+Left out: light from the page to the lens and back (it lights the page nearly evenly).  Of the disc's changing direction
+along the lenses only the change of brightness is included.
 
 Convention: board frame of `motion`, mm; the light is in front of the badge, at negative z.  A perfectly white page
 without a sheet over it, at the board's centre, would have radiance 1, the scale of `scene.ink` and `scene.paper`.
@@ -28,11 +28,11 @@ from moireid.lenticule import trace_mm
 from moireid.optics import passed_share, slab_shift_mm
 
 Array = NDArray[np.float64]
-#: Places across one lens pitch at which the light on the page is kept: 2 um for 0.5 mm.
+#: The light on the page is kept at this many places across one lens pitch: every 2 um for 0.5 mm.
 BINS = 256
 #: Rays traced across one lens, and points of the light across the lenses and along them.
 RAYS, ACROSS, ALONG = 1024, 33, 5
-#: Nearer than this the light stands among the lenses, mm.
+#: A light must be farther from the badge than this, mm.
 NEAREST_MM = 50.0
 #: Rows of the table for lights near by: the light moves by this share of its radius from one to the next.
 ROW_SHARE, MOST_ROWS = 0.125, 65
@@ -42,8 +42,24 @@ ROW_SHARE, MOST_ROWS = 0.125, 65
 class Light:
     """A disc of light before an even sky.
 
-    place_mm: of the disc's middle; radius_mm: of the disc; share: of the light on the page that comes from it, 0 for
-    an even sky alone.  Raises: SpecError where that is no light in front of the badge.
+    Parameters
+    ----------
+    place_mm : (float, float, float)
+        The disc's middle in the board frame, mm; z is negative, as the light is in front of the badge.
+    radius_mm : float
+        Of the disc, mm.
+    share : float
+        Of the light on the page that comes from the disc, 0 to 1; 0 for an even sky alone.
+
+    Raises
+    ------
+    SpecError
+        Where that is no light in front of the badge.
+
+    Notes
+    -----
+    Convention: a white page without a sheet over it, at the board's centre, has radiance 1.
+    Source: Snell's law and Fresnel's equations for unpolarised light; see `moireid.lenticule.trace_mm`.
     """
 
     place_mm: tuple[float, float, float] = (0.0, 0.0, -1000.0)
@@ -89,10 +105,26 @@ LIGHTS = {
 
 
 def light_named(name: str) -> Light:
-    """A light by its name in `LIGHTS`.
+    """Give a light by name.
 
-    Convention: module docstring.
-    Raises: SpecError for a name that is none.
+    Parameters
+    ----------
+    name : str
+        One of `moireid.simulate.light.LIGHTS`: "even", "softbox", "window" or "lamp".
+
+    Returns
+    -------
+    Light
+        The light in the board frame.
+
+    Raises
+    ------
+    SpecError
+        For a name that is none.
+
+    Notes
+    -----
+    Convention: as `Light`.
     Source: rooms as they are; each figure stands beside the name.
     """
     if name not in LIGHTS:
@@ -106,13 +138,13 @@ def straight_share(refractive_index: float) -> float:
 
 
 def light_table(lens: Lens, light: Light, reach_mm: tuple[float, float]) -> tuple[Array, Array, Array]:
-    """How bright the page is under each place of a lens, by the sky and, at several places across the sheet, the disc.
+    """Brightness of the page under each place of a lens: by the sky, and by the disc at some places across the sheet.
 
-    Parameters: lens: as built; light: its place told across the lenses, along them, and in depth; reach_mm: the
-        sheet's extent across.
-    Convention: relative to the module's white page, over what the surface passes straight on, so that paper under an
-        even sky is about as bright as `scene.paper`.  Bin k is the page k bins to the right of the axis of any lens,
-        whichever lens the light came through.
+    Parameters: lens: as built; light: its place as (across the lenses, along them, depth); reach_mm: the sheet's extent
+        across.
+    Convention: relative to the module's white page, divided by `straight_share`, so that paper under an even sky is
+        about as bright as `scene.paper`.  Bin k is the page k bins to the right of any lens's axis, whichever lens the
+        light came through.
     Returns: sky (BINS,); places across (rows,) mm, evenly spaced; disc (rows, BINS).
     Source: rays from the disc's points, and of a sky of even radiance, traced through one lens; their power is spread
         over the place where they land.
@@ -132,13 +164,13 @@ def light_table(lens: Lens, light: Light, reach_mm: tuple[float, float]) -> tupl
 
 
 def _disc_power(light: Light, place_mm: float, thickness_mm: float) -> tuple[Array, Array, Array]:
-    """Tangents at which the disc's points light the apex plane at a place across, and the power that each brings."""
+    """Tangents at which the disc's points light a place of the apex plane, and the power of each point."""
     middle = np.array(light.place_mm)
     toward = middle / np.linalg.norm(middle)
     side = np.cross([0.0, 1.0, 0.0], toward)
     side /= np.linalg.norm(side)
     up = np.cross(toward, side)
-    # Midpoints of even steps across; along, of even steps of the chord there, each standing for its own area.
+    # Midpoints of even steps across the disc, and of even steps along each chord; each stands for its own area.
     u = ((np.arange(ACROSS) + 0.5) / ACROSS * 2 - 1)[:, None]
     chord = np.sqrt(1 - u**2)
     v = chord * ((np.arange(ALONG) + 0.5) / ALONG * 2 - 1)
@@ -150,19 +182,19 @@ def _disc_power(light: Light, place_mm: float, thickness_mm: float) -> tuple[Arr
 
 
 def _sky_profile(lens: Lens) -> Array:
-    """What an even sky of unit irradiance brings to each place of a pitch."""
+    """The light of an even sky of unit irradiance at each place of a pitch."""
     # Points of the unit disc of direction cosines, evenly spread: each brings the same irradiance.
     axis = (np.arange(48) + 0.5) / 48 * 2 - 1
     x, y = (part.ravel() for part in np.meshgrid(axis, axis))
     down = np.sqrt(np.maximum(1 - x**2 - y**2, 0.0))
-    # Grazing light meets more lenses than are traced; what is dropped brings 2 % of a sky's light.
+    # Grazing light meets more lenses than are traced; the dropped rays carry 2 % of a sky's light.
     kept = down > 0.15
     count = np.count_nonzero(down > 0)
     return _profile(lens, x[kept] / down[kept], y[kept] / down[kept], np.full(np.count_nonzero(kept), 1.0 / count))
 
 
 def _profile(lens: Lens, tan_x: Array, tan_y: Array, power: Array) -> Array:
-    """Light on the page, (BINS,): the mean is what passes of the whole power, relative to `straight_share`."""
+    """Light on the page, (BINS,): its mean is the share of power that passes, relative to `straight_share`."""
     across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
     if lens.kind == "mask":
         clear = lens.open_fraction or 0.0
@@ -182,9 +214,9 @@ def _profile(lens: Lens, tan_x: Array, tan_y: Array, power: Array) -> Array:
 
 
 def turned_light(light: Light, axis: str, twist_rad: float, offset_mm: float) -> Light:
-    """The light as a twisted sheet of that axis sees it: across its lenses, along them, in depth.
+    """The light in the frame of a twisted sheet of that axis: across its lenses, along them, in depth.
 
-    Convention: twist from across towards along, as `mitsuba_sheet.turned_for` gives it; across counts from the axis of
+    Convention: twist from across towards along, as `mitsuba.sheet.turned_for` gives it; across counts from the axis of
         lenticule 0.
     Source: rotation about the view axis.
     """

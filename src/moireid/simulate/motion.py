@@ -27,18 +27,31 @@ MEASURED_RUN = "data/handheld_tum_fr1_xyz.csv"
 
 @dataclass(frozen=True)
 class Poses:
-    """Camera centres (T, 3) mm in the board frame and rotations board -> camera (T, 3, 3)."""
+    """Where the camera is, at T times.
+
+    Parameters
+    ----------
+    camera_mm : array (T, 3)
+        Camera centres in the board frame, mm; z is negative before the badge.
+    rotation : array (T, 3, 3)
+        Turns board vectors into camera vectors.
+
+    Notes
+    -----
+    Convention: board frame with its origin at the board's centre, x right, y down, z into the board.  The camera looks
+    along its own z, x right, y down (OpenCV).
+    """
 
     camera_mm: Array
     rotation: Array
 
 
-#: A motion tells the poses at any times, seconds.
 Motion = Callable[[Array], Poses]
+"""The camera's course: from times (T,), s, to the poses at these times."""
 
 
 def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
-    """A motion by name, or read from a CSV file.
+    """Give a motion by name, or read one from a CSV file.
 
     Parameters
     ----------
@@ -63,7 +76,8 @@ def motion_named(name: str, *, distance_mm: float, seed: int) -> Motion:
 
     Notes
     -----
-    Convention: module docstring.  Source: each motion's own docstring.
+    Convention: as `Poses`.
+    Source: each motion's own docstring; "handheld" replays a measured run of the TUM RGB-D data set.
     """
     if name in NAMED:
         return NAMED[name](distance_mm, seed)
@@ -164,7 +178,7 @@ def tumble(distance_mm: float, seed: int) -> Motion:
 
 
 def circle(distance_mm: float, seed: int) -> Motion:
-    """Round the badge's axis, 120 mm out, three seconds a turn: moves sideways as much as up and down.
+    """A circle of 120 mm round the badge's axis, three seconds a turn: as much sideways as up and down.
 
     Both axes of a two-axis badge are excited alike, a quarter of a turn apart, so neither can stand for the other.
     """
@@ -214,7 +228,7 @@ def from_csv(path: Path, distance_mm: float) -> Motion:
 
 
 def _spline(text: str, source: str, distance_mm: float) -> Motion:
-    """Interpolate the rows of a motion file; times beyond the end run back."""
+    """Interpolate the rows of a motion file; beyond its end the motion runs backwards."""
     reader = csv.DictReader(text.splitlines())
     try:
         rows = _rows(reader, source)
@@ -245,7 +259,7 @@ def _rows(reader: csv.DictReader[str], source: str) -> Array:
         raise MediaError(f"{source} holds a value that is no number; correct that row") from error
     if len(rows) < 4 or not np.all(np.isfinite(rows)) or not np.all(np.diff(rows[:, 0]) > 1e-6):
         raise MediaError(f"{source} has {len(rows)} rows; a motion needs 4 or more, finite, with rising times")
-    # Times may count from 1970, as motion capture's do: it is their span that must make sense.
+    # Motion capture may count times from 1970, so only their span is checked.
     if np.ptp(rows[:, 0]) > 1e6 or np.abs(rows[:, 1:4]).max() > 1e6:
         raise MediaError(f"{source} spans more than 1e6 s or holds a place beyond 1 km; correct its units")
     sizes = np.abs(rows[:, 4:]).max(axis=1)
@@ -255,7 +269,7 @@ def _rows(reader: csv.DictReader[str], source: str) -> Array:
 
 
 def _aimed(camera_mm: Array, error_rad: Array) -> Poses:
-    """Cameras that look at the board's centre, upright, but for small turns (T, 3) about their own axes."""
+    """Upright cameras that look at the board's centre, then turned a little (T, 3) about their own axes."""
     forward = -camera_mm / np.linalg.norm(camera_mm, axis=1, keepdims=True)
     right = np.cross([0.0, 1.0, 0.0], forward)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
@@ -264,7 +278,7 @@ def _aimed(camera_mm: Array, error_rad: Array) -> Poses:
 
 
 def _tremor(seed: int, *, count: int, amplitude: float, band_hz: tuple[float, float]) -> Callable[[Array], Array]:
-    """Smooth random motion (T, count) of that root mean square: eight sines of random pitch and phase each."""
+    """Smooth random motion (T, count) with this root mean square: sums of eight sines of random frequency and phase."""
     rng = np.random.default_rng(seed)
     frequency = rng.uniform(*band_hz, (8, count))
     phase = rng.uniform(0, 2 * math.pi, (8, count))

@@ -25,11 +25,13 @@ class Build:
     Parameters
     ----------
     lens_offset_mm : float
-        Along the fringes' axis, mm.
+        How far the sheet is moved along the fringes' axis, mm; positive for +x (or +y on a "y" grating).
     twist_rad : float
-        Of the sheet about the view axis, from x towards y.
-    print_scale, lens_scale : float
-        Real over nominal size, about the board's centre.
+        How far the sheet is turned about the view axis, rad; positive from x towards y.
+    print_scale : float
+        Printed over nominal size, about the board's centre.
+    lens_scale : float
+        Real over nominal pitch of the sheet, about the board's centre.
     """
 
     lens_offset_mm: float = 0.0
@@ -39,7 +41,19 @@ class Build:
 
     @staticmethod
     def typical(seed: int) -> Build:
-        """One badge out of many: offset anywhere in a pitch, twist 0.1 degrees, scales 0.2 and 0.1 % (1 sigma)."""
+        """One badge out of many.
+
+        Parameters
+        ----------
+        seed : int
+            Of what chance decides.
+
+        Returns
+        -------
+        Build
+            With a random offset within +-0.25 mm, and normal twist (standard deviation 0.1 degrees, at most 0.3),
+            print scale (0.2 %, at most 0.5 % off) and lens scale (0.1 %, at most 0.3 % off).
+        """
         rng = np.random.default_rng(seed)
         return Build(
             lens_offset_mm=float(rng.uniform(-0.25, 0.25)),
@@ -53,8 +67,8 @@ class Build:
 class Instant:
     """One frame to render: poses at the first and last row, and the place from which the fringes are shown.
 
-    field: parallax coordinates (rows, columns, 2) that are added to that place's own, an even grid over the board:
-        each part of a forged badge may follow a course of its own; None for none.
+    field: parallax (rows, columns, 2) that is added at each point of an even grid over the board, since each part of a
+        forged badge may follow its own course; None for a badge without such parts.
     picture: what a flat board shows in place of page and sheet, (rows, columns) radiance over its whole width at one
         scale; None for a true badge.
     """
@@ -68,12 +82,25 @@ class Instant:
 
 @dataclass(frozen=True)
 class Need:
-    """What a film must show; whatever is not needed is left out of the work, and `left_out` tells what that saved.
+    """What a film must show.  What is not needed is left out of the work.
 
-    background: what is behind the badge, even grey without it; page: paper and markers around the gratings; shutter:
-    rows and instants of an exposure one after the other, all at the middle of the frame's time without it; glare: what
-    the lenses mirror of a light; bounces: light that the sheet's faces mirror onto each other, and the face that is
-    hidden behind the lenses, which Mitsuba alone can show.
+    Parameters
+    ----------
+    background : bool
+        What is behind the badge; even grey without it.
+    page : bool
+        Paper and markers around the gratings.
+    shutter : bool
+        Rows and instants of an exposure one after the other; all at the middle of the frame's time without it.
+    glare : bool
+        What the lenses mirror of a light.
+    bounces : bool
+        Light that the sheet's faces mirror onto each other, and faces hidden behind the lenses.  Mitsuba alone shows
+        it.
+
+    Notes
+    -----
+    What was left out, and the seconds that this saved, is told in `FilmReport.left_out`.
     """
 
     background: bool = True
@@ -85,22 +112,32 @@ class Need:
 
 @dataclass(frozen=True)
 class Scene:
-    """Badge, build, camera, and what must be seen of them.
+    """A badge, how it is built, its camera and its light, and what must be seen of them.
 
     Parameters
     ----------
     badge : Badge
+        What is filmed.
     build : Build
         How the built badge differs from its design.
     camera : Camera
-    ink, paper : float
-        Radiance of print, 0 to 1.
+        The camera that films it; where it is, a `Motion` tells.
+    ink : float
+        Radiance of printed lines, 0 to 1.
+    paper : float
+        Radiance of bare paper, 0 to 1.
     hidden_mm : Rect, optional
-        A part of the page that something grey covers, page coordinates.
+        A part of the page that something grey covers, (x0, y0, x1, y1), page mm.
     light : Light, optional
         None for a page that shines by itself, with no glare and no ray lost.
     need : Need
         What a film must show.
+
+    Notes
+    -----
+    Convention: page mm have their origin at the page's top left.  The board frame has its origin at the board's
+    centre, x right, y down, z into the board.
+    Source: a white page under an even sky has radiance 1.
     """
 
     badge: Badge

@@ -4,8 +4,8 @@ frame, time_s: number and time in the file, of the picture's middle row; frames 
 camera_*_mm, r11 to r33: the true camera, board -> camera, in the board frame of `motion`; before mirroring.
 parallax_x, parallax_y: of the true camera, Cx/|Cz| and Cy/|Cz|.
 phase_rad: of the fringes as shown, forged or not, at the board's centre.  Where the parts of a forged badge disagree,
-    it is that of the part which holds the centre: of `patchy`, the patch to its lower right.  nan where the view
-    is steeper than the law is traced for (63 degrees).
+    the part that holds the centre counts: for `patchy`, the lower right patch.  nan where the view is steeper than the
+    table of the law (63 degrees).
 label: "genuine", or "forged:KIND".
 shown_x, shown_y: parallax coordinates from which the fringes at the board's centre are shown; the true ones if genuine.
 phase_other_rad: as phase_rad, for the first grating of the other axis; nan where the badge has none.
@@ -51,12 +51,12 @@ TRUTH_COLUMNS = (
 
 
 def shown_phase_rad(badge: Badge, grating: Grating, shown_mm: Array, sight_mm: Array, field: Array) -> float:
-    """Phase of a grating's fringes at the board's centre, as a film that rectifies the page's plane has it.
+    """Phase of a grating's fringes at the board's centre, as it is measured in a film rectified to the page's plane.
 
     Parameters: shown_mm, sight_mm (3,): as in `shown.Shown`; field (2,): parallax added at the centre.
     Convention: phase by `lenticule.ViewLaw` for the grating's pitch, the badge as designed; nan beyond its table.
-    Source: the line of sight to the page's centre crosses the lenses at -g t; what they show there is as from the
-        shown place.  Where both places are one, this is the law of the page's plane.
+    Source: the line of sight to the page's centre crosses the lenses at -g t; the lenses show there what is seen from
+        the shown place.  Where both places are equal, this is the law for the page's plane.
     """
     lens, pitch = badge.lens, grating.pitch_mm
     axis = 0 if grating.axis == "x" else 1

@@ -1,4 +1,4 @@
-"""A film as it is asked for, in names and numbers alone, so that it can be written down and sent to another machine."""
+"""The wish for a film, in names and numbers only, so that it can be saved and sent to another machine."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from moireid.simulate.scene import Build, Need, Scene
 
 @dataclass(frozen=True)
 class Wish:
-    """One film; each field is an option of `moireid simulate`, None what it leaves to others.
+    """One film; each field is an option of `moireid simulate`; None where other fields or defaults decide.
 
     motion: a name, or the path of a CSV file; leave_out: fields of `scene.Need` that are not needed.
     """
@@ -58,7 +58,7 @@ def filmed(
     overwrite: bool = False,
     progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:
-    """Film the scene as wished; as `film.film`, with its errors."""
+    """Film the scene as wished; as `filming.film`, with its errors."""
     course = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
     return film(
         scene,

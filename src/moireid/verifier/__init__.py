@@ -1,6 +1,6 @@
-"""Film in, verdict out.  This room never imports simulate or fabrication: a judge is not tested by its accomplice.
+"""Film in, verdict out.  This room never imports simulate or fabrication: it must not share their mistakes.
 
-The data's way, folder by folder; none imports one that stands below it:
+The folders in the order in which the data flows; a folder never imports one that stands below it:
 
 tracking/   where the page lies in each frame, and the brightness along its rows
 camera/     where the camera was, from the page's corners alone
@@ -9,13 +9,13 @@ motion/     do the fringes follow the law?
 identity/   whose badge is it, and is it the one that was enrolled?
 session/    a film or a live picture from its first frame to the verdict
 report/     the report for people
-live/       a live check: prompts that nobody knows before
+live/       a live check: random prompts that the person must follow
 
 video.py        grey frames with their times
-opened_file.py  the file that they are read from, opened once
+opened_file.py  the film's file, opened once
 limits.py       every constant on which a verdict depends, with its source
 reasons.py      findings with value, limit and unit
-timeline.py     times that rise, and intervals of them
+timeline.py     rising frame times, and time intervals
 """
 
 from moireid.verifier.report.page import write_report

@@ -1,4 +1,4 @@
-"""A file that is opened once and read by several readers, so that all of them read the same file."""
+"""A file that is opened once for several readers, so that all of them read the same file."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from moireid.errors import MediaError
 
 
 class OpenedFile:
-    """A file by its handle, which stays the same file where its path is given to another one.
+    """An open file.  It stays the same file even if another file takes over its path.
 
-    It is closed when nobody holds it any more.
+    It is closed when it is no longer referenced.
     Raises: OSError where it cannot be opened.
     """
 
@@ -27,21 +27,21 @@ class OpenedFile:
 
     @property
     def size(self) -> int:
-        """Bytes of it when it was opened."""
+        """Size in bytes when it was opened."""
         return self._state[0]
 
     def read_at(self, place: int, count: int) -> bytes:
-        """Up to so many bytes from a place on; b"" at the end."""
+        """Up to `count` bytes from `place` on; b"" at the end."""
         with self._lock:
             self._stream.seek(place)
             return self._stream.read(count) or b""
 
     def reading(self) -> Reading:
-        """A reader from the beginning, with a place of its own."""
+        """A reader with its own position, at the beginning."""
         return Reading(self)
 
     def sha256(self) -> str:
-        """Hex SHA-256 of it.
+        """Hex SHA-256 of the file.
 
         Raises: MediaError where it cannot be read, or was written to since it was opened.
         """
@@ -57,31 +57,31 @@ class OpenedFile:
         return digest.hexdigest()
 
     def _stated(self) -> tuple[int, int]:
-        """What changes when the file is written to, but not when its path is."""
+        """Size and time of the last change; renaming the file leaves both alone."""
         found = os.fstat(self._stream.fileno())
         return found.st_size, found.st_mtime_ns
 
 
 class Reading:
-    """A reader of an opened file, as libraries ask for: read, seek, tell and a name."""
+    """A reader of an opened file with what libraries expect: read, seek, tell and a name."""
 
     def __init__(self, opened: OpenedFile) -> None:
         self._opened, self._place = opened, 0
-        #: FFmpeg looks at a name's ending too where the content leaves the format open.
+        #: FFmpeg also uses the suffix of the name if the content does not settle the format.
         self.name = str(opened.path.absolute())
 
     def read(self, count: int) -> bytes:
-        """The next bytes, up to so many."""
+        """The next bytes, up to `count`."""
         piece = self._opened.read_at(self._place, count)
         self._place += len(piece)
         return piece
 
     def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        """Move on to a place, counted from the beginning, from here or from the end."""
+        """Move to a position, counted from the beginning, from here or from the end."""
         origin = {os.SEEK_SET: 0, os.SEEK_CUR: self._place, os.SEEK_END: self._opened.size}[whence]
         self._place = origin + offset
         return self._place
 
     def tell(self) -> int:
-        """The place."""
+        """The current position."""
         return self._place

@@ -1,4 +1,4 @@
-"""Reasons: what a verdict rests on, one line each, with measured value, limit and unit."""
+"""Reasons: the findings behind a verdict, each with measured value, limit and unit."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def json_number(value: Any) -> Any:
 
 
 def worst(reasons: list[Reason]) -> Verdict:
-    """The verdict that follows from reasons: one failure rejects, one doubt leaves it open.  An empty list is open."""
+    """The verdict from its reasons: "reject" if one fails, else "inconclusive" if one is undecided or none passes."""
     levels = {reason.level for reason in reasons}
     if "fail" in levels:
         return "reject"

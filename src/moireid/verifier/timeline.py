@@ -1,7 +1,7 @@
-"""When something was so: times of frames, made to rise, and intervals of them.
+"""Times of frames on a clock that never goes back, and intervals of time.
 
-The times of a film start anew where recordings were joined: two pieces of a transport stream, say.  Nobody knows how
-much later the second piece was taken, so nothing may be smoothed or unwrapped across the joint.
+The times of a film restart where recordings were joined, for example two pieces of a transport stream.  How much later
+the second piece was recorded is unknown, so nothing may be smoothed or unwrapped across the joint.
 """
 
 from __future__ import annotations
@@ -12,23 +12,23 @@ from dataclasses import dataclass, field
 from moireid.errors import SpecError
 from moireid.verifier.reasons import Reason, json_number
 
-#: Some frames that motion smeared, in which the badge is lost, or that a network brought late, end no interval.
+#: Shorter breaks do not end an interval: some frames are smeared by motion, or arrive late from a network.
 BREAK_S = 0.4
-#: A time that lies farther back than this starts anew.  Less is a time badly told, by a frame or two: such a frame
-#: counts as taken with the one before.
+#: A step back by more than this is a restart.  A smaller one is a timestamp that is wrong by a frame or two: such a
+#: frame gets the time of the frame before.
 RESTART_S = 0.1
-#: After a restart time goes on so much later: no step that follows a badge, smooths its course or unwraps its phase
-#: reaches over so long (a test holds it).
+#: Gap in time that is put in at a restart.  Tracking, smoothing and unwrapping never reach across such a gap (a test
+#: checks it).
 JOINT_S = 0.5
-#: Intervals that a report names, the longest first.
+#: A report lists at most this many intervals, the longest ones.
 MOST_NAMED = 20
 
 
 class FilmTime:
-    """The times of a film's frames, made to rise.
+    """The times of a film's frames on a clock that never goes back.
 
-    Convention: the film's own times until one lies more than `RESTART_S` back; from there on they are moved by one
-    offset, so that the frame comes `JOINT_S` after the one before.  Times may repeat, and then repeat here.
+    Convention: times are those of the file until one steps back by more than `RESTART_S`; from there on an offset is
+        added, so that this frame comes `JOINT_S` after the last one.  Repeated times stay repeated.
     """
 
     def __init__(self) -> None:
@@ -36,7 +36,7 @@ class FilmTime:
         self.restarts = 0  #: How often the times started anew.
 
     def place(self, time_s: float) -> tuple[float, bool]:
-        """A frame's time in what rises, s, and whether time starts anew with it.
+        """The frame's time on this clock, s, and whether the times restart with it.
 
         Raises: SpecError where the time is not finite.
         """
@@ -51,9 +51,9 @@ class FilmTime:
 
 
 def restart_findings(restarts: int, unjudged: int, most: int) -> tuple[Reason, ...]:
-    """Findings on a film whose times started anew; none where they did not.
+    """Findings on a film whose times restart; empty if they do not.
 
-    Parameters: unjudged: frames that show the badge and lie in pieces too short to be judged; most: so many may.
+    Parameters: unjudged: frames that show the badge in pieces too short to be judged; most: how many are allowed.
     """
     if not restarts:
         return ()
@@ -71,12 +71,12 @@ def restart_findings(restarts: int, unjudged: int, most: int) -> tuple[Reason, .
 
 @dataclass
 class Spans:
-    """Times that are told frame by frame, kept as intervals: (first, last) of each, s."""
+    """Times of frames, kept as intervals: (first, last) of each, s."""
 
     spans: list[list[float]] = field(default_factory=list)
 
     def add(self, time_s: float) -> None:
-        """One more frame; it lengthens the last interval unless there was a break."""
+        """Add a frame; it extends the last interval unless there was a break."""
         if self.spans and time_s - self.spans[-1][1] <= BREAK_S:
             self.spans[-1][1] = time_s
         else:
@@ -90,7 +90,7 @@ class Spans:
 
     @property
     def total_s(self) -> float:
-        """All intervals together."""
+        """Total length of all intervals."""
         return sum(end - start for start, end in self.spans)
 
     def to_json(self) -> list[list[float]]:

@@ -1,6 +1,6 @@
 """Video in: grey frames with their times, by PyAV.
 
-Left out: colour.  Fringes and markers are grey, and the luma plane of the decoder is already that.
+Colour is not used: fringes and markers are grey, and so is the luma plane of the decoder.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ FORMATS = frozenset(
     {"mov", "mp4", "m4a", "3gp", "3g2", "mj2", "matroska", "webm", "avi", "mpegts", "mpeg", "mpegvideo", "ogg", "flv"}
     | {"asf", "gif", "mxf", "nut", "h264", "hevc", "ivf", "obu", "yuv4mpegpipe", "mjpeg", "apng", "dv", "wtv", "rm"}
 )
-#: A 4K picture.  A header of some bytes can ask for 16000 x 16000, and decoders hold many pictures at once.
+#: A 4K picture.  A tiny file can claim 16000 x 16000 pixels in its header, and decoders hold many pictures at once.
 MOST_PIXELS = 4096 * 2304
 LIMITS = {"max_pixels": str(MOST_PIXELS)}
-#: No film may make the reader open an address; and no probing of it may take more memory than the film itself.
+#: A film must not make the reader open an address, and probing it must not take more memory than reading it.
 OPENING = {"protocol_whitelist": "file", **LIMITS}
 ADVICE = "give a film that a video player can play, such as an .mp4"
-#: Formats whose first plane is the luma, and its bits; other pictures are turned into grey ones.
+#: Formats whose first plane is the luma, and its bits; other pictures are converted to grey.
 PLANAR_DEPTH = {
     **dict.fromkeys(("yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuvj422p", "yuvj444p", "nv12", "nv21"), 8),
     **dict.fromkeys(("yuv420p10le", "yuv422p10le", "yuv444p10le"), 10),
@@ -44,13 +44,23 @@ VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).asty
 FULL_RANGE = 2
 #: Frames that are decoded ahead; 17 MB at 1080p.
 AHEAD_FRAMES = 8
-#: Told of a film while it is read: frames read, and frames expected where the file says.
+#: Called while a film is read: frames read, and frames expected (None if the file does not say).
 Progress = Callable[[int, int | None], None]
 
 
 @dataclass(frozen=True)
 class Frame:
-    """One picture: luma (height, width) uint8, its number from 0, and its time in seconds."""
+    """One picture of a film.
+
+    Parameters
+    ----------
+    index : int
+        Its number, from 0.
+    time_s : float
+        Its time, s.
+    luma : array (height, width) of uint8
+        Brightness, 0 black to 255 white.
+    """
 
     index: int
     time_s: float
@@ -58,9 +68,23 @@ class Frame:
 
 
 class Film:
-    """A video file, opened: `frames()` reads it from the beginning, one frame in memory at a time.
+    """A video file, opened.
 
-    The file is opened once, and all that is read of it or told of it is of that file, whatever its path names later.
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    MediaError
+        Where it is absent, empty or no film that can be read, or its pictures are larger than 4K.
+
+    Notes
+    -----
+    Convention: the file is opened once.  All that is read of it or told of it is of that file, whatever its path names
+    later.  Rows stay as they were coded: a phone's rotation flag is not followed.
+    Source: FFmpeg by PyAV.
     """
 
     def __init__(self, path: Path) -> None:
@@ -100,17 +124,33 @@ class Film:
         self.path = path
 
     def described(self) -> dict[str, Any]:
-        """As the `input` object of `verify --json`, with the digest of the file that was read.
+        """Describe the film as the `input` object of ``verify --json`` does.
 
-        Raises: MediaError where the file changed since it was opened.
+        Returns
+        -------
+        dict
+            Path, SHA-256 of the file that was read, width and height in px, frames a second.
+
+        Raises
+        ------
+        MediaError
+            Where the file changed since it was opened.
         """
         sha256 = self._file.sha256()
         return {"path": str(self.path), "sha256": sha256, "width": self.width, "height": self.height, "fps": self.fps}
 
     def frames(self) -> Generator[Frame, None, None]:
-        """Decode frame by frame.
+        """Decode frame by frame, from the beginning, one frame in memory at a time.
 
-        Raises: MediaError where nothing at all decodes, or where the file breaks off within.
+        Yields
+        ------
+        Frame
+            In the file's order.
+
+        Raises
+        ------
+        MediaError
+            Where nothing at all decodes, or where the file breaks off within.
         """
         import av
 
@@ -137,11 +177,22 @@ class Film:
             raise MediaError(f"{self.path} holds no picture that decodes; {ADVICE}")
 
     def frames_ahead(self) -> Iterator[Frame]:
-        """As `frames`, decoded by a thread of its own while the caller is busy with the frames before.
+        """Decode by a thread of its own, while the caller is busy with the frames before.
 
+        Yields
+        ------
+        Frame
+            As `frames`.
+
+        Raises
+        ------
+        MediaError
+            As `frames`, at the frame where it happened.
+
+        Notes
+        -----
         The thread ends with the iterator, also where that is left early, or by an error or an interrupt.
         A process that keeps to one thread decodes in its own.
-        Raises: as `frames`, at the frame where it happened.
         """
         frames = self.frames()
         if one_thread():
@@ -159,20 +210,19 @@ class Film:
 
 
 def one_thread() -> bool:
-    """Whether this process keeps to one thread, as OpenCV was told (`cv2.setNumThreads`) or finds one processor."""
+    """Whether this process is limited to one thread, by `cv2.setNumThreads` or as there is one processor."""
     return bool(cv2.getNumThreads() == 1)
 
 
 def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
-    """The picture's brightness, (height, width), 0 black to 255 white whatever range and depth it is coded in.
+    """The picture's brightness, (height, width), 0 black to 255 white, for any coded range and depth.
 
-    The decoder's own luma plane is taken where there is one: turning a picture into another format costs more than
-    decoding it.  A phone's rotation flag is not followed, as markers are found at any angle, and rows stay the rows
-    that a rolling shutter reads.
+    The luma plane of the decoder is used if there is one: converting a picture costs more than decoding it.  A phone's
+    rotation flag is ignored: markers are found at any angle, and the rows stay those of the rolling shutter.
     """
     depth = PLANAR_DEPTH.get(picture.format.name)
     if depth is None:
-        return picture.to_ndarray(format="gray")
+        return np.asarray(picture.to_ndarray(format="gray"), np.uint8)
     plane = picture.planes[0]
     if depth == 8:
         rows = np.frombuffer(plane, np.uint8).reshape(picture.height, -1)[:, : picture.width]
@@ -180,7 +230,7 @@ def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
         deep = np.frombuffer(plane, np.uint16).reshape(picture.height, -1)[:, : picture.width]
         rows = (deep >> (depth - 8)).astype(np.uint8)
     if picture.format.name.startswith("yuvj") or picture.color_range == FULL_RANGE:
-        # The decoder uses its memory again for the next picture.
+        # The decoder reuses this memory for the next picture.
         return rows.copy()
     return np.asarray(cv2.LUT(rows, VIDEO_RANGE), np.uint8)
 

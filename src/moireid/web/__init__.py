@@ -2,8 +2,8 @@
 
 settings.py  where things lie, and the limits     studio.py    what all routes share
 problems.py  errors: a code and one sentence
-auth/        roles, tokens, and nothing from other sites
-jobs/        work that takes time, each in a process of its own
+auth/        roles, tokens, and no requests from other sites
+jobs/        work that takes time; each job has its own process
 forms.py     fields and small files, within a limit
 uploads.py   a form with a film, to the disk       checks.py    from a form to a job at work
 issue_jobs.py  orders to jobs, and back

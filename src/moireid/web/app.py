@@ -58,14 +58,14 @@ def create_app(settings: Settings) -> FastAPI:
             await run_in_threadpool(studio.jobs.stop)
             studio.close()
 
-    # The framework's own documentation pages ask for scripts from outside.
+    # The framework's own documentation pages load scripts from other sites.
     app = FastAPI(
         title="moireid studio",
         version=__version__,
         docs_url=None,
         redoc_url=None,
         lifespan=lifespan,
-        # It would make a redirect of whatever Host a request names.
+        # Otherwise it would redirect to any Host that a request names.
         redirect_slashes=False,
     )
     app.state.studio = studio

@@ -1,4 +1,4 @@
-"""From what a visitor sends to a job at work: the same for the API and for the pages."""
+"""From a visitor's form to a running job: the same for the API and for the pages."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from moireid.web.problems import Refusal
 from moireid.web.studio import Studio, studio_of
 from moireid.web.uploads import receive
 
-#: Focal lengths that the command takes too, px.
+#: Allowed focal lengths, px; the same as for the command.
 FOCAL_PX = (50.0, 100_000.0)
 #: The kinds of jobs that judge a film.
 KINDS = ("verify", "identify")
 VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original")
-#: Laws that are handed to a film's process: those of a claimed badge, or of as many layouts.
+#: At most this many laws are given to a film's process: those of a claimed badge, or of the registry's layouts.
 MOST_LAWS = 8
 IDENTIFY_FIELDS = ("focal_px",)
 
@@ -39,7 +39,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
     with studio.jobs.receiving(kind or "verify", visitor.id) as job:
         fields = IDENTIFY_FIELDS if kind == "identify" else VERIFY_FIELDS if kind else ("kind", *VERIFY_FIELDS)
         form = await receive(request, job.folder, studio.settings.limits, fields=fields)
-        # An empty field of a page's form is one that nobody filled in.
+        # A field that was not filled in arrives as an empty text.
         given = {name: text.strip() for name, text in form.fields.items() if text.strip()}
         if form.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
@@ -67,7 +67,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
 
 
 def find_claimed(registry: Registry, claim: str) -> Claimed:
-    """As `claimed`.  Raises: Refusal 404 where nobody is meant, 409 where more than one is."""
+    """Like `claimed`.  Raises: Refusal 404 where the claim means nobody, 409 where it means several people."""
     try:
         return claimed(registry, claim)
     except RegistryError as error:
@@ -82,7 +82,7 @@ def find_claimed(registry: Registry, claim: str) -> Claimed:
 
 
 def _laws(badges: Sequence[Badge]) -> list[Law]:
-    """The laws of badges of the registry: traced here once, as each film's process would do it anew."""
+    """The laws of the registry's badges, traced here once, so that no film's process must trace them again."""
     pairs = {(badge.lens, grating.pitch_mm) for badge in badges for grating in badge.gratings}
     return [(lens, pitch_mm, view_law(lens, pitch_mm)) for lens, pitch_mm in list(pairs)[:MOST_LAWS]]
 
@@ -95,7 +95,7 @@ def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]
     if "claim" in given:
         found = find_claimed(studio.registry, given["claim"])
         return found, _laws([found.badge])
-    # The law of what a visitor sends is traced where the film is read, within limits.
+    # The law of a visitor's own badge file is traced in the film's process, which has limits.
     return Claimed(badge_from_json(given["badge"])), []
 
 

@@ -1,4 +1,4 @@
-"""The fields of a form, small files among them, and JSON, within the studio's limit; films go another way."""
+"""The fields of a form, including small files, and JSON, within the studio's limit; `uploads.py` takes films."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_FIELDS = 40
 
 @dataclass(frozen=True)
 class Fields:
-    """What was sent: texts by name, and the bytes of files by name; a file field that was left empty is absent."""
+    """What was sent: texts by name, and the bytes of files by name; empty file fields are left out."""
 
     texts: dict[str, str]
     files: dict[str, bytes]
@@ -30,7 +30,7 @@ def within(request: Request) -> Request:
     """The same request, of which no more is read than `Limits.form_bytes`: reading on raises HTTPException 413, and 408
     where it stands still.
 
-    Counted as it comes: whoever sends in pieces need not say beforehand how much there will be.
+    Bytes are counted as they arrive, because a body sent in pieces need not state its length.
     """
     limits, seen = studio_of(request).settings.limits, 0
     most = limits.form_bytes

@@ -33,7 +33,7 @@ def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:
 
 
 def _start(studio: Studio, kind: str, owner: str, label: str, order: bytes, **arguments: Any) -> Job:
-    """A job of what it is given as a file, which is removed when it ends as an uploaded film is."""
+    """Start a job from a file with the order; the file is removed at the job's end, like an uploaded film."""
     job = studio.jobs.admit(kind, owner)
     job.label = label
     try:
@@ -46,7 +46,7 @@ def _start(studio: Studio, kind: str, owner: str, label: str, order: bytes, **ar
 
 
 def package_of(job: Job) -> tuple[Path, str]:
-    """A finished job's archive, and the name it is offered by.  Raises: Refusal 404 where it is not there (yet)."""
+    """A finished job's archive, and its name for the download.  Raises: Refusal 404 where there is none (yet)."""
     path = job.folder / PACKAGE
     if job.state != "done" or job.result is None or not path.is_file():
         raise Refusal(404, "no_package", "This package is not made yet, or was removed already; issue the badge again.")
@@ -54,7 +54,7 @@ def package_of(job: Job) -> tuple[Path, str]:
 
 
 def as_built_of(job: Job) -> AsBuilt:
-    """What a finished job measured.  Raises: Refusal 409 where it did not, or has not yet."""
+    """What a finished job measured.  Raises: Refusal 409 where it measured nothing (yet)."""
     if job.state != "done" or job.result is None:
         raise Refusal(409, "not_measured", "This capture is not measured; wait for it, or film the badge again.")
     return as_built_from_json(canonical_json(job.result["as_built"]))

@@ -8,7 +8,7 @@ from pydantic import BaseModel
 
 
 class Problem(BaseModel):
-    """What an answer that is no success says: `code` for programs, `text` for people."""
+    """The content of an error's answer: `code` for programs, `text` for people."""
 
     code: str
     text: str

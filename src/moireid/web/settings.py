@@ -13,10 +13,10 @@ from platformdirs import user_data_path
 class Limits:
     """What one visitor, and all of them together, may ask of the machine.
 
-    upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s: an upload that sends nothing for so
-    long is given up; upload_s: and one that takes so long; workers: films judged at a time; waiting: jobs beyond those,
-    before new ones are refused; job_s: wall time of one job; memory_bytes: private memory that it may ask for;
-    keep_s: results are kept so long; kept: and so many of one owner.
+    upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s, upload_s: an upload is ended when it
+    sends nothing for idle_s, or takes longer than upload_s; workers: films judged at a time; waiting: most jobs that
+    wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of one job; keep_s: how long
+    results are kept; kept: how many results are kept for one owner.
     """
 
     upload_bytes: int = 512 << 20
@@ -45,12 +45,12 @@ class Settings:
 
 
 def default_data() -> Path:
-    """The studio's folder unless told otherwise; nothing is made."""
+    """The studio's default folder; it is not created here."""
     return user_data_path("moireid", appauthor=False) / "studio"
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a host, a name or an address without a port, is this machine to itself."""
+    """Whether a host (a name or an address without a port) is this machine's loopback."""
     bare = host.strip("[]").lower()
     if bare == "localhost":
         return True

@@ -39,7 +39,7 @@ class Studio:
 
     @property
     def for_children(self) -> dict[str, str]:
-        """Where a process that works in another folder, and may be older than the keys' place, finds the registry."""
+        """The registry's URL and keys for child processes, which work in another folder and may be older than both."""
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
         return {"registry_url": url, "keys": str(self.registry.key_path.parent.absolute())}
 
@@ -49,9 +49,9 @@ class Studio:
         return " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
 
     def audit(self, expected_head: str) -> Audit:
-        """What an audit of the registry sees; one at a time, as it walks over everything.
+        """Audit the registry; only one audit runs at a time, because each reads everything.
 
-        Raises: RegistryError where the head is none; Refusal 503 where another one runs.
+        Raises: RegistryError where `expected_head` is not a head; Refusal 503 where another audit runs.
         """
         if not self._auditing.acquire(blocking=False):
             raise Refusal(503, "busy", "Another audit runs; try again when it is done.", headers={"Retry-After": "30"})
@@ -65,9 +65,9 @@ class Studio:
         self._open.close()
 
     def _alone(self, undo: ExitStack) -> None:
-        """Hold the folder's lock, which the system lets go of however this process ends.
+        """Hold the folder's lock, which the system releases however this process ends.
 
-        Another studio would take the films that lie here for leavings of its own.
+        Without the lock, another studio would remove the films here as leftovers of its own.
         """
         lock = undo.enter_context((self.settings.data / "lock").open("a"))
         try:

@@ -1,7 +1,7 @@
-"""A form with a film, streamed to the disk as it comes, and never whole in memory.
+"""A form with a film, written to the disk as it arrives, and never whole in memory.
 
-What a visitor calls the file is not looked at: it gets a name of ours, by what its first bytes say it is.  Only
-containers of films pass, so FFmpeg is never handed a playlist or a script that names other files.
+The visitor's file name is ignored: the file gets a name of ours, with a suffix that its first bytes decide.  Only
+containers of films pass, so FFmpeg never gets a playlist or a script that names other files.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ from starlette.requests import ClientDisconnect, Request
 from moireid.web.problems import Refusal
 from moireid.web.settings import Limits
 
-#: So many first bytes tell what a file is.
+#: The type of a file is decided by this many first bytes.
 HEAD_BYTES = 512
 ALLOWED = "MP4, MOV, 3GP, WebM, MKV, AVI, MPEG-TS or MPEG-PS"
-#: What is sent after a refusal is read and dropped for so long: a browser reads no answer before it has sent all.
+#: After a refusal the rest is read and dropped for this long: a browser reads no answer before it has sent all.
 DRAIN_S = 5.0
-#: Bytes a second that an upload must make on the whole, after `Limits.idle_s`; a poor line makes ten times of it.
+#: Least mean rate of an upload after `Limits.idle_s`, bytes a second; a poor line is ten times as fast.
 LEAST_RATE = 2000.0
 
 
@@ -38,7 +38,7 @@ class Form:
 
 
 def sniff(head: bytes) -> str | None:
-    """The suffix of the container that a file's first bytes tell, or None where it is no film that is taken."""
+    """The suffix for the container that a file's first bytes show, or None where it is not an accepted film."""
     if head[4:8] in (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip"):
         return ".mp4"
     if head[:4] == b"\x1a\x45\xdf\xa3":
@@ -78,7 +78,7 @@ async def receive(request: Request, folder: Path, limits: Limits, *, fields: Col
     except OSError as error:
         raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
     except Refusal:
-        # Who waits to be asked for the body is told at once instead.
+        # A client that waits for "100 Continue" gets the refusal at once.
         if "expect" not in request.headers:
             await _drain(body, most)
         raise
@@ -105,7 +105,7 @@ class _Reader:
     def feed(self, chunk: bytes) -> None:
         """Take the next bytes.  Raises: Refusal; FormParserError.
 
-        What is no film is counted whatever it is: fields, headers of parts, and what follows the form's end.
+        All bytes outside the film count for the limit: fields, headers of parts, and bytes after the form's end.
         """
         before = self._written
         self._parser.write(chunk)
@@ -191,7 +191,7 @@ def _too_large(limits: Limits) -> Refusal:
 
 
 async def _chunks(request: Request, limits: Limits) -> AsyncIterator[bytes]:
-    """The body as it comes, given up where it stands still or takes for ever."""
+    """The body as it arrives; ends with a refusal where it stops or takes too long."""
     stream, begun, got = request.stream().__aiter__(), time.monotonic(), 0
     deadline = begun + limits.upload_s
     while True:
@@ -210,7 +210,7 @@ async def _chunks(request: Request, limits: Limits) -> AsyncIterator[bytes]:
 
 
 async def _drain(body: AsyncIterator[bytes], most: int) -> None:
-    """Read on and drop it, for a while and no more than a whole upload."""
+    """Read the rest and drop it, for a limited time and at most a whole upload."""
     try:
         async with asyncio.timeout(DRAIN_S):
             async for chunk in body:

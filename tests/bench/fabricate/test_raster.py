@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from kit.programs import needs
 from moireid.badge import Badge
 from moireid.bench.fabricate.painted import edge_errors, painted_figures
 from moireid.bench.fabricate.raster import Raster, paint, read_page, without_lines
@@ -23,10 +22,7 @@ HALF = 0.5 + 1e-3
 
 
 def installed(raster: str) -> str:
-    if shutil.which("gs" if raster == "ghostscript" else "pdftoppm") is None:
-        if os.environ.get("CI"):
-            pytest.fail(f"{raster} is not installed; CI must raster with it", pytrace=False)
-        pytest.skip(f"{raster} is not installed")
+    needs("gs" if raster == "ghostscript" else "pdftoppm")
     return raster
 
 

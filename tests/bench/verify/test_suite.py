@@ -4,24 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
-from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from moireid.archive.engine import Task
-from moireid.archive.worker import Done
-from moireid.bench import rows as bench_rows
 from moireid.bench.output import PLOTS, TABLES
-from moireid.bench.verify import motion_extremes
 from moireid.bench.verify import suite as verify
 from moireid.bench.verify.films import KINDS, Filmed, Kind, Truth, phase_error_rad
 from moireid.bench.verify.judged import judge_frames
 from moireid.bench.verify.motion_extremes import cases, outcome_of, read_extreme
-from moireid.cli.main import moireid
 from moireid.verifier.fringes import signals as measure
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.video import Film, Frame
@@ -95,52 +87,23 @@ def test_the_knee_is_the_least_error_times_time_of_what_is_right_on_all_films():
 
 def test_rows_that_are_kept_are_not_measured_again(tmp_path, monkeypatch):
     """Catches: a run that begins anew, or that takes the rows of another film, length or program."""
-    kept, rows = tmp_path / "verify.jsonl", {}
-    monkeypatch.setattr(verify, "shoot", lambda *args: None)
+    kept, shot = tmp_path / "verify.jsonl", []
+    monkeypatch.setattr(verify, "shoot", lambda kind, frames, seed, folder: shot.append((kind.name, frames, seed)))
     monkeypatch.setattr(verify, "timed", lambda filmed, setting, runs: {"every": setting.every, "runs": runs})
-    first = verify.sweep(KINDS[0], quick=True, seed=0, kept=kept, rows=rows)
+
+    def swept(kind: Kind = KINDS[0], seed: int = 0, *, quick: bool = True) -> list[dict]:
+        return verify.sweep(kind, quick=quick, seed=seed, kept=kept, rows=verify.kept_rows(kept))
+
+    first = swept()
     assert len(kept.read_text().splitlines()) == len(first) == len(verify.settings(quick=True))
-    monkeypatch.setattr(verify, "shoot", None)
-    assert verify.sweep(KINDS[0], quick=True, seed=0, kept=kept, rows=verify.kept_rows(kept)) == first
-    for other in ({"seed": 1}, {"quick": False}):
-        with pytest.raises(TypeError):
-            verify.sweep(KINDS[0], **({"quick": True, "seed": 0} | other), kept=kept, rows=verify.kept_rows(kept))
-
-
-def in_place(work: Callable[[Any], Any], tasks: Sequence[Task], **_: Any) -> Iterator[tuple[int, Done]]:
-    """The engine without its processes."""
-    for place, task in enumerate(tasks):
-        yield place, Done((work(task.jobs[0]),), "here")
-
-
-def test_the_suite_runs_by_its_command(tmp_path, monkeypatch):
-    """Catches: a suite that no command runs, figures that JSON cannot hold, extremes that are left out of the table."""
-    made = [row_of(verify.KINDS[0], setting, phase=0.01, cpu_ms=5.0) for setting in verify.settings(quick=True)]
-    monkeypatch.setattr(verify, "sweep", lambda kind, **options: made)
-    extreme = {
-        "name": "one frame",
-        "expected": "badge_absent",
-        "verdict": "inconclusive",
-        "outcome": "right",
-        "reasons": [],
-        "why": "none",
-        "true_excitation_rad": None,
-        "correlation": None,
-        "gain_ratio": None,
-        "gain_sd": None,
-        "residual_rad": None,
-        "tracked": 0,
-        "frames": 1,
-    }
-    monkeypatch.setattr(motion_extremes, "read_extreme", lambda case, seed: extreme | {"name": case.name})
-    monkeypatch.setattr(bench_rows, "run_tasks", in_place)
-    outcome = CliRunner().invoke(moireid, ["bench", "verify", "--quick", "--out", str(tmp_path), "--json"])
-    assert outcome.exit_code == 0, outcome.output
-    document = json.loads(outcome.stdout)
-    kept = (tmp_path / "verify.jsonl").read_text().splitlines()
-    assert len(document["extremes"]) == len(kept) == len(motion_extremes.chosen(quick=True))
-    assert document["knee"] is not None and "over half a turn" in TABLES["verify"](document)
-    assert (tmp_path / "verify.json").exists() and (tmp_path / "verify.svg").stat().st_size > 1000
+    assert swept() == first and len(shot) == 1
+    swept(seed=1)
+    swept(quick=False)
+    swept(KINDS[1])
+    assert len(set(shot)) == len(shot) == 4
+    monkeypatch.setattr(verify, "program_digest", lambda *rooms: "another program")
+    swept()
+    assert len(shot) == 5
 
 
 def test_the_bench_measures_the_verifier_on_a_film_made_outside(films, prototype):
@@ -182,7 +145,14 @@ def test_a_true_film_that_is_rejected_is_wrong_and_one_left_open_a_shortfall(exp
     assert outcome_of(expected, verdict, codes) == outcome
 
 
-@pytest.mark.parametrize("name", ["turned in the picture's plane", "one frame", "first frame smeared"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "one frame",
+        pytest.param("turned in the picture's plane", marks=pytest.mark.slow),
+        pytest.param("first frame smeared", marks=pytest.mark.slow),
+    ],
+)
 def test_extreme_motions_come_out_as_physics_expects(name):
     """Catches: a true film rejected or accepted for nothing, a figure that is not finite, a row JSON cannot hold."""
     (case,) = [case for case in cases() if case.name == name]

@@ -13,21 +13,25 @@ from moireid.registry import import_registry, open_registry
 from moireid.registry.transfer import merge
 
 
-def test_file_cut_anywhere_changes_nothing(exported, target):
+def test_file_cut_anywhere_changes_nothing(three_exported, url, tmp_path):
     """Catches: taking what could be read before the end; a registry made for a file that is none."""
-    content = exported.read_bytes()
+    content, exported = three_exported, tmp_path / "cut.json"
     for end in np.linspace(0, len(content.rstrip()) - 1, 40).astype(int):
         exported.write_bytes(content[:end])
         with pytest.raises(RegistryError, match="cut, damaged or none"):
-            import_registry(exported, target)
+            import_registry(exported, url)
     with pytest.raises(RegistryError, match=r"no registry|empty"):
-        open_registry(target, create=False)
+        open_registry(url, create=False)
 
 
-def test_file_changed_anywhere_changes_nothing(full, exported, tmp_path, rng):
+def test_file_changed_anywhere_changes_nothing(three_exported, tmp_path, rng):
     """Catches: a byte of the file that nothing checks: whatever goes through is the same registry."""
-    content = exported.read_bytes()
-    expected = list(full.records())
+    content, exported = three_exported, tmp_path / "changed.json"
+    exported.write_bytes(content)
+    whole = url_of(tmp_path / "whole.sqlite3")
+    import_registry(exported, whole)
+    with open_registry(whole, create=False) as copy:
+        expected, head = list(copy.records()), copy.head()
     refused = 0
     for number, at in enumerate(rng.integers(0, len(content), 150)):
         new = rng.choice(list(b'0a9Z"{}[],: \\-.\xff')).item()
@@ -41,7 +45,7 @@ def test_file_changed_anywhere_changes_nothing(full, exported, tmp_path, rng):
             assert not (tmp_path / f"{number}.sqlite3").exists()
         else:
             with open_registry(url, create=False) as copy:
-                assert list(copy.records()) == expected and copy.head() == full.head()
+                assert list(copy.records()) == expected and copy.head() == head
     assert refused > 120
 
 
@@ -82,34 +86,33 @@ EDITS = {
 
 
 @pytest.mark.parametrize("edit", EDITS)
-def test_edited_file_changes_nothing(full, exported, target, edit):
+def test_edited_file_changes_nothing(three_exported, url, tmp_path, edit):
     """Catches: a part of the file that is believed; half of it imported; an error of the parser or the driver."""
-    with open_registry(target, create=True) as other:
-        other.export_json(exported.with_name("empty.json"))
-    before = state_of(target)
-    document = json.loads(exported.read_text(encoding="utf-8"))
+    open_registry(url, create=True).close()
+    before = state_of(url)
+    document = json.loads(three_exported)
     EDITS[edit](document)
-    exported.write_text(json.dumps(document))
+    (tmp_path / "edited.json").write_text(json.dumps(document))
     with pytest.raises(RegistryError, match=r"nothing was imported") as caught:
-        import_registry(exported, target)
+        import_registry(tmp_path / "edited.json", url)
     assert "\n" not in str(caught.value)
-    assert state_of(target) == before
+    assert state_of(url) == before
 
 
 @pytest.mark.parametrize(
     "text",
     ["", "x", "[]", "7", "{}", '{"format":NaN}', "{" * 9999, '{"a":' + "[" * 99999, '{"a":1}x', "{1:2}", '{"a" 1}'],
 )
-def test_file_that_is_no_export(tmp_path, target, text):
+def test_file_that_is_no_export(tmp_path, url, text):
     """Catches: json's and Python's own exceptions."""
     (tmp_path / "x.json").write_text(text)
     with pytest.raises(RegistryError, match="cut, damaged or none"):
-        import_registry(tmp_path / "x.json", target)
+        import_registry(tmp_path / "x.json", url)
     (tmp_path / "x.json").write_bytes(b'{"format": "\xff"}')
     with pytest.raises(RegistryError, match="not UTF-8"):
-        import_registry(tmp_path / "x.json", target)
+        import_registry(tmp_path / "x.json", url)
     with pytest.raises(RegistryError, match="cannot be read"):
-        import_registry(tmp_path / "absent.json", target)
+        import_registry(tmp_path / "absent.json", url)
 
 
 def test_database_that_fails_halfway_keeps_the_old_state(full, exported, target, monkeypatch):

@@ -54,7 +54,7 @@ def frames(scene: Scene, u: float, samples: int) -> tuple[list[Rendered], Render
     return found, reference, beyond_law_rad(reference, scene, instant, cell), phases
 
 
-@pytest.mark.parametrize(("u", "samples"), [(0.0, 144), (0.3, 144)])
+@pytest.mark.parametrize(("u", "samples"), [(0.0, 144), pytest.param(0.3, 144, marks=pytest.mark.slow)])
 def test_a_soft_box_turns_the_fringes_alike(badge: Badge, u: float, samples: int) -> None:
     """Two places, one facing the box's bright bands and one off them; the Monte-Carlo error is told by the seeds.
 
@@ -82,6 +82,7 @@ def test_the_two_places_differ_in_brightness(badge: Badge) -> None:
     assert abs(bright / dark - 1) > 0.15
 
 
+@pytest.mark.slow
 def test_the_streak_of_glare_is_as_bright(badge: Badge) -> None:
     """A lamp's glare on black paper, so that nothing else is seen: mean over the streak, and beside it nothing.
 

@@ -196,6 +196,7 @@ def test_dropping_is_by_the_seed_and_never_leaves_too_little():
 # Films that end before their time, and long ones.
 
 
+@pytest.mark.slow
 def test_an_interrupt_leaves_no_file(prototype, tmp_path):
     """Catches: Ctrl-C that leaves half a film, its truth or a temporary file; a traceback; a run that goes on."""
     video, out = badge_file(prototype, tmp_path), tmp_path / "out"
@@ -224,6 +225,7 @@ def test_an_interrupt_leaves_no_file(prototype, tmp_path):
     assert list(out.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_memory_is_flat_in_the_film_s_length(prototype, tmp_path):
     """Catches: frames kept until the end: 300 more of them would be 69 MB as counts, four times that as light."""
     code = f"""

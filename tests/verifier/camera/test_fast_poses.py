@@ -60,7 +60,7 @@ def test_what_is_left_over_is_the_better_pose_s(seen):
     plane, points = seen
     start = start_poses(plane, points, FOCAL, CENTRE)
     near = NearPoses(plane, start)
-    left = near.left_over_px(points, 1.005, 1.005 * FOCAL, CENTRE)
+    left = near.residuals_px(points, 1.005, 1.005 * FOCAL, CENTRE)
     assert left.shape == (FRAMES, 32)
     error = moved_poses(start, plane, points, 1.005, 1.005 * FOCAL, CENTRE, 30).least_error_px
     assert np.sqrt((left**2).sum(axis=1) / 16) == pytest.approx(error, rel=1e-4)

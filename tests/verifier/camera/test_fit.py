@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.smoothing import smooth_camera, without_strays
+from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 
 SIZE = (1920, 1080)
 CENTRE = np.array([959.5, 539.5])
@@ -97,7 +97,7 @@ def test_exact_corners_give_exact_poses(rng):
     fit = fitted(project(camera, turn, 1450.0), times, focal_px=1450.0)
     assert np.abs(fit.camera_mm - camera).max() < 0.05
     assert fit.focal_given and fit.focal_px == 1450.0 and fit.focal_sd_px == 0.0
-    # What is left is the doubt about the lens's distortion, of which a dozen frames tell little.
+    # The remaining error is that of the lens's distortion, which a dozen frames determine poorly.
     assert max(fit.tangent_sd) < 0.05 and abs(fit.bend_k1) < 1e-3
     assert fit.reprojection_px.max() < 1e-2
 
@@ -191,7 +191,7 @@ def test_a_focal_length_far_from_the_prior_is_found_too(focal, seed):
 
 
 def test_without_perspective_the_prior_decides_and_says_so():
-    """Catches: a confident focal length from a film that cannot tell it; a given one that is ignored."""
+    """Catches: a small error bar of an undetermined focal length; a given one that is ignored."""
     times = np.arange(30) / FPS
     camera = np.tile([*MIDDLE, -1500.0], (30, 1))
     points = project(camera, Rotation.identity(30), 1900.0)
@@ -285,7 +285,7 @@ def test_undoing_the_shutter_straightens_the_tangents(rng):
     points = rolled(course, times, 1450.0, 0.019)
     true = tangents(course.pose(times)[0])
     undone = tangents(fitted(points, times, focal_px=1450.0).camera_mm)
-    # Frames a second apart tell no velocity, so their corners are taken as they are.
+    # Frames a second apart give no velocity, so their corners are not corrected.
     left = tangents(fitted(points, 30 * times, focal_px=1450.0).camera_mm)
     assert np.std(undone - true) < 0.35 * np.std(left - true)
 
@@ -457,7 +457,7 @@ def test_the_error_bar_of_the_parallax_s_spread_is_neither_luck_nor_fear():
         rng = np.random.default_rng(seed)
         times = np.arange(120) / FPS
         camera, _ = Course(rng, 1600.0, sway_mm=200.0).pose(times)
-        # A camera that shifts without turning: the badge crosses the picture, and only perspective tells a shift.
+        # A camera that shifts without turning: the badge crosses the picture, and only perspective shows a shift.
         level = Rotation.from_euler("yx", 0.02 * rng.standard_normal((1, 2))).as_matrix()
         turn = Rotation.from_matrix(np.repeat(level, len(times), axis=0))
         k1 = float(rng.normal(0, 0.01))
@@ -476,7 +476,7 @@ def test_a_misregistered_frame_drags_no_other_along():
     errors = np.full(60, 0.04)
     spoilt = course.copy()
     spoilt[30], errors[30] = (-350.0, 0.0, -1000.0), 1.9
-    mended, good = without_strays(spoilt, errors, times)
+    mended, good = without_outliers(spoilt, errors, times)
     assert list(np.flatnonzero(~good)) == [30]
     assert mended == pytest.approx(course, abs=1.5)
-    assert np.array_equal(without_strays(course, np.full(60, 0.3), times)[0], course)
+    assert np.array_equal(without_outliers(course, np.full(60, 0.3), times)[0], course)

@@ -25,9 +25,9 @@ def linear(rng, truth: np.ndarray, noise: float = 0.01):
 def test_a_long_narrow_valley_is_gone_along_to_its_end(rng):
     """Catches: a search that stops on its way; an error bar for the valley's width in place of its length."""
     truth = np.array([7.0, -4.0])
-    left_over, table = linear(rng, truth)
+    residuals, table = linear(rng, truth)
     scale = 0.01 * np.sqrt(2)
-    place, covariance = minimise_together(left_over, np.zeros(2), [unknown(), unknown()], scale)
+    place, covariance = minimise_together(residuals, np.zeros(2), [unknown(), unknown()], scale)
     # At the bottom a usual frame weighs half of what it would without Cauchy's logarithm.
     normal = np.einsum("tmi,tmj->ij", table, table) * SPARE_PER_FRAME / 2 / (2 * POINTS) * 2 / scale**2
     assert covariance == pytest.approx(np.linalg.inv(normal), rel=0.1)
@@ -64,11 +64,11 @@ def test_bounds_are_kept():
     """Catches: a step, or a probe of the slope, that leaves the bounds."""
     tried = []
 
-    def left_over(at: np.ndarray) -> np.ndarray:
+    def residuals(at: np.ndarray) -> np.ndarray:
         tried.append(float(at[0]))
         return np.full((20, 4), 100.0 - at[0])
 
-    place, _ = minimise_together(left_over, np.array([0.0]), [Unknown(-1.0, 1.0, 0.0, 1e3, 0.5)], 1.0)
+    place, _ = minimise_together(residuals, np.array([0.0]), [Unknown(-1.0, 1.0, 0.0, 1e3, 0.5)], 1.0)
     assert place[0] == 1.0 and min(tried) >= -1.0 and max(tried) <= 1.0
 
 

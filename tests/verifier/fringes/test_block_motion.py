@@ -15,9 +15,9 @@ ALONG = np.linspace(-0.5, 0.5, SAMPLES)
 COURSE = 0.9 * np.sin(2 * np.pi * 0.4 * TIMES)
 
 
-def seen(stray: np.ndarray | float = 0.0, *, noise: float = 0.0, dirt: np.ndarray | float = 0.0) -> float:
-    """What is told of a strip whose places stray by so much, (T, N) rad; fringes are rounded squares."""
-    phase = 2 * np.pi * FRINGES * ALONG + COURSE[:, None] + stray
+def seen(deviation: np.ndarray | float = 0.0, *, noise: float = 0.0, dirt: np.ndarray | float = 0.0) -> float:
+    """The figure for a strip whose places deviate by `deviation`, (T, N) rad; fringes are rounded squares."""
+    phase = 2 * np.pi * FRINGES * ALONG + COURSE[:, None] + deviation
     wave = np.cos(phase) - 0.2 * np.cos(3 * phase) + 0.1 * np.sin(2 * phase)
     level, contrast = 120.0, 60.0
     profiles = level + contrast * wave + dirt + noise * np.random.default_rng(3).standard_normal(wave.shape)
@@ -29,20 +29,20 @@ def seen(stray: np.ndarray | float = 0.0, *, noise: float = 0.0, dirt: np.ndarra
 
 
 def patches(size_rad: float, count: int, hz: float = 0.3) -> np.ndarray:
-    """Neighbouring patches that stray the one way and the other, each on a slow clock, so that their mean stays put."""
+    """Neighbouring patches that deviate slowly in opposite directions, so that their mean stays still."""
     sign = np.where(np.arange(SAMPLES) * count // SAMPLES % 2, 1.0, -1.0)
     return size_rad * np.sqrt(2) * np.sin(2 * np.pi * hz * TIMES + 1.0)[:, None] * sign
 
 
 def test_a_true_strip_moves_as_one():
-    """Catches: the fringe's own shape taken for a stray; noise that is not averaged."""
+    """Catches: the fringe's shape taken for a deviation; noise that is not averaged."""
     assert seen() < 0.005
     assert seen(noise=6.0) < 0.03
 
 
 @pytest.mark.parametrize("count", [4, BLOCKS])
 def test_patches_on_clocks_of_their_own_are_told_by_their_size(count):
-    """Catches: a mean over the strip, in which they cancel; a shift told in other units than radians."""
+    """Catches: a mean over the strip, in which they cancel; a shift in other units than radians."""
     assert seen(patches(0.12, count), noise=3.0) == pytest.approx(0.12, rel=0.3)
     assert seen(patches(0.24, count), noise=3.0) > 1.7 * seen(patches(0.12, count), noise=3.0)
 
@@ -53,7 +53,7 @@ def test_what_stands_still_is_no_motion():
 
 
 def test_frames_that_cannot_be_read_do_not_count():
-    """Catches: the noise of a blank strip told as strays; NaN where there are no fringes at all."""
+    """Catches: the noise of a blank strip taken for deviations; NaN where there are no fringes at all."""
     law = StripLaw(np.zeros((9, 40)), np.zeros((9, 40)), np.zeros(9), np.zeros(9))
     none = np.zeros(9)
     blank = StripPhase(none, np.full(9, np.inf), none, none, 1.0, 0.0)

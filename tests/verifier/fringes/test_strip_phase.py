@@ -66,11 +66,11 @@ def turned(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_phase_and_frequency_of_a_pure_fringe(rng, sign):
-    """Catches: the sign of the phase; a phase told at the strip's beginning; |f| with the wrong sign."""
+    """Catches: the sign of the phase; a phase at the strip's beginning; |f| with the wrong sign."""
     phase = wandering(rng)
     band = BAND if sign > 0 else (-BAND[1], -BAND[0])
     found = measured(fringes(phase, sign * BEAT), band=band)
-    # Fringes of square form over a slope: what is left is the fit's own, two parts in a thousand of a fringe.
+    # Fringes of square form over a slope: the fit itself has an error of two thousandths of a fringe.
     assert found.frequency_per_mm == pytest.approx(sign * BEAT, abs=2e-5)
     assert np.abs(turned(found.phase_rad, phase)).max() < 0.01
     assert found.contrast == pytest.approx(30.0, rel=0.02)

@@ -1,4 +1,4 @@
-"""Fringes followed through what hides them, and through times that a file tells badly.
+"""Fringes unwrapped across hidden frames, and with wrong timestamps in the file.
 
 Beside each test: what it would catch.
 """
@@ -87,7 +87,7 @@ def test_times_that_a_file_tells_thrice_blind_no_figure():
 
 @pytest.mark.parametrize("fps", [3, 5, 24, 60, 240])
 def test_figures_stand_at_any_frame_rate(fps):
-    """Catches: NaN, or a wander that is told by frames and not by time."""
+    """Catches: NaN, or a deviation that is averaged over frames and not over time."""
     times = np.arange(20 * fps) / fps
     course, wander = 0.8 * np.sin(2.3 * times), 0.3 * np.sin(1.4 * times + 1)
     sd = np.full(len(times), 0.01)

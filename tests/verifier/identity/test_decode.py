@@ -59,7 +59,7 @@ def test_the_claimed_badge_matches(ada, ada_track):
 
 
 def test_another_badge_is_a_mismatch_that_names_it(ada, other):
-    """Catches: a decoder that looks at the claimed badge's lines, and so finds what it is told to find."""
+    """Catches: a decoder that looks at the claimed badge's lines, and so always confirms the claim."""
     outcome = judged(filmed(other, TYPICAL), ada, ada.id)
     assert (outcome.verdict, outcome.decoded_id, outcome.claimed_id) == ("mismatch", other.id, ada.id)
     assert outcome.score < -0.8
@@ -305,7 +305,7 @@ def test_slow_films_of_a_picture_of_cells_are_rejected_although_they_read(ada, a
 @pytest.mark.parametrize("share", [0.5, 0.62, 0.8])
 @pytest.mark.parametrize("row", [0, 2])
 def test_a_finger_over_a_row_never_makes_another_of_the_wearer(ada, ada_track, share, row):
-    """Catches: the beat of a row that is covered in part, wrong alike in all of the film, held against the wearer."""
+    """Catches: a partly covered row, whose beat is wrong in all of the film, counted against the wearer."""
     uniform = [k for k, strip in enumerate(ada_track.strips) if strip.uniform]
     profiles = list(ada_track.profiles)
     covered = profiles[uniform[row]].copy()

@@ -146,7 +146,7 @@ def test_challenges_stay_in_reach_and_differ() -> None:
 
 
 def test_the_stated_chance_is_that_of_the_draws() -> None:
-    """Catches: a chance of a replay that is told by a formula, and is not what the generator makes."""
+    """Catches: a formula for the chance of a replay that differs from what the generator draws."""
     chance = random.Random(2)
     seen = Counter(tuple(prompt.move for prompt in draw_prompts(0.0, chance)) for _ in range(20_000))
     same = sum(count * (count - 1) for count in seen.values()) / (20_000 * 19_999)
@@ -195,7 +195,7 @@ def test_a_sender_that_lies_about_time_gains_no_more_than_the_slack(rate: float)
 
 
 def test_times_that_go_back_stand_still_or_are_none_are_left_out() -> None:
-    """Catches: a NaN that passes every comparison; one picture told twice."""
+    """Catches: a NaN that passes every comparison; one picture counted twice."""
     clock, _ = clocked([(float(k) / 10, float(k) / 10) for k in range(20)])
     assert SETTLE_S < 1.9
     for claimed in (float("nan"), float("inf"), -5.0, 1.9):

@@ -138,7 +138,7 @@ def test_a_short_lie_is_not_averaged_away(seconds):
     true, forged = judged(signal(predicted, predicted + noise)), judged(signal(predicted, lie + noise))
     assert true.verdict == "accept"
     assert forged.verdict == "reject" and forged.gratings[0]["suspected"] == "spell" and forged.score < -4
-    # The whole film's figures tell nothing: many a true film has such.
+    # The figures of the whole film show nothing: many genuine films have the same.
     assert failed(forged) == ["likelihood"]
     assert forged.phase_residual_rad < 0.05 and forged.correlation > 0.985
 
@@ -271,7 +271,7 @@ def test_the_score_falls_with_every_departure():
 
 
 def test_the_gain_s_error_bar_grows_with_residuals_that_last():
-    """Catches: residuals taken as independent: a slow wander tells less than white noise of its size."""
+    """Catches: residuals taken as independent: a slow error informs less than white noise of its size."""
     predicted = course()
     white = 0.1 * np.random.default_rng(3).standard_normal(FRAMES)
     slow = 0.1 * unlike(predicted)

@@ -66,7 +66,7 @@ def test_an_error_bar_beyond_all_gains_tells_neither_way():
 
 @pytest.mark.parametrize("name", ["strips", "places"])
 def test_pale_fringes_make_strips_vague_and_not_forged(name):
-    """Catches: the noise of pale fringes taken for rows that move apart; an error bar that excuses any stray."""
+    """Catches: noise of faint fringes taken for rows that move apart; an error bar that excuses any error."""
     figures = usual() | {name: 0.09}
     assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR)[0] < REJECTED_LOG10
     assert log10_ratio(1.0, 0.01, figures, MOTION, ERROR, strip_sd_rad=0.1)[0] > ACCEPTED_LOG10

@@ -127,7 +127,7 @@ def test_the_page_is_well_formed(page):
 
 
 def test_the_page_asks_for_no_other_file(page):
-    """Catches: a font, a script or a picture fetched from elsewhere: it tells who verifies whom, and fails offline."""
+    """Catches: a font, a script or a picture fetched from elsewhere: it shows who verifies whom; it fails offline."""
     for tag, attributes in Page(page).tags:
         assert tag not in ("script", "link", "iframe", "object", "embed", "base"), tag
         for name, value in attributes.items():
@@ -203,7 +203,7 @@ def test_a_film_without_a_badge_has_a_page_too(ada):
     page = render_page(report_of(ada, verdict="inconclusive", identity="unreadable", tracked=False))
     parsed = Page(page)
     assert page.count("<svg") == 0 and all(tag != "img" for tag, _ in parsed.tags)
-    assert "rolling shutter" not in parsed.text and "The law by time" not in parsed.text
+    assert "rolling shutter" not in parsed.text and "Verdict over time" not in parsed.text
 
 
 def test_one_report_makes_one_page(ada, page):

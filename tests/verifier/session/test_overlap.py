@@ -74,7 +74,7 @@ def watched(
 
 
 def test_a_true_badge_before_the_face_is_told_with_its_time(watched):
-    """Catches: an overlap told where there is none, too long, or not carried while the badge hides the face."""
+    """Catches: an overlap reported where there is none, too long, or lost while the badge hides the face."""
     watch, verifier, chapters, _ = watched
     overlap = watch.judge(verifier.judged.tracker, chapters)
     assert overlap.verdict == "accept" and [reason.code for reason in overlap.reasons] == ["overlap", "overlap_law"]
@@ -166,7 +166,7 @@ def test_a_recorded_call_is_judged_with_its_overlap(badge, films_of_calls, tmp_p
 
 
 def test_a_film_without_a_face_is_left_open(films):
-    """Catches: no face taken for no objection; `--overlap` beside a pipeline that cannot tell it."""
+    """Catches: a film without a face that passes; `--overlap` with a pipeline that cannot test it."""
     call_of = ["verify", str(films / "genuine_1.0m.mp4"), "--badge", str(films / "badge.json"), "--overlap"]
     done = CliRunner().invoke(program, call_of)
     assert done.exit_code == 3 and "No face was found" in done.output

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from kit.coded_films import written
+from kit.coded_films import first_frames, written
 from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
 from moireid.cli.verify_cmd import verify_command
@@ -35,14 +35,16 @@ PROMISED = {
 
 @pytest.fixture(scope="module")
 def reports(tmp_path_factory) -> dict[str, dict[str, Any]]:
-    """One report of every kind of end, of real films."""
+    """One report for each kind of verdict, from short films by an outside simulator."""
     from moireid.badge import load_badge
 
-    films = FILMS
-    board = load_badge(films / "badge.json")
+    films = tmp_path_factory.mktemp("films")
+    board = load_badge(FILMS / "badge.json")
     grey = np.full((120, 160), 90, np.uint8)
-    nothing = written(tmp_path_factory.mktemp("films") / "nothing.mp4", [grey] * 3, "libx264", "yuv420p")
-    genuine, reversed_ = films / "genuine_2.0m.mp4", films / "forged_reversed_1.0m.mp4"
+    nothing = written(films / "nothing.mp4", [grey] * 3, "libx264", "yuv420p")
+    genuine, reversed_ = (
+        first_frames(FILMS / name, films / name, 70) for name in ("genuine_1.0m.mp4", "forged_reversed_1.0m.mp4")
+    )
     return {
         "accept": verify(genuine, Claim(board)).to_json(),
         "reject": verify(reversed_, Claim(board)).to_json(),

@@ -28,7 +28,7 @@ def every_second(film: Path) -> Iterator[Frame]:
 
 
 def judged(film: Path, badge: Badge, told_s: Callable[[float], float]) -> Verifier:
-    """A film whose times were told otherwise, judged to its end."""
+    """A film with changed timestamps, judged to its end."""
     verifier = Verifier(Claim(badge), running=False)
     for frame in every_second(film):
         verifier.push(replace(frame, time_s=told_s(frame.time_s)))

@@ -68,7 +68,7 @@ def test_two_markers_and_the_borders_hold_the_page(prototype, which, camera_x_mm
     found = PageRegistrar(prototype.markers, borders_of(prototype)).register(picture, start)
     assert found is not None
     assert apart_px(found.homography, truth, prototype) < 0.8
-    # Markers one above the other tell less of the tilt along x than markers side by side.
+    # Markers one above the other determine the tilt along x less well than markers side by side.
     assert min(found.vague) >= 1.0 and max(found.vague) > 3.0
     assert (found.vague[0] > found.vague[1]) == (which == (0, 3)) or which == (0, 2)
 

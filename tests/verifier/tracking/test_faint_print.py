@@ -39,7 +39,7 @@ def test_faint_markers_are_found_by_every_third_search(faint, rng):
 
 
 def test_faint_print_is_followed_in_spite_of_noise(faint, rng):
-    """Catches: noise taken for another page; a contrast that is told of the page instead of a marker."""
+    """Catches: noise taken for another page; a contrast of the page instead of a marker."""
     truth, picture = faint
     found = PageRegistrar(MARKERS).register(filmed(picture, rng, noise=2.4), truth)
     assert found.correlation < FOLLOWED_CORRELATION and found.clear
@@ -83,7 +83,7 @@ def test_what_a_codec_holds_of_faint_fringes_is_not_forged(name):
 
 
 def test_smoothing_takes_nothing_from_what_is_held():
-    """Catches: poses of faint markers told twice as good as they are; more than the whole error."""
+    """Catches: error bars of faint markers' poses at half of the true error; more than the whole error."""
     assert _after_smoothing(0.02, 0.02, 0.0) == pytest.approx(SMOOTHED_SHARE * 0.02)
     assert _after_smoothing(0.02, 0.02, ROUNDING_ONLY_RAD / 10) == pytest.approx(SMOOTHED_SHARE * 0.02, rel=0.03)
     assert _after_smoothing(0.02, 0.02, ROUNDING_ONLY_RAD) == _after_smoothing(0.02, 0.02, 1.0) == 0.02

@@ -102,7 +102,7 @@ def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
 
 
 def test_a_stranger_s_claim_is_rejected_and_without_one_the_larger_is_judged(both, ada, bob):
-    """Catches: a claim that nobody in view bears out left open, or borne out by whoever is there."""
+    """Catches: a claim that no badge in view confirms left open, or confirmed by any badge."""
     stranger = design_badge(Request("Eve Moneypenny"), payload_for_name("Eve Moneypenny"))
     report = verify(both, Claim(stranger, stranger.id))
     assert report.verdict == "reject" and report.identity.verdict == "mismatch"

@@ -136,7 +136,7 @@ def test_light_that_differs_from_marker_to_marker_moves_nothing(page):
         uneven[part] = (0.4, 1.0, 0.75, 0.55)[k] * picture[part] + (15.0, 0.0, 40.0, 90.0)[k]
     start = nudged(truth, 0.8, -0.5)
     even, lit = (PageRegistrar(MARKERS).register(filmed(p), start) for p in (picture, uneven))
-    # Rounding to whole counts is what is left of a marker at two fifths of its contrast.
+    # The residual at two fifths of a marker's contrast is rounding to whole counts.
     assert apart_px(even.homography, lit.homography) < 0.01
 
 

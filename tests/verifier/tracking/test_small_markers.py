@@ -78,7 +78,7 @@ def test_a_small_badge_that_was_hidden_is_found_again_at_once(shown, ada, rng):
 
 @pytest.mark.parametrize("px_per_mm", [0.4, 1.2])
 def test_a_mirrored_badge_is_found_without_turning_the_picture(px_per_mm, ada, rng):
-    """Catches: corners in the mirror's order; places told in the picture as it is; a film turned back twice."""
+    """Catches: corners in the mirror's order; places in the mirrored picture; a film unmirrored twice."""
     truth = seen_from(px_per_mm=px_per_mm, turn_deg=5.0, tilt=(0.0, 0.0), at=(150.3, 90.7))
     picture = filmed(draw(truth, ada.markers, shape=SHAPE), rng, noise=1.0)[:, ::-1]
     view = SceneTracker(ada)
@@ -112,7 +112,7 @@ def test_two_small_markers_are_also_placed_without_perspective(rng):
 
 
 def test_larger_markers_and_more_of_them_make_one_page(rng):
-    """Catches: a second place of a page that is well told, to be registered and thrown away."""
+    """Catches: a needless second place for a page whose perspective is well determined."""
     large = seen_from(px_per_mm=1.1 * PLAIN_BELOW_PX / 26)
     for page, members in ((large, [0, 1]), (small(), [0, 1, 2]), (small(), [0, 1, 2, 3])):
         assert len(pages_of(mapped(page)[members], members, CORNERS)) == 1

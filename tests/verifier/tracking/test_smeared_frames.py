@@ -54,7 +54,7 @@ def test_a_smeared_page_is_found_in_the_middle_of_its_smear(rng, modules, way_de
     way = modules * MODULE_PX * np.array([np.cos(np.radians(way_deg)), np.sin(np.radians(way_deg))])
     moved = way / EXPOSURE_S / FPS
     truth = seen_from(at=(120.0, 60.0))
-    # It came faster and faster, so neither its place nor its smear is quite what the motion before tells.
+    # It accelerated, so the last motion predicts neither its place nor its smear exactly.
     course = [nudged(truth, *(-1.7 * moved)), nudged(truth, *(-0.9 * moved))]
     found = follower_at(*course).find(filmed(smeared(truth, way), rng, noise=2.0), 2 / FPS)
     assert found is not None and found.correlation > FOLLOWED_CORRELATION
@@ -62,7 +62,7 @@ def test_a_smeared_page_is_found_in_the_middle_of_its_smear(rng, modules, way_de
 
 
 def test_the_exposure_is_learnt(rng):
-    """Catches: an exposure that is forgotten, or told in frames; what was tried kept in place of what fits."""
+    """Catches: an exposure that is forgotten, or counted in frames; the first try kept in place of the best fit."""
     way = np.array([1.5 * MODULE_PX, 0.0])
     moved = way / EXPOSURE_S / FPS
     places = [nudged(seen_from(at=(90.0, 60.0)), *(k * moved)) for k in range(4)]

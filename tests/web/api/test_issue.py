@@ -186,9 +186,9 @@ def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> N
     count = registry.count()
     wish = {"name": "Two Of Us", "do": "issue"}
     same = visit.ask("POST", "/issue", "issuer", data=wish)
-    assert same.status_code == 200 and "This very badge was issued" in same.text
+    assert same.status_code == 200 and "This same badge was already issued" in same.text
     other = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": "0123456789abcdef"})
-    assert other.status_code == 200 and "Another badge bears this name already" in other.text and first.id in other.text
+    assert other.status_code == 200 and "Another badge has this name already" in other.text and first.id in other.text
     assert registry.count() == count
     told = visit.ask("POST", "/api/badges/check", "issuer", json={"name": "Two Of Us", "payload": "0123456789abcdef"})
     assert told.json()["namesakes"] == [first.id]

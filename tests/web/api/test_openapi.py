@@ -29,6 +29,7 @@ def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visi
 
 
 @pytest.mark.parametrize("mode", list(GenerationMode))
+@pytest.mark.slow
 def test_schemathesis_finds_nothing(
     mode: GenerationMode, tmp_path: Path, ada: Badge, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -140,7 +140,7 @@ def test_a_registry_by_a_relative_address_is_found_by_children(
     assert told["finding"] == "inconclusive"
 
 
-@pytest.mark.parametrize(("act", "code"), [(crash, "crash"), (grow, "memory")])
+@pytest.mark.parametrize(("act", "code"), [(crash, "crash"), pytest.param(grow, "memory", marks=pytest.mark.slow)])
 def test_a_film_that_spoils_its_reader_marks_its_own_job_alone(
     visit: Visit, tiny: Path, films: Path, act: Callable[[], object], code: str
 ) -> None:
@@ -290,6 +290,7 @@ def test_leavings_go_at_the_start_and_results_after_their_time(
             create_app(visit.studio.settings)
 
 
+@pytest.mark.slow
 def test_a_server_that_is_killed_leaves_no_process(tmp_path: Path, films: Path) -> None:
     """Catches: processes that go on with a film when nobody waits for it any more."""
     environment = os.environ | {"MOIREID_KEYS": str(tmp_path / "keys")}

@@ -1,10 +1,10 @@
-"""How true a lens pitch comes out of a photograph of the pitch test sheet.
+"""How exactly a lens pitch is measured from a photograph of the pitch test sheet.
 
-A photograph is rendered of the chart with a sheet whose pitch is off its label, laid askew, by a camera that stands
-aside; the program's own reader then tells the pitch.  What counts is its error, and that error in the reader's own
-standard deviations.
+A photograph of the chart is rendered: the sheet's pitch differs from its label, the sheet is turned, and the camera
+stands to the side.  The program's own reader then measures the pitch.  Reported are its error, and that error in the
+reader's own standard deviations.
 
-Convention: pitches in units of the printed page, as a photograph alone can tell them (`verifier.lens_fit`).
+Convention: pitches in units of the printed page, as a photograph gives them (`moireid.calibration.lens_fit`).
 """
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def calibration_figures(*, count: int, seed: int, progress: Callable[[], None]) 
             "in_sd": None,
             "refused": None,
         }
-        # The focal length that a phone notes is off by as much as its standard deviation says.
+        # The focal length that a phone notes has an error of its stated standard deviation.
         focal_px = STILL.focal_px * (1 + NOTED_DISTANCE_SD * float(np.random.default_rng(seed + k).normal()))
         try:
             view = view_chart(photograph(chart, case, seed + k), chart, focal_px=focal_px)

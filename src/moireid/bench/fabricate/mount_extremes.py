@@ -1,4 +1,4 @@
-"""Mounts at their extremes: which are made whole, which in part, and what a refusal says would work.
+"""Mounts at their extremes: which are made completely, which in part, and what a refusal advises.
 
 Every case is planned, which takes milliseconds and refuses what cannot be; a few are built with all their files, each
 of which is read back and checked.
@@ -55,7 +55,7 @@ def cases() -> list[Case]:
             found.append(Case(name, replace(base, size_mm=size, range_m=range_m)))
         for kerf in (0.0, 1.0, 5.0):
             found.append(Case(f"kerf {kerf:g} mm", base, figures=(f"kerf_mm={kerf:g}",)))
-    # Of a thin sheet the lenses are narrow too, so fine dots print for it and a camera stands near.
+    # A thin sheet also has narrow lenses, so it needs a fine printer and a near camera.
     fine = replace(plain, printer_dpi=4800, range_m=(0.4, 1.2))
     found += [Case(f"sheet {lens_mm:g} mm", fine, lens_mm) for lens_mm in (0.2, 0.3)]
     found += [Case(f"sheet {lens_mm:g} mm", plain, lens_mm) for lens_mm in (2.5, 4.0, 6.0)]

@@ -47,7 +47,7 @@ def fabricate_table(result: dict[str, Any]) -> str:
 
 
 def _calibration(found: dict[str, Any]) -> str:
-    """What photographs of the pitch test sheet tell, in a sentence."""
+    """The result of the photographs of the pitch test sheet, in a sentence."""
     if not found["read"]:
         return f"pitch test sheet: none of {found['photographs']} photographs could be read"
     return (

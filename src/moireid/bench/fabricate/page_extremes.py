@@ -1,7 +1,7 @@
-"""Pages at the edge of what can be asked, and beyond: right, or refused with what would work, which is then tried.
+"""Pages for extreme and impossible wishes: each must be right, or be refused with advice that works.
 
-A refusal is believed only when following its advice ends in a page: every figure that an error's `details` give is put
-into the wish, and the next answer is looked at in the same way.
+The advice of a refusal is tried: every figure in the error's `details` is put into the wish, and the next answer is
+treated in the same way, until a page is made.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.profiles import PROFILE_FORMAT, PROFILE_KIND, Printer
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
-#: Advice is followed so often; nobody would try a fifth time.
+#: Advice is followed this many times; nobody would try a fifth time.
 MOST_STEPS = 4
 #: An edge on the border between two dots may be counted to either.
 HALF_DOT = 0.5 + 1e-3
@@ -66,14 +66,14 @@ def cases() -> list[Case]:
 
 
 def extreme_rows(*, quick: bool) -> list[dict[str, Any]]:
-    """One row a case: outcome, what was said, and the figures of the page that came out in the end."""
+    """One row for each case: outcome, all refusals, and the figures of the page that was made in the end."""
     if quick:
         return [extreme_row(case, ("poppler",)) for case in cases() if case.request.printer_dpi <= QUICK_DPI]
     return [extreme_row(case) for case in cases()]
 
 
 def extreme_row(case: Case, rasters: tuple[str, ...] = ("poppler", "ghostscript")) -> dict[str, Any]:
-    """What becomes of one wish.
+    """The outcome of one wish.
 
     Returns: outcome "right" (all of its edges within half a dot, all markers found, identity read off the raster),
         "refused" where it was refused and following the advice ended in a page that is right, else "wrong"; said: the
@@ -85,7 +85,7 @@ def extreme_row(case: Case, rasters: tuple[str, ...] = ("poppler", "ghostscript"
         row["said"] = said
         if badge is None:
             return row | {"outcome": "wrong", "asked": None}
-        row["asked"] = _told(granted)
+        row["asked"] = _in_words(granted)
         pdf = Path(folder) / "badge.pdf"
         write_badge_pdf(badge, pdf)
         right = True
@@ -118,19 +118,20 @@ def settle(case: Case, folder: Path) -> tuple[Case, Badge | None, list[str]]:
 
 def follow(case: Case, error: MoireIdError) -> Case:
     """The wish changed as an error advises; the same one where it advises nothing."""
-    told, request = error.details, case.request
+    told: dict[str, Any] = error.details
+    request = case.request
     if isinstance(told.get("least_dpi"), int):
-        request = replace(request, printer_dpi=told["least_dpi"])  # type: ignore[arg-type]
+        request = replace(request, printer_dpi=told["least_dpi"])
     if "size_mm" in told:
-        request = replace(request, size_mm=told["size_mm"])  # type: ignore[arg-type]
+        request = replace(request, size_mm=told["size_mm"])
     elif "near_m" in told:
-        near, far = float(told["near_m"]), float(told["far_m"])  # type: ignore[arg-type]
+        near, far = float(told["near_m"]), float(told["far_m"])
         wanted = max(near, request.range_m[0]), min(far, request.range_m[1])
         request = replace(request, range_m=wanted if wanted[0] <= wanted[1] else (near, far))
     sheet = case.sheet_mm
     if sheet and "most_pitch_mm" in told:
         # The sheet's thickness is what is extreme, so its pitch gives way.
-        sheet = (float(told["most_pitch_mm"]), sheet[1])  # type: ignore[arg-type]
+        sheet = (float(told["most_pitch_mm"]), sheet[1])
     return replace(case, request=request, sheet_mm=sheet)
 
 
@@ -157,7 +158,7 @@ def _lens_for(printed_mm: float) -> float:
     lens_mm = printed_mm / 1.0157
     with tempfile.TemporaryDirectory() as folder:
         for _ in range(6):
-            # In vector form, which leaves the dots alone: what is sought may be refused on dots.
+            # In vector form, which ignores the printer's dots: with dots, the wish may be refused.
             wish = Case("", replace(Request("Extreme"), form="vector"), (lens_mm, 1.0))
             lens_mm *= printed_mm / design_badge(_with_lens(wish, Path(folder)), PAYLOAD).gratings[0].pitch_mm
     if not 0.5 < lens_mm / printed_mm < 1:
@@ -165,7 +166,7 @@ def _lens_for(printed_mm: float) -> float:
     return lens_mm
 
 
-def _told(case: Case) -> str:
+def _in_words(case: Case) -> str:
     """The wish in words."""
     request, sheet = case.request, case.sheet_mm
     words = f"{request.size_mm[0]:g}x{request.size_mm[1]:g} mm, {request.range_m[0]:g}-{request.range_m[1]:g} m"

@@ -3,8 +3,8 @@
 Poppler and Ghostscript are asked for one bit a dot, as a printer's own raster works: both paint every dot that is
 touched.  "poppler-grey" greys dots that are covered in part, and half grey counts as dark.
 
-Reading uses what a verifier knows: where rows and cells lie and which role each has, never a line's place or pitch.
-Those are measured in the raster, cells against the reference row, and handed to the ordinary decoder.
+The reader knows only what a verifier knows: places and roles of rows and cells, but no line's place or pitch.
+Those are measured in the raster, cells against the reference row, and given to the ordinary decoder.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Raster:
 
 @dataclass(frozen=True)
 class PageReading:
-    """What a raster tells of a badge, without its lines being known.
+    """What is read from a raster of a badge whose lines are not known.
 
     found: the decoder's answer; markers: ids that were found; marker_error_mm: the largest distance of a marker's
     corner from its place; phase_error_rad: the largest distance of a cell from its nearest place on the circle.
@@ -120,7 +120,7 @@ def _netpbm(file: Path, dpi: int) -> Raster:
 
 
 def without_lines(badge: Badge) -> Badge:
-    """What a verifier may know before it has read anything: the layout, and nobody's lines, name or id."""
+    """What a verifier may know before it reads: the layout, but no lines, name or id of a person."""
 
     def blank(grating: Grating) -> Grating:
         pitch = badge.lens.pitch_mm

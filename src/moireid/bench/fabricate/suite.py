@@ -1,7 +1,7 @@
 """Error against run time of what is printed: pages by form and resolution, mounts by the tolerance of their facets.
 
 Pages are painted by Poppler and Ghostscript where they are installed (`raster`); each painted edge is compared with its
-place, and the identity is read off the raster alone.  A mount's facets are compared with the solid that they stand for.
+place, and the identity is read from the raster alone.  A mount's facets are compared with its exact solid.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ GREY_BADGES, GREY_DPI = 4, 1200
 RUNS = 3
 #: Photographs of pitch test sheets that are read back.
 PHOTOGRAPHS = 40
-#: Angles between neighbouring facets of a mount, rad.  They and not the tolerance in mm say how fine a mount's mesh is:
-#: its bends are so small that OpenCASCADE keeps to the angle long before the distance.
+#: Angles between neighbouring facets of a mount, rad.  They decide how fine a mount's mesh is, not the tolerance in mm,
+#: because a mount's bends are so small that OpenCASCADE reaches the angle's limit long before the distance's.
 ANGLES_RAD = (0.5, 0.2, 0.1, 0.05, 0.02)
-#: Facets whose middles are held against the solid.
+#: Number of facets whose middles are compared with the solid.
 MOST_POINTS = 150
 
 

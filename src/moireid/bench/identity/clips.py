@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from moireid.badge import Badge
     from moireid.verifier.tracking.track import Track
 
-#: The picture is cut to what a swaying badge needs at 1 m; pixels to the millimetre are those of 1080p.
+#: The picture is cropped to the room of a swaying badge at 1 m; pixels to the millimetre are those of 1080p.
 WIDTH, HEIGHT, FOCAL_PX = 1024, 576, 1450.0
 FPS, CRF = 30.0, 28
 #: Lengths at which a clip is read again: 0.5 to 8 s.
@@ -104,7 +104,7 @@ def read_clip(clip: Clip) -> dict[str, Any]:
         row["phase_sd_rad"].append(reading.phase_sd)
     as_built = measure_built(report.track, report.measurement, report.invariant)
     row["as_built"] = as_built.to_json()
-    # The sheet's pitch in page units: what is true of it in mm, over the scale of the print.
+    # The sheet's pitch in page units: its true pitch in mm, divided by the scale of the print.
     lens_page_mm = badge.lens.pitch_mm * build.lens_scale / build.print_scale
     true_beat = 1 / badge.gratings[0].pitch_mm - 1 / lens_page_mm
     row["beat_error"] = as_built.beat_period_mm * abs(true_beat) - 1

@@ -1,11 +1,10 @@
 """False matches and non-matches, in the terms of ISO/IEC 19795-1.
 
-Films give readings: the phases of a badge's cells.  Two things are measured of them.  *Scores*: a reading is compared
-with claims of other people, the similarity being the mean cosine of the phase differences; the threshold is fixed on
-one half of the films and the rates are reported on the other.  *Decoding*, which is what the verifier does: an error
-model is fitted to one half, and readings drawn from it are decoded; beside it stand readings made of whole films of
-the other half, so that one sees whether the model holds where it matters.  Films read without an error; so both also
-go to phase errors some times larger, where decoding fails.
+Films give readings: the phases of a badge's cells.  Two things are measured with them.  *Scores*: a reading is compared
+with claims of other people; the similarity is the mean cosine of the phase differences.  The threshold is fixed on one
+half of the films, and the rates are reported on the other.  *Decoding*, as in the verifier: an error model is fitted to
+one half, and readings drawn from it are decoded.  Readings of whole films of the other half show whether the model is
+right.  Since films are read without errors, both are repeated with larger phase errors, where decoding fails.
 """
 
 from __future__ import annotations
@@ -22,7 +21,7 @@ from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS, decode_phases,
 from moireid.idcodes.words import WordCode
 
 Array = NDArray[np.float64]
-#: The films' phase errors times these: the films themselves, and films much worse than any measured.
+#: Factors for the films' phase errors: 1, and others for films much worse than any measured.
 FACTORS = (1.0, 4.0, 7.0, 10.0)
 #: The false match rate at which the threshold is fixed.
 FIXED_AT_FMR = 1e-6
@@ -37,7 +36,7 @@ def matching_figures(groups: dict[str, list[dict[str, Any]]], *, quick: bool, se
     Parameters: groups: rows of clips by condition; those of 64 bits are used, and for the error model 3 m alone.
     Returns: JSON object; a comparison is one reading against one claim.
     """
-    # Zeros at the end of a seed count for nothing, so this one must not look like a clip's, or claims would be theirs.
+    # NumPy ignores zeros at the end of a seed; this seed must differ from the clips' seeds, or claims would be theirs.
     rng = np.random.default_rng([seed, 1_000_003])
     rows = [row for name, found in groups.items() if name.startswith("64 bits") for row in found]
     read = [row for row in rows if row["phase_error_rad"]]
@@ -71,7 +70,7 @@ def _scores(rows: list[dict[str, Any]], rng: np.random.Generator, claims: int) -
         genuine.append(float(np.cos(error).mean()))
         impostor.append((claimed @ reading).real / len(error))
     fixed, told = np.concatenate(impostor[::2]), np.concatenate(impostor[1::2])
-    # Beyond what was counted the tail is that of a sum of many independent cosines, a normal one.
+    # Beyond the counted range the tail is normal, because the score is a sum of many independent cosines.
     true = np.array(genuine[1::2])
     threshold = max(float(np.quantile(fixed, 1 - FIXED_AT_FMR)), float(fixed.mean() + 4.75 * fixed.std()))
     false, missed = int((told >= threshold).sum()), int((true < threshold).sum())
@@ -115,7 +114,7 @@ def _decoding(
     claimed = {rng.bytes(WORD.payload_bytes) for _ in range(claims)}
     sources: dict[str, Callable[[], Array]] = {
         "model": lambda: t.rvs(model["freedom"], scale=model["scale_rad"], size=4 * WORD.word_bytes, random_state=rng),
-        # Whole films, begun at another cell and turned about, keep what neighbouring cells have in common.
+        # Whole films, begun at another cell or reversed, keep the correlation of neighbouring cells.
         "other films": lambda: np.roll(other[rng.integers(len(other))], rng.integers(104)) * rng.choice([-1.0, 1.0]),
     }
     found = []

@@ -18,7 +18,7 @@ def shorter_figures(groups: dict[str, list[dict[str, Any]]]) -> list[dict[str, A
         for row in rows:
             for shorter in row["shorter"]:
                 by_length.setdefault(shorter["frames"], []).append(shorter)
-        # Few films lose frames; a length that hardly any clip has says nothing.
+        # Few films lose frames; lengths that hardly any clip has are left out.
         for frames, some in sorted(by_length.items()):
             if len(some) * 2 < len([row for row in rows if row["shorter"]]):
                 continue

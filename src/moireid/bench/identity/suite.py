@@ -1,7 +1,7 @@
-"""Does the whole identity come back, and is a copy told from the original?
+"""Is the whole identity read, and is a copy distinguished from the original?
 
-Each clip is another payload, another build within the stated tolerances, another motion: 8 s of swaying, H.264 crf 28.
-Numbers of clips are small enough for a morning; intervals say what they can mean.
+Each clip has another payload, another build within the stated tolerances and another motion: 8 s of swaying, H.264
+crf 28.  The clips are few enough for a morning; confidence intervals show how far the rates can be trusted.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def run(
 
 
 def _jobs(count: int, seed: int) -> list[tuple[str, Clip]]:
-    """All clips with the name of their condition, the first of every condition first; each has chance of its own."""
+    """All clips with the name of their condition, the first of every condition first; each has its own seed."""
     jobs: list[tuple[str, Clip]] = []
     for k in range(count):
         for place, (bits, distance) in enumerate(CONDITIONS):
@@ -90,7 +90,7 @@ def _read_all(
 
 
 def _key(clip: Clip) -> str:
-    """A clip, the camera, and a digest of the program that filmed and read it: other code gives other rows."""
+    """The key of a clip: clip, camera, and a digest of the program; so changed code gives new rows."""
     return f"{program_digest()} {WIDTH}x{HEIGHT} {FOCAL_PX} {FPS} {CRF} {clip}"
 
 
@@ -132,7 +132,7 @@ def _rms(values: NDArray[np.float64]) -> float:
 
 
 def _built(rows: dict[str, list[dict[str, Any]]]) -> dict[str, Any]:
-    """How often the original and a copy were told as what they are, at `BUILT_DISTANCE_MM`."""
+    """How often the original and a copy were recognised as such, at `BUILT_DISTANCE_MM`."""
     counts = {kind: dict.fromkeys(("original", "copy", "not_known"), 0) for kind in ("original", "copy")}
     for k, row in enumerate(rows["enrolled"]):
         if row["as_built"] is None:

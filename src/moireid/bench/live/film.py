@@ -1,4 +1,4 @@
-"""A person before a webcam, made up: a true badge that follows prompts, before a picture of a face.
+"""A simulated person before a webcam: a true badge that follows prompts, before a picture of a face.
 
 Convention: camera frame in mm, x right in the picture, y down, z forward; the camera stands still.
 Source: the analytic renderer; the course from place to place is that of least jerk, which hands come near to (Flash and
@@ -49,7 +49,7 @@ class Answer:
 
 
 def answer(prompts: Sequence[Prompt], face_mm: Array, *, reaction_s: float = 0.5) -> Answer:
-    """The course of who follows prompts.  face_mm (2,): where the face is in the badge's plane at rest."""
+    """The course of a person who follows prompts.  face_mm (2,): place of the face in the badge's plane at rest."""
     places = [REST_MM]
     for prompt in prompts:
         place = places[-1].copy()

@@ -1,4 +1,4 @@
-"""Replays of earlier answers against fresh challenges: the clip that was true once, played when it suits best."""
+"""Replays of earlier answers to new challenges: an old true clip, started at the moment that fits best."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def passes_at_best(course: Course, before: Sequence[Prompt], fresh: Sequence[Pro
 def replays_passed(count: int, seed: int, face_mm: Array) -> tuple[int, int]:
     """Of `count` true answers, how many meet their own challenge, and how many another one, replayed.
 
-    Parameters: face_mm: as `live_film.answer`.
+    Parameters: face_mm: as `film.answer`.
     """
     chance = random.Random(seed)
     own = other = 0

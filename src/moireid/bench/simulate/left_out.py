@@ -1,9 +1,9 @@
 """What the renderers leave out: a frame rendered with each thing and without it, its seconds, and what changes.
 
 Convention: one view of the prototype at 1 m; seconds are the median of repeated runs after one that compiles.  The
-change is measured as `simulate.accuracy` does; the bar is what two pictures of the setting may differ by, if each of
-them errs by as much as its estimate says, since Mitsuba has other rays in each picture.  What changes more is part of
-the answer, and left out only by a scene that does not ask for it: the shutter, and the light.
+change is measured as in `simulate.analytic.accuracy`.  The bar is the difference of two pictures whose errors are both
+as large as estimated, because Mitsuba has other rays in each picture.  Things that change more than the bar matter:
+the shutter and the light.  They are left out only by a scene that does not ask for them.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,7 @@ from moireid.simulate.scene import Instant, Need, Scene
 
 Frame = Callable[[], Rendered | None]
 TANGENT, RUNS, MITSUBA_RUNS = 0.2, 9, 3
-#: So few rays let a whole picture be held at once.
+#: Few rays, so that a whole picture fits into memory at once.
 FEW_SAMPLES = 4
 FINE = (64, 4)
 
@@ -100,8 +101,8 @@ def _light_rows(scene: Scene, instant: Instant) -> list[dict[str, Any]]:
             _row(
                 "analytic",
                 what,
-                lambda one=one: one.render(instant),  # type: ignore[misc]
-                lambda other=other: other.render(instant),  # type: ignore[misc]
+                partial(one.render, instant),
+                partial(other.render, instant),
                 scene,
                 instant,
                 bar,
@@ -166,7 +167,7 @@ def mitsuba_rows(scene: Scene, instant: Instant, seed: int) -> list[dict[str, An
         ("bounces, and the hidden face", lambda: bounces.render(instant), frame, samples),
         (f"lens detail below {segments} segments (of {2 * segments})", lambda: finer.render(instant), frame, samples),
     ]
-    # One estimate in few strips is off by a half at times; that of several seeds is not.
+    # A single estimate from few strips may be off by half; the mean over several seeds is not.
     errors = {
         rays: rms(
             [
@@ -217,7 +218,7 @@ def _row(
 
 
 def rms(figures: list[float | None]) -> float | None:
-    """Root mean square of what is known; None of nothing."""
+    """Root mean square of the known figures; None if there are none."""
     known = [figure for figure in figures if figure is not None]
     return math.sqrt(sum(figure * figure for figure in known) / len(known)) if known else None
 

@@ -1,12 +1,12 @@
-"""An outside reference for the renderers: a plain tracer in NumPy float64 that shares no line with `simulate`.
+"""An independent reference for the renderers: a plain tracer in NumPy float64 that shares no code with `simulate`.
 
-It knows nothing of pixels, rows or tables.  A ray is a point and a unit vector in space; every cylinder lens near it is
+It has no pixels, rows or tables.  A ray is a point and a unit vector in space; every cylinder lens near it is
 intersected by the general formula for a cylinder about any axis, the nearest hit on a lens's own cap counts, Snell's
 law is applied in vector form, and the ink under the ray is looked up by asking each printed cell in turn.  Slow on
 purpose: about a million rays in a second or two.
 
-Left out, as in the analytic renderer: Fresnel losses, light's direction, and what happens to a ray within the sheet
-that leaves it again through a neighbouring lens; `Traced.escaped` counts those, so that it shows where that matters.
+Left out, as in the analytic renderer: Fresnel losses, the light's direction, and rays inside the sheet that leave it
+through a neighbouring lens; `Traced.escaped` counts these rays and so shows where they matter.
 
 Convention: board frame, mm, origin at the board's centre, x right, y down, z into the page; apexes at z = -g, page at
 z = 0.  The sheet is turned about z from x towards y, the print is scaled about the origin.
@@ -156,7 +156,7 @@ def _first_cap(setup: Setup, across: Array, top: Array, way: Array, counted: Arr
 
 
 def _escapes(setup: Setup, across: Array, hit: Array, inside: Array) -> NDArray[np.bool_]:
-    """Which rays within the sheet cross the plane of the valleys beyond the lens they came in by."""
+    """Rays inside the sheet that cross the plane of the valleys beyond the lens through which they came in."""
     lens = setup.badge.lens
     pitch, radius = lens.pitch_mm * setup.lens_scale, float(lens.radius_mm or 0.0)
     valley = -lens.thickness_mm + radius - math.sqrt(radius**2 - (pitch / 2) ** 2)

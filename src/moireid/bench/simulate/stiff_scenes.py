@@ -1,14 +1,15 @@
 """Stiff and extreme scenes for the renderer: right within its own error bar, or refused with a reason.
 
-Each is one frame, rendered in float32 and in float64 and held against the outside tracer at the same pixels.  Right
-means: no figure that is not finite, brightness within the bar, phase within it where there are fringes to read.  The
-bar is three times the renderer's own estimate (`simulate.estimate`), with a floor for the tracer's own sampling.
+Each is one frame, rendered in float32 and in float64 and compared with the independent tracer at the same pixels.
+Right means: all figures are finite, brightness is within the bar, and so is the phase where fringes can be read.  The
+bar is three times the renderer's own estimate (`simulate.analytic.estimate`), but at least the tracer's own error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -42,20 +43,14 @@ class StiffScene:
 def stiff_scenes() -> list[StiffScene]:
     """All cases, by what they strain."""
     return [
-        *(
-            StiffScene(f"pitch ratio 1 + {share:g}", lambda s=share: _ratio(s))  # type: ignore[misc]
-            for share in (0.0, 1e-9, 1e-6, 1e-3)
-        ),
-        *(
-            StiffScene(f"distance {mm / 1000:g} m", lambda d=mm: _distance(d))  # type: ignore[misc]
-            for mm in (20.0, 100.0, 3e4, 1e5)
-        ),
+        *(StiffScene(f"pitch ratio 1 + {share:g}", partial(_ratio, share)) for share in (0.0, 1e-9, 1e-6, 1e-3)),
+        *(StiffScene(f"distance {mm / 1000:g} m", partial(_distance, mm)) for mm in (20.0, 100.0, 3e4, 1e5)),
         *(
             StiffScene(f"view at {degrees:g} degrees", lambda: _distance(400.0), float(np.tan(np.radians(degrees))))
             for degrees in (45, 70, 80)
         ),
-        *(StiffScene(f"sheet {mm:g} mm", lambda g=mm: _sheet(g, 1.56)) for mm in (0.05, 0.2, 3.0, 10.0)),  # type: ignore[misc]
-        *(StiffScene(f"n = {n:g}", lambda n=n: _sheet(2.0, n)) for n in (1.0, 1.02, 1.3, 2.0)),  # type: ignore[misc]
+        *(StiffScene(f"sheet {mm:g} mm", partial(_sheet, mm, 1.56)) for mm in (0.05, 0.2, 3.0, 10.0)),
+        *(StiffScene(f"n = {n:g}", partial(_sheet, 2.0, n)) for n in (1.0, 1.02, 1.3, 2.0)),
         StiffScene("mask in air, n = 1", lambda: Setting("", board(Lens("mask", 0.508, 2.0, 1.0), 0.52))),
         StiffScene("seven lenses in a pixel", lambda: Setting("", board(SHEET, 0.513), distance_mm=5000.0)),
         StiffScene("no light", lambda: _light(0.0)),
@@ -124,7 +119,7 @@ def _ratio(share: float) -> Setting:
 
 
 def _distance(distance_mm: float) -> Setting:
-    """Near by an ordinary camera, from afar by one whose pixels see about as much as an ordinary one's at 2 m."""
+    """Near: an ordinary camera.  Far: one whose pixels see about as much as an ordinary camera's at 2 m."""
     camera = NEAR if distance_mm < 300 else Camera(focal_px=max(1450.0, 0.7 * distance_mm))
     return Setting("", _badge(), distance_mm=distance_mm, camera=camera)
 

@@ -1,12 +1,12 @@
-"""Error against run time of the renderers, and both held against an outside tracer (`reference`).
+"""Error against run time of the renderers, and both compared with an independent tracer (`reference`).
 
 against: on the eleven scenes, the analytic renderer's fringe phase and brightness at a fine setting, over view tangents
-    up to 0.4 and at 60 degrees; and its own estimate of the error, held against the truth at the usual setting.
+    up to 0.4 and at 60 degrees; and its own estimate of the error, compared with the true error at the usual setting.
 work: seconds a frame of the badge's region against RMS phase error, for each renderer, setting and resolution; medians
     and spreads of repeated runs, compile time and scene set-up apart.
-left out: what a frame is spared, as told in `left_out`.
+left out: the time saved in a frame by each thing left out; see `left_out`.
 
-Phase is measured as told in `simulate.accuracy`; the truth is the outside tracer's at the same pixels.
+Phase is measured as in `simulate.analytic.accuracy`; the truth is the independent tracer's at the same pixels.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any
 
@@ -27,11 +28,11 @@ from moireid.bench.simulate.scenes import STEEP_TANGENT, TANGENTS, Setting, elev
 from moireid.simulate.analytic.accuracy import Difference, Strip, brightness, difference, strips_of
 from moireid.simulate.analytic.estimate import estimate_error
 from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer, Rendered
-from moireid.simulate.scene import Camera, Instant
+from moireid.simulate.scene import Camera, Instant, Scene
 
 Array = NDArray[np.float64]
 FINE = (64, 4)
-#: Rays that the outside tracer spends on one view of one scene; near views have many pixels, which need fewer each.
+#: Rays of the independent tracer for one view of one scene; near views have many pixels, so each needs fewer rays.
 BUDGET, LEAST_SAMPLES, MOST_SAMPLES = 600_000, 89, 610
 SETTINGS = ((2, 1), (4, 1), (8, 1), (16, 1), (32, 1), (32, 2), (64, 4))
 MITSUBA_SETTINGS = ((16, 4), (16, 16), (64, 16), (256, 16), (64, 4), (64, 32))
@@ -114,7 +115,7 @@ def error_of(picture: Rendered, truth: Truth, contrast: float) -> Difference:
 
 
 def against_reference(setting: Setting, *, quick: bool) -> dict[str, Any]:
-    """One scene's row: errors at the fine setting, and the estimate at the usual one held against the truth."""
+    """One scene's row: errors at the fine setting, and at the usual one the estimated and the true error."""
     scene = setting.scene
     tangents = [*(TANGENTS[::2] if quick else TANGENTS), STEEP_TANGENT]
     truths = [truth_of(setting, tangent, budget=BUDGET // 3 if quick else BUDGET) for tangent in tangents]
@@ -147,7 +148,7 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
     rows = []
     kinds: list[tuple[str, tuple[int, int], Callable[[], Callable[[Instant], Rendered | None]]]] = []
     for rays in SETTINGS:
-        kinds.append(("analytic", rays, lambda rays=rays: AnalyticRenderer(scene, rays=rays).render))  # type: ignore[misc]
+        kinds.append(("analytic", rays, partial(_analytic, scene, rays)))
     kinds.append(("analytic float64", RAYS, lambda: AnalyticRenderer(scene, rays=RAYS, precision="float64").render))
     for variant, some in mitsuba_sweep(camera_name, quick=quick):
         for samples, segments in some:
@@ -155,7 +156,7 @@ def work_precision(setting: Setting, camera_name: str, *, quick: bool, seed: int
                 (
                     f"mitsuba {variant}",
                     (samples, segments),
-                    lambda v=variant, n=samples, m=segments: _mitsuba(scene, v, n, m, seed),  # type: ignore[misc]
+                    partial(_mitsuba, scene, variant, samples, segments, seed),
                 )
             )
     for name, figures, make in kinds:
@@ -214,6 +215,10 @@ def mitsuba_sweep(camera_name: str, *, quick: bool) -> list[tuple[str, tuple[tup
     if camera_name != "1080p":
         return [(best, few)]
     return [(variant, MITSUBA_SETTINGS if variant == best else few) for variant in variants]
+
+
+def _analytic(scene: Scene, rays: tuple[int, int]) -> Callable[[Instant], Rendered | None]:
+    return AnalyticRenderer(scene, rays=rays).render
 
 
 def _mitsuba(scene: Any, variant: str, samples: int, segments: int, seed: int) -> Callable[[Instant], Rendered | None]:

@@ -113,8 +113,8 @@ def read_case(case: Case, seed: int, frames: int) -> dict[str, Any]:
 def outcome_of(report: Report, badge: Badge, beat: float) -> Outcome:
     """Right: the identity was read, and a true film not rejected; unreadable: left open; wrong: anything else.
 
-    Refused: a badge whose beat is gone or has changed its sense moves its fringes against the law, as a forgery does
-    that shows them reversed; nothing in the film tells the two apart, so it is rejected, and that is as it must be.
+    Refused: if a badge's beat is zero or has the wrong sign, its fringes move against the law, just like those of a
+    reversed forgery.  The film shows no difference between the two, so it is rightly rejected.
     """
     if report.identity.decoded_id not in (None, badge.id):
         return "wrong"

@@ -109,10 +109,10 @@ def truth_of(badge: Badge, video: Path) -> Truth:
 
 
 def phase_error_rad(times_s: Array, phase_rad: Array, true_s: Array, true_rad: Array) -> float | None:
-    """Root mean square of a phase less the true one, means removed; None where fewer than two frames tell a phase.
+    """Root mean square of a phase less the true one, means removed; None where fewer than two frames have a phase.
 
-    Convention: over all the film's frames from the first to the last that was used; between used ones the phase runs
-    straight, so that what leaving frames out loses of the motion counts.
+    Convention: over all frames of the film from the first to the last used one; between used frames the phase is
+    interpolated, so that motion lost with skipped frames counts as error.
     """
     inside = (true_s >= times_s.min(initial=math.inf) - 1e-9) & (true_s <= times_s.max(initial=-math.inf) + 1e-9)
     if inside.sum() < 2:

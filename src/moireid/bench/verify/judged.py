@@ -1,4 +1,4 @@
-"""Frames in, verdict out: `verifier.verify` without the file, for films that the benches thin out, shrink or spoil."""
+"""Frames in, verdict out: `verifier.verify` without a file, for benches that skip, shrink or damage frames."""
 
 from __future__ import annotations
 

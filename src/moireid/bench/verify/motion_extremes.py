@@ -1,10 +1,10 @@
 """Stiff and extreme motions: each must be read right, or be left open with the reason; a true film is never rejected.
 
-One film a case.  What physics expects of it stands beside it: that it be accepted, or that it be left open for a
-reason, because what it shows tells nothing of the law.
+Each case is one film with the outcome that physics expects: it is accepted, or it is inconclusive for a stated reason,
+because its motion cannot test the law.
 
-right: as expected.  open: enough was shown, and the film is left open all the same: a shortfall.  wrong: a true film
-rejected, one accepted that shows nothing, a figure that is not finite, or a crash.
+right: as expected.  open: inconclusive although the film shows enough: a shortfall.  wrong: a true film is rejected, a
+film that shows nothing is accepted, a figure is not finite, or the program crashes.
 """
 
 from __future__ import annotations
@@ -190,7 +190,7 @@ def read_extreme(case: Extreme, seed: int) -> dict[str, Any]:
             found = judge_frames(case.spoil(frames), Claim(badge, badge.id))
         except MoireIdError as error:
             return row | {"outcome": outcome_of(case.expected, "inconclusive", []), "why": str(error)}
-        # A crash is a finding of this bench, and the cases after it are to be read all the same.
+        # A crash is a result of this bench, and the next cases must still run.
         except (ArithmeticError, LookupError, TypeError, ValueError) as error:
             return row | {"why": f"crash: {type(error).__name__}: {error}"}
     return row | _figures(case, found, badge)
@@ -220,7 +220,7 @@ def _figures(case: Extreme, found: Judged, badge: Badge) -> dict[str, Any]:
 
 
 def outcome_of(expected: Expected, verdict: str, codes: list[str]) -> Outcome:
-    """Right, open or wrong, as told in the module docstring; codes: of the reasons that keep it from being accepted."""
+    """Right, open or wrong, as defined in the module docstring; codes: of the reasons against acceptance."""
     if verdict == "reject" or (verdict == "accept" and not expected.startswith("accept")):
         return "wrong"
     if verdict == "accept" or expected == "accept or open" or expected in codes:
@@ -262,5 +262,5 @@ def _first_smeared(frames: Iterator[Frame]) -> Iterator[Frame]:
 
 
 def _number(value: float | None) -> float | None:
-    """The figure as JSON holds it; one that is not finite is none, and `Judged.finite` has told of it."""
+    """The figure for JSON, None where it is not finite, which `Judged.finite` reports."""
     return float(f"{value:.6g}") if value is not None and math.isfinite(value) else None

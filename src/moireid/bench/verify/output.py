@@ -111,7 +111,7 @@ def _panel(axes: Any, result: dict[str, Any], error: Any) -> None:
             continue
         axes.plot([error(row) for row in own], [row["cpu_ms"] for row in own], color=colour, linewidth=1, alpha=0.6)
         for row in own:
-            # Films that a setting cannot read drop out of its errors, so what it does not judge right is hollow.
+            # Films that a setting cannot read are missing in its errors, so settings with a wrong verdict are hollow.
             face = colour if row["right"] == row["films"] else "white"
             axes.plot(error(row), row["cpu_ms"], MARKS[row["setting"]["every"]], color=colour, mfc=face, markersize=6)
         name = {1.0: "full size", 0.75: "3/4 size", 0.5: "1/2 size"}.get(scale, "1/3 size")

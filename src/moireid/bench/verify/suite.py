@@ -1,12 +1,12 @@
-"""Error against run time of the verifier, and what it says of stiff and extreme motions (`motion_extremes`).
+"""Error against run time of the verifier, and its verdicts on stiff and extreme motions (`motion_extremes`).
 
 work: on films of known truth, every setting of frames used, working resolution and estimator: error of the fringe
     phase, of the phase that the poses predict, and of the gain; verdicts that are right; milliseconds of a film's
     frame, decoding apart.
 knee: the setting of least phase error times run time among those whose verdicts are all right.
 
-A setting is made of the frames alone, left out or shrunk before they are pushed into `verifier.stream.Verifier`; what
-shrinking costs is the setting's own.
+A setting changes only the frames: they are skipped or shrunk before they are pushed into `verifier.Verifier`.  The time
+for shrinking counts for the setting.
 """
 
 from __future__ import annotations
@@ -49,8 +49,8 @@ ROOMS = ("bench", "designer", "idcodes", "simulate", "verifier")
 class Setting:
     """Which frames are used, at which share of the film's resolution, and by which estimator; as it stands: ours.
 
-    focal length given: by the user.  nothing solved: a usual phone's focal length and shutter taken for granted.
-    published: `verifier.published`.
+    focal length given: by the user.  nothing solved: a usual phone's focal length and shutter are assumed.
+    published: `evaluation.baseline.published`.
     """
 
     every: int = 1
@@ -109,7 +109,7 @@ def sweep(
 ) -> list[dict[str, Any]]:
     """One film by all settings; it is filmed only where a row is missing.
 
-    Forged films are judged once: their time tells nothing that those of the true ones do not.
+    Forged films are judged once, because only the times of true films are used.
     """
     frames, runs = (QUICK_FRAMES, QUICK_RUNS) if quick else (FRAMES, RUNS)
     runs = 1 if kind.forge else runs
@@ -120,7 +120,7 @@ def sweep(
     if any(key not in rows for key in keys.values()):
         with tempfile.TemporaryDirectory() as folder:
             filmed = shoot(kind, frames, seed, Path(folder))
-        timed(filmed, DEFAULT, 1)  # What is made once a process is made now, and not while a setting is timed.
+        timed(filmed, DEFAULT, 1)  # Tables that a process makes once are made here, and not while a setting is timed.
         for setting, key in keys.items():
             if key not in rows:
                 rows[key] = timed(filmed, setting, runs)
@@ -190,7 +190,7 @@ def _ours(filmed: Filmed, setting: Setting) -> dict[str, Any]:
 
 
 def _published(filmed: Filmed, setting: Setting) -> dict[str, Any]:
-    """The published pipeline's figures of one film; its phase knows no sense, so the better of both is taken."""
+    """The published pipeline's figures of one film; its phase has no sign, so the better sign is taken."""
     truth, height, width = filmed.truth, *filmed.frames[0].luma.shape
     reader = PublishedReader(filmed.badge, None, (width, height), None)
     times: list[float] = []
@@ -212,7 +212,7 @@ def _published(filmed: Filmed, setting: Setting) -> dict[str, Any]:
 
 @contextlib.contextmanager
 def _instead(estimator: str) -> Iterator[None]:
-    """Put a step of the verifier aside for a while: it has no switch for what no user should choose."""
+    """Replace a step of the verifier for a while; it has no option for this, because no user should choose it."""
     patches: list[tuple[Any, str, Any]] = []
     if estimator == "poses not smoothed":
         patches = [(measure, "smooth_camera", lambda camera_mm, times_s, error, vague: camera_mm)]
@@ -231,7 +231,7 @@ def _instead(estimator: str) -> Iterator[None]:
 def _summary(setting: Setting, films: list[dict[str, Any]]) -> dict[str, Any]:
     """One setting over all films: errors as root mean squares, times as medians over all runs of the true films.
 
-    A film that tells no phase has no error, so errors stand side by side only where `right` is all films.
+    A film without a phase has no error, so errors can be compared only where `right` is all films.
     """
     rows = [row for row in films if row["setting"] == asdict(setting)]
     true = [row for row in rows if row["forge"] is None]

@@ -1,5 +1,5 @@
-"""The published pipeline, kept as the baseline that every collection is scored against.
+"""The published pipeline, kept as a baseline: every collection is scored by it too.
 
-published.py  its verdict by correlation of fringes and place
-corners.py    corners given by hand, followed
+published.py  its verdict by the correlation of fringe phase and camera place
+corners.py    corners given by hand, tracked between frames
 """

@@ -1,12 +1,12 @@
-"""The striped region's corners, given by hand at some frames and followed between them.
+"""The striped region's corners, given by hand at some frames and tracked between them.
 
 Generated videos often lose their markers.  The published protocol then marks the region's four corners in the first
-frame, follows them by pyramidal Lucas-Kanade, and corrects them by hand where they slip.  Our own pipeline follows
-markers alone: a page that lies only where somebody says could never be accepted.
+frame, tracks them by pyramidal Lucas-Kanade, and corrects them by hand when they slip.  Our own pipeline uses markers
+only: a page whose place is given by hand could never be accepted.
 
 Convention: corners in the order top left, top right, bottom right, bottom left of the first grating, picture px with
 (0, 0) at the centre of the top left pixel.
-Source: Lucas and Kanade, with the pyramid of Bouguet, as OpenCV has it.
+Source: Lucas and Kanade, with the pyramid of Bouguet, in OpenCV.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ Array = NDArray[np.float64]
 #: Frame number -> corners (4, 2), px.
 Corners = Mapping[int, Array]
 COLUMNS = ("frame", "x1", "y1", "x2", "y2", "x3", "y3", "x4", "y4")
-#: Entries by hand have no letters, which a file's name has.
+#: Entries by hand have no letters, but a file's name has.
 ENTRIES = re.compile(r"[\d.,:;+\-\s]*,[\d.,:;+\-\s]*")
 LEAST_AREA_PX2 = 16
 WINDOW_PX, LEVELS = (31, 31), 4
-#: A corner that does not come back to itself when followed back has slipped.
+#: A corner has slipped if tracking it forward and back ends further away than this.
 MOST_RETURN_PX = 2.0
 
 
 def corners_from(text: str, folder: Path = Path()) -> dict[int, Array]:
-    """Corners by frame from what a person writes: entries `[FRAME:]x,y,x,y,x,y,x,y`, or the path of a CSV file.
+    """Corners by frame from text: entries `[FRAME:]x,y,x,y,x,y,x,y`, or the path of a CSV file.
 
-    Parameters: text: entries parted by blanks or semicolons, the first of which may leave out `0:`; folder: that the
-        path is relative to.
-    Raises: SpecError where an entry is no such thing, or the file none of corners.
+    Parameters: text: entries separated by blanks or semicolons; the first may omit `0:`; folder: base of a relative
+        path.
+    Raises: SpecError if an entry or the file is not valid.
     """
     if not ENTRIES.fullmatch(text.strip()):
         return read_corners(folder / text)
@@ -70,7 +70,7 @@ def corners_from(text: str, folder: Path = Path()) -> dict[int, Array]:
 def read_corners(path: Path) -> dict[int, Array]:
     """Corners by frame from a CSV file with the columns `COLUMNS`.
 
-    Raises: SpecError where the file cannot be read, lacks a column, names no frame 0, or holds no four-sided figure.
+    Raises: SpecError if the file cannot be read, lacks a column or frame 0, or has corners of no quadrilateral.
     """
     example = f"give a CSV file with the columns {','.join(COLUMNS)} and a row for frame 0"
     try:
@@ -93,7 +93,7 @@ def read_corners(path: Path) -> dict[int, Array]:
 
 
 def _four_sided(values: list[float], said: str) -> Array:
-    """Corners (4, 2) px.  Raises: SpecError, naming where they were `said`, where they are those of no such figure."""
+    """Corners (4, 2) px.  Raises: SpecError, which names the source `said`, if they are no quadrilateral."""
     corners = np.array(values).reshape(4, 2)
     flat = corners.astype(np.float32)
     if not np.all(np.isfinite(flat)) or not cv2.isContourConvex(flat) or cv2.contourArea(flat) < LEAST_AREA_PX2:
@@ -105,9 +105,9 @@ def _four_sided(values: list[float], said: str) -> Array:
 
 
 def without_corners(report: Report) -> Report:
-    """Our report of a film for which corners were given: left open where markers were seen in less than half of it.
+    """Our report on a film with given corners: inconclusive if markers were seen in less than half of it.
 
-    Policy: of such a film most was not looked at, so it cannot be accepted; what its markers reject stays rejected.
+    Policy: most of such a film was not examined, so it cannot be accepted; if its markers reject it, it stays rejected.
     """
     read, tracked = report.frames["read"], report.frames["tracked"]
     if 2 * tracked >= read:
@@ -121,7 +121,7 @@ def without_corners(report: Report) -> Report:
 
 
 class CornerFollower:
-    """Follows four corners from frame to frame, set right where they were given."""
+    """Tracks four corners from frame to frame, and replaces them where they are given."""
 
     def __init__(self, corners: Corners) -> None:
         self._given = dict(corners)
@@ -129,7 +129,7 @@ class CornerFollower:
         self._corners: Array | None = None
 
     def follow(self, index: int, luma: NDArray[np.uint8]) -> Array | None:
-        """Corners in this frame, (4, 2) px; None from where one slipped until the next correction."""
+        """Corners in this frame, (4, 2) px; None after one has slipped, until the next correction."""
         if index in self._given:
             self._corners = self._given[index]
         elif self._corners is not None and self._luma is not None:
@@ -139,7 +139,7 @@ class CornerFollower:
 
 
 def _moved(before: NDArray[np.uint8], after: NDArray[np.uint8], corners: Array) -> Array | None:
-    """The corners one frame later, None where one of them is lost."""
+    """The corners one frame later; None if one of them is lost."""
     start = corners.astype(np.float32).reshape(-1, 1, 2)
     how: dict[str, Any] = {"winSize": WINDOW_PX, "maxLevel": LEVELS}
     there, seen, _ = cv2.calcOpticalFlowPyrLK(before, after, start, start.copy(), **how)

@@ -1,18 +1,18 @@
 """The published pipeline (Qing et al., *Moiré Video Authentication*, 2026), kept as a baseline to measure ours against.
 
-1. Corners of the markers by ArUco with its usual settings, or four corners followed by `corners`.
-2. A homography turns the striped region flat; CLAHE evens its contrast.
-3. The fringes' orientation by their contours; the region is turned until they stand upright.
-4. Column means; their Fourier bin of the greatest power in the first frame is kept; its angle is the fringe phase.
-5. The camera's pose by PnP with a guessed focal length; its place over its distance, seen with the *first* frame's
-   orientation, is what the phase should follow.
-6. Pearson correlation over windows of 30 frames; the mean of its size is the score.
+1. Corners of the markers by ArUco with its default settings, or four corners tracked by `corners`.
+2. A homography rectifies the striped region; CLAHE equalises its contrast.
+3. The fringes' orientation from their contours; the region is rotated until they are upright.
+4. Column means; the Fourier bin of the greatest power in the first frame is kept; its angle is the fringe phase.
+5. The camera's pose by PnP with a guessed focal length; the phase should follow its place over its distance, with the
+   orientation of the *first* frame.
+6. Pearson correlation over windows of 30 frames; the mean of its magnitude is the score.
 
-Convention: the region is the badge's reference cell, as the published board has one uniform grating; correlation
-forgets sign and gain, and so does this pipeline.
-Source: the paper's text.  Where it is silent: focal length is the picture's width, CLAHE has clip 2 and 8 x 8 tiles,
-two markers are enough, and the threshold lies equally many standard deviations from the published means of real films
-(0.87 ± 0.14) and of generated ones (0.57 ± 0.21).
+Convention: the region is the badge's reference cell, as the published board has one uniform grating; correlation does
+    not test sign and gain, and so neither does this pipeline.
+Source: the paper's text.  What it does not say is set here: focal length is the picture's width, CLAHE has clip 2 and 8
+    x 8 tiles, two markers are enough, and the threshold lies equally many standard deviations from the published means
+    of real films (0.87 ± 0.14) and of generated ones (0.57 ± 0.21).
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Progress
 
 Array = NDArray[np.float64]
-#: Rectified pixels to the millimetre, and the most along either side.
+#: Rectified pixels per millimetre, and the most along either side.
 PX_PER_MM, MOST_PX = 6.0, 1200.0
 CLAHE_CLIP, CLAHE_TILES = 2.0, (8, 8)
 #: (0.87 - x) / 0.14 = (x - 0.57) / 0.21.
 THRESHOLD = 0.75
-#: Contours below this share of the region are specks.
+#: Contours below this share of the region are ignored.
 SPECK_SHARE = 0.002
 
 
@@ -52,10 +52,10 @@ def verify_published(
 ) -> Report:
     """Score a film as the published pipeline does.
 
-    Parameters: as `film.verify`, of whose claim badge, identity and focal length are looked at; corners: the striped
-        region's corners at some frames, in place of markers.
-    Returns: Report; an identity is never read, so a claim of one stays open.
-    Raises: MediaError where the film cannot be read.
+    Parameters: as `film.verify`; badge, identity and focal length of the claim are used; corners: the striped region's
+        corners at some frames, in place of markers.
+    Returns: Report; no identity is read, so a claimed identity stays unconfirmed.
+    Raises: MediaError if the film cannot be read.
     Source: module docstring.
     """
     begun = time.perf_counter()
@@ -91,7 +91,7 @@ def verify_published(
 
 
 def judge(measured: Array, place: Array, read: int) -> Invariant:
-    """The score of one film: phase (T,) rad against the place over the distance (T,)."""
+    """The score of one film: phase (T,) rad against place over distance (T,)."""
     if len(measured) < WINDOW_FRAMES:
         text = f"The badge was found in {len(measured)} of {read} frames; at least {WINDOW_FRAMES} are needed."
         reason = Reason("badge_absent", "undecided", float(len(measured)), float(WINDOW_FRAMES), "frames", text)
@@ -138,7 +138,7 @@ class PublishedReader:
         self.places: list[float] = []
 
     def push(self, index: int, luma: NDArray[np.uint8]) -> None:
-        """Read one frame; nothing is kept of it where the region is not found."""
+        """Read one frame; it is skipped if the region is not found."""
         found = self._points(index, luma)
         if found is None:
             return
@@ -175,7 +175,7 @@ class PublishedReader:
         return np.concatenate([page for page, _ in pairs]), np.concatenate([image for _, image in pairs])
 
     def _phase(self, region: NDArray[np.uint8]) -> float:
-        """Angle of the bin that was strongest in the first frame."""
+        """Angle of the Fourier bin that was strongest in the first frame."""
         columns = region.mean(axis=0)
         spectrum = np.fft.rfft(columns - columns.mean())
         if self._bin is None:
@@ -186,7 +186,7 @@ class PublishedReader:
 def upright_region(
     luma: NDArray[np.uint8], homography: Array, region: Rect, upright: bool, clahe: cv2.CLAHE
 ) -> NDArray[np.uint8]:
-    """The region flat, evened, and turned so that its fringes stand upright, (height, width)."""
+    """The region rectified, equalised, and rotated so that its fringes are upright, (height, width)."""
     x0, y0, x1, y1 = region
     scale = min(PX_PER_MM, MOST_PX / max(x1 - x0, y1 - y0))
     to_page = np.array([[1 / scale, 0, x0], [0, 1 / scale, y0], [0, 0, 1.0]])
@@ -204,12 +204,12 @@ def upright_region(
 
 
 def fringe_lean_rad(region: NDArray[np.uint8]) -> float:
-    """How far the fringes lean from upright, by the mean direction of their contours' long sides.
+    """Angle of the fringes from upright, by the mean direction of their contours' long sides.
 
-    Convention: the angle by which OpenCV's rotation (positive: anticlockwise as seen) makes them upright; 0 where no
-    contour is long enough to have a direction.
+    Convention: the angle by which OpenCV's rotation (positive: anticlockwise as seen) makes them upright; 0 if no
+        contour is long enough to have a direction.
     """
-    # Lines of the print, half a millimetre wide, must not be taken for fringes.
+    # Blur printed lines, half a millimetre wide, so that they do not count as fringes.
     soft = cv2.GaussianBlur(region, (0, 0), PX_PER_MM / 2)
     _, dark = cv2.threshold(soft, 0, 255, cv2.THRESH_BINARY_INV | cv2.THRESH_OTSU)
     contours, _ = cv2.findContours(dark, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
@@ -221,6 +221,6 @@ def fringe_lean_rad(region: NDArray[np.uint8]) -> float:
         points = cv2.boxPoints(cv2.minAreaRect(contour))
         sides = [points[1] - points[0], points[2] - points[1]]
         x, y = max(sides, key=lambda side: float(side @ side))
-        # A direction and its opposite are one, so angles are doubled before they are averaged.
+        # A direction and its opposite are the same, so angles are doubled before averaging.
         total += area * np.exp(2j * np.arctan2(x, y))
     return float(-np.angle(total) / 2) if abs(total) > 0 else 0.0

@@ -1,4 +1,4 @@
-"""Closed paths of lines and arcs, as a laser cuts them: outlines, openings, and both moved by half a kerf.
+"""Closed paths of lines and arcs for the laser: outlines and openings, and both moved by half a kerf.
 
 Convention: mm, y up; a path runs anticlockwise, an opening's too.
 """

@@ -1,7 +1,7 @@
 """The laser's drawing: what is cut, with kerf compensated, and a scale to measure it by.
 
-Base, frame and cover lie side by side, each on a cutting layer of its own, since each is cut from another plate.
-Colours are those that most laser shops take: red cuts, blue engraves, and grey notes are for people alone.
+Base, frame and cover lie side by side.  Each has its own cutting layer, because each is cut from another plate.
+Most laser shops use these colours: red cuts, blue engraves, and grey notes are only for people.
 
 Convention: mm, y up.  `kerf_mm` is the whole burnt width; the lines drawn are the laser's path, half the kerf outside
 each outline and inside each opening.
@@ -22,9 +22,9 @@ from moireid.fabrication.solids import cad_package
 #: Layer colours: AutoCAD colour index, and the same as SVG.
 CUT, ENGRAVE, NOTE = (1, "#ff0000"), (5, "#0000ff"), (8, "#808080")
 GAP_MM, TEXT_MM = 15.0, 4.0
-#: The scale bar is engraved: a ruler on the finished plate shows whether a program changed the drawing's size.
+#: The scale bar is engraved, so that a ruler on the finished plate shows whether a program changed the drawing's size.
 SCALE_MM = 100.0
-#: What a file may change in a coordinate by writing it in decimals, mm.
+#: Rounding error of a coordinate that is written in decimals, mm.
 ROUNDING_MM = 1e-4
 #: A corner as (x, y, bulge), as `Contour.vertices` gives it.
 Vertex = tuple[float, float, float]
@@ -65,7 +65,7 @@ def draw(plan: AcrylicPlan, kerf_mm: float) -> Drawing:
 
 
 def check_cuts(layers: Iterable[tuple[str, list[list[Vertex]]]], kerf_mm: float, what: str) -> None:
-    """Between the burnt lines of two paths some plate must be left, and only the first path may hold others.
+    """Check that some plate is left between any two burnt lines, and that only the first path has others inside.
 
     Raises: FabricationError where they do.
     """
@@ -85,7 +85,7 @@ def check_cuts(layers: Iterable[tuple[str, list[list[Vertex]]]], kerf_mm: float,
 
 
 def check_found(what: str, found: dict[str, list[list[Vertex]]], drawing: Drawing, kerf_mm: float) -> None:
-    """The cutting paths that were read back must be those of the drawing, each once.  Raises: FabricationError."""
+    """Check that a file read back has each cutting path of the drawing once.  Raises: FabricationError."""
     if set(found) != set(drawing.cuts):
         raise refused(what, f"has the cutting layers {sorted(found)}", f"{sorted(drawing.cuts)}")
     for layer, paths in drawing.cuts.items():

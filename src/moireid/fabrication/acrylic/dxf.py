@@ -12,7 +12,7 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
     """Write a DXF R2010 file, mm.  Raises: MissingExtraError without ezdxf."""
     ezdxf = cad_package("ezdxf")
     before = ezdxf.options.write_fixed_meta_data_for_testing
-    # Else the file would hold the time of writing, and the same badge would never give the same bytes.
+    # Without this the file would hold the time of writing, and the same badge would never give the same bytes.
     ezdxf.options.write_fixed_meta_data_for_testing = True
     try:
         document = ezdxf.new("R2010", units=ezdxf.units.MM)
@@ -43,7 +43,7 @@ def check_dxf(path: Path, drawing: Drawing, kerf_mm: float) -> None:
     except (OSError, ValueError, StopIteration, ezdxf.DXFError) as error:
         raise refused("DXF", "cannot be read back", "a readable file") from error
     audit = document.audit()
-    # What ezdxf can mend another program may not, so a fault that was mended on reading is a fault too.
+    # A fault that ezdxf repairs on reading counts too, because another program may not repair it.
     if faults := [*audit.errors, *audit.fixes]:
         raise refused("DXF", f"has {len(faults)} faults in its audit ({faults[0].message})", "none")
     if document.units != ezdxf.units.MM:

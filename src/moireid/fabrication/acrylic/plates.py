@@ -1,10 +1,10 @@
 """The acrylic stack: base plate, frame and cover, cut by laser and held by M3 screws.
 
-The page lies on the base.  The frame round it, thinner than page and sheet together, is the register: page and lens
-sheet fit between its sides with so little air that they cannot turn against each other by more than the code bears.
-The cover comes over the sheet's left and right edge and is screwed down until it touches the sheet all along, so that
-no air is left between sheet and page; a slit of `squeeze_mm` stays between cover and frame.  Everything else of the
-cover keeps out of the camera's view, as do the screws' heads (M3 button heads, ISO 7380).
+The page lies on the base, inside the frame.  Page and lens sheet fit between the frame's sides with so little air that
+they cannot turn against each other by more than the code tolerates.  The frame is thinner than page and sheet together.
+The cover lies over the sheet's left and right edge.  It is screwed down until it touches the sheet all along, so that
+no air is left between sheet and page; a slit of `squeeze_mm` stays between cover and frame.  The rest of the cover and
+the screws' heads (M3 button heads, ISO 7380) stay out of the camera's view.
 
 Convention: the frame of `sight`, its origin on the base's upper face.  Contours are finished edges, without kerf, and
 run anticlockwise, holes too.
@@ -33,14 +33,14 @@ from moireid.fabrication.sight import (
 HEAD_MM, HEAD_HIGH_MM, THREAD_MM, NUT_MM = 5.7, 1.65, 3.0, 2.4
 #: Screws stand no farther apart than this along an edge that presses, or the cover would bow.
 SCREW_PITCH_MM = 90.0
-#: Room that page and sheet must keep above the frame, so that the cover reaches the sheet; and how much of the
-#: sheet's edge the frame must hold at least.
+#: How far page and sheet must stand above the frame, so that the cover reaches the sheet; and how much of the sheet's
+#: edge the frame must hold at least.
 LEAST_SQUEEZE_MM, LEAST_GRIP_MM = 0.1, 0.2
-#: More than this a cover would be bent until it cracks.
+#: A cover that is bent more than this may crack.
 MOST_SQUEEZE_MM = 1.1
-#: The laser's own placing, mm: a register edge cannot be promised nearer than this.
+#: The laser's own error of place, mm: a clearance must not be smaller.
 LASER_MM, MOST_CLEARANCE_MM = 0.05, 0.15
-#: A cover thinner than this is no cover, and a thicker one than this only hides more.
+#: Least and most thickness of a cover: a thinner one would bend, a thicker one only hides more.
 COVER_MM = (1.0, 3.0)
 SLOT_MM = (16.0, 4.0)
 OUTER_RADIUS_MM = 4.0
@@ -200,7 +200,7 @@ def _twist_deg(clearance: float, spans: tuple[tuple[float, float], ...], height:
 
 
 def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process: AcrylicProcess) -> float:
-    """The clearance asked for, or what the twist leaves, in hundredths."""
+    """The wished clearance, or the largest that the allowed twist permits, in hundredths."""
     most = TWIST_DEG / _twist_deg(1.0, spans, height)
     if most < LASER_MM:
         raise FabricationError(
@@ -222,7 +222,7 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
 
 
 def _check_land(process: AcrylicProcess) -> None:
-    """Screws, slot and heads must leave acrylic beside them in the rim."""
+    """Check that the rim leaves enough acrylic beside screws, slot and heads."""
     widest = max(process.hole_mm, SLOT_MM[1], HEAD_MM - LEAST_LAND_MM)
     if (land := (process.rim_mm - widest) / 2) < LEAST_LAND_MM:
         raise FabricationError(

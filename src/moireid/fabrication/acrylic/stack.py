@@ -1,7 +1,7 @@
 """The acrylic stack put together, and stack.glb to look at it.
 
-The parts are put in place twice: by cadquery's solver, which knows which face lies on which, and by the heights that
-`acrylic` planned; both must agree.  Then no two parts may share any volume.
+The parts are placed in two ways: by cadquery's solver from the faces that touch, and by the heights that `plates.py`
+planned; both must agree.  And no two parts may share any volume.
 
 Convention: the frame of `sight`, mm; the GLB has metres and the same axes (x right, y up, z towards the viewer), which
 are glTF's own.
@@ -23,7 +23,7 @@ from moireid.fabrication.meshes import overlap_mm3, solid_of
 from moireid.fabrication.sight import half_board_mm, sheet_rects
 from moireid.fabrication.solids import cad_package
 
-#: The solver's own error: places that differ by more are not the planned ones.
+#: The solver's own error; larger differences from the planned places are faults.
 SOLVER_MM = 1e-3
 TOUCH_MM3 = 0.01
 METRES_PER_MM = 1e-3
@@ -101,7 +101,7 @@ def assemble(plan: AcrylicPlan, *, spread_mm: float = 0.0) -> list[Placed]:
 
 
 def check_stack(plan: AcrylicPlan) -> None:
-    """No two parts of the stack may share any volume.  Raises: FabricationError; as `assemble`."""
+    """Check that no two parts of the stack share any volume.  Raises: FabricationError, also as `assemble`."""
     solids = [(part.name, solid_of(part.shape)) for part in assemble(plan)]
     for k, (one, first) in enumerate(solids):
         for other, second in solids[:k]:

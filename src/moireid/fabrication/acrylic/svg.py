@@ -47,7 +47,7 @@ def check_svg(path: Path, drawing: Drawing, kerf_mm: float) -> None:
         document = svgelements.SVG.parse(path, on_error="raise")
     except (ElementTree.ParseError, ValueError) as error:
         raise refused("SVG", "cannot be read back", "a readable file") from error
-    # The reader counts in pixels, and knows a millimetre to six digits.
+    # The reader gives pixels, with a millimetre rounded to six digits.
     px_per_mm = svgelements.Length("1mm").value(ppi=svgelements.DEFAULT_PPI)
     width, height, box = document.width / px_per_mm, document.height / px_per_mm, document.viewbox
     if max(abs(width - box.width), abs(height - box.height), abs(width - drawing.size_mm[0])) > 0.01:

@@ -1,4 +1,4 @@
-"""An axonometric view of prisms, pulled apart along z, drawn on a page: the back first, what is nearer over it.
+"""An axonometric view of prisms, pulled apart along z, drawn on a page from the back to the front.
 
 Convention: the frame of `sight`.  An orthographic view of a badge that lies on a table, its bottom edge towards the
 viewer: turned by `TURN_DEG` and seen from `RISE_DEG` above the table, so that z points up the page.
@@ -44,7 +44,7 @@ class Prism:
 
 @dataclass(frozen=True)
 class Part:
-    """One thing to gather: what the view calls it, what it is drawn of, and what is printed or moulded on it.
+    """One thing to gather: its label in the view, its prisms, and the marks and lines on it.
 
     grey: of the body; marks: flat shapes on the topmost face, (loop, grey); hints: lines on it; gap: to its
     neighbours, a share as `GAP`; screws: places of those that go through it.
@@ -91,7 +91,7 @@ def draw_exploded(sheet: Sheet, parts: Sequence[Part], area: Rect) -> float:
     text_x = area[0] + (right - left) * scale + LEADER_MM
     for k, (part, lift) in enumerate(zip(parts, lifts, strict=True)):
         if k:
-            # A line ends where the part comes to lie, which may be within the one below; a screw's at the hole's mouth.
+            # A line ends where the part will lie, which may be inside the one below; for a screw, at the hole's mouth.
             top, low = max(z for _, _, z in parts[k - 1].places), min(z for _, _, z in part.places)
             below, bottom = (top if part.screws else min(top, low)) + lifts[k - 1], low + lift
             for x, y in _axes(parts[k - 1], part):
@@ -120,9 +120,9 @@ def _lifts(parts: Sequence[Part]) -> list[float]:
 
 
 def _axes(lower: Part, upper: Part) -> list[Point]:
-    """Where the thin lines stand that lead from part to part: at screws, or at the corners of what both cover.
+    """Places of the thin lines that lead from part to part: at screws, or at the corners of what both cover.
 
-    A clip or a stand has none, as it does not come on along z.
+    A clip or a stand has none, because it is not put on along z.
     """
     if lower.screws and upper.screws:
         return list(upper.screws)
@@ -148,7 +148,7 @@ def _draw_part(sheet: Sheet, part: Part, at: Callable[[Place], Point]) -> None:
 def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], Point]) -> None:
     """The walls that the viewer sees, from the back, then the face: the upper one, or the left one of a body along x.
 
-    No wall can hide that face, as the viewer is on its side of all of them.
+    No wall can hide that face, because the face is on the viewer's side of all walls.
     """
     walls: list[Wall] = []
     toward = (-_COS * _UP, _FLAT) if prism.along_x else (-_SIN * _UP, -_COS * _UP)
@@ -189,7 +189,7 @@ def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], P
 
 
 def _back_first(walls: list[Wall]) -> list[Wall]:
-    """Walls in such an order that each comes after those which it hides."""
+    """The walls in drawing order: each comes after those that it hides."""
     left, ordered = sorted(walls, key=lambda wall: wall[0][1] + wall[1][1]), []
     while left:
         # Walls of one prism do not cross, so there is always one that hides none of the others.
@@ -218,7 +218,7 @@ def _path(
     closed: bool = True,
     holes: Iterable[Sequence[Point]] = (),
 ) -> None:
-    """A path in page mm: grey of its filling and of its line, None for none of either; holes stay unfilled."""
+    """A path in page mm: grey of its filling and of its line, None to leave it out; holes stay unfilled."""
     path = sheet.canvas.beginPath()
     for loop in (points, *holes):
         for k, (x, y) in enumerate(loop):
@@ -236,7 +236,7 @@ def _path(
 
 
 def _corner(loop: Loop, k: int) -> bool:
-    """Whether a loop turns sharply at a point, and does not merely go on along an arc."""
+    """Whether a loop turns sharply at a point; points of an arc do not."""
     (x0, y0), (x1, y1), (x2, y2) = loop[k - 1], loop[k], loop[(k + 1) % len(loop)]
     turn = math.atan2((x1 - x0) * (y2 - y1) - (y1 - y0) * (x2 - x1), (x1 - x0) * (x2 - x1) + (y1 - y0) * (y2 - y1))
     return abs(math.degrees(turn)) > 25.0

@@ -1,7 +1,7 @@
-"""The parts of the exploded view of assembly.pdf: all that is printed, made or cut, as prisms, from the plans.
+"""The parts of the exploded view of assembly.pdf: all that is printed, made or cut, as prisms.
 
-No CAD kernel is needed.  Sizes and thicknesses are the plans'; fillets, springs and chamfers of the printed parts are
-left out.
+Sizes and thicknesses come from the plans, so no CAD kernel is needed; fillets, springs and chamfers of the printed
+parts are left out.
 
 Convention: the frame of `sight`; parts from behind to the front.
 """
@@ -21,8 +21,8 @@ from moireid.fabrication.printed.tray import TrayPlan
 from moireid.fabrication.process import MountProcess
 from moireid.fabrication.sight import in_frame, sheet_rects
 
-#: Gaps other than the usual one: screws need less; a clip and a tab more, as they would else be hidden by what is
-#: before them.
+#: Gaps other than the usual one: screws need less; a clip and a tab need more, because the parts before them would hide
+#: them.
 SCREW_GAP, CLIP_GAP, TAB_GAP = 0.25, 1.05, 0.8
 #: Across an M3 nut's corners, ISO 4032.
 NUT_WIDE_MM = 6.35
@@ -110,7 +110,7 @@ def _front(badge: Badge, low: float, film_mm: float) -> list[Part]:
 
 
 def _tray(plan: TrayPlan, process: MountProcess) -> Part:
-    """Back plate with its tab, the rim on three sides, and what of it is higher: lips."""
+    """Back plate with its tab, the rim on three sides, and the lips."""
     half_y, wall, x = plan.half_mm[1], process.wall_mm, plan.out_x
     outline: list[Point] = [(-x, plan.bottom), (x, plan.bottom), (x, half_y)]
     slot: tuple[Loop, ...] = ()

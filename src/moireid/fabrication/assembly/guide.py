@@ -18,7 +18,7 @@ from moireid.profiles import PAPERS_MM
 LEFT_MM, TOP_MM, LINE_MM = 22.0, 28.0, 7.0
 #: Lengths that M3 button-head screws are sold in, mm.
 SCREWS_MM = (6, 8, 10, 12, 14, 16, 18, 20, 25, 30)
-#: What carries each mount: what else to gather, and the last step.
+#: For each mount: what else to gather for carrying it, and the last step.
 _CARRIED = {
     "lanyard": ("; a lanyard", "Tie the lanyard to the mount's slot."),
     "clip": (", with its clip", "Put the clip's hook through the slot from behind, and let the bar drop into it."),
@@ -31,8 +31,8 @@ def write_assembly_pdf(
 ) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
-    Parameters: mount: the contract's word for the printed mount, none where none is made; acrylic: the stack that may
-        be built instead of it, or is the only mount; figures: what the mounts were planned with, None for the defaults.
+    Parameters: mount: kind of the printed mount, "none" without one; acrylic: the stack, if one can be built instead
+        of it or alone; figures: those of the plans, None for the defaults.
     """
     views = _views(badge, mount, acrylic, figures or MountFigures())
     paper = str((badge.print or {}).get("paper", "a4"))
@@ -187,5 +187,5 @@ def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
 
 
 def _front_words(lens: Lens) -> str:
-    """What the section's upper part is."""
+    """The name of the section's upper part."""
     return "printed film on acrylic" if lens.kind == "mask" else "lens sheet, lenses towards the viewer"

@@ -1,4 +1,4 @@
-"""The page's shapes, in page millimetres, whatever draws them."""
+"""The page's shapes, in page millimetres: the same for every program that draws them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ CROP_GAP_MM = 2.0
 SCALE_BAR_MM = 150.0
 #: Printers leave a rim of 3 to 5 mm white.
 RIM_MM = 3.0
-#: Between a crop mark and a scale bar; a mark that would be shorter than the other is left whole, and crosses it.
+#: Air between a crop mark and a scale bar, and the least length of a mark; a mark that would be shorter stays whole.
 BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
 
 
@@ -87,9 +87,9 @@ def crop_marks(board: Rect, length_mm: float = CROP_MARK_MM) -> list[tuple[float
 
 
 def bar_places(page_mm: tuple[float, float], block: Rect) -> tuple[float, float]:
-    """Where the scale bars stand about all that is on a sheet: x of the upright one, y of the level one, mm.
+    """Where the two scale bars of a sheet stand: x of the upright one, y of the level one, mm.
 
-    As far from it as the paper lets them, up to 14 mm; ticks and words of the bars keep clear of the printer's rim.
+    They stand up to 14 mm from all that is on the sheet, as far as the paper and the printer's rim allow.
     """
     return max(block[0] - 14.0, 7.5), min(block[3] + 14.0, page_mm[1] - 10.5)
 
@@ -97,7 +97,7 @@ def bar_places(page_mm: tuple[float, float], block: Rect) -> tuple[float, float]
 def clear_of_bars(
     mark: tuple[float, float, float, float], page_mm: tuple[float, float], bars: tuple[float, float]
 ) -> tuple[float, float, float, float]:
-    """A crop mark on the sheet cut short of the scale bars and of the printer's rim, from the end off the board."""
+    """A crop mark whose outer end is cut off so that it keeps clear of the scale bars and the printer's rim."""
     x0, y0, x1, y1 = mark
     reach, middle = SCALE_BAR_MM / 2 + 1.0, (page_mm[0] / 2, page_mm[1] / 2)
     beside, below = bars[0] + BAR_GAP_MM, bars[1] - BAR_GAP_MM

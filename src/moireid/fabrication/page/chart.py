@@ -28,7 +28,7 @@ def print_chart(
 ) -> dict[str, Path]:
     """Write the sheet and its description into `folder`; both or, where something fails, neither.
 
-    Parameters: measured_scale: as `page.write_badge_pdf` has it.
+    Parameters: measured_scale: as for `pdf.write_badge_pdf`.
     Returns: path by name.
     Raises: SpecError where a file is in the way; FabricationError where the description does not read back.
     """
@@ -39,7 +39,7 @@ def print_chart(
         write_text(aside / JSON, chart.to_json())
         if load_badge(aside / JSON) != chart:
             raise FabricationError(f"{JSON} does not read back as it was written; report this")
-        # The description goes last: where it lies, the sheet lies too.
+        # The description goes last, so that where it exists the sheet exists too.
         for name in (PDF, JSON):
             (aside / name).replace(folder / name)
     return {name: folder / name for name in (PDF, JSON)}
@@ -48,7 +48,7 @@ def print_chart(
 def band_label(number: int, pitch_mm: float) -> tuple[str, str]:
     """A band's number and its printed lines per inch, as they stand on the sheet."""
     lines_per_inch = MM_PER_INCH / pitch_mm
-    # Bands about a measured sheet's pitch do not fall on tenths.
+    # For a measured sheet, the bands' lines per inch are not whole tenths.
     decimals = 1 if abs(round(lines_per_inch, 1) - lines_per_inch) < 1e-6 else 2
     return str(number), f"{lines_per_inch:.{decimals}f} LPI"
 

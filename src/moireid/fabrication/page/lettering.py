@@ -1,9 +1,9 @@
-"""A person's name in its own script: with which font it can be set, and in how many lines.
+"""A person's name in its own script: which font can set it, and in how many lines.
 
-PDF text is drawn letter by letter in the order given.  That spells Latin, Greek or Cyrillic right with the font that
-goes with the program.  Other scripts join, stack and turn their letters round, so such names are laid out by Pillow's
-shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture.  A name that no font
-here has is not set in boxes: the page shows the id in its place, and the maker is told.
+PDF text is drawn letter by letter in the order given.  With the font that comes with the program this is right for
+Latin, Greek and Cyrillic.  Other scripts join, stack or reorder their letters.  Such names are laid out by Pillow's
+shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture.  Where no font here
+has all letters, the page shows the id instead of empty boxes, and the user gets a note.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ FONT_FOLDERS = (
     "~/Library/Fonts",
     os.path.join(os.environ.get("WINDIR", "C:/Windows"), "Fonts"),
 )
-#: A font whose file says one of these is for other ends than a name that is read from afar.
+#: Fonts with one of these words in their file name are not made for a name that is read from afar.
 _UNFIT = ("italic", "oblique", "mono", "light", "thin", "condensed", "narrow", "emoji", "math")
-#: Joiners and variation selectors ask something of a shaper, and need no letter of their own.
+#: Joiners and variation selectors only steer a shaper; a font needs no letter for them.
 _SILENT = frozenset("\u200c\u200d\ufe0e\ufe0f ")
 #: Dots per inch of a name that is set as a picture.
 PICTURE_DPI = 1200
@@ -46,10 +46,10 @@ MOST_LETTERS = 30
 def printable(words: str) -> bool:
     """Whether plain PDF text in the badge's own font spells the words right.
 
-    That is: a glyph for every letter, none read from right to left, and no mark that stands on or around another.
+    That is: the font has every letter, none is read from right to left, and no mark stands on or around another letter.
     """
     if words.isascii():
-        # Nearly every list of names: spares the packages that read fonts.
+        # True of nearly every list of names; then the packages that read fonts need not be imported.
         return True
     letters = font_letters(font_file(bold=True))
     return all(
@@ -64,7 +64,7 @@ def printable(words: str) -> bool:
 def font_for(words: str) -> Path | None:
     """A font that the words can be set in, the badge's own if it can; None where this machine has none.
 
-    The same machine gives the same font always: files are taken in order of their names, bold ones first.
+    A machine always gives the same font: files are tried in the order of their names, bold ones first.
     """
     if printable(words):
         return font_file(bold=True)
@@ -75,7 +75,7 @@ def font_for(words: str) -> Path | None:
 
 
 def missing_note(badges: Sequence[Badge]) -> str | None:
-    """One sentence for who prints badges whose names cannot be set here; None where all can."""
+    """One sentence for the user about names that cannot be set here; None where all can."""
     names = [badge.name for badge in badges if badge.name and not font_for(badge.name)]
     if not names:
         return None
@@ -89,12 +89,12 @@ def missing_note(badges: Sequence[Badge]) -> str | None:
 def lines_for(
     words: str, width_mm: Callable[[str], float], room_mm: tuple[float, float], line_mm: float
 ) -> tuple[list[str], float]:
-    """How to break words so that they come out largest in a room, and by what share they then are set, at most 1.
+    """How to break words so that they come out as large as a room allows, and their scale then, at most 1.
 
     Parameters: width_mm: of a line at full size; room_mm: width and height; line_mm: height of a line at full size.
     """
     longest = max(map(len, words.split()))
-    # Words are kept whole unless one alone would fill the room in tiny letters.
+    # Words are kept whole, unless one is so long that its letters would be tiny.
     least = longest if longest <= MOST_LETTERS else 1
     best: tuple[list[str], float] = ([words], 0.0)
     for count in range(1, MOST_LINES + 1):
@@ -160,5 +160,5 @@ def font_letters(font: Path) -> frozenset[int]:
             drawn = any(table in file for table in ("glyf", "CFF ", "CFF2"))
             return frozenset(file.getBestCmap() or ()) if drawn else frozenset()
     except (OSError, TTLibError, AssertionError, KeyError, ValueError):
-        # A broken font on a machine is no reason to print no badge.
+        # A badge can be printed although some font on the machine is broken.
         return frozenset()

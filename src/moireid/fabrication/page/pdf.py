@@ -176,10 +176,29 @@ def write_badge_pdf(
 ) -> None:
     """Write the badge's page, whole or not at all; page 1 is the badge at true scale.
 
-    Parameters: form: one of `FORMS`, see the module's docstring, None for the badge's own; measured_scale: printed
-        over true size along x and y, as a ruler told of an earlier print; the page is drawn so much larger or smaller
-        that it comes out true; write_words: writes what the board says in words, None for a badge's name and id.
-    Raises: SpecError for another form.
+    Parameters
+    ----------
+    badge : Badge
+        What is drawn.
+    path : Path
+        The PDF; an older file is replaced.
+    form : str, optional
+        Of the printed lines, one of `moireid.profiles.FORMS`; None for the badge's own.
+    measured_scale : (float, float)
+        Printed over true size along x and y, as a ruler told of an earlier print.  The page is drawn so much larger or
+        smaller that it comes out true.
+    write_words : callable, optional
+        Writes what the board says in words; None for the badge's name and id.
+
+    Raises
+    ------
+    SpecError
+        For another form.
+
+    Notes
+    -----
+    Convention: page mm with the origin top left become PDF points (1/72 inch) with the origin bottom left.
+    Source: "dots" puts every edge on a border between the printer's dots; "vector" leaves edges where the badge says.
     """
     form = form or str((badge.print or {}).get("form", FORMS[0]))
     if form not in FORMS:

@@ -75,7 +75,7 @@ def fringe_profile(
 
 
 def _write_names(picture: Image.Image, badge: Badge) -> None:
-    """The name and id where page.py sets them."""
+    """The name and id at the places where `pdf.py` sets them."""
     board, centers, half = badge.outline_mm, badge.markers.centers_mm, badge.markers.size_mm / 2
     room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
     label = f"moireid {badge.id}" if badge.id else "moireid"

@@ -20,7 +20,7 @@ from moireid.fabrication.printed.tray import TrayPlan
 from moireid.fabrication.process import MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight
 
-#: Air between a holder and the tray, where the two need not touch; where they do, FIT_MM keeps them from binding.
+#: Air between a holder and the tray where they need not touch; where they touch, FIT_MM keeps them from jamming.
 PLAY_MM, FIT_MM = 0.3, 0.05
 #: The clip: arms' thickness, room for cloth, the bump's distance from the other arm, arms' length below the slot.
 CLIP_ARM_MM, CLOTH_MM, PINCH_MM, CLIP_LENGTH_MM = 2.0, 2.4, 0.4, 34.0

@@ -1,4 +1,4 @@
-"""The printed mount: the tray and what carries it, as STEP, STL and 3MF, each read back before it is believed.
+"""The printed mount: the tray and its holder, as STEP, STL and 3MF files that are each read back and checked.
 
 Convention: the frame of `sight`, its origin on the tray's floor.  The files hold the bodies as they lie on the bed:
 the tray on its back, clip or stand to the right of it.
@@ -27,7 +27,7 @@ TOUCH_MM3 = 0.01
 
 @dataclass(frozen=True)
 class Body:
-    """One printed body: its solid as it lies on the bed, what that must measure, and the way to its place in use."""
+    """One printed body: its solid as it lies on the bed, its expected measures, and the move to its place in use."""
 
     name: str
     laid: Any
@@ -117,7 +117,7 @@ def write_mount(
     process = process or MountProcess()
     step, stl, three_mf = (folder / f"mount.{suffix}" for suffix in ("step", "stl", "3mf"))
     planned((step, stl, three_mf), overwrite=overwrite)
-    # The kernel takes seconds to come up, so the small packages say first whether they are there.
+    # The kernel takes seconds to load, so the small packages are imported first, in case one is missing.
     for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
         cad_package(name)
     bodies = mount_bodies(badge, kind, process)
@@ -185,7 +185,7 @@ def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:
 def _check_bodies(
     badge: Badge, bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess
 ) -> None:
-    """No wall too thin to print, and nothing where something else is: card, sheet, tray and holder.
+    """Check that no wall is too thin to print, and that card, sheet, tray and holder do not overlap.
 
     Raises: FabricationError.
     """

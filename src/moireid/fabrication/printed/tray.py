@@ -1,13 +1,13 @@
-"""The printed tray: a shallow box that holds board and lens sheet flat on each other, without air between.
+"""The printed tray: a shallow box that holds board and lens sheet flat on each other, with no air between them.
 
-The board (the page cut out, on card) lies on the tray's floor and the lens sheet lies on the board.  Both slide in
-together through the open top edge and come to stand on register edges: the board on the bottom rim, the sheet on two
-feet at the lips' lower ends.  Lips over the left and right edge hold the sheet from the front; straight below the
-lips, tongues in the back plate press the board against it from behind.  They press nowhere else, for a force in the
-middle would bow the sheet.
+The board (the page cut out, on card) lies on the tray's floor, and the lens sheet lies on the board.  Both slide in
+together through the open top edge and stop at register edges: the board at the bottom rim, the sheet at two feet at
+the lips' lower ends.  Lips over the left and right edge hold the sheet from the front.  Directly behind the lips,
+tongues in the back plate press the board against the sheet.  They press nowhere else, because a force in the middle
+would bend the sheet.
 
-Under a thick sheet the rim is high only where there are lips: beside the markers it needs to hold no more than the
-board, and would hide them.  There the lips end as far from the markers as the camera's view asks for.
+With a thick sheet, the rim is high only below the lips.  Beside the markers it would hide them, and there it only has
+to hold the board.  The lips end as far from the markers as the camera's view needs.
 
 Convention: the frame of `sight`, its origin on the tray's floor, so the plate behind the board has negative z.  The
 tray prints lying on its back; only lips and feet overhang, by `lip_reach_mm + clearance_mm`.
@@ -24,17 +24,17 @@ from moireid.errors import FabricationError
 from moireid.fabrication.process import TWIST_DEG, MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 
-#: A tongue is this wide at most this long, with a slit of two nozzle lines round it, and lies this far from the edge.
+#: A tongue's width, its greatest length, the slit round it (two nozzle lines), and its distance from the edge.
 TONGUE_MM = (4.0, 20.0)
 SLIT_MM = 0.8
-#: A tongue shorter than this is no spring any more.
+#: A tongue shorter than this is too stiff for a spring.
 LEAST_TONGUE_MM = 6.0
 PAD_MM = 3.0
 #: Beside the board alone the rim stands this far above it; a step in the rim lower than the second is left out.
 SIDE_MM, LEAST_STEP_MM = 1.5, 0.5
-#: Lips' ends are drawn back from the markers in steps of this.
+#: The lips are shortened beside the markers in steps of this.
 LIP_STEP_MM = 0.5
-#: A narrower strap than this carries no badge.
+#: A lanyard's strap is at least this wide.
 LEAST_SLOT_MM = 10.0
 ADVICE = "take a smaller lip_reach_mm or lip_mm (--mount-figure), a thinner sheet, or a larger board (--size)"
 
@@ -148,9 +148,9 @@ def plan_tray(badge: Badge, process: MountProcess, *, tab: bool = True) -> TrayP
 
 
 def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
-    """The plan with its lips drawn back from the markers as far as the view asks for.
+    """The plan with its lips shortened beside the markers as far as the camera's view needs.
 
-    Raises: FabricationError where something stands in the view all the same, or no spring has room below what is left.
+    Raises: FabricationError where something still stands in the view, or the shortened lips have no room for a spring.
     """
     _check_springs(plan)
     while True:
@@ -173,7 +173,7 @@ def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
 
 
 def _obstacles(plan: TrayPlan, process: MountProcess) -> list[Obstacle]:
-    """What of the tray stands beside the badge."""
+    """The parts of the tray that stand beside the badge."""
     obstacles = [Obstacle("rim", rect, plan.side_top) for rect in _rim_rects(plan, process)]
     obstacles += [Obstacle("foot", rect, plan.side_top) for rect in plan.foot_rects(process)]
     for x0, y0, x1, y1 in plan.lip_rects(process):
@@ -219,7 +219,7 @@ def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
 
 
 def _slot_mm(width: float, process: MountProcess) -> tuple[float, float]:
-    """The lanyard's slot: as asked for, or as wide as the board leaves room for.
+    """The lanyard's slot: of the wished width, or narrower where the board has less room.
 
     The tab's feet, and the fillets beside them, must stand on the tray's upper edge.
     Raises: FabricationError where the board is too narrow for any strap.
@@ -240,7 +240,7 @@ def _shortest_spring_mm(plan: TrayPlan) -> float:
 
 
 def _check_springs(plan: TrayPlan) -> None:
-    """Springs need their length.  Raises: FabricationError."""
+    """Check that the springs are long enough.  Raises: FabricationError."""
     if (shortest := _shortest_spring_mm(plan)) < LEAST_TONGUE_MM - 1e-6:
         raise FabricationError(
             f"the sheet's shortest rows leave springs of {shortest:.1f} mm, and {LEAST_TONGUE_MM:g} mm are needed to "

@@ -2,8 +2,8 @@
 
 The file is one object: `format` and `version`, `authority` (public key, its fingerprint, the signed head), `records`
 (the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on).
-A badge stands there in its canonical spelling; another spelling of the same document, as tools make that indent a file,
-is the same badge and bears the same signature.
+A badge stands there in its canonical spelling.  If a tool spells the document differently, for example indented, it is
+still the same badge, and its signature stays valid.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from moireid.registry.record import Fault, record_of, tampered
 from moireid.registry.schema import authority, badges, log, select_records
 
 FORMAT, VERSION = "moireid registry", 1
-#: Progress is told once for so many records.
+#: Number of records between two reports of progress.
 STEP = 500
 
 

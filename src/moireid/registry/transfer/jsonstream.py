@@ -9,7 +9,7 @@ from typing import Any, BinaryIO
 import ijson
 
 CHUNK = 2**16
-#: A single value longer than this, in bytes, is no record.
+#: Largest single value, bytes; no record is longer.
 VALUE_LIMIT = 2**27
 #: A record's documents are a handful of levels deep.
 DEEPEST = 200

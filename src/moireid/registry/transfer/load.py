@@ -1,4 +1,4 @@
-"""Reading an export into an empty registry, as it stands: whether it is sound, the audit tells."""
+"""Reads an export into an empty registry, without checks; the audit checks it afterwards."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from moireid.registry.transfer.export import FORMAT, VERSION
 from moireid.registry.transfer.jsonstream import walk
 
 CHUNK = 1000
-#: Sequence numbers up to here are whole numbers in every JSON reader.
+#: Every JSON reader reads sequence numbers up to here as exact whole numbers.
 LAST_SEQ = 2**53
 
 _DOCUMENTS = {"badge", "as_built"}
@@ -43,7 +43,7 @@ def load(path: Path, copy: Ledger) -> None:
     except OSError as error:
         raise RegistryError(f"export {path} cannot be read ({error.strerror}); give the path of one") from error
     except (KeyError, TypeError, ValueError) as error:
-        # What is left is text that cannot be encoded.
+        # The remaining cause is text that cannot be encoded.
         what = f"{error} is missing" if isinstance(error, KeyError) else "it is not UTF-8 text"
         raise _damaged(path, str(error) if type(error) in (ValueError, TypeError) else what) from error
     copy.adopt(authority.public_hex)
@@ -66,7 +66,7 @@ def _load(parts: Any, connection: Connection) -> dict[str, Any]:
         table, row_of, order = tables[key]
         rows = waiting[key]
         rows.append(row_of(value))
-        # As export writes them; so none stands there twice either.
+        # In the order in which export writes them; this also excludes duplicates.
         if key in last and not last[key] < rows[-1][order]:
             raise ValueError(f"its {key} are not in order")
         last[key] = rows[-1][order]

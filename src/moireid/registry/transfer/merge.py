@@ -1,7 +1,7 @@
-"""Import: an export taken in, all of it or nothing.
+"""Import of an export: all of it or nothing.
 
-1. The file is read into a registry of its own in a temporary folder, and audited there.  What is not sound, cut or
-   changed goes no further, and nothing was written.
+1. The file is read into its own registry in a temporary folder, and audited there.  If it was cut or changed, the
+   import ends here, and nothing was written.
 2. It is merged in one transaction, in the first of these ways that fits:
    - the registry has no authority, or nothing in it but its own first entry: it becomes a copy of the export, with the
      export's authority and signatures.  Without the private key it can be read, and no more.
@@ -40,7 +40,17 @@ CHUNK = 500
 
 @dataclass(frozen=True)
 class Import:
-    """What became of an export: how many of its records are new here, were changed here, and were here as they are."""
+    """What became of an export that was taken in.
+
+    Attributes
+    ----------
+    added : int
+        Records that are new here.
+    changed : int
+        Records that were here and are changed.
+    unchanged : int
+        Records that were here as they are.
+    """
 
     added: int
     changed: int
@@ -102,7 +112,7 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
 
 
 def _catch_up(there: Connection, transaction: Transaction) -> Import:
-    """Take what the source's log has after ours, and the records that it is about."""
+    """Copy the source's later log entries, and the records that they are about."""
     here, changed = transaction.connection, 0
     newer = log.c.seq > transaction.head.seq
     theirs = badges.c.id.in_(select(log.c.subject).where(newer))
@@ -146,7 +156,7 @@ def _united(ours: Record, theirs: Record) -> Record:
     if ours == theirs:
         return ours
     same_or_conflict(theirs, ours)
-    # Among equals the text decides, for want of a better reason: whoever unites them then gets the same.
+    # Between equal ones the text decides, so that every registry that unites them gets the same record.
     first, second = sorted((ours, theirs), key=lambda record: (record.issued_at, record.badge_json))
     revoked = [record for record in (first, second) if record.revoked_at is not None]
     revocation = min(revoked, key=lambda record: (record.revoked_at or "", record.revoked_reason or ""), default=first)

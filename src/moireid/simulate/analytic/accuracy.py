@@ -27,11 +27,11 @@ from moireid.simulate.scene import Instant, Scene
 Array = NDArray[np.float64]
 #: Height of a strip along the lenses; a row of a badge's cells is about as high.
 STRIP_MM = 8.0
-#: Pixels nearer than this to a cell's border see other lines too.
+#: Pixels nearer than this to a cell's border also see the neighbour's lines.
 BORDER_MM, BORDER_PX = 0.6, 1.5
 #: A strip must show this amplitude of the fringes, as a share of the contrast, to have a phase.
 LEAST_CONTRAST = 0.05
-#: Fewer pixels than this are no strip.
+#: A strip has at least this many pixels.
 LEAST_PIXELS = 24
 
 
@@ -56,9 +56,9 @@ class Difference:
 
 
 def difference(pairs: list[tuple[Strip, Array, Array]], contrast: float) -> Difference:
-    """Compare brightness (N,) at each strip's pixels in two pictures, of which the second is taken for the truth.
+    """Compare brightness (N,) at each strip's pixels in two pictures; the second one counts as the truth.
 
-    Parameters: contrast: paper less ink; where it is 0, as without light, brightness errors are told as they are.
+    Parameters: contrast: paper less ink; where it is 0, as without light, brightness errors are not divided by it.
     Convention: module docstring; a pixel that is NaN in either picture is left out.
     Source: module docstring.
     """
@@ -140,7 +140,7 @@ def _cut(
     if high <= low or end <= begin:
         return []
     cuts = np.linspace(begin, end, max(1, round((end - begin) / STRIP_MM)) + 1)
-    # Half a cosine's square over the span: what lies outside the strip, or its mean, then hardly counts.
+    # A squared half cosine over the span: then the strip's ends and its mean hardly matter.
     taper = np.sin(math.pi * np.clip((across - low) / (high - low), 0, 1)) ** 2
     strips = []
     for first, last in itertools.pairwise(cuts):

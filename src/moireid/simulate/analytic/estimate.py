@@ -1,10 +1,9 @@
 """The analytic renderer's own error, estimated before a film, and the cheapest setting that meets a wish.
 
-Some frames are rendered once as they will be, and once with four times the rays.  Rays are spread so evenly that four
-times as many err a third as much or less, so the difference is the error of the few to some tenths of itself; the RMS
-over the frames' strips (`accuracy`) is what is told.  `moireid bench simulate` holds it against an outside tracer.
-
-Left out, as it is not the rays' doing: how far the model is from a real sheet.
+Some frames are rendered twice: once with the film's rays, and once with four times as many.  Rays are spread so evenly
+that four times as many have a third of the error or less.  So the difference is the error of the coarse picture to
+within some tenths.  The estimate is its RMS over the frames' strips (`accuracy`).  `moireid bench simulate` compares it
+with an independent tracer.  Not part of the estimate: how far the model is from a real sheet.
 """
 
 from __future__ import annotations
@@ -19,19 +18,19 @@ from moireid.simulate.analytic.accuracy import brightness, difference, strips_of
 from moireid.simulate.analytic.renderer import RAYS, AnalyticRenderer
 from moireid.simulate.scene import Instant, Scene
 
-#: How many times the rays the comparison has, as a grid across and down.
+#: The finer picture has this many times the rays, across and down.
 FINER = (2, 2)
-#: Settings from cheap to dear, each about twice its forerunner's time.
+#: Settings from cheap to dear; each takes about twice the time of the one before it.
 LADDER = ((4, 1), (8, 1), RAYS, (32, 1), (32, 2), (64, 2), (64, 4), (128, 4))
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a setting is expected to err by: phase, RMS over strips, None where no strip shows fringes; brightness, RMS
-    as a share of the contrast; and the seconds that a frame takes, compile time apart.
+    """Expected errors of a setting: phase, RMS over strips, None where no strip shows fringes; brightness, RMS as a
+    share of the contrast; and the seconds that a frame takes, without compile time.
 
-    rays: of a pixel, across and down it; finer_s: seconds of a frame as fine as it was compared with; pixels: of a
-    frame; segments: of each lens, None where they are true cylinders.
+    rays: of a pixel, across and down; finer_s: seconds of a frame at the finer setting; pixels: of a frame;
+    segments: of each lens, None where the lenses are true cylinders.
     """
 
     rays: tuple[int, int]
@@ -76,9 +75,9 @@ def estimate_error(scene: Scene, instants: Sequence[Instant], rays: tuple[int, i
 def cheapest(scene: Scene, instants: Sequence[Instant], error_rad: float) -> Estimate:
     """The cheapest setting whose estimated phase error is at most `error_rad`.
 
-    Convention: a film that shows no fringe anywhere has no phase to err in, and gets the cheapest of all.
+    Convention: a film without fringes has no phase error, and gets the cheapest setting.
     Source: `estimate_error` up the `LADDER`.
-    Raises: SpecError where even the dearest does not meet it.
+    Raises: SpecError where even the dearest setting has a larger error.
     """
     found = None
     for rays in LADDER:
@@ -94,5 +93,5 @@ def cheapest(scene: Scene, instants: Sequence[Instant], error_rad: float) -> Est
 
 
 def _rms(figures: Sequence[float]) -> float | None:
-    """Root mean square; None of nothing."""
+    """Root mean square; None of an empty list."""
     return math.sqrt(sum(figure * figure for figure in figures) / len(figures)) if figures else None

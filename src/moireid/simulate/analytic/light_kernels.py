@@ -1,4 +1,4 @@
-"""What the compiled loop adds to a ray for the light: how bright the page is there, and what the lens mirrors.
+"""The light's part in the compiled loop: how bright the page is where a ray lands, and what the lens mirrors.
 
 Trap: numba keeps `analytic`'s loop compiled with these functions inside, and does not look here for changes; after one,
 delete the folder `__pycache__`.
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 def lamp_figures(lens: Lens, light: Light, reach_mm: tuple[float, float], ray_rad: float) -> tuple[Array, Array]:
-    """What `lit` needs to know of a light: ten figures, and the table.
+    """The light as `lit` reads it: ten figures, and the table.
 
     Parameters: as `light.light_table`; ray_rad: the angle across the lenses that one ray of a pixel stands for.
     Convention: figures are place across, along, depth; radius; radiance; the sky's radiance; first place of the table
@@ -46,7 +46,7 @@ def lamp_figures(lens: Lens, light: Light, reach_mm: tuple[float, float], ray_ra
 
 @njit(cache=True, error_model="numpy")
 def _passed(n: float, cosine: float) -> float:  # pragma: no cover
-    """Fresnel's share that passes from air into glass, as `light.passed_share`."""
+    """The share of light that passes from air into glass (Fresnel), as `light.passed_share`."""
     inner = math.sqrt(1.0 - (1.0 - cosine * cosine) / (n * n))
     across, along = (cosine - n * inner) / (cosine + n * inner), (n * cosine - inner) / (n * cosine + inner)
     return 1.0 - (across * across + along * along) / 2
@@ -73,7 +73,7 @@ def _hit(s: float, tx: float, lens: Any) -> tuple[float, float, bool]:  # pragma
 
 @njit(cache=True, error_model="numpy")
 def _sees_sky(hit: float, depth: float, tx: float, lens: Any) -> bool:  # pragma: no cover
-    """Whether a ray mirrored there passes over the next lens; across the lenses alone, which is all that counts."""
+    """Whether a ray mirrored there passes over the next lens; only its way across the lenses matters."""
     pitch, radius = lens[0], lens[3]
     nx, nz = hit / radius, (depth - radius) / radius
     turn = 2.0 * (tx * nx + nz)
@@ -115,8 +115,8 @@ def glare_at(
 ) -> float:  # pragma: no cover
     """Radiance of the disc mirrored by the lenses, mean over `step` mm across about s.
 
-    A cylinder keeps a ray's direction along it and turns the rest: of each lens one narrow strip shows the light, so
-    its width is taken exactly, as a share of the step, and not left to whether a ray happens to meet it.
+    A cylinder keeps a ray's direction along its axis and turns the rest.  So one narrow strip of each lens shows the
+    light.  Single rays may miss the strip, so its exact width is used, as a share of the step.
     """
     n, radius, pitch = lens[2], lens[3], lens[0]
     length = math.sqrt(1.0 + tx * tx + ty * ty)

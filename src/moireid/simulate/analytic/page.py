@@ -1,4 +1,4 @@
-"""The printed page as the analytic renderer looks it up: markers as a picture, cells as a table that needs no search.
+"""The printed page in the form that the analytic renderer reads: markers as a picture, cells as a table.
 
 Convention: board frame of `motion`, mm; "across" is the coordinate along a grating's axis, "along" the other one.
 """
@@ -19,7 +19,7 @@ from moireid.simulate.scene import Scene
 Array = NDArray[np.float64]
 #: The page away from the gratings (markers) as a texture, pixels to the millimetre.
 TEXTURE_PX_PER_MM = 12.0
-#: The picture's side in pixels of a block that is told to be even.
+#: Side of the blocks that are checked for one even value, in pixels of the picture.
 BLOCK_PX = 12
 #: Edges of cells that lie nearer than this are one edge.
 SAME_EDGE_MM = 1e-6
@@ -67,7 +67,7 @@ def page_texture(scene: Scene) -> NDArray[np.float32]:
 
 
 def even_blocks(picture: NDArray[np.float32]) -> NDArray[np.float32]:
-    """What each block of `BLOCK_PX` by `BLOCK_PX` pixels of a picture shows, NaN where it is not all the same."""
+    """The value of each block of `BLOCK_PX` by `BLOCK_PX` pixels of a picture; NaN where the block is not even."""
     rows, columns = (-(-side // BLOCK_PX) for side in picture.shape)
     room = [(0, rows * BLOCK_PX - picture.shape[0]), (0, columns * BLOCK_PX - picture.shape[1])]
     blocks = np.pad(picture, room, mode="edge").reshape(rows, BLOCK_PX, columns, BLOCK_PX)
@@ -130,7 +130,7 @@ def _binned(cuts: Array) -> tuple[float, float, NDArray[np.int64]]:
 
 
 def _grid(grating: Grating, centre: Any, axis: int, sides: list[Array], first: int) -> NDArray[np.int64]:
-    """Which cell lies in each strip along and across; where cells overlap, the first one."""
+    """The cell in each strip along and across; where cells overlap, the first one counts."""
     grid = np.full((len(sides[1]) + 1, len(sides[0]) + 1), -1, np.int64)
     for number in range(len(grating.cells) - 1, -1, -1):
         rect = grating.cells[number].rect_mm

@@ -1,12 +1,11 @@
 """Many sight lines at a time, in float32: the pixels that lie wholly on a grating or wholly on plain page.
 
-This is the fast half of the analytic renderer.  What makes it fast is that the loop over a pixel's rays has no branch
-and no table in it, so that the compiler runs eight or sixteen rays at once; what makes float32 enough is that all in
-the loop is small: places are told from the pixel's own lens, and lines from the edge next to that lens, both worked
-out in float64 once a pixel.
+This is the fast half of the analytic renderer.  The loop over a pixel's rays has no branch and no table, so the
+compiler runs eight or sixteen rays at once.  Float32 is enough because all numbers in the loop are small: places count
+from the pixel's own lens, lines from the edge next to that lens; both origins are found in float64 once for each pixel.
 
-Two things are simplified: the rays of a pixel are refracted as its middle one is, and land further aside in proportion
-to their place; and the pixel's footprint is a parallelogram.
+Two things are simplified.  All rays of a pixel are refracted like its middle one, and land aside in proportion to
+their place.  And the pixel's footprint is a parallelogram.
 
 Convention and source: as `trace`.
 """
@@ -40,7 +39,7 @@ def grating_pixel(
     sheet: Sheet,
     cells: Any,
 ) -> int:  # pragma: no cover
-    """How many of a pixel's rays see ink; -1 where the pixel must be traced with care.
+    """Number of a pixel's rays that see ink; -1 where `trace` must do the pixel.
 
     Parameters: across, along: the pixel's middle on the lens plane; steps: how that place moves, across and along, for
     one pixel right, then for one pixel down; tx, ty: view tangents across and along; depth: from which they are seen,
@@ -62,7 +61,7 @@ def grating_pixel(
         F(steps[1] * cosine - steps[0] * sine),
         F(steps[3] * cosine - steps[2] * sine),
     )
-    # The page's place on that axis, and the room around the middle ray's landing in which all the pixel's rays land.
+    # The page's place on that axis, and the interval around the middle ray's landing that holds all landings.
     corner_x, corner_y = axis + sheet.offset, y
     page_x, page_y = (
         (corner_x * cosine - corner_y * sine) * per_scale,
@@ -73,7 +72,7 @@ def grating_pixel(
     n2 = sheet.refraction * sheet.refraction
     inside2 = n2 * (1.0 + across2) - across2
     straight = sheet.gap / math.sqrt(inside2)
-    # A ray beside the pixel's middle is a little steeper, and so lands this much further for each mm.
+    # A ray beside the pixel's middle is a little more slanted, so it lands this much further for each mm.
     lean = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2) / depth
     shift_x, shift_y = straight * tan_x, straight * tan_y
     middle_x = page_x + (shift_x * cosine - shift_y * sine) * per_scale
@@ -156,7 +155,7 @@ def _inked_behind_mask(
     around: Any,
     sheet: Sheet,
 ) -> int:  # pragma: no cover
-    """Rays that see ink through a line mask, the mask's own bars among it; see `grating_pixel`."""
+    """Rays that see ink through a line mask; the mask's own bars count as ink.  See `grating_pixel`."""
     per_pitch, half, open_half = F(1.0 / sheet.pitch), F(0.5), F(sheet.open_fraction / 2)
     first, second, third, fourth = around
     inked = 0

@@ -2,8 +2,8 @@
 
 Each pixel averages rays over its area.  A ray that meets the sheet is refracted at its lenticule (or a neighbour, at
 steep angles), lands on the page, and finds ink or paper from the printed lines' own formula, so no texture limits the
-page's sharpness.  `quick` traces most pixels in float32, many rays at once; `trace` the rest, and all of them where
-float64 is asked for or a light is told.  Without a light, Fresnel losses and glare are left out.
+page's sharpness.  `quick` traces most pixels in float32, many rays at once; `trace` traces the rest, and all pixels
+where float64 is asked for or the scene has a light.  Without a light, Fresnel losses and glare are left out.
 
 Convention: board frame of `motion`, mm; the lens apex plane is z = -g; grating axes as in the badge.
 Source: `trace`, `quick`; the rays of a pixel are a sheared grid, so that no two share a column or a row.
@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 #: Rays of a pixel, as a grid across and down it.
 RAYS = (16, 1)
 MOST_RAYS = 1 << 16
-#: The field of a badge that is seen from one place, and blocks of a picture of which nothing is known.
+#: No forged field: a badge seen from one place.  And unknown values for the blocks of a picture.
 NO_FIELD, _UNEVEN = np.zeros((1, 1, 2)), np.full((1, 1), np.nan, np.float32)
 #: Multiples of the golden ratio spread the rays of a row evenly over its height.
 _GOLDEN = (math.sqrt(5) - 1) / 2
@@ -89,7 +89,7 @@ class AnalyticRenderer:
     def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> Rendered | None:
         """Render one frame; None where no pixel sees the board.
 
-        Parameters: crop: left, top, right, bottom of the pixels to trace, None for those that may see what is needed.
+        Parameters: crop: left, top, right, bottom of the pixels to trace, None for all that may see `Scene.need`.
         """
         camera = self.scene.camera
         box = crop or self._box(instant, self.scene.seen_mm)
@@ -129,7 +129,7 @@ class AnalyticRenderer:
         return Rendered(radiance, coverage, left, top)
 
     def _spread(self, instant: Instant) -> float:
-        """How far from the middle ray of a lens its other rays land at most, mm; infinite where all need care."""
+        """The most that a lens's rays land away from its middle ray, mm; infinite where all pixels need `trace`."""
         if self.precision == "float64" or self.scene.light is not None:
             return math.inf
         # Nine rays through the lens, along the tangents of the board's corners, and half as much again.
@@ -150,7 +150,7 @@ class AnalyticRenderer:
     def _box(self, instant: Instant, seen_mm: Array) -> tuple[int, int, int, int] | None:
         """Pixels that may see those rectangles of `Scene.seen_mm`: the bounding box of their outlines at both rows."""
         camera = self.scene.camera
-        # Distortion bends the edges outwards between the corners, so points along them are asked too.
+        # Distortion bends the edges outwards between the corners, so points along the edges are projected too.
         way = np.linspace(0, 1, 9)
         outline = np.array(
             [
@@ -175,7 +175,7 @@ class AnalyticRenderer:
 
 
 def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
-    """Figures and table of the light for each grating, as `light_kernels.lit` wants them; zeros where none is told."""
+    """Figures and table of the light for each grating, for `light_kernels.lit`; zeros in a scene without a light."""
     lamps, tables = np.zeros((len(gratings), 10)), [np.zeros((3, 1)) for _ in gratings]
     if scene.light is None:
         return lamps, np.stack(tables)
@@ -186,7 +186,7 @@ def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
         light = turned_light(scene.light, name, twist, build.lens_offset_mm)
         lamps[k], tables[k] = lamp_figures(as_built, light, reach, 1.0 / scene.camera.focal_px / rays)
         if not scene.need.glare:
-            # The radiances of disc and sky are asked for what the lenses mirror alone.
+            # The radiances of disc and sky are needed only for what the lenses mirror.
             lamps[k, 4:6] = 0.0
     rows = max(len(table) for table in tables)
     return lamps, np.stack([np.pad(table, ((0, rows - len(table)), (0, 0)), mode="edge") for table in tables])
@@ -205,7 +205,7 @@ def ray_places(across: int, down: int) -> NDArray[np.float32]:
 
 
 def _rank(turns: NDArray[Any]) -> NDArray[np.int64]:
-    """Place of each number's fraction among all of them."""
+    """Rank of each number's fraction among all fractions."""
     return np.argsort(np.argsort(turns % 1.0))
 
 
@@ -227,7 +227,7 @@ def _sheet(scene: Scene) -> Sheet:
         build.print_scale,
         lens.open_fraction or 0.0,
         radius - valley,
-        # Up to the slope of a lens's own flank a ray falls steeper than the surface everywhere, so that it meets the
-        # lens over whose width it crosses the depth of the valleys.
+        # A ray less slanted than the lens's flank is steeper than the surface everywhere.  So it meets the lens over
+        # which it crosses the depth of the valleys.
         valley / (pitch / 2) if radius else math.inf,
     )

@@ -24,8 +24,8 @@ GOLDEN = (math.sqrt(5) - 1) / 2
 def _compiled(stamps: tuple[int, ...]) -> Any:
     """The loop over rows in parallel, compiled anew when a file with a part of it has changed.
 
-    Numba keeps compiled code by the time stamp of the outer function's file alone; but it also asks what the function
-    encloses, which here are the stamps of the other files.
+    Numba looks for changes in the outer function's own file only.  But it also compares the values that the function
+    encloses; here these are the time stamps of the other files.
     """
 
     @njit(cache=True, parallel=True, error_model="numpy")
@@ -96,7 +96,7 @@ def _row(
     per_focal, per_ray = 1.0 / focal, 1.0 / points.shape[1]
     bent = np.any(distortion != 0.0)
     centre, turn = centres[row], turns[row]
-    # Rows that look through the same lenses would all make the same error; so each moves its rays a little.
+    # Rows that look through the same lenses would all have the same error, so each row moves its rays a little.
     shift_x = ((row + first[1]) * GOLDEN % 1.0 - 0.5) * per_ray
     for column in range(radiance.shape[1]):
         u, v = (column + corner[0]) * per_focal, (row + corner[1]) * per_focal
@@ -183,7 +183,7 @@ def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: Sheet, cells: 
 
 @njit(inline="always", error_model="numpy")
 def _half_footprint(centre: Any, turning: Any) -> tuple[float, float]:  # pragma: no cover
-    """Half of what a pixel covers of the page, and a little more for its being no parallelogram, mm."""
+    """Half the width and height that a pixel covers on the page, mm, with a little to spare."""
     reach = 0.51 * abs(centre[2])
     return reach * (abs(turning[0]) + abs(turning[2])), reach * (abs(turning[1]) + abs(turning[3]))
 
@@ -203,7 +203,7 @@ def _grating_pixel(
     cells: Any,
     board: Board,
 ) -> int:  # pragma: no cover
-    """How many of a grating pixel's rays see ink, -1 for one that needs care: `quick`, told across and along."""
+    """Number of a grating pixel's rays that see ink by `quick`, -1 for a pixel that needs `trace`."""
     fall = -(centre[2] + sheet.gap)
     x, y = centre[0] + fall * tx, centre[1] + fall * ty
     steps = (fall * turning[0], fall * turning[1], fall * turning[2], fall * turning[3])
@@ -241,7 +241,7 @@ def _page_pixel(
     row = (centre[1] - centre[2] * ty) * per_mm + board.half_y * board.texture_per_mm
     per_px = -centre[2] * per_mm
     cu, ru, cv, rv = turning[0] * per_px, turning[1] * per_px, turning[2] * per_px, turning[3] * per_px
-    # Nearly all of the page is even paper, or ink, which four blocks around the pixel tell at once.
+    # Nearly all of the page is even paper or ink; then the four blocks around the pixel have one value.
     half_c, half_r = 0.51 * (abs(cu) + abs(cv)), 0.51 * (abs(ru) + abs(rv))
     if max(half_c, half_r) * 2.0 < board.block:
         value = _even(column - half_c, row - half_r, board)
@@ -260,7 +260,7 @@ def _page_pixel(
 
 @njit(inline="always", error_model="numpy")
 def _even(column: float, row: float, board: Board) -> float:  # pragma: no cover
-    """What the page's picture shows all around one of its pixels, NaN where it shows several values."""
+    """The one value of the page's picture around one of its pixels, NaN where it has several."""
     per_block = 1.0 / board.block
     value: float = board.even[
         min(int(row * per_block), board.even.shape[0] - 1), min(int(column * per_block), board.even.shape[1] - 1)

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 from moireid.simulate.analytic.light_kernels import lit
 from moireid.simulate.compiled import njit
 
-#: What covers a part of the board: a hand, say.
+#: Radiance of what covers a part of the board, such as a hand.
 HIDDEN_RADIANCE = 0.35
-#: Seen at an angle, a ray may pass over its own lenticule and meet another: the third at 80 degrees.
+#: A slanted ray may pass over the nearest lenticule and meet another one: at 80 degrees the third.
 TRIES = 8
 
 
@@ -28,7 +28,7 @@ class Sheet(NamedTuple):
     """The lens sheet as built, mm; radius is 0 for a line mask.
 
     sag: how much deeper the valleys between lenses lie than their tops; steepest: tangent across the lenses up to which
-    `quick` tells the first lens that a ray meets.
+    `quick` finds the first lens that a ray meets.
     """
 
     pitch: float
@@ -121,7 +121,7 @@ def careful_ray(
 ) -> float:  # pragma: no cover
     """Radiance along one sight line from `centre`, by its tangents; -1 where it misses the board.
 
-    The fringes are shown as from `shown` beside the camera where the film is forged; else `shown` is zero.
+    In a forged film the fringes are those of a camera moved by `shown`; in a true film `shown` is zero.
     """
     page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
     scale = sheet.print_scale
@@ -161,7 +161,7 @@ def _lines_seen(
     cells: Any,
     board: Board,
 ) -> float:  # pragma: no cover
-    """Radiance at a place of the sheet along the tangents, seen from `depth` in front; all told across and along."""
+    """Radiance at a place of the sheet along the tangents, seen from `depth` in front; all as (across, along)."""
     cosine = sheet.cos_twist
     x, y = across * cosine + along * sine - sheet.offset, along * cosine - across * sine
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
@@ -194,7 +194,7 @@ def field_part(page_x: float, page_y: float, scale: float, board: Board) -> tupl
 
 @njit(inline="always", error_model="numpy")
 def page_value(page_x: float, page_y: float, scale: float, board: Board) -> float:  # pragma: no cover
-    """Radiance of the page away from the gratings."""
+    """Radiance of the page outside the gratings."""
     column = int((page_x / scale + board.half_x) * board.texture_per_mm)
     row = int((page_y / scale + board.half_y) * board.texture_per_mm)
     column = min(max(column, 0), board.texture.shape[1] - 1)

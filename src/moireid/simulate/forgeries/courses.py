@@ -1,11 +1,11 @@
-"""Forgeries by a false law of motion: everything true but the place from which the fringes think they are seen.
+"""Forgeries by a false law of motion: only the fringes are false; they are those of a camera at another place.
 
 A forged film shows the lens as a camera elsewhere would see it, while page, markers and motion stay true.  Each course
-is a false one of the parallax coordinate at the badge's centre, with the true one's mean and spread where it has a
-spread, so that no forgery gives itself away by its size.  Within one frame, from its first row to its last, the
-fringes move with the true camera, by less than 0.01 rad over the badge.
+is a false parallax coordinate at the badge's centre.  It has the mean of the true one, and its spread if it moves at
+all, so that no forgery is found by its size alone.  Within one frame, from its first row to its last, the fringes move
+with the true camera, by less than 0.01 rad over the badge.
 
-`shown.py` makes a forged film of any kind; `patches.py` and `flat.py` hold those that are no course of one place.
+`shown.py` makes a forged film of any kind; `patches.py` and `flat.py` hold the kinds that need more than one course.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FLAT = ("photo", "screen")
 KINDS = COURSES + FIELDS + FLAT
 LATE_S = 0.25
 GAIN_LOW, GAIN_HIGH = 0.5, 1.9
-#: A random walk that forgets within this time wanders about as fast as a hand does.
+#: Correlation time of the random walk: with it the walk moves about as fast as a hand.
 MEMORY_S = 0.8
 #: The wander on top of the right gain, as a share of the true spread.
 WOBBLE = 0.3
@@ -37,8 +37,8 @@ def false_camera(kind: str, camera_mm: Array, fps: float, seed: int) -> Array:
 
     Parameters: kind: one of `COURSES`; camera_mm (T, 3): the true centres; fps: of the film; seed: of what is random.
     Convention: the parallax coordinates Cx/|Cz| and Cy/|Cz| are forged, the distance stays true.
-    Raises: SpecError for a kind that is none.
-    Source: the kinds of the project's contract: a wrong law of motion each.
+    Raises: SpecError for an unknown kind.
+    Source: each kind is one wrong law of motion.
     """
     if kind not in COURSES:
         raise SpecError(f"forgery {kind!r} is no false course; choose one of {', '.join(COURSES)}")
@@ -79,7 +79,7 @@ def random_walk(count: int, fps: float, seed: int) -> Array:
 def _other_film(count: int, fps: float, seed: int) -> Array:
     """Parallax coordinates (T, 2) of another true film: the measured run, from a second that the seed draws.
 
-    It begins 7 to 20 s into the run, so a film that itself shows the run from its beginning is another piece of it.
+    It begins 7 to 20 s into the run, so it is another piece than a film that shows the run from its beginning.
     """
     begin = np.random.default_rng(seed).uniform(7.0, 20.0)
     camera = measured_run(1000.0)(begin + np.arange(count) / fps).camera_mm
@@ -87,13 +87,13 @@ def _other_film(count: int, fps: float, seed: int) -> Array:
 
 
 def _apart_from(true: Array, course: Array) -> Array:
-    """What a course (T, 2) has nothing to do with the true one in, axis by axis, spread 1: the gain stays right."""
+    """The part of a course (T, 2) that is uncorrelated with the true one, for each axis, spread 1: the gain stays 1."""
     true = true - true.mean(axis=0)
     share = (true * course).sum(axis=0) / np.maximum((true**2).sum(axis=0), 1e-30)
     return _of_unit_spread(course - share * true)
 
 
 def _of_unit_spread(course: Array) -> Array:
-    """The course about its mean, in units of its standard deviation; zeros where it stands still."""
+    """The course less its mean, in units of its standard deviation; zeros where it stays still."""
     course = course - course.mean(axis=0)
     return np.asarray(course / np.maximum(course.std(axis=0), 1e-12))

@@ -1,15 +1,15 @@
-"""Forgeries that are flat: a printed photograph of the badge, and a film of the badge replayed on a screen.
+"""Flat forgeries: a printed photograph of the badge, and a film of the badge replayed on a screen.
 
-Under a light of the scene's own the picture is lit when it is taken, bands, glare and all; filmed, it shines evenly by
-itself as the page around it does, so that no light counts twice.
+In a scene with a light, the forger's picture already has its bands and glare.  When it is filmed it shines evenly, as
+the page around it does, so that no light counts twice.
 
-Both show, at the badge's true size and with its true markers, one picture of the whole stack as it looked from one
-place, squared up.  The forger is a good one: tones are exact, the picture is flat, nothing shines.
+Both show one picture of the whole badge as seen from one place, straightened, at true size and with the true markers.
+The forger is a good one: tones are exact, the picture is flat, and it has no gloss.
 
-The screen plays a film that was squared up on its markers, so the badge stands still on the screen while its fringes
-move as the replayed camera did; that film's course has the true spread.  Each of its frames is held for 1/30 s.  Left
-out of the screen: its glow, its black level, and its grid of pixels, which is far finer than a camera's pixel at the
-distances of a film.  A screen that is filmed by a camera at rest shows a true film, and no law of motion can tell.
+The screen plays a film that was straightened by its markers.  So the badge stays still on the screen, and its fringes
+move with the replayed camera, whose motion has the true spread.  Each frame is held for 1/30 s.  Left out are the
+screen's glow, its black level, and its pixels, which are far finer than a camera's pixel at such distances.
+If the filming camera stays still, the screen shows a true film, and no law of motion can find the forgery.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SCREEN_FPS = 30.0
 def held_frames(count: int, fps: float) -> NDArray[np.int64]:
     """Which frame the screen shows at each of a film's frames (T,): the last that came due at `SCREEN_FPS`.
 
-    A film that is slower than the screen sees another frame each time.
+    In a film with fewer frames a second than the screen, each frame shows another one of the screen.
     """
     if fps <= SCREEN_FPS:
         return np.arange(count)
@@ -45,7 +45,7 @@ def held_frames(count: int, fps: float) -> NDArray[np.int64]:
 
 
 class SquaredUp:
-    """Pictures of the board as seen from a place, squared up: what a forger prints, or plays on a screen."""
+    """Straightened pictures of the board as seen from a place: what a forger prints, or plays on a screen."""
 
     def __init__(self, scene: Scene, per_mm: float) -> None:
         self._scene = replace(scene, hidden_mm=None)

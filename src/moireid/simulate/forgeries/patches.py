@@ -1,6 +1,6 @@
-"""Forgeries whose parts disagree: each patch on its own clock, and the look of a picture that is made up.
+"""Forgeries whose parts disagree: patches that each have their own clock, and fringes as generated pictures show them.
 
-A field says how far the parallax coordinate that each part of the board shows is off the true one.
+A field holds, for each part of the board, the parallax coordinate that it shows less the true one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from moireid.simulate.forgeries.courses import random_walk
 from moireid.simulate.motion import Motion
 
 Array = NDArray[np.float64]
-#: Patches down and across the board.  Its centre lies in the patch to the lower right, whose phase the truth tells.
+#: Patches down and across the board.  The truth file holds the phase of the lower right patch, which has the centre.
 PATCHES = (4, 4)
 #: Each patch shows the true motion at another time, at most this far off.
 CLOCK_S = 1.5
@@ -46,10 +46,10 @@ class OwnClocks:
 
 
 class Generative:
-    """A true first frame, from which phase and pitch wander as a picture's do that is made up frame by frame.
+    """A true first frame; then phase and pitch wander, as in a film whose pictures are generated one by one.
 
     The phase wanders with the true course's own spread, at random; the beat's frequency wanders by `PITCH_WANDER`.
-    Convention: the place walked to is the shown one, so the field holds the pitch's part alone.
+    Convention: the wandering phase is in the shown place, so the field holds only the change of pitch.
     """
 
     def __init__(self, badge: Badge, camera_mm: Array, fps: float, seed: int) -> None:
@@ -65,7 +65,7 @@ class Generative:
         gap = view_law(lens, pitch).effective_gap_mm(pitch)
         self._per_mm = (1 / pitch - 1 / lens.pitch_mm) * pitch / gap
         x0, y0, x1, y1 = badge.outline_mm
-        # An odd number of steps has one at the board's centre, where the pitch alone changes nothing.
+        # With an odd number of steps one lies at the board's centre, where a change of pitch changes nothing.
         self._size = 2 * math.ceil((y1 - y0) / STEP_MM / 2) + 1, 2 * math.ceil((x1 - x0) / STEP_MM / 2) + 1
         self._half = (x1 - x0) / 2, (y1 - y0) / 2
 

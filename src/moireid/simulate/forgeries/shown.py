@@ -24,7 +24,7 @@ SAME_MM = 0.01
 class Shown:
     """camera_mm (T, 3): from where the fringes are shown; sight_mm (T, 3): from where the sheet above the page is seen.
 
-    The two differ in a film whose fringes alone are forged.  A flat picture holds both from the place it was taken.
+    The two differ where only the fringes are forged.  A flat picture has both from the place where it was taken.
     field, picture: of a frame, as in `scene.Instant`.
     """
 
@@ -37,16 +37,16 @@ class Shown:
 def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, fps: float, seed: int) -> Shown:
     """What is shown in a film.
 
-    Parameters: kind: one of `forge.KINDS`, None for a true film; camera_mm (T, 3): the true centres of every frame.
+    Parameters: kind: one of `courses.KINDS`, None for a true film; camera_mm (T, 3): the true centres of every frame.
     Convention: the board frame of `motion`.
-    Raises: SpecError for a kind that is none, and for a false course that is the true one.
-    Source: `forge`, `patches` and `flat`.
+    Raises: SpecError for an unknown kind, and for a false course that equals the true one.
+    Source: `courses`, `patches` and `flat`.
     """
     if kind is None:
         return Shown(camera_mm, camera_mm)
     if kind in COURSES:
         false_mm = false_camera(kind, camera_mm, fps, seed)
-        # A course has the true one's spread; where that is none, a film labelled forged would show the truth.
+        # A course has the true one's spread; if that is zero, a film labelled as forged would show the truth.
         if np.abs(false_mm - camera_mm).max() < SAME_MM:
             raise SpecError(
                 f"a {kind} forgery of this motion shows the true fringes, as the camera does not move enough; "
@@ -71,11 +71,11 @@ def shown_in(kind: str | None, scene: Scene, motion: Motion, camera_mm: Array, f
 
 
 class _Replay:
-    """The screen's picture at each frame; one that is held is not made again."""
+    """The screen's picture at each frame; a picture that is held is computed once."""
 
     def __init__(self, screen: SquaredUp, held_mm: Array) -> None:
         self._screen, self._held = screen, held_mm
-        # No place is equal to NaN, so the first picture is made whatever it is.
+        # No place equals NaN, so the first picture is always computed.
         self._place: Array = np.full(3, np.nan)
         self._picture = np.empty((0, 0), np.float32)
 

@@ -1,12 +1,12 @@
 """Mitsuba's own error, estimated on one frame before a film, and the cheapest setting that meets a wish.
 
-Two renders of one frame by independent seeds differ by the square root of two times the rays' noise.  A third one with
-twice the segments a lens differs from their mean by that noise, and by what the segments err: an error that falls with
-the square of their number, so that three quarters of it show.  Both together are what is told.
+Two renders of one frame with independent seeds differ by the square root of two times the rays' noise.  A third one
+with twice the segments in each lens differs from their mean by that noise and by the segments' error.  That error
+falls with the square of their number, so three quarters of it show.  The estimate combines both.
 
-Left out: an error that finer segments share, as Mitsuba's offset of rays (`mitsuba_page.page_depth_mm`), 0.001 rad;
-and what sets Mitsuba apart from the outside tracer of `moireid bench simulate`, 0.004 rad at tangents of 0.3, as its
-rays count by how much of them the lens lets pass.
+Not included: an error that finer segments share, such as Mitsuba's offset of rays (`page_depth_mm`), 0.001 rad;
+and the difference to the independent tracer of `moireid bench simulate`, 0.004 rad at tangents of 0.3, because Mitsuba
+weights rays by the light that the lens lets pass.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 from moireid.simulate.scene import Instant, Scene
 
-#: Rays a pixel and segments a lens: the usual setting, and the others from cheap to dear.
+#: Rays in a pixel and segments in a lens: the usual setting, and the others from cheap to dear.
 USUAL = (64, 16)
 LADDER = ((16, 4), (16, 16), USUAL, (256, 16), (256, 32), (1024, 32))
 
@@ -35,7 +35,7 @@ def estimate_mitsuba(
     """Estimate the error of a setting (rays, segments) on one frame.
 
     Convention: module docstring.  Source: the same.
-    Raises: SpecError as `MitsubaRenderer`.
+    Raises: SpecError like `MitsubaRenderer`.
     """
     samples, segments = setting
     renderer = MitsubaRenderer(scene, samples=samples, segments=segments, seed=seed, variant=variant)
@@ -71,9 +71,9 @@ def cheapest_mitsuba(
 ) -> Estimate:
     """The cheapest setting whose estimated phase error is at most `error_rad`.
 
-    Convention: a frame that shows no fringe has no phase to err in, and gets the cheapest of all.
+    Convention: a frame without fringes has no phase error, and gets the cheapest setting.
     Source: `estimate_mitsuba` up the `LADDER`.
-    Raises: SpecError where even the dearest does not meet it.
+    Raises: SpecError where even the dearest setting has a larger error.
     """
     for setting in LADDER:
         found = estimate_mitsuba(scene, instant, setting, seed=seed, variant=variant)
@@ -94,6 +94,6 @@ def _apart(scene: Scene, instant: Instant, one: Rendered, other: Rendered) -> Di
 
 
 def _both(noise: float, beyond: float) -> float:
-    """Error of one picture, from how far two are apart, and a third with finer segments from their mean."""
+    """Error of one picture, from the difference of two, and of a third with finer segments from their mean."""
     square = noise**2 / 2
     return math.sqrt(square + max(beyond**2 - 1.5 * square, 0.0) * 16 / 9)

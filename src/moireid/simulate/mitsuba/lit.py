@@ -1,11 +1,11 @@
-"""The badge under a light of its own, for Mitsuba: a matt page, a disc that shines, and an even sky.
+"""The badge under a light, for Mitsuba: a matt page, a disc that shines, and an even sky.
 
-Nothing is sampled cleverly: a ray goes through a lens to the page, leaves it anywhere, and counts if it finds the disc
-or the sky through a lens again.  So a picture under a disc of a few degrees needs some thousand rays a pixel.
+Rays are not aimed at the light: a ray goes through a lens to the page, leaves it in any direction, and counts if it
+finds the disc or the sky through a lens.  So a disc a few degrees wide needs some thousand rays in each pixel.
 
-The red channel carries what came off the page, green what the lens mirrored; they are added.  In red the sheet mirrors
-nothing, within or without, so that light that goes from the page to the lens and back is left out, as in `analytic`;
-and there the lights are brighter by what two passages through the surface take, so that both have one scale.
+The red channel carries light from the page, green light that the lens mirrors; they are added.  In red the sheet
+mirrors nothing, inside or outside.  So light from the page to the lens and back is left out, as in `analytic`.  The
+lights are brighter in red by the loss of two passages through the surface, so that both channels have one scale.
 
 Convention: `light` for the scale of radiance; the disc stands in the board's frame.
 Source: Mitsuba 3.9.1, plugins `path`, `diffuse`, `dielectric`, `disk`, `constant`.
@@ -24,12 +24,12 @@ from moireid.simulate.scene import Scene
 
 #: In by one lens, off the page, out by a lens, and to the light.
 LIT_INTEGRATOR = {"type": "path", "max_depth": 4, "rr_depth": 100}
-#: So many faces more may a ray meet where bounces are needed.
+#: A ray may meet this many more faces where bounces are needed.
 BOUNCES = 8
 
 
 def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
-    """Surfaces of a page that needs light: a matt one under the sheet; what lies beside the sheet shines as paper.
+    """Surfaces of a page under a light: matt under the sheet; beside the sheet it shines by itself, as paper.
 
     Convention: module docstring.
     Source: the same.
@@ -50,7 +50,7 @@ def lamps(mi: Any, lens: Lens, light: Light) -> dict[str, Any]:
     Source: a disc's normal in Mitsuba is its own z.
     """
     n = lens.refractive_index
-    # Radiance gains n squared on the way in and loses it again, so that a matt page in glass looks darker by that.
+    # Radiance is multiplied by n squared on the way in and divided by it on the way out: this corrects for that.
     to_page = n**2 / straight_share(n) ** 2
     sky = 1.0 - light.share
     made: dict[str, Any] = {

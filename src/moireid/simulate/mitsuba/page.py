@@ -1,6 +1,6 @@
 """The printed page as strips: exact in float32, so that no texture's resolution limits the phase of a line.
 
-Convention: as `mitsuba_sheet`; strips are (low, high across the lines, begin, end along them), board mm, as printed.
+Convention: as `mitsuba.sheet`; strips are (low, high across the lines, begin, end along them), board mm, as printed.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from moireid.simulate.scene import Build, Scene
 Array = NDArray[np.float64]
 #: Mitsuba's own constant: a new ray starts this share of (1 + the largest coordinate) away from its surface.
 RAY_OFFSET = 1500 * 2.0**-24
-#: The page's picture lies this far behind the printed lines' strips, and deeper than `page_depth_mm` ever puts them.
+#: The page's picture lies this far behind the strips of printed lines: deeper than `page_depth_mm` ever puts them.
 BEHIND_MM = 0.02
-#: Mitsuba moves a ray by less than this when it passes a face.
+#: When a ray passes a face, Mitsuba moves it by less than this.
 HIDDEN_MM = 0.05
 
 
@@ -32,7 +32,7 @@ def sheet_room(scene: Scene, grating: Grating) -> Room:
 
 
 def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
-    """Ink and paper of a grating's cells; a kind that has no strip is left out.
+    """Strips of ink and of paper in a grating's cells; a kind without strips is left out.
 
     Convention: module docstring.
     Source: the cells' own edges and pitches, each edge placed absolutely.
@@ -71,7 +71,7 @@ def _cell_strips(scene: Scene, cell: Cell, axis: str, first: float, width: float
 
 
 def page_depth_mm(lens: Lens, build: Build, largest_coordinate_mm: Array, *, flat_faces: int = 0) -> Array:
-    """How much deeper than z = 0 the page lies, so that rays land where they would have without Mitsuba's offset.
+    """How much deeper than z = 0 the page must lie, so that rays land as they would without Mitsuba's offset.
 
     Parameters: flat_faces: how many flat ones a ray passes between the lens and the page.
     Convention: board mm, of the input's shape.
@@ -107,7 +107,7 @@ def wall_strips(scene: Scene, room: Room) -> Strips:
         [(room[k] + (-out, out)[k % 2], room[m] + (-out, out)[m % 2]) for k, m in ((0, 2), (0, 3), (1, 3), (1, 2))]
         for out in (0.0, overhang)
     )
-    # Going down at one corner and up at the next turns each side's face outwards.
+    # Down at one corner and up at the next: in this order each side's face looks outwards.
     corners = np.array([[tops[k], feet[k], feet[(k + 1) % 4], tops[(k + 1) % 4]] for k in range(4)])
     g = scene.badge.lens.thickness_mm
     return Strips(corners[..., 0], corners[..., 1], np.broadcast_to(np.array([-g, 0.0, 0.0, -g]), (4, 4)))

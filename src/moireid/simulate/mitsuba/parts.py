@@ -1,8 +1,8 @@
 """Meshes, surfaces, lamps and camera as Mitsuba's own objects; `mi` is its module with a variant set.
 
 Convention: board frame of `motion`, mm, origin at the board's centre: Mitsuba starts a refracted ray 9e-5 (1 + largest
-coordinate) away from the surface, so that frame is also the best one to trace in.  The red channel carries radiance;
-what green and blue carry, the caller says.
+coordinate) away from the surface, which is least in this frame.  The red channel carries radiance; the caller decides
+what green and blue carry.
 Source: Mitsuba 3.9.1, plugins `dielectric`, `area`, `perspective`, `bitmap`.
 """
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 def shining(mi: Any, red: float, green: float, blue: float = 0.0) -> dict[str, Any]:
-    """A surface that shines with those radiances and reflects nothing."""
+    """A surface that emits these radiances and reflects nothing."""
     lamp = mi.load_dict({"type": "area", "radiance": {"type": "rgb", "value": [red, green, blue]}})
     return {"emitter": lamp, "bsdf": _black(mi)}
 
@@ -44,7 +44,7 @@ def clear(mi: Any, refractive_index: float, reflected: tuple[float, float, float
 
 
 def reflecting(mi: Any, red: float) -> dict[str, Any]:
-    """A matt surface that returns that share of the light, in the red channel alone."""
+    """A matt surface that reflects this share of the light, in the red channel only."""
     return {"bsdf": mi.load_dict({"type": "diffuse", "reflectance": {"type": "rgb", "value": [red, 0.0, 0.0]}})}
 
 
@@ -112,7 +112,7 @@ def mesh(mi: Any, axis: str, strips: Strips, parts: dict[str, Any], *, places: A
         figures["vertex_texcoords"] = places.astype(np.float32).ravel()
     figures.update()
     if strips.normals is not None:
-        # Only now: changing the points makes Mitsuba compute normals of its own.
+        # Set last, because Mitsuba computes its own normals whenever the points change.
         figures["vertex_normals"] = strips.normals[..., order].astype(np.float32).ravel()
         figures.update()
     return made
@@ -124,8 +124,8 @@ def pinhole(mi: Any, scene: Scene, view: View, box: Crop, size: tuple[int, int],
     Convention: Mitsuba's camera has x left and y up, ours x right and y down: half a turn about the line of sight.
         Its pixel i spans i to i + 1, ours i - 1/2 to i + 1/2.  The principal point moves, as a share of the film, so
         that a film of one size serves every frame.
-    Source: plugin `perspective`, whose offsets were found to count from the principal point to the film's middle; a
-        wrong sign moves the picture by twice the board's way from it.
+    Source: plugin `perspective`; by trial, its offsets count from the principal point to the film's middle.  A wrong
+        sign moves the picture by twice the board's distance from the film's middle.
     """
     camera = scene.camera
     to_world = np.eye(4)

@@ -1,14 +1,14 @@
 """The badge by Mitsuba 3: the scene of the analytic renderer as geometry, for a second opinion.
 
-The lens sheet is a mesh of cylinder lenses in smooth segments (`mitsuba_sheet`), refracting by Mitsuba's own
-dielectric; the printed lines under it are strips of the page (`mitsuba_page`), exact to float32, that shine with the
+The lens sheet is a mesh of cylinder lenses in smooth segments (`mitsuba.sheet`), refracting by Mitsuba's own
+dielectric; the printed lines under it are strips of the page (`page.py`), exact to float32, that shine with the
 radiance of ink and paper; the rest of the page is a picture behind them.  Nothing here shares a line of optics with
 `analytic` or `lenticule`.  What they have in common is the description (`Scene`, `Instant`) and the markers' picture.
 
-Under a light of its own (`Scene.light`) the page is matt and path-traced instead, as `mitsuba_lit` says.  Without one,
-the red channel carries the radiance, green the share of it that came through: page and paper shine with 1 in it.  Their
-quotient is the mean over the rays that were refracted, so that neither the light that a lens reflects nor the chance by
-which Mitsuba picks a ray to reflect shows in the picture.  What stays is that rays count by how much of them passes.
+With a light in the scene (`Scene.light`) the page is matt and path-traced instead; see `lit.py`.  Without one, the red
+channel carries the radiance, and green the share of rays that came through: page and paper emit 1 in it.  Red over
+green is the mean over the refracted rays.  So reflected light does not show in the picture, nor the random choice by
+which Mitsuba reflects a ray.  One difference stays: rays are weighted by the light that passes.
 
 Left out: without a light, glare and direction; in any case colour and the rolling shutter; and unless `scene.need` asks
 for bounces, the sheet's hidden face, rays that leave the lens through its neighbour's flank, and those that are
@@ -42,7 +42,7 @@ Array = NDArray[np.float64]
 FEWEST_SAMPLES = 4
 #: Radiance of the blackest ink.
 DARKEST = 1e-6
-#: Seeds of one film's frames lie this far apart, a prime, so that films of neighbouring seeds share no frame's rays.
+#: Seeds of neighbouring frames differ by this prime, so that films with neighbouring seeds never share a frame's rays.
 SEED_STEP = 7919
 
 
@@ -76,16 +76,16 @@ class MitsubaRenderer:
         with mitsuba_with(variant) as mi:
             described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0 if scene.light is None else 0.0)}
             for number, grating in enumerate(scene.badge.gratings):
-                # A lamp of Mitsuba's shines from one surface alone, so each grating has its own.
+                # In Mitsuba a lamp belongs to one surface, so each grating has its own.
                 surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
-                # A face between glass and glass; it is index-matched to what it lies on, and bends nothing.
+                # A face between glass and glass, with one refractive index on both sides: it bends no ray.
                 surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
                 for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
             if scene.light is not None:
                 described |= lamps(mi, scene.badge.lens, scene.light)
             self._world = mi.load_dict(described)
-            # Rays through one refraction to whatever shines there: no lamp is sampled, since the page is its own.
+            # Rays pass one refraction and end at what shines there; the page shines by itself, so no lamp is sampled.
             own_light = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
             followed: dict[str, Any] = own_light if scene.light is None else LIT_INTEGRATOR
             if scene.need.bounces:
@@ -120,7 +120,7 @@ class MitsubaRenderer:
     def _of_shining_page(self, picture: Array) -> Array:
         """Radiance as the mean over the rays that came through, (height, width)."""
         through = picture[..., 1]
-        # Where a pixel sees the board but no ray came through (a sheet's open edge), it is taken for paper.
+        # A pixel that sees the board, but through which no ray came (a sheet's open edge), counts as paper.
         paper = np.full(through.shape, self.scene.paper)
         np.divide(picture[..., 0], through, out=paper, where=through > 0)
         return paper
@@ -137,8 +137,8 @@ class MitsubaRenderer:
 
 
 def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
-    """Surfaces of a page that shines by itself, so that neither lamp nor bounce makes noise."""
-    # Radiance falls by n squared on leaving the glass, and by what is reflected; straight on, this takes both back.
+    """Surfaces of a page that shines by itself, so that no lamp and no bounce adds noise."""
+    # Leaving the glass divides radiance by n squared, and a part is reflected; straight on, this corrects for both.
     n = scene.badge.lens.refractive_index
     lamp = n**2 / (1.0 - ((n - 1.0) / (n + 1.0)) ** 2)
     return {

@@ -3,7 +3,7 @@
 The solid is built and checked by trimesh: one watertight volume, its front made of flat strips along the lenses.  A
 renderer needs the front alone, since the page touches the back and the sides are hidden by the page's paper.
 
-Convention: places are told across the lenses, along them, and in depth, board mm; the page is at depth 0, the apexes at
+Convention: places are (across the lenses, along them, depth), board mm; the page is at depth 0, the apexes at
 -thickness.  Strips have four corners, in the order of `ACROSS` and `ALONG`, which turns their face towards the camera.
 """
 
@@ -53,7 +53,7 @@ class Profile:
 def turned_for(build: Build, axis: str) -> Build:
     """The build as a grating of that axis sees it.
 
-    Convention: across and along change places on a y grating, and so does the sense of a twist.
+    Convention: on a y grating, across and along change places, and a twist changes its sign.
     Source: a reflection in the diagonal.
     """
     return build if axis == "x" else replace(build, twist_rad=-build.twist_rad)
@@ -153,7 +153,7 @@ def mask_strips(lens: Lens, build: Build, room: Room) -> dict[str, Strips]:
 
 
 def sheet_strips(build: Build, room: Room, pitch: float, middles: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Which strips of the sheet lie in its rectangle, by their middles: axis of each one's lens, and its number there.
+    """The strips whose middle lies in the sheet's rectangle: the axis of each one's lens, and its number in the lens.
 
     Convention: middles are relative to a lens's axis.
     """

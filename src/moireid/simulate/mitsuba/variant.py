@@ -4,7 +4,7 @@ Mitsuba compiles its fast variants with the machine's own libLLVM.  An old one (
 refuse the code, it aborts the process: "Cannot select: fminimum".  So each library is first tried in a child process,
 with a scene of four by four pixels, and only one whose child came back with the right picture is ever loaded here.
 
-Convention: variants end in `_rgb`, because `mitsuba_scene` uses the three colours as three channels of figures.
+Convention: variants end in `_rgb`, because `mitsuba` uses the three colours as three channels of figures.
 Source: Mitsuba 3.9.1 and Dr.Jit, which reads the library's path from DRJIT_LIBLLVM_PATH when LLVM is first used.
 """
 
@@ -29,7 +29,7 @@ LIBRARY_VARIABLE = "DRJIT_LIBLLVM_PATH"
 OLDEST_LLVM = 16
 #: A trial takes 1.2 s on two cores; a machine that is busy may need many times that.
 TRIAL_TIMEOUT_S = 60.0
-#: A machine with this many libraries that all fail will not have its luck with the next.
+#: After this many libraries that fail, the next one is not tried.
 MOST_TRIALS = 3
 FOLDERS = ("/usr/lib", "/usr/lib64", "/usr/local/lib", "/opt/homebrew/opt", "/usr/local/opt")
 #: Debian has them in lib/<machine> and lib/llvm-19/lib, Fedora in lib64, Homebrew in opt/llvm@19/lib.
@@ -71,7 +71,7 @@ def mitsuba_with(variant: str | None) -> Iterator[Any]:
     """Mitsuba's module with a variant set, None for `choose_variant`'s; the caller's own is set again afterwards.
 
     Convention: module docstring.
-    Raises: MissingExtraError without mitsuba; SpecError for a variant that is none, or does not run here.
+    Raises: MissingExtraError without mitsuba; SpecError for a variant that is unknown, or does not run here.
     Source: Mitsuba keeps one variant for each process.
     """
     try:
@@ -89,7 +89,7 @@ def mitsuba_with(variant: str | None) -> Iterator[Any]:
         mi.set_variant(chosen)
     except ImportError as refused:
         raise SpecError(f"variant {chosen!r} does not start on this machine; choose {PLAIN_VARIANT!r}") from refused
-    # A library says nothing by itself, and Mitsuba would say it on stdout.
+    # A library must not print by itself, and Mitsuba would print on stdout.
     loudness = mi.log_level()
     mi.set_log_level(mi.LogLevel.Error)
     try:
@@ -160,7 +160,7 @@ def _major_version(path: Path) -> int | None:
     """19 for libLLVM-19.so, libLLVM.so.19.1, llvm@19/lib/libLLVM.dylib; None for another file."""
     if not re.fullmatch(r"libLLVM(-[\d.]+)?\.(so(\.[\d.]+)?|dylib)", path.name):
         return None
-    # A bare name is a link, whose target tells the version, or lies in a folder that does.
+    # A name without a version is a link: the version stands in its target's name or folder.
     told = re.search(r"libLLVM(?:-|\.so\.)(\d+)", path.resolve().name) or re.search(
         r"llvm[-@/](\d+)", str(path.resolve())
     )
@@ -172,7 +172,7 @@ def _renders_with(library: Path) -> bool:
     if not library.is_file():
         return False
     try:
-        # -P keeps the folder that the user happens to stand in from lending the child its modules.
+        # -P: else the child would import modules from the user's present folder.
         child = subprocess.run(
             [sys.executable, "-P", "-c", TRIAL],
             env={**os.environ, LIBRARY_VARIABLE: str(library)},

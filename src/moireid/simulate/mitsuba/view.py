@@ -20,8 +20,8 @@ from moireid.simulate.scene import Instant, Scene
 Array = NDArray[np.float64]
 #: Left, top, right, bottom of a part of the picture, px; right and bottom are not in it.
 Crop = tuple[int, int, int, int]
-#: A true film names the middle row's pose as the place of the fringes; between first and last row a hand's course
-#: bends less than this (0.004 rad of phase at 1 m).
+#: The fringes of a true film are those of the middle row's pose.  Between first and last row, a hand's path bends less
+#: than this (0.004 rad of phase at 1 m).
 FORGERY_MM = 0.5
 
 
@@ -37,7 +37,7 @@ def middle_view(instant: Instant) -> View:
     """The view halfway between first and last row.
 
     Convention: module docstring.
-    Raises: SpecError for a frame whose fringes are shown from elsewhere than its page, which no real lens can do.
+    Raises: SpecError for a forged frame, whose fringes and page are seen from different places.
     Source: mean of the two places, and of the two rotations.
     """
     from scipy.spatial.transform import Rotation
@@ -105,7 +105,7 @@ def _meets_board(scene: Scene, view: View, u: NDArray[Any], v: NDArray[Any]) -> 
 
 
 def film_box(box: Crop, kept: tuple[int, int] | None) -> tuple[int, int]:
-    """Width and height of a film that holds the box, px; the kept one as long as it fits and is not far too large.
+    """Width and height of a film that holds the box, px; the kept size as long as it fits and is not far too large.
 
     Convention: a new film has a sixteenth to spare on each side, in steps of 16 px.
     Source: a film's size is baked into Dr.Jit's kernels, which take 0.3 s to compile, while its place is not.

@@ -1,4 +1,4 @@
-"""Video files: codecs, and the recipes by which chat programs worsen a film on its way.
+"""Video files: codecs, and recipes that worsen a film as chat programs do.
 
 Convention: luma runs from 16 to 235 in the file, a player stretches it back; a frame's number is its time in units of
 one over the frame rate, so a dropped frame leaves a gap in time and no other frame moves.
@@ -48,7 +48,7 @@ class Pass:
 
 @dataclass(frozen=True)
 class Recipe:
-    """What becomes of a film on its way: encodings one after the other, and the share of frames dropped before."""
+    """What happens to a film on its way: the share of frames dropped, then encodings one after the other."""
 
     passes: tuple[Pass, ...]
     dropped: float = 0.0
@@ -64,7 +64,7 @@ RECIPES: dict[str, Recipe] = {
     "low": Recipe((Pass(kbps=1500),)),
     # Sent, saved and sent on.
     "double": Recipe((Pass(height=720, crf=28), Pass(height=540, kbps=900))),
-    # A phone that drops frames and says when the others were taken.
+    # A phone that drops frames and records when the others were taken.
     "vfr": Recipe((Pass(),), dropped=0.25),
 }
 
@@ -175,7 +175,7 @@ class FilmWriter:
 
 
 class _Link:
-    """A pass in the middle of a recipe: encoded and decoded again, one frame in and some time later one frame out."""
+    """A pass in the middle of a recipe: each frame is encoded and decoded again, and comes out some frames later."""
 
     def __init__(self, one: Pass, size: tuple[int, int], rate: Fraction) -> None:
         import av
@@ -226,7 +226,7 @@ def _encoder(one: Pass) -> tuple[str, dict[str, str]]:
 
     for name, usual, options in ENCODERS[one.codec]:
         if name == "libsvtav1":
-            # It talks on stderr, unless this variable tells it before its first use to name errors alone.
+            # It prints on stderr; this variable, set before its first use, limits that to errors.
             os.environ.setdefault("SVT_LOG", "1")
         try:
             av.codec.Codec(name, "w")
@@ -241,7 +241,7 @@ def _encoder(one: Pass) -> tuple[str, dict[str, str]]:
 
 
 def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> None:
-    """Tell an encoder size, rate and bit rate, and start it."""
+    """Set an encoder's size, frame rate and bit rate, and start it."""
     context.width, context.height = size
     context.pix_fmt = "yuv420p"
     context.framerate, context.time_base = rate, 1 / rate

@@ -1,8 +1,8 @@
-"""The scheduling class of this program's threads, kept as it was while a library starts that would raise it.
+"""Keeps the scheduling class of this program's threads while a library starts that would raise it.
 
-SVT-AV1, run by the superuser, makes its own threads and the one that called it real-time threads (first in, first out,
-priority 99), and leaves the caller so.  Processes started later inherit that, and threads that wait by spinning, as
-those of BLAS do, then keep all processors from the very threads that they wait for: programs stand still for good.
+Run by the superuser, SVT-AV1 turns its own threads and the calling thread into real-time threads (first in, first out,
+priority 99), and does not turn the caller back.  Processes started later inherit that.  Then threads that wait by
+spinning, such as those of BLAS, keep all processors from the threads that they wait for, and programs hang for ever.
 
 Source: sched(7).
 """

@@ -1,7 +1,7 @@
-"""From radiance to 8-bit pictures: background, lens blur, exposure, noise, and what a phone does to please.
+"""From radiance to 8-bit pictures: background, lens blur, exposure, noise, and a phone's sharpening.
 
-Convention: the background is at infinity and turns with the camera; it has no distortion and no motion blur of its
-own, being as smooth as it is.
+Convention: the background is at infinity and turns with the camera; it is so smooth that it needs no distortion and
+no motion blur.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Sensor:
         cv2.resize(self._behind, (camera.width, camera.height), dst=self._scene, interpolation=cv2.INTER_LINEAR)
 
     def _place(self, board: Rendered) -> None:
-        """Lay the board over the background, and blur what the lens blurs of both."""
+        """Lay the board over the background, and blur both as the lens does."""
         scene = self._scene
         rows = slice(board.top, board.top + board.radiance.shape[0])
         columns = slice(board.left, board.left + board.radiance.shape[1])
@@ -109,7 +109,7 @@ def _background(scene: Any, world: Any, to_world: Any) -> None:  # pragma: no co
     for row in prange(scene.shape[0]):
         for column in range(scene.shape[1]):
             w = to_world[2, 0] * column + to_world[2, 1] * row + to_world[2, 2]
-            # What lies behind the camera's side has no place on the clouds; it shows their rim.
+            # Directions behind the camera have no place on the clouds; they show the clouds' rim.
             scale = 1.0 / max(w, 1e-3)
             x = abs((to_world[0, 0] * column + to_world[0, 1] * row + to_world[0, 2]) * scale)
             y = abs((to_world[1, 0] * column + to_world[1, 1] * row + to_world[1, 2]) * scale)

@@ -1,8 +1,8 @@
-"""What a lens's radial distortion does to a registered page.
+"""The effect of a lens's radial distortion on a registered page.
 
-A page is registered as a plane seen in perspective, by a homography.  Of the distortion of its picture a homography
-takes in the most of what it can, as if the page were tilted; the rest stays in the picture, unseen.  So not the points
-are bent back by the whole distortion, but by the part that the homography has taken in.
+A page is registered by a homography, as a plane in perspective.  The homography absorbs a part of the distortion, as if
+the page were tilted.  The rest stays in the picture and does not enter the points.  So points are corrected only by the
+part that the homography has absorbed.
 
 Convention: x_distorted = x (1 + k1 r^2), x in units of the focal length from the picture's centre (Brown; OpenCV's k1);
 negative for a barrel.
@@ -19,10 +19,10 @@ STEPS = 3
 
 
 class TakenIn:
-    """The part of a distortion that homographies of some points take in, for any strength of it."""
+    """The part of a distortion that the homographies of some points absorb, for any strength."""
 
     def __init__(self, points_px: Array, focal: float, centre: tuple[float, float]) -> None:
-        """Parameters: points_px (T, N, 2), as they are seen; focal: unit of the strength's places."""
+        """Parameters: points_px (T, N, 2), distorted; focal: unit of x in the convention, px."""
         self._focal = focal
         self._place = (points_px - np.array(centre)) / focal
         local = self._place - self._place.mean(axis=1, keepdims=True)
@@ -32,14 +32,14 @@ class TakenIn:
         along_x = np.stack([x, y, one, none, none, none, x * x, x * y], axis=-1)
         along_y = np.stack([none, none, none, x, y, one, x * y, y * y], axis=-1)
         table = np.concatenate([along_x, along_y], axis=1)
-        # Four markers make the table's eight columns independent; a pseudo-inverse keeps odd boards from failing.
+        # Four markers make the eight columns independent; a pseudo-inverse also works for unusual boards.
         self._table, self._inverse = table, np.linalg.pinv(table)
 
     def px(self, strength: float, frames: NDArray[np.int64] | slice) -> Array:
-        """How far the points of these frames are bent away from where they would be without it, (T, N, 2) px.
+        """Displacement of the points of these frames by the distortion, (T, N, 2) px.
 
-        A distortion belongs to the place where a point would have been without it, so it is sought step by step: of 0.1
-        the first step leaves 3 %, and the third nothing.
+        A distortion refers to the undistorted place of a point, so it is found by iteration: for a strength of 0.1, the
+        first step leaves an error of 3 %, and the third none.
         """
         seen, table, inverse = self._place[frames], self._table[frames], self._inverse[frames]
         bent = np.zeros_like(seen)

@@ -1,12 +1,12 @@
-"""How well a plane's poses explain points and a focal length near those that they were found for.
+"""Fast reprojection errors of a plane's poses, for points and a focal length near those of known poses.
 
-A film-wide search asks this two hundred times, so it is written for that: the normal matrix of one place serves all
-places nearby, and poses are the last axis of every array, as NumPy is fast along a long last axis.  It costs a tenth of
-`plane_pose.moved_poses` and tells the same errors (a test holds it).  The gradient is each place's own: with that of
-one place too, poses would stop beside the best ones, and the film's error bars come out up to 4 % too small.
+A film-wide search needs this two hundred times, so it is written for speed: one normal matrix serves all values nearby,
+and poses are the last axis of every array, because NumPy is fast along a long last axis.  It costs a tenth of
+`plane_pose.moved_poses` and gives the same errors (a test checks it).  The gradient is computed anew for each value;
+otherwise poses would stop beside the best ones, and error bars would be up to 4 % too small.
 
-Convention: as `plane_pose`; the plane is z = 0, so a pose is three columns: what the camera sees of a step along the
-plane's x and along its y, and the shift.
+Convention: as `plane_pose`; the plane is z = 0, so a pose has three columns: the plane's x axis and its y axis in
+    camera axes, and the shift.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from numpy.typing import NDArray
 from moireid.verifier.camera.plane_pose import MOST_TURN_RAD, PlanePoses, normal_matrices
 
 Array = NDArray[np.float64]
-#: Each step leaves a twentieth to a fifth of what was wrong, and a misfit at its bottom goes with the square of what is
-#: left: after three the error bars of a film at 2 m are right within 0.1 %.
+#: Each step leaves a twentieth to a fifth of the error, and the misfit near its minimum grows with the square of that.
+#: After three steps the error bars of a film at 2 m are right within 0.1 %.
 STEPS = 3
-#: Along a valley poses go a long way, and a search that they lag behind stops on its way.
+#: More steps for a joint search along a valley, where poses move far; if they lag behind, the search stops early.
 WHOLE_STEPS = 6
 
 
 class NearPoses:
-    """Poses that are known, and what turns a gradient near them into a step."""
+    """Known poses, and the matrices that turn a gradient near them into a step."""
 
     def __init__(self, plane: Array, poses: PlanePoses) -> None:
-        """Parameters: plane (N, 3) with z = 0; poses: the best ones; M = 2 T are both of all frames."""
+        """Parameters: plane (N, 3) with z = 0; poses: the best ones; M = 2 T, both poses of all frames."""
         frames = len(poses.error_px)
         self._better = poses.error_px.argmin(axis=1)
         self._plane = np.column_stack([plane[:, :2], np.ones(len(plane))])
@@ -38,31 +38,31 @@ class NearPoses:
         self._solver = np.ascontiguousarray(solver.transpose(2, 3, 1, 0)).reshape(6, 6, 2 * frames)
 
     def least_error_px(self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]) -> Array:
-        """Reprojection error of the better pose of each frame, (T,) px, once the poses have followed.
+        """Reprojection error of the better pose of each frame, (T,) px, after the poses are updated.
 
         Parameters: points_px (T, N, 2), near those of the poses; focal: `zoom` times that of the poses.
-        Returns: infinity where both poses see the plane from behind.
+        Returns: infinity if both poses see the plane from behind.
         """
-        left, depth = self._left_over(points_px, zoom, focal, centre, STEPS)
+        left, depth = self._residuals(points_px, zoom, focal, centre, STEPS)
         error = np.sqrt((left**2).sum(axis=0).mean(axis=0))
         error[(depth.min(axis=0) <= 0) | ~np.isfinite(error)] = np.inf
         return np.asarray(error.reshape(2, -1).min(axis=0))
 
-    def left_over_px(self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]) -> Array:
-        """What each frame's better pose leaves unexplained, (T, 2 N) px.
+    def residuals_px(self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]) -> Array:
+        """Residuals of each frame's better pose, (T, 2 N) px.
 
-        Parameters: as `least_error_px`.  Convention: the better pose is that of the poses themselves, so that what is
-        left is smooth in all that is asked for.
+        Parameters: as `least_error_px`.  Convention: the better pose is chosen at the known poses, so that the
+            residuals are smooth functions of the parameters.
         """
-        left, _ = self._left_over(points_px, zoom, focal, centre, WHOLE_STEPS)
+        left, _ = self._residuals(points_px, zoom, focal, centre, WHOLE_STEPS)
         frames = np.arange(len(self._better))
         chosen = left.reshape(2, left.shape[1], 2, -1)[:, :, self._better, frames]
         return np.asarray(chosen.reshape(-1, len(frames)).T)
 
-    def _left_over(
+    def _residuals(
         self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float], steps: int
     ) -> tuple[Array, Array]:
-        """Residuals (2, N, M) px and depths (N, M) once the poses have followed."""
+        """Residuals (2, N, M) px and depths (N, M) after the poses are updated."""
         seen = np.tile(((points_px - np.array(centre)) / focal).transpose(2, 1, 0), 2)
         columns = self._columns.copy()
         columns[2, 2] *= zoom
@@ -73,10 +73,10 @@ class NearPoses:
         return focal * (flat - seen), depth
 
     def _gradient(self, columns: Array, seen: Array) -> Array:
-        """Half of the gradient of the squared residuals by a turn before the shift and by the shift, (6, M).
+        """Half of the gradient of the squared residuals by a rotation (before the shift) and by the shift, (6, M).
 
-        Source: derivatives as in `plane_pose`; a turn's is the moment of the shift's about the plane's origin, and a
-        point is a sum of the columns, so moments of the plane's own coordinates do.
+        Source: derivatives as in `plane_pose`; the derivative by rotation is the moment of that by shift about the
+            plane's origin, computed from moments of the plane's coordinates, as a point is a sum of the columns.
         """
         flat, depth = self._projected(columns)
         force = np.empty((3, *depth.shape))
@@ -93,9 +93,9 @@ class NearPoses:
 
 
 def _stepped(columns: Array, step: Array) -> Array:
-    """Poses (3, 3, M) after a turn and a shift, (6, M).
+    """Poses (3, 3, M) after a rotation and a shift, (6, M).
 
-    Source: Cayley's form of a turn, exact as a rotation, whose angle differs from `step` by a twelfth of its cube.
+    Source: Cayley's form, which is an exact rotation; its angle differs from `step` by a twelfth of its cube.
     """
     turn, shift = step[:3], step[3:]
     turn = turn * np.minimum(1.0, MOST_TURN_RAD / np.maximum(np.abs(turn).max(axis=0), 1e-12))

@@ -1,8 +1,8 @@
-"""Where the camera was, in the badge's own frame: focal length, rolling shutter, distortion, and one pose a frame.
+"""Where the camera was relative to the badge: focal length, rolling shutter, distortion, and one pose per frame.
 
-A plane seen in perspective tells the tilt only through small second differences of its corners, so the pose is the
-weak signal of the whole method.  Three things make it good enough: registered corners; focal length, shutter time and
-distortion solved over the whole film; and smoothing at the end.
+The tilt of a plane shows only in small second differences of its corners, so the pose is the weakest part of the
+method.  Three things make it good enough: registered corners; focal length, shutter time and distortion estimated over
+the whole film; and smoothing at the end.
 
 Convention: page millimetres, x right, y down, z into the page; the camera's z is negative.  The parallax coordinate
 of the page is u = Cx / |Cz| with Cx counted from the point looked at.
@@ -19,18 +19,18 @@ from moireid.verifier.camera.plane_pose import PlanePoses, tangent_error
 from moireid.verifier.camera.self_calibration import FilmWide
 
 Array = NDArray[np.float64]
-#: Change of the focal length's logarithm, and of the distortion, by which their effect on the poses is told.
+#: Change of the focal length's logarithm, and of the distortion, to measure their effect on the poses.
 PROBE = 0.003
 
 
 @dataclass(frozen=True)
 class CameraFit:
-    """Camera centres (T, 3) page mm, and what was solved over the film.
+    """Camera centres (T, 3) page mm, and the parameters estimated over the film.
 
     reprojection_px: root mean square over corners, (T,); focal_sd_px: standard deviation, 0 where the focal length
-    was given; shutter_s: first to last row; tangent_sd: what the errors of focal length and distortion make of the
-    spread of the parallax coordinates along x and y, as a share; tangent_error: standard deviation of one frame's
-    parallax coordinates along x and y, from what its pose leaves unexplained; bend_k1, bend_sd: radial distortion.
+    was given; shutter_s: time from first to last row; tangent_sd: error of the spread of the parallax coordinates along
+    x and y from focal length and distortion, as a share; tangent_error: standard deviation of one frame's parallax
+    coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion.
     """
 
     camera_mm: Array
@@ -53,7 +53,7 @@ def fit_camera(
     *,
     focal_px: float | None = None,
 ) -> CameraFit:
-    """Poses of all frames, with focal length (unless given), rolling shutter and distortion solved over the film.
+    """Poses of all frames, with focal length (unless given), rolling shutter and distortion estimated over the film.
 
     Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising.
     Convention: module docstring; the principal point is the picture's centre.
@@ -64,7 +64,7 @@ def fit_camera(
     film.solve()
     final = film.all_poses()
     camera, errors = _choose(final)
-    # Focal length and distortion err together: what one makes too wide the other mostly makes too narrow.
+    # Errors of focal length and distortion are correlated: one mostly cancels the other.
     probes = PROBE * np.eye(2)
     stretch = np.column_stack(
         [np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes]
@@ -86,11 +86,11 @@ def fit_camera(
 
 
 def _choose(poses: PlanePoses) -> tuple[Array, Array]:
-    """Camera centres (T, 3) and errors (T,): where both poses fit alike, the one that continues its neighbours'."""
+    """Camera centres (T, 3) and errors (T,); if both poses fit alike, the one nearer to its neighbours."""
     centres, frames = poses.camera, np.arange(len(poses.error_px))
     better = poses.error_px.argmin(axis=1)
     best, other = poses.error_px[frames, better], poses.error_px[frames, 1 - better]
-    # Twice the error is five standard deviations of what two spare residuals do by chance.
+    # For two redundant residuals, twice the error is five standard deviations away, which excludes chance.
     doubtful = other < 2.0 * best
     sure = np.flatnonzero(~doubtful)
     if len(sure):
@@ -103,7 +103,7 @@ def _choose(poses: PlanePoses) -> tuple[Array, Array]:
 
 
 def _stretch(camera: Array, other: Array) -> tuple[float, float]:
-    """How much wider the other course of tangents is than this one, along x and y, as a share of it; signed."""
+    """Relative change of the spread of tangents from this path to the other, along x and y; signed."""
     shares = []
     for axis in (0, 1):
         here, there = (c[:, axis] / c[:, 2] - np.mean(c[:, axis] / c[:, 2]) for c in (camera, other))

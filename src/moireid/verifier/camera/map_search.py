@@ -1,4 +1,4 @@
-"""Film-wide unknowns by least misfit: one alone, or several that share a valley.
+"""Film-wide unknowns by least misfit: one alone, or several that are strongly correlated.
 
 Convention: a misfit is a function from the unknown to the reprojection errors of all frames, (T,) px.
 """
@@ -14,19 +14,19 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 #: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
 SPARE_PER_FRAME = 2
-#: Steps of a joint search at most, and the share of an unknown's own step by which its slope is told.
+#: Most steps of a joint search, and the share of an unknown's step used for finite differences.
 MOST_STEPS, PROBE = 12, 0.05
-#: A joint search ends where a step gains less than this of chi-square.
+#: A joint search ends when a step reduces chi-square by less than this.
 LEAST_GAIN = 0.01
 
 
 def minimise(
     errors_px: Callable[[float], Array], low: float, high: float, prior: float, prior_sd: float
 ) -> tuple[float, float]:
-    """Place of least misfit and prior together, and its standard deviation, by a parabola through the best three.
+    """Value of least misfit plus prior, and its standard deviation, by a parabola through the best three.
 
-    The misfit of a frame is Cauchy's, log(1 + e^2/s^2) with s the median error at the best place: frames that were
-    shaken or half hidden count little.  Near the bottom it is a chi-square of `SPARE_PER_FRAME` residuals a frame.
+    The misfit of a frame is Cauchy's, log(1 + e^2/s^2), with s the median error at the best value: shaken or
+    half-hidden frames count little.  Near the minimum it is a chi-square of `SPARE_PER_FRAME` residuals per frame.
     """
     tried: dict[float, Array] = {float(place): errors_px(float(place)) for place in np.linspace(low, high, 12)}
     step = (high - low) / 11
@@ -56,10 +56,10 @@ def minimise(
 def posterior(
     errors_px: Callable[[float], Array], low: float, high: float, prior: float, prior_sd: float, spare: int
 ) -> tuple[float, float]:
-    """Mean and standard deviation of an unknown that the errors hardly tell, over a grid of 21 places.
+    """Posterior mean and standard deviation of a poorly determined unknown, over a grid of 21 values.
 
-    Parameters: spare: residuals a frame.
-    Source: misfit as in `minimise`, of which a shallow one has more than one bottom, so none is sought.
+    Parameters: spare: redundant residuals per frame.
+    Source: misfit as in `minimise`; a shallow misfit may have several minima, so the mean is taken instead.
     """
     places = np.linspace(low, high, 21)
     tried = [errors_px(float(place)) for place in places]
@@ -72,7 +72,7 @@ def posterior(
 
 
 def _misfit(errors_px: Array, scale: float) -> float:
-    """Cauchy's misfit of all frames; one whose pose could not be found is very wrong, not endlessly."""
+    """Cauchy's misfit of all frames; a frame without a pose counts as a large but finite error."""
     bounded = np.minimum(np.nan_to_num(errors_px, nan=np.inf), 1e3 * scale)
     return float(np.sum(np.log1p((bounded / scale) ** 2)))
 
@@ -81,7 +81,7 @@ def _misfit(errors_px: Array, scale: float) -> float:
 class Unknown:
     """An unknown: its bounds, its prior, and a step that is small for it.
 
-    heavy: the prior's tails are Student's t of three degrees and not normal: mostly near, sometimes far.
+    heavy: the prior is Student's t with three degrees of freedom instead of normal: mostly near, sometimes far.
     """
 
     low: float
@@ -92,33 +92,33 @@ class Unknown:
     heavy: bool = False
 
     def near(self, place: float, steps: float) -> Unknown:
-        """The same, bound to so many of its steps about a place."""
+        """The same unknown, bounded to `steps` of its steps around `place`."""
         reach = steps * self.step
         return replace(self, low=max(self.low, place - reach), high=min(self.high, place + reach))
 
     def curve(self, place: float) -> tuple[float, float]:
-        """Half of the cost's slope, and half of its curvature as Gauss-Newton takes it."""
+        """Half of the cost's slope, and half of its Gauss-Newton curvature."""
         apart = (place - self.prior) / self.prior_sd
         weight = 4 / 3 / (1 + apart**2 / 3) if self.heavy else 1.0
         return weight * apart / self.prior_sd, weight / self.prior_sd**2
 
     def cost(self, place: Array) -> Array:
-        """Twice the negative logarithm of the prior, but for a constant."""
+        """Twice the negative logarithm of the prior, up to a constant."""
         apart = ((place - self.prior) / self.prior_sd) ** 2
         return 4.0 * np.log1p(apart / 3.0) if self.heavy else apart
 
 
 def minimise_together(
-    left_over_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown], scale_px: float
+    residuals_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown], scale_px: float
 ) -> tuple[Array, Array]:
-    """Places of least misfit, and their covariance.
+    """Values of least misfit, and their covariance.
 
-    Parameters: left_over_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
-        unknowns; start (N,): near the minimum; scale_px: error of a usual frame, s in the misfit.
+    Parameters: residuals_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
+        unknowns; start (N,): near the minimum; scale_px: error of a typical frame, s in the misfit.
     Returns: (N,) and (N, N).
-    Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  Focal length, shutter and distortion
-        share a valley that is long and narrow: whoever seeks them one at a time, or by the misfit's values alone, stops
-        on its way, with an error bar for the valley's width instead of its length.
+    Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  The misfit of focal length, shutter and
+        distortion is a long, narrow valley.  A search of one at a time, or without slopes, stops before the minimum,
+        and its error bar is the valley's width instead of its length.
     """
     low, high, step = (np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high", "step"))
 
@@ -130,9 +130,9 @@ def minimise_together(
         return SPARE_PER_FRAME / (1 + square), SPARE_PER_FRAME * float(np.log1p(square).sum())
 
     def bounded(at: Array) -> Array:
-        # A frame whose pose could not be found is very wrong, not endlessly.
+        # A frame without a pose counts as a large but finite error.
         most = 1e3 * scale_px
-        return np.clip(np.nan_to_num(left_over_px(at), nan=most, posinf=most, neginf=-most), -most, most)
+        return np.clip(np.nan_to_num(residuals_px(at), nan=most, posinf=most, neginf=-most), -most, most)
 
     place = np.clip(np.asarray(start, float), low, high)
     left = bounded(place)
@@ -140,7 +140,7 @@ def minimise_together(
     cost, damping = misfit + priors(place), 1e-3
     bend = np.diag([1 / u.prior_sd**2 for u in unknowns])
     for _ in range(MOST_STEPS):
-        # Towards the middle of the bounds, so that a step to tell the slope never leaves them.
+        # Towards the middle of the bounds, so that finite differences never leave them.
         probe = PROBE * step * np.where(place > (low + high) / 2, -1.0, 1.0)
         moves = zip(np.diag(probe), probe, strict=True)
         slopes = np.stack([(bounded(place + move) - left) / size for move, size in moves])

@@ -1,11 +1,11 @@
 """Poses of a known plane in many frames at once.
 
-A plane seen from afar has two poses that explain it almost alike, mirror images in tilt; both are kept until the end.
-All frames are refined together in arrays, because a film-wide search asks for them some thirty times.
+A distant plane has two poses that fit almost equally well, with opposite tilts; both are kept until the end.  All
+frames are refined together in arrays, because a film-wide search needs them some thirty times.
 
 Convention: points (N, 3) of the plane in its own frame; rotation plane -> camera; OpenCV's camera axes.
-Source: start by infinitesimal plane-based pose estimation (Collins and Bartoli, 2014, as OpenCV has it); refinement
-by Gauss-Newton on the reprojection error.
+Source: start by infinitesimal plane-based pose estimation (Collins and Bartoli, 2014, in OpenCV); refinement by
+    Gauss-Newton on the reprojection error.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 STEPS = 6
-#: A share of the normal matrix's diagonal is added to it, so that a frame of poor geometry takes small steps.
+#: This share of the normal matrix's diagonal is added to it, so that a frame of poor geometry takes small steps.
 DAMPING = 1e-6
-#: No true step turns by more than a radian; one that would has left the basin of its pose.
+#: Largest rotation in one step; a larger one would leave the basin of its pose.
 MOST_TURN_RAD = 0.5
 
 
@@ -45,7 +45,7 @@ class PlanePoses:
 
 
 def start_poses(plane: Array, points_px: Array, focal: float, centre: tuple[float, float]) -> PlanePoses:
-    """Both poses of every frame from nothing, refined; points_px (T, N, 2)."""
+    """Both poses of every frame without a start value, refined; points_px (T, N, 2)."""
     matrix = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]])
     rotation, translation = np.empty((len(points_px), 2, 3, 3)), np.empty((len(points_px), 2, 3))
     for frame, points in enumerate(np.ascontiguousarray(points_px)):
@@ -65,13 +65,13 @@ def moved_poses(
     centre: tuple[float, float],
     steps: int = STEPS,
 ) -> PlanePoses:
-    """Poses at another focal length `focal`, `zoom` times that of `poses`, or for points that moved a little."""
+    """Poses at another focal length `focal`, which is `zoom` times that of `poses`, or for slightly moved points."""
     nearer = poses.translation * np.array([1.0, 1.0, zoom])
     return refine_poses(plane, points_px, focal, centre, poses.rotation, nearer, steps)
 
 
 def tangent_error(poses: PlanePoses, plane: Array, focal: float, frames: int = 9) -> tuple[float, float]:
-    """Standard deviation of Cx/Cz and Cy/Cz of one frame, from what the poses leave unexplained.
+    """Standard deviation of Cx/Cz and Cy/Cz of one frame, from the reprojection errors.
 
     Convention: the median over some frames spread over the film.
     Source: covariance sigma^2 (J'J)^-1 of least squares, with sigma from the two residuals that a homography has more
@@ -133,7 +133,7 @@ def refine_poses(
 
 
 def normal_matrices(plane: Array, poses: PlanePoses) -> Array:
-    """Of the least squares of each pose by turn and shift, (T, 2, 6, 6), in normalised picture coordinates."""
+    """Normal matrices of each pose by rotation and shift, (T, 2, 6, 6), in normalised picture coordinates."""
     turned = _turned(poses.rotation, plane)
     flat, near = _projected(turned, poses.translation)
     return _normal(np.empty((*flat.shape[:2], 6, 2, len(plane))), turned, flat, near)[1]
@@ -149,8 +149,8 @@ def _normal(jacobian: Array, turned: Array, flat: Array, near: Array) -> tuple[A
 
 
 def _turned(rotation: Array, plane: Array) -> Array:
-    """The plane's points turned into camera axes, before the shift, (T, 2, 3, N)."""
-    # One product of tall tables is ten times faster than one of small ones a pose.
+    """The plane's points rotated into camera axes, before the shift, (T, 2, 3, N)."""
+    # One product of tall matrices is ten times faster than many small ones.
     return np.asarray((rotation.reshape(-1, 3) @ plane.T).reshape(*rotation.shape[:-1], len(plane)))
 
 
@@ -161,10 +161,10 @@ def _projected(turned: Array, translation: Array) -> tuple[Array, Array]:
 
 
 def _fill_jacobian(jacobian: Array, turned: Array, flat: Array, near: Array) -> None:
-    """Derivatives by a small turn before the shift and by the shift, of u and v, (T, 2, 6, 2, N).
+    """Derivatives of u and v by a small rotation (before the shift) and by the shift, (T, 2, 6, 2, N).
 
-    Source: those of u = x/z by the camera point are p = (1, 0, -u) / z, and by a small turn of it the cross product of
-    the turned point with p; likewise of v = y/z.
+    Source: the derivative of u = x/z by the camera point is p = (1, 0, -u) / z, and by a small rotation it is the cross
+        product of the rotated point with p; likewise for v = y/z.
     """
     x, y, z = (turned[..., k, :] * near for k in range(3))
     u, v = flat[..., 0, :], flat[..., 1, :]

@@ -1,11 +1,11 @@
 """What is the same in all frames of a film: focal length, rolling-shutter time, and radial distortion.
 
-1. Which way does the shutter run through the picture?  Told at its usual time.
+1. In which direction does the shutter run through the picture?  Tested at its usual time.
 2. Shutter time alone, then focal length alone, each from its prior.
 3. All together.
-4. A focal length far from its prior is asked for again with the camera held to a steady course (`steady`).
-
-Convention: as `camera`; the distortion is solved in units of the guessed focal length, and told in those of the found.
+4. If the focal length is far from its prior, estimate it again on a steady camera path (`steady_path`).
+Convention: as `fit`; distortion is estimated in units of the guessed focal length, and returned in units of the found
+    one.
 Source: maximum a posteriori over reprojection error.
 """
 
@@ -36,20 +36,20 @@ from moireid.verifier.limits import (
 )
 
 Array = NDArray[np.float64]
-#: The joint search goes so many of its unknowns' steps from settled poses at most, and begins anew from where it came
-#: to, until it moves by less than this share of a step.
+#: A joint search moves by at most this many steps from settled poses, and then starts again from its result; until it
+#: moves by less than this share of a step; most repetitions.
 NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
-#: Within this of the logarithm of the focal length, poses are near those that were refined already.
+#: Within this change of the focal length's logarithm, refined poses are still near.
 NEARBY_ZOOM = 0.15
-#: Frames that the film-wide unknowns are solved on; a long film has more than enough.
+#: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
 
 
 class FilmWide:
     """The film-wide unknowns of registered pages.
 
-    focal: px; shutter_s: first to last row; bend: distortion in units of the guessed focal length; covariance (2, 2):
-    of the focal length's logarithm, 0 where it was given, and the distortion.
+    focal: px; shutter_s: time from first to last row; bend: distortion in units of the guessed focal length; covariance
+    (2, 2): of the focal length's logarithm (0 if it was given) and the distortion.
     """
 
     def __init__(
@@ -60,14 +60,14 @@ class FilmWide:
         image_px: tuple[int, int],
         focal_px: float | None,
     ) -> None:
-        """Parameters: as `camera.fit_camera`."""
+        """Parameters: as `fit.fit_camera`."""
         self._points, self._times = points_px, times_s
         self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         self._velocity = _velocity_px_s(points_px, times_s)
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
-        # Programs turn films, so the shutter may run down, right, up or left through the picture as it is now.
-        self._directions = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
+        # Programs rotate films, so the shutter may run down, right, up or left.
+        self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
         self._rows = self._directions[0]
         self._chosen = np.unique(np.linspace(0, len(points_px) - 1, min(SOLVE_FRAMES, len(points_px))).astype(int))
         self._long_side, self._given = max(image_px), focal_px is not None
@@ -105,28 +105,28 @@ class FilmWide:
             log_focal, _ = minimise(lambda x: self._errors(log_focal=x), *zoom)
             self.focal = math.exp(log_focal)
             if abs(log_focal - middle) > 0.1:
-                # Far from the guessed focal length all ways of the shutter looked alike, so it is asked for again.
+                # Far from the guessed focal length all shutter directions look alike, so the direction is tested again.
                 self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
         self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
         if not self._given and abs(math.log(self.focal) - middle) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG:
             self._solve_steadily(zoom, Unknown(*shutter, 0.003))  # 4
 
     def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
-        """Focal length where it is unknown, shutter and distortion, ever nearer."""
+        """Estimate shutter, distortion and, if unknown, focal length, by repeated joint searches."""
         bend = Unknown(-DISTORTION_MAX_K1, DISTORTION_MAX_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
         unknowns, k = (*zoom, shutter, bend), len(zoom)
 
-        def left_over(at: Array) -> Array:
+        def residuals(at: Array) -> Array:
             focal = math.exp(at[0]) if zoom else self.focal
             points = self._flat(self._chosen, shutter_s=float(at[k]), bend=float(at[k + 1]))
-            return self._near.left_over_px(points, focal / self._start_focal, focal, self._centre)
+            return self._near.residuals_px(points, focal / self._start_focal, focal, self._centre)
 
         for _ in range(MOST_SETTLED):
             self._settle()
             before = np.array([math.log(self.focal)] * k + [self.shutter_s, self.bend])
             usual = float(np.median(self._errors())) or 1e-9
             near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before, strict=True)]
-            place, covariance = minimise_together(left_over, before, near, usual)
+            place, covariance = minimise_together(residuals, before, near, usual)
             if zoom:
                 self.focal = math.exp(place[0])
                 self.covariance = covariance[np.ix_([0, 2], [0, 2])]
@@ -137,7 +137,7 @@ class FilmWide:
                 break
 
     def _solve_steadily(self, zoom: tuple[float, float, float, float], shutter: Unknown) -> None:
-        """The focal length by misfit with a steady course; where it is another one, the rest is solved for again."""
+        """Estimate the focal length on a steady path; if it changes, estimate the rest again."""
         found = math.log(self.focal)
 
         def errors(log_focal: float) -> Array:
@@ -154,11 +154,11 @@ class FilmWide:
         self.covariance[0, 0] = log_sd**2
 
     def all_poses(self) -> PlanePoses:
-        """Poses of all frames with what was found."""
+        """Poses of all frames with the estimated parameters."""
         return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre)
 
     def moved(self, poses: PlanePoses, off: Array) -> PlanePoses:
-        """The same poses where what `covariance` is of, in its order, were off by so much."""
+        """The poses if the parameters of `covariance`, in its order, changed by `off`."""
         zoom = math.exp(off[0])
         points = self._flat(slice(None), bend=self.bend + off[1])
         return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._centre)
@@ -166,7 +166,7 @@ class FilmWide:
     def _flat(
         self, frames: NDArray[np.int64] | slice, *, shutter_s: float | None = None, bend: float | None = None
     ) -> Array:
-        """Points as a pinhole without a rolling shutter would have seen them."""
+        """Points as seen by a pinhole camera without a rolling shutter."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds
         return np.asarray(self._points[frames] - self._bends.px(bent, frames) - rolled)
@@ -174,7 +174,7 @@ class FilmWide:
     def _errors(
         self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None
     ) -> Array:
-        """Reprojection errors (T,) px of the chosen frames; what is not given is as found so far."""
+        """Reprojection errors (T,) px of the chosen frames; parameters not given keep their present estimate."""
         focal = self.focal if log_focal is None else math.exp(log_focal)
         points = self._flat(self._chosen, shutter_s=shutter_s, bend=bend)
         zoom = focal / self._start_focal
@@ -183,14 +183,14 @@ class FilmWide:
         return self._near.least_error_px(points, zoom, focal, self._centre)
 
     def _settle(self) -> None:
-        """Begin from what was found so far."""
+        """Refine the poses at the present estimates, as the start of the next search."""
         zoom = self.focal / self._start_focal
         points = self._flat(self._chosen)
         self._start = moved_poses(self._start, self.plane, points, zoom, self.focal, self._centre)
         self._start_focal, self._near = self.focal, NearPoses(self.plane, self._start)
 
     def _likeliest_rows(self) -> Array:
-        """The way in which the shutter runs, told at its usual time."""
+        """The likeliest direction of the shutter, tested at its usual time."""
         tried = []
         for direction in self._directions:
             self._rows = direction
@@ -202,8 +202,8 @@ class FilmWide:
 def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
     """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, 0 beside gaps.
 
-    Registered points are good to some hundredths of a pixel, so they are interpolated and not smoothed: differences
-    over several frames would cut the corners of a hand's tremor, and the shutter would come out longer than it is.
+    Registered points are exact to some hundredths of a pixel, so they are interpolated and not smoothed: smoothing
+    would flatten a hand's tremor, and the shutter time would be overestimated.
     """
     velocity = np.zeros_like(points_px)
     for stretch in unbroken(times_s, GAP_S):
@@ -218,8 +218,8 @@ def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
 
 
 def _apart(clock: Array, least_s: float) -> list[int]:
-    """Places of times that lie so far apart: a file may repeat a time, or hold two that nearly agree, and a spline
-    through both would tell an endless velocity.
+    """Indices of times that are at least `least_s` apart: a file may have two times that are equal or nearly so, and a
+    spline through both would give a huge velocity.
     """
     kept = [0]
     for place in range(1, len(clock)):

@@ -1,6 +1,6 @@
-"""Smoothing the camera's course over time, as far as a hand's own motion allows.
+"""Smoothing the camera's path over time, without removing a hand's motion.
 
-Convention: as `camera`.
+Convention: as `fit`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from scipy.ndimage import gaussian_filter1d
 from moireid.verifier.limits import SMOOTHED_ERROR_RATIO, STRAY_MEDIANS_RATIO, STRAY_PX
 
 Array = NDArray[np.float64]
-#: Two frames further apart than this tell no velocity, and are not smoothed into one another.
+#: Frames further apart than this are not smoothed together, and give no velocity.
 GAP_S = 0.15
-#: Cut-offs of smoothing.  A hand's path is slower than 2 Hz, of which the lowest leaves 83 %, and of 1 Hz 99 %.
+#: Cut-offs of smoothing.  A hand's path is slower than 2 Hz; the lowest cut-off keeps 83 % at 2 Hz and 99 % at 1 Hz.
 CUT_OFFS_HZ = (3.0, 4.0, 6.0, 9.0, 14.0)
 
 
@@ -28,9 +28,9 @@ def unbroken(times_s: Array, gap_s: float, numbers: NDArray[np.int64] | None = N
 
 
 def frame_s(times_s: Array, gap_s: float = GAP_S) -> float:
-    """Mean time from one frame to the next, gaps left out; `gap_s` where there is nothing else.
+    """Mean time from one frame to the next without gaps; `gap_s` if there are only gaps.
 
-    The mean and not the median: a file may tell each time thrice, and the median would then be nothing.
+    The mean, as the median would be 0 if a file gives each time three times.
     """
     steps = np.diff(times_s)
     steps = steps[steps <= gap_s]
@@ -38,16 +38,16 @@ def frame_s(times_s: Array, gap_s: float = GAP_S) -> float:
 
 
 def _rising(times_s: Array) -> Array:
-    """Times that rise strictly, as splines need; a file may repeat one."""
+    """Strictly rising times, which splines need; a file may repeat a time."""
     return np.asarray(np.maximum.accumulate(times_s) + 1e-7 * np.arange(len(times_s)))
 
 
-def without_strays(camera_mm: Array, reprojection_px: Array, times_s: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Camera centres (T, 3), those of misregistered frames put where their neighbours are, and which frames are good.
+def without_outliers(camera_mm: Array, reprojection_px: Array, times_s: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Camera centres (T, 3) with those of misregistered frames interpolated, and which frames are good.
 
-    A page that was registered a module off, in a shaken frame say, leaves many times more unexplained than any other;
-    smoothing would drag its neighbours along.
-    Convention: good are residuals of at most `STRAY_MEDIANS_RATIO` medians, or `STRAY_PX`.
+    A page that is registered one module off, for example in a shaken frame, has a far larger reprojection error than
+    others; smoothing would spread its error to its neighbours.
+    Convention: a frame is good if its error is at most `STRAY_MEDIANS_RATIO` medians, or `STRAY_PX`.
     """
     good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS_RATIO * float(np.median(reprojection_px)))
     if good.all() or not good.any():
@@ -59,7 +59,7 @@ def without_strays(camera_mm: Array, reprojection_px: Array, times_s: Array) -> 
 
 
 def slow_part(series: Array, times_s: Array, spread_s: float, numbers: NDArray[np.int64] | None = None) -> Array:
-    """A series without what is fast, (T,): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
+    """The slow part of a series, (T,): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
     slow = np.empty_like(series)
     for stretch in unbroken(times_s, GAP_S, numbers):
         slow[stretch] = gaussian_filter1d(
@@ -75,12 +75,12 @@ def smooth_camera(
     vague: Array | None = None,
     numbers: NDArray[np.int64] | None = None,
 ) -> Array:
-    """Camera centres smoothed over time, (T, 3); tangent_error: of one frame, as `CameraFit` has it; vague
-    (T, 2): by how many times a frame errs more, None where none does.
+    """Camera centres smoothed over time, (T, 3); tangent_error: of one frame, as in `CameraFit`; vague (T, 2): factor
+    on the error of each frame, None if all are 1.
 
-    The direction of the camera is noisy, its distance is not; so the tangents Cx/Cz and Cy/Cz and the distance are
-    smoothed apart.  How much is chosen from the film itself by generalised cross-validation among a few cut-offs, none
-    so low that a hand's own motion would be eaten.
+    The direction of the camera is noisy and its distance is not, so the tangents Cx/Cz and Cy/Cz and the distance are
+    smoothed separately.  Generalised cross-validation on the film chooses one of a few cut-offs.  None of them is low
+    enough to remove a hand's motion.
     Convention: as `CameraFit`.
     Source: natural cubic smoothing spline (Woltring 1986 uses it for body motion the same way), whose response to a
     frequency f is 1 / (1 + (f / cut-off)^4).
@@ -97,10 +97,10 @@ def smooth_camera(
 
 
 def _smooth(clock: Array, values: Array, explained: float, weights: Array | None = None) -> Array:
-    """The smoothing spline of the lowest cut-off, if it leaves no more than `explained` (RMS).
+    """The smoothing spline of the lowest cut-off if its RMS residual is at most `explained`.
 
-    Else that of the cut-off which predicts left-out samples best.  Errors that last over some frames would deceive
-    cross-validation, which takes them for motion; up to `explained` they are taken for errors.
+    Otherwise that of the cut-off which predicts left-out samples best.  Cross-validation alone would take errors that
+    last over some frames for motion; up to `explained` they count as errors.
     """
     count, length = len(clock), float(clock[-1] - clock[0])
     best: tuple[float, Array] | None = None

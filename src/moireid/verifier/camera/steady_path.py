@@ -1,13 +1,13 @@
-"""Does a steady course of the camera ask for this focal length?
+"""The misfit of a focal length if the camera moves on a steady path.
 
-A badge that is seen from straight ahead, by a camera that moves along and does not turn, tells its focal length
-hardly at all.  But the longer the focal length, the freer are the tilts of single frames to fit the noise of their
-pictures, so the least misfit over free tilts runs away, by 30 units of chi-square on films made outside at three
-times the true one.  A hand cannot jump from tilt to tilt: with the camera's direction held to a smooth course, the
-misfit of such a film is flat and that of others as sharp as before.
+If a badge is seen from the front by a camera that shifts but does not rotate, its focal length is poorly determined.
+The longer the focal length, the more freely the tilt of each frame can fit noise.  So the least misfit over free tilts
+lies at a far too long focal length: lower by 30 units of chi-square at three times the true one, in films by an outside
+simulator.  A hand cannot jump from tilt to tilt.  On a smooth path the misfit of such a film is flat, and that of other
+films is as sharp as before.
 
 Convention: as `plane_pose`; the direction is that of the tangents Cx/Cz and Cy/Cz in the plane's frame.
-Source: Gauss-Newton over turn and distance, the direction given.
+Source: Gauss-Newton over rotation and distance for a given direction.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 
 Array = NDArray[np.float64]
-#: What is faster than this is taken for noise of the tilt: a hand's path is slower.
+#: Faster changes of the direction count as noise: a hand's path is slower.
 CUT_OFF_HZ = 3.0
 STEPS = 5
-#: A picture of a plane has eight degrees of freedom; a turn and a distance take four of them.
+#: A picture of a plane has eight degrees of freedom; rotation and distance take four of them.
 SPARE = 4
 
 
@@ -33,7 +33,7 @@ def steady_errors_px(
 ) -> Array:
     """Reprojection errors (T,) px of poses whose direction is smoothed over time.
 
-    Parameters: poses: the best ones without that; points_px (T, N, 2); times_s (T,), rising.
+    Parameters: poses: the best ones without smoothing; points_px (T, N, 2); times_s (T,), rising.
     """
     frames, better = np.arange(len(poses.error_px)), poses.error_px.argmin(axis=1)
     rotation, camera = poses.rotation[frames, better], poses.camera[frames, better]
@@ -46,7 +46,7 @@ def steady_errors_px(
         local = plane @ rotation.swapaxes(-1, -2) + (towards * far[:, None])[:, None]
         flat = local[..., :2] / local[..., 2:]
         residual = (flat - seen).reshape(len(frames), -1)
-        # A turn is about the camera, so the plane is carried along; a step of distance is a share of it.
+        # A rotation is about the camera, so the plane moves with it; a step of distance is a share of it.
         turns = [np.cross(axis, local) for axis in np.eye(3)]
         moves = [*turns, np.broadcast_to((towards * far[:, None])[:, None], local.shape)]
         table = np.stack(
@@ -60,7 +60,7 @@ def steady_errors_px(
 
 
 def _smooth(values: Array, times_s: Array) -> Array:
-    """The series below `CUT_OFF_HZ`, not across gaps."""
+    """The part of a series below `CUT_OFF_HZ`; never across gaps."""
     smooth = values.copy()
     for stretch in unbroken(times_s, GAP_S):
         if len(stretch) >= 8:

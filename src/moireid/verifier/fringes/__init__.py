@@ -1,6 +1,6 @@
 """The phase of the fringes, measured and predicted.
 
-predicted_phase.py   the phase that the optics say        sinusoid.py      least squares of a fringe on a background
+predicted_phase.py   the phase by the optics              sinusoid.py      least squares of a fringe on a background
 strip_phase.py       beat frequency and phase of one row  block_motion.py  do the parts of a row move alike?
-unwrap.py            phase without jumps of a turn         signals.py       both phases of each grating over the film
+unwrap.py            phase without jumps of a turn        signals.py       both phases of each grating over the film
 """

@@ -1,13 +1,12 @@
-"""Do all places of a strip move alike?  How far the fringes at some place stray from those of the whole strip.
+"""Do all places of a strip move alike?  How far the fringes at one place deviate from those of the whole strip.
 
-A strip's phase is a mean over its length, in which patches that are finer than the strip, each on its own clock,
-cancel. Here the fringe's own shape is learnt from the film, and what a frame leaves of it is turned into a shift of
-phase block by block.  What stands still (dirt, shading, a lens sheet that is not quite even) is no motion and is
-taken away.
+The phase of a strip is a mean over its length.  Small patches that move differently cancel in this mean.  So the shape
+of the fringe is learnt from the film, and the residual of each frame is turned into a phase shift of each block.
+Residuals that stay still (dirt, shading, an uneven lens sheet) are not motion and are removed.
 
 Convention: phases in rad, positive as in `strip_phase`.
-Source: a small shift of phase d adds w'(phase) d to a profile of shape w, so least squares gives the shift of a block
-as the sum of residual times w' over the sum of w'^2; first order in d, which is enough to tell that there is one.
+Source: a small phase shift d adds w'(phase) d to a profile of shape w, so least squares gives the shift of a block as
+    the sum of residual times w' over the sum of w'^2.  This is first order in d, which is enough to detect a shift.
 """
 
 from __future__ import annotations
@@ -23,17 +22,17 @@ from moireid.verifier.fringes.strip_phase import StripPhase
 from moireid.verifier.limits import PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
 
 Array = NDArray[np.float64]
-#: Blocks of a strip: 7 mm of a badge 80 mm wide, where a few millimetres are the finest that a camera at 2 m tells.
+#: Blocks of a strip: 7 mm each on a badge 80 mm wide; a camera at 2 m resolves a few millimetres.
 BLOCKS = 12
 HARMONICS = 5
 
 
 def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s: Array) -> float:
-    """How far blocks of a strip stray from the strip, root mean square over blocks and time, rad.
+    """Deviation of the blocks from their strip, root mean square over blocks and time, rad.
 
     Parameters: profiles (T, N) counts; law: of the same frames and samples; found: the strip as it was measured;
         times_s (T,).
-    Returns: 0 where there are no fringes.
+    Returns: 0 if there are no fringes.
     Source: module docstring.
     """
     turned = law.phase_rad(found.frequency_per_mm) + found.phase_rad[:, None]
@@ -54,7 +53,7 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
     if not weight.sum() > 0:
         return 0.0
     shift = correlated / np.maximum(information, 1e-12)
-    # The whole strip's own motion is the signal; a block's own constant is a sheet that is not quite even.
+    # Remove the motion that all blocks share (the signal), and the constant of each block (an uneven sheet).
     for axis in (1, 0):
         total = weight.sum(axis=axis, keepdims=True)
         shift = shift - (weight * shift).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0)
@@ -62,5 +61,5 @@ def places_apart_rad(profiles: Array, law: StripLaw, found: StripPhase, times_s:
 
 
 def _averaged(series: Array, frames: int) -> Array:
-    """The mean over so many frames around each, (T, B)."""
+    """Moving mean over `frames` frames, (T, B)."""
     return np.asarray(uniform_filter1d(series, frames, axis=0, mode="nearest"))

@@ -1,4 +1,4 @@
-"""What the optics say the fringes must do, from where the camera was.
+"""The fringe phase that the optics predict from the camera's place.
 
 Convention: page millimetres; the sight line through the page point X (rectified on the *page's* plane, where the
 markers are) has tangent tan = (X - C) / |Cz| and crosses the lens plane at x = X - g tan.  With s(tan) the traced
@@ -41,16 +41,16 @@ class StripLaw:
         return 2 * np.pi * along
 
     def whole_phase_rad(self, frequency_per_mm: float) -> Array:
-        """Predicted phase over the strip, (T, N), less the constants that assembly decides."""
+        """Predicted phase over the strip, (T, N), up to the constants that depend on assembly."""
         return np.asarray(2 * np.pi * (self.fixed + frequency_per_mm * self.per_frequency))
 
     def middle_phase_rad(self, frequency_per_mm: float) -> Array:
-        """Predicted phase at the strip's middle, (T,), less the constants that assembly decides."""
+        """Predicted phase at the strip's middle, (T,), up to the constants that depend on assembly."""
         return np.asarray(2 * np.pi * (self.fixed_middle + frequency_per_mm * self.per_frequency_middle))
 
 
 def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
-    """In which frames every strip is seen within the table of the law, (T,); beyond it the table's edge would stand in.
+    """Frames in which every strip is seen within the table of the law, (T,); beyond it only the edge value is known.
 
     Convention: camera_mm (T, 3), page millimetres.
     """
@@ -65,7 +65,7 @@ def within_law(strips: Sequence[Strip], camera_mm: Array) -> NDArray[np.bool_]:
 
 
 def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
-    """The law of one strip for camera centres (T, 3), as the module docstring has it.
+    """The law of one strip for camera centres (T, 3).
 
     Convention and source: module docstring.  The table is traced for the grating's nominal pitch; over the pitches
     of one badge s changes by 0.5 %.
@@ -76,12 +76,11 @@ def strip_law(badge: Badge, strip: Strip, camera_mm: Array) -> StripLaw:
     distance = np.abs(camera_mm[:, 2:3])
     tangent = (places[None, :] - camera_mm[:, strip.axis, None]) / distance
     across = (strip.across_mm - camera_mm[:, 1 - strip.axis, None]) / distance
-    # Along a strip the law is smooth, so five look-ups a frame and a parabola of their offsets would do; the table
-    # is cheap enough to be asked at every tenth sample and interpolated in between.
+    # The law is smooth along a strip, so 24 look-ups per frame and linear interpolation are enough.
     coarse = np.linspace(0, len(places) - 2, 24).astype(int)
     shift_coarse = law.phase_rad(tangent[:, coarse], across) * pitch_mm / (2 * np.pi)
     shift = np.stack([np.interp(places, places[coarse], row) for row in shift_coarse])
-    # Counted from the grating's middle, where the lines of all cells meet, so that phases of cells can be compared.
+    # Measured from the grating's middle, where the lines of all cells meet, so that phases of cells can be compared.
     rect = badge.gratings[strip.grating].rect_mm
     middle_mm = (rect[strip.axis] + rect[strip.axis + 2]) / 2
     lens_x = places[None, :] - middle_mm - badge.lens.thickness_mm * tangent

@@ -1,7 +1,8 @@
-"""From the track to two signals: the fringe phase measured, and the phase that the optics predict.
+"""From the track to two signals: the measured fringe phase, and the phase that the optics predict.
 
-Each strip is measured apart; then all strips of a grating become one signal, weighted by their Fisher information
-(one over the variance of a phase).  A strip's own offset is a nuisance: it depends on how the sheet was laid.
+Each strip is measured by itself.  Then all strips of a grating are combined into one signal, weighted by their Fisher
+information (one over the variance of a phase).  The offset of a strip is a nuisance parameter: it depends on how the
+sheet was laid.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.smoothing import smooth_camera, without_strays
+from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
 from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
@@ -45,16 +46,16 @@ Array = NDArray[np.float64]
 class GratingSignal:
     """One grating over the frames used, all (T,) but where said.
 
-    times_s: of the frames; stretch: the number of each frame's stretch (`camera.stretches`), rising, all 0 if nothing
-    else is given; measured_rad: fringe phase, unwrapped, and predicted_rad: from the optics, both of mean 0 in each;
-    phase_sd_rad: error bar of measured, infinite in frames that tell nothing; pose_sd_rad: what the pose's error
-    makes of the prediction, after smoothing; strip_residual_rad (S,): how far each strip wanders from the common
-    signal, root mean square; place_residual_rad (S,): how far places along each strip wander from it (`within`);
-    tangent_sd: what the errors of focal length and distortion make of the spread of the parallax along the grating's
-    axis, as a share; covariates (T, 2): the camera's parallax along the other axis, and one over its distance, 1/mm,
-    where they are known; strip_sd_rad (S,): error bar of each strip's phase, the median over its frames; rounding_rad:
-    what rounding to whole counts makes of a place, the median over its strips; covered_share: of strips and frames in
-    which something that is no fringe lies over them.
+    times_s: of the frames; stretch: the number of each frame's stretch (`camera.stretches`), rising, all 0 if none is
+    given; measured_rad: fringe phase, unwrapped, and predicted_rad: from the optics, both with mean 0 in each stretch;
+    phase_sd_rad: error bar of the measured phase, infinite in unreadable frames; pose_sd_rad: error of the prediction
+    from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
+    place_residual_rad (S,): deviation of places along each strip from it (`block_motion`); tangent_sd: error of the
+    spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
+    camera's parallax along the other axis, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
+    each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
+    median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
+    frames whose markers do not lie as on a flat page, so that their poses are left out.
     """
 
     measured_rad: Array
@@ -69,6 +70,7 @@ class GratingSignal:
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
     rounding_rad: float = 0.0
     covered_share: float = 0.0
+    stray_share: float = 0.0
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
@@ -79,9 +81,9 @@ class GratingSignal:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Everything measured of a film: camera, strips, and a signal a grating.
+    """Everything measured in a film: camera, strips, and one signal per grating.
 
-    strips, predictions_rad: one a strip of the track; None for rows of phase cells, which are read with the identity.
+    strips, predictions_rad: one per strip of the track; None for rows of phase cells, which are read with the identity.
     """
 
     camera: CameraFit
@@ -96,8 +98,8 @@ class Measurement:
 def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     """Measure a track of at least a few frames.
 
-    Parameters: focal_px: focal length in pixels where it is known, else it is solved for.
-    Convention: phases as `predicted_phase`; only the badge's layout is looked at where it carries a code.
+    Parameters: focal_px: focal length in pixels if it is known; otherwise it is estimated.
+    Convention: phases as `predicted_phase`; of a badge with a code only the layout is used.
     Returns: Measurement.
     Source: `camera.fit`, `predicted_phase`, `strip_phase`, and the combination in `_combine`.
     """
@@ -107,14 +109,15 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     mapped = np.einsum("tij,nj->tni", track.homographies, homogeneous)
     points_px = mapped[..., :2] / mapped[..., 2:]
     camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px)
-    raw_mm, good = without_strays(camera.camera_mm, camera.reprojection_px, track.times_s)
+    raw_mm, good = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s)
+    stray_share = float(np.mean(~good))
     good &= ~page_covered(track.correlations)
     numbers = stretch_numbers(track.times_s, raw_mm[:, :2] / raw_mm[:, 2:])
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague, numbers)
     posed = time.perf_counter()
     strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
     enlarged = _small_marker_factor(points_px)
-    poses = _Poses(camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good, numbers)
+    poses = _Poses(camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good, numbers, stray_share)
     gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     phases = tuple(strip.phase if strip else None for strip in strips)
@@ -134,7 +137,7 @@ def page_covered(correlations: Array) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Strip:
-    """One uniform strip: its phase, the predicted one (T,), and how far places along it stray, rad."""
+    """One uniform strip: measured phase, predicted phase (T,), and deviation of places along it, rad."""
 
     phase: StripPhase
     predicted_rad: Array
@@ -143,11 +146,11 @@ class _Strip:
 
 @dataclass(frozen=True)
 class _Poses:
-    """What the gratings share: the camera's course, and how good it is.
+    """What all gratings share: the camera's path and its errors.
 
-    camera_mm (T, 3), smoothed; page_mm (N, 2): of the markers' corners; jitter (2,): of the parallax coordinates about
-    their smoothed course; enlarged: as `_small_marker_factor`; good (T,): frames that were registered well;
-    stretch (T,): as `camera.stretches.stretch_numbers`.
+    camera_mm (T, 3), smoothed; page_mm (N, 2): the markers' corners; jitter (2,): standard deviation of the parallax
+    coordinates about the smoothed path; enlarged: as `_small_marker_factor`; good (T,): well-registered frames;
+    stretch (T,): as `camera.stretches.stretch_numbers`; stray_share: as in `GratingSignal`.
     """
 
     camera: CameraFit
@@ -157,10 +160,11 @@ class _Poses:
     enlarged: float
     good: NDArray[np.bool_]
     stretch: NDArray[np.int64]
+    stray_share: float
 
 
 def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) -> _Strip | None:
-    """One strip of a track, None for a row of phase cells, which is read with the identity."""
+    """One strip of a track; None for a row of phase cells, which is read with the identity."""
     strip = track.strips[index]
     if not strip.uniform:
         return None
@@ -175,7 +179,7 @@ def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) ->
 def _grating_signal(
     track: Track, badge: Badge, index: int, strips: Sequence[_Strip | None], poses: _Poses
 ) -> GratingSignal:
-    """The signal of one grating from all its strips, with the error bars that its poses give it."""
+    """The signal of one grating from all its strips, with error bars that include the poses."""
     grating = badge.gratings[index]
     every = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
     own = _uncovered(every)
@@ -188,7 +192,7 @@ def _grating_signal(
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
-        # The film's error is that of its middling frame; of a vaguer one the error bar has the difference.
+        # `pose_sd_rad` is the error of a typical frame; a frame with a worse pose gets a larger error bar.
         vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
         sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
     return replace(
@@ -199,6 +203,7 @@ def _grating_signal(
         covariates=_covariates(poses.camera_mm, poses.page_mm, axis),
         rounding_rad=rounding,
         covered_share=1 - clear / max(len(every), 1),
+        stray_share=poses.stray_share,
     )
 
 
@@ -216,20 +221,20 @@ def _uncovered(strips: list[_Strip]) -> list[_Strip]:
 
 
 def _covariates(camera_mm: Array, page_mm: Array, axis: int) -> Array:
-    """The camera's parallax along the other axis than the fringes', and one over its distance, (T, 2)."""
+    """The camera's parallax along the other axis, and one over its distance, (T, 2)."""
     near = 1 / np.abs(camera_mm[:, 2])
     return np.column_stack([(camera_mm[:, 1 - axis] - page_mm[:, 1 - axis].mean()) * near, near])
 
 
 def _small_marker_factor(corners_px: Array) -> float:
-    """How many times larger than estimated the errors of poses are, from the markers' size; corners_px (T, 16, 2)."""
+    """Factor by which pose errors exceed their estimate, from the markers' size; corners_px (T, 16, 2)."""
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
-    return max(1.0, SMALL_MARKER_PX / max(side, 1.0)) ** SMALL_MARKER_POWER
+    return math.pow(max(1.0, SMALL_MARKER_PX / max(side, 1.0)), SMALL_MARKER_POWER)
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:
-    """Lowest and highest beat frequency that a cell may have: any symbol's where it carries a code, else its own.
+    """Lowest and highest beat frequency that a cell may have: of all symbols for a code, else of this cell.
 
     Convention: signed as `optics.beat_frequency_per_mm`; widened by `PITCH_TOLERANCE_SHARE`.
     """
@@ -243,16 +248,16 @@ def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float
 
 
 def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
-    """Standard deviation of the parallax coordinates (x, y) about their smoothed course, by the median."""
+    """Standard deviation of the parallax coordinates (x, y) about the smoothed path, from the median deviation."""
     wander = raw_mm[:, :2] / raw_mm[:, 2:] - smooth_mm[:, :2] / smooth_mm[:, 2:]
     return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
 
 
 def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
-    """Error of a parallax coordinate after smoothing: some of what wanders from frame to frame, and all that is slow.
+    """Error of a parallax coordinate after smoothing: a share of its fast part, and all of its slow part.
 
-    What a pose leaves unexplained says how large its error is as a whole; what smoothing took away was the fast part.
-    rounding: as `strip_phase.rounding_rad`, since markers and lines are of one ink.
+    whole: the total error, from reprojection errors; wander: its fast part, which smoothing removed; rounding: as
+    `strip_phase.rounding_rad`, since markers and lines are printed with the same ink.
     """
     slow = math.sqrt(max(whole**2 - wander**2, 0.0))
     share = min(1.0, math.hypot(SMOOTHED_SHARE, rounding / ROUNDING_ONLY_RAD))
@@ -270,8 +275,8 @@ def _combine(
 ) -> GratingSignal:
     """One signal from several strips.
 
-    Strips of other pitch move a little faster or slower; `gain` brings each to the mean strip's measure.  Offsets
-    and signal are solved for in turn, on the circle, so that no strip need be unwrapped by itself.
+    Strips of another pitch move a little faster or slower; `gain` scales each to the mean strip.  Offsets and signal
+    are estimated in turn, on the circle, so that no strip must be unwrapped by itself.
     """
     phase = np.array([strip.phase_rad for strip in strips])
     sd = np.array([strip.phase_sd_rad for strip in strips])
@@ -281,7 +286,7 @@ def _combine(
     common = predicted.mean(axis=0)
     power = float(common @ common)
     gain = predicted @ common / power if power > 0 else np.ones(len(strips))
-    # What a hand hides has no phase; its noise would be followed through whole turns.
+    # A covered strip has no phase; unwrapping its noise would add whole turns.
     clear = np.flatnonzero(weight.any(axis=0))
     segments = [clear[part] for part in joined_frames(common[clear], times_s[clear], stretch[clear])]
     signal = unwrap(phase[int(np.argmax(weight.sum(axis=1)))], common, segments)

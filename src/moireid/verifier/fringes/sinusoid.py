@@ -4,8 +4,8 @@ The model of a row of samples is
 
     value = sum_b d_b background_b + Re sum_h c_h exp(i h argument),    h = 1 .. H.
 
-Shapes: rows are (..., N); whatever stands before N (frames, parts of a band) is fitted row by row.  A background is
-(B, N), the same for all rows.  Columns are (..., K, N): the background first, then cos, sin, cos 2, sin 2, ...
+Shapes: rows are (..., N); each row along N is fitted by itself.  A background is (B, N), the same for all rows. Columns
+are (..., K, N): the background first, then cos, sin, cos 2, sin 2, ...
 Units: arguments in rad; coefficients in those of the values.
 Convention: value = contrast cos(argument + phase) has c_1 = contrast exp(i phase), so a phase is positive where the
 fringe is ahead.
@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-#: A ridge of this share of the samples keeps columns that alias onto one another from stopping the solve.
+#: A ridge of this share of the samples keeps the equations solvable if columns alias onto one another.
 RIDGE_SHARE = 1e-9
-#: Samples whose columns are held at a time.
+#: Samples whose columns are in memory at a time.
 PIECE_SAMPLES = 65536
 
 
@@ -31,8 +31,8 @@ PIECE_SAMPLES = 65536
 class Fit:
     """Rows that were fitted one by one.
 
-    background (..., B); harmonics (..., H), complex: c_1 to c_H; left (...): sum of squares of what is left;
-    gram (..., K, K): the normal matrix; samples: N.
+    background (..., B); harmonics (..., H), complex: c_1 to c_H; left (...): residual sum of squares; gram (..., K, K):
+    the normal matrix; samples: N.
     """
 
     background: Array
@@ -42,7 +42,7 @@ class Fit:
     samples: int
 
     def fundamental_variance(self) -> Array:
-        """Variance of the fundamental's cosine, (...,), from what is left of the row; noise of samples independent."""
+        """Variance of the fundamental's cosine, (...,), from the residual of the row; for independent samples."""
         first, unknowns = self.background.shape[-1], self.gram.shape[-1]
         noise = self.left / max(self.samples - unknowns, 1)
         return np.asarray(np.maximum(noise * np.linalg.inv(self.gram)[..., first, first], 0.0))
@@ -65,7 +65,7 @@ def fit_rows(values: Array, argument_rad: Array, harmonics: int, background: Arr
 
 
 def fit_series(values: Array, argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0) -> Complex:
-    """One Fourier series for all samples, c_0 to c_H: `series` of it lies nearest to the values.
+    """The Fourier series, c_0 to c_H, that fits all samples best (evaluate it with `series`).
 
     Parameters: values, argument_rad of one shape, any; harmonic_ridge_share: of the samples, holds c_2 and up near 0.
     Convention and source: module docstring; c_0 is real, the mean level.
@@ -100,7 +100,7 @@ def series_slope(coefficients: Complex, argument_rad: Array) -> Array:
 def fit_columns(argument_rad: Array, harmonics: int, background: Array) -> Array:
     """The columns of the fit, (..., B + 2 H, N): the background, then cosine and sine of each harmonic.
 
-    Source: multiples of an angle by its sum with the one before, which costs no further cosine.
+    Source: angle addition formulas, so that only one cosine and one sine are computed.
     """
     first = len(background)
     *rows, samples = argument_rad.shape

@@ -1,8 +1,8 @@
 """Fringe frequency and phase of a strip, frame by frame, from its brightness profiles.
 
 The profile of a strip is fitted by least squares with a level, a slope, and the fringe with its second and third
-harmonic (the lens focuses, so fringes are closer to square than to sine).  Nothing of the fringes' *motion* enters:
-a forged film gets its own phase, not the one that the optics predict.
+harmonic (the lens focuses, so fringes are closer to square than to sine).  The predicted *motion* is not used: the
+phase is measured as the film shows it, also in a forged film.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from moireid.verifier.limits import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RAT
 from moireid.verifier.tracking.profiles import CODING_POWER
 
 Array = NDArray[np.float64]
-#: Frames that the frequency is searched on; it is one figure for the whole film.
+#: Frames used to search and to refine the frequency, which is one figure for the whole film.
 SEARCH_FRAMES = 32
 REFINE_FRAMES = 64
 BLOCKS = 4
-#: Frames that are fitted at a time.
+#: Frames fitted at a time.
 PIECE_FRAMES = 512
 #: A hand's soft edge is before the strip so many frames longer than it shows.
 COVERED_EDGE_FRAMES = 2
@@ -56,7 +56,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
         and highest signed beat frequency (camera far away) to look for.
     Convention: brightness = level + contrast cos(2 pi f (X - middle) + phase).
     Returns: StripPhase.
-    Source: nonlinear least squares, the linear part solved for exactly (variable projection).
+    Source: nonlinear least squares with the linear part solved exactly (variable projection).
     """
     frequency = _search(profiles, law, length_mm, band_per_mm)
     frequency = _refine(profiles, law, frequency, 0.4 / length_mm, REFINE_FRAMES)
@@ -68,7 +68,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     ]
     spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else np.inf
     harmonics = 3 if abs(frequency) * length_mm >= 1.5 else 1
-    # In pieces, because the columns of the fit are some twenty times the profiles themselves.
+    # In pieces, because the columns of the fit take some twenty times the memory of the profiles.
     pieces = [
         _fit(profiles[some], _part(law, some).phase_rad(frequency), harmonics)
         for some in np.array_split(np.arange(len(profiles)), -(-len(profiles) // PIECE_FRAMES))
@@ -98,12 +98,13 @@ def covered_frames(misfit: Array, contrast: Array) -> NDArray[np.bool_]:
 
 
 def rounding_rad(strip: StripPhase) -> float:
-    """Error of a place of the strip that no mean over time takes away, rad: its picture is told in whole counts.
+    """Phase error of one place of the strip from rounding to whole counts, rad; a mean over time does not reduce it.
 
-    A codec holds such errors as long as little changes, which is what a mean over many frames would need to get rid of
-    them.  They do not fade with the print, so the phase errs by one over the contrast.
-    Returns: the middling one of the clearer half of its frames; 0 where there are no fringes.
-    Source: rounding errs by 1 / sqrt(12) counts; light per count is the derivative of the coding (`profiles`).
+    A codec repeats such errors as long as little changes in the picture.  They are the same for faint print, so the
+    phase error grows as one over the contrast.
+    Returns: the median over the clearer half of the frames; 0 if there are no fringes.
+    Source: rounding has a standard deviation of 1 / sqrt(12) counts; light per count is the derivative of the coding
+        (`profiles`).
     """
     clear = (strip.phase_sd_rad <= np.median(strip.phase_sd_rad)) & (strip.contrast > 0)
     if not clear.any():
@@ -123,7 +124,7 @@ def _spread_out(count: int, most: int) -> NDArray[np.int64]:
 
 
 def _search(profiles: Array, law: StripLaw, length_mm: float, band: tuple[float, float]) -> float:
-    """The strongest frequency of the band, to a fifth of a fringe across the strip."""
+    """The strongest frequency of the band, on a grid of a fifth of a fringe across the strip."""
     frames = _spread_out(len(profiles), SEARCH_FRAMES)
     some = profiles[frames].astype(float)
     line = np.linspace(-1, 1, some.shape[1])
@@ -149,6 +150,6 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
 
 
 def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:
-    """Each frame's profile (T, N) as fringes on a level and a slope."""
+    """Fit each profile (T, N) with fringes on a level and a slope."""
     count = profiles.shape[1]
     return fit_rows(profiles, phase_rad, harmonics, np.stack([np.ones(count), np.linspace(-1, 1, count)]))

@@ -1,6 +1,6 @@
-"""Phase without jumps of a turn: which frames join, and whole turns between those that do not.
+"""Phase unwrapping: segments of frames that join, and the number of whole turns between segments.
 
-Convention: phases in rad, one a frame, (T,); segments are index arrays of frames, in time's order.
+Convention: phases in rad, one per frame, (T,); segments are index arrays of frames, in order of time.
 Source: Itoh's condition: a phase can be unwrapped where neighbours differ by less than half a turn.
 """
 
@@ -19,10 +19,10 @@ Frames = NDArray[np.int64]
 
 
 def joined_frames(predicted_rad: Array, times_s: Array, numbers: Frames | None = None) -> list[Frames]:
-    """Segments of frames in which each frame's phase can be told from the one before.
+    """Segments in which each phase can be unwrapped from the one before.
 
-    numbers (T,): of the frames' stretches, which no segment crosses.
-    They end at gaps, and where the camera went so fast that the optics predict a step of nearly half a turn or more.
+    They end at gaps, and where the predicted phase moves by nearly half a turn or more between two frames;
+    and with each stretch, whose numbers (T,) may be given.
     """
     fast = np.abs(np.diff(predicted_rad)) > MAX_STEP_RAD
     return [
@@ -43,9 +43,9 @@ def numbered(segments: Sequence[Frames], count: int) -> Frames:
 def unwrap(phase_rad: Array, predicted_rad: Array, segments: Sequence[Frames]) -> Array:
     """Phase without jumps of a turn, (T,).
 
-    Within a segment each frame follows the one before, whatever the prediction says.  Whole turns between segments
-    cannot be seen: there the number of turns is taken that lies nearest to the prediction, which gives a forger whole
-    turns a gap and nothing else.  Frames of no segment have no phase, and get the prediction.
+    Within a segment the prediction is not used.  Between segments the number of whole turns is unknown, so the one
+    nearest to the prediction is taken.  A forger gains no more than whole turns per gap from that.  Frames outside all
+    segments have no phase and get the prediction.
     """
     longest = max(segments, key=len, default=np.zeros(0, int))
     if not len(longest):

@@ -1,9 +1,9 @@
-"""Phase cells: how far each cell's fringe is ahead of the uniform rows', over the whole film.
+"""Phase cells: how far each cell's fringe is ahead of the uniform rows, over the whole film.
 
-Every sample of a cell sees level + contrast cos(field + symbol), where the field is that of the uniform rows: their
-measured beat, the view geometry, and their *measured* motion.  So the reading needs no pose to be exact, and holds on
-a film whose fringes move by another law too.  What assembly leaves unknown is solved for: the sheet's offset and twist
-from the uniform rows, and once more from the cells themselves when their symbols are nearly clear.
+Every sample of a cell sees level + contrast cos(field + symbol).  The field is the phase of the uniform rows: their
+measured beat, the view geometry, and their *measured* motion.  So the reading does not need exact poses, and works even
+if the fringes break the law.  Offset and twist of the sheet depend on assembly.  They are estimated from the uniform
+rows, and again from the cells once their symbols are nearly clear.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ from moireid.verifier.tracking.profiles import Strip
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
-#: Left out at a cell's ends, mm, or a fifth of it: there the picture's blur mixes neighbours.
+#: Margin left out at a cell's ends, mm, at most a fifth of the cell: blur mixes neighbours there.
 MARGIN_MM = 1.2
-#: Frames that the fringe's shape is learnt from.
+#: Frames from which the fringe's shape is learnt.
 SHAPE_FRAMES = 48
 
 
-#: Frames that the twist, one figure for the whole film, is sought on.
+#: Frames from which the twist, one figure for the whole film, is estimated.
 TWIST_FRAMES = 128
 
 
 @dataclass(frozen=True)
 class CellPhase:
-    """Phase of one cell against the uniform rows' field, its standard deviation, and its middle, page mm.
+    """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, page mm.
 
-    free_rad: what the phase would be if it need not lie on one of the code's places; moved, power: means over frames
-    and samples of the seen change times the change that the field makes of this symbol, and of its square.
+    free_rad: the phase without the constraint to one of the code's places; moved: mean over frames and samples of the
+    measured change times the change expected of this symbol; power: mean of the expected change squared.
     """
 
     phase_rad: float
@@ -55,9 +55,9 @@ class CellPhase:
 class Field:
     """The uniform rows' field of one grating.
 
-    clock_rad (T,): measured less predicted motion with the sheet's offset; twist_rad_per_mm: phase along the lenses;
-    level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across;
-    read (T,): frames in which a row tells its phase, which others have none to read cells against.
+    clock_rad (T,): measured less predicted motion, with the sheet's offset; twist_rad_per_mm: phase slope along the
+    lenses; level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across; read (T,):
+    frames in which a row shows its phase, without which no cell can be read.
     """
 
     clock_rad: Array
@@ -70,13 +70,13 @@ class Field:
 
 
 def read_cells(track: Track, measurement: Measurement, grating: int, field: Field) -> dict[int, CellPhase]:
-    """Phases of all phase cells of one grating, by cell index, against one of its `uniform_fields`.
+    """Phases of all phase cells of one grating, by cell index, relative to one of its `uniform_fields`.
 
-    Convention: phase positive where the cell's fringe is ahead, that is where its lines are shifted back.
-    Returns: empty where the grating has none.
-    Source: each cell over the sampled frames, all samples, first by itself and then on one of the code's places, for
-    which what the cells have in common, a plane of phase, is taken off.  The sample is
-    bounded, so a long film takes no more time or memory than one of 8 s.
+    Convention: phase positive where the cell's fringe is ahead, which means that its lines are shifted back.
+    Returns: empty if the grating has no phase cells.
+    Source: each cell over the sampled frames, first by itself; then a plane of phase, common to all cells, is
+        subtracted, and each cell is fitted on one of the code's places.  The sample is bounded, so a long film takes no
+        more time or memory than one of 8 s.
     """
     rows = [(k, strip) for k, strip in enumerate(track.strips) if strip.grating == grating and not strip.uniform]
     if not rows:
@@ -98,7 +98,8 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
             value, sd = match_phase(costs[cell])
             sd = math.hypot(sd, CELL_FLOOR_RAD)
             found[cell] = CellPhase(value, sd, float(strip.along_mm[inside].mean()), strip.across_mm)
-    levels = badge.gratings[grating].code.phase_levels or 4  # type: ignore[union-attr]
+    code = badge.gratings[grating].code
+    levels = (code.phase_levels if code else None) or 4
     placed = {}
     for cell, offset in _offsets(found, field, levels).items():
         value, sd = match_symbol(costs[cell], offset, levels)
@@ -116,26 +117,26 @@ def read_cells(track: Track, measurement: Measurement, grating: int, field: Fiel
 
 
 def _motion(seen: Array, phase: Array, shape: Complex, ahead: float) -> tuple[float, float]:
-    """Seen change times expected change, and expected change squared, each about its mean over the film."""
+    """Mean of measured times expected change, and of expected change squared; changes from the film's mean."""
     expected = series(shape, phase + ahead)
     expected = expected - expected.mean(axis=0)
     return float(np.mean(expected * (seen - seen.mean(axis=0)))), float(np.mean(expected**2))
 
 
 def _field_phase(badge: Badge, strip: Strip, camera_mm: Array, field: Field, frames: NDArray[np.int64]) -> Array:
-    """Phase of the uniform rows' field at a strip's samples in some frames, (frames, N)."""
+    """Phase of the field at the samples of a strip in some frames, (frames, N)."""
     law = strip_law(badge, strip, camera_mm[frames])
     along = law.whole_phase_rad(field.frequency_per_mm) + field.clock_rad[frames, None]
     return along + field.twist_rad_per_mm * (strip.across_mm - field.middle_mm)
 
 
 def _in_contrasts(profiles: NDArray[np.float32], field: Field, frames: NDArray[np.int64]) -> Array:
-    """Profiles of some frames about their pictures' level, in units of their contrast, (frames, N)."""
+    """Profiles of some frames minus their level, in units of their contrast, (frames, N)."""
     return np.asarray((profiles - field.level[frames, None]) / np.maximum(field.contrast[frames], 1.0)[:, None])
 
 
 def _shape(track: Track, measurement: Measurement, grating: int, field: Field) -> Complex:
-    """The fringe's shape, learnt from the reference rows, whose beat the cells share."""
+    """The fringe's shape, learnt from the reference rows, which have the same beat as the cells."""
     code = track.badge.gratings[grating].code
     assert code is not None
     read = np.flatnonzero(field.read)
@@ -149,12 +150,12 @@ def _shape(track: Track, measurement: Measurement, grating: int, field: Field) -
 
 
 def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list[Field]:
-    """The fields that a grating's uniform rows may have, the likeliest first.
+    """Possible fields of the uniform rows of a grating, the likeliest first.
 
     Convention: clock + twist (across - middle) + law is the phase of a uniform row anywhere on the grating.
-    Source: circular mean over the rows, weighted by their Fisher information; the twist makes the rows agree most.
-    Rows that lie evenly cannot tell a twist from one that adds a turn from each row to the next; so there may be
-    several, and the code says which is right: with a wrong one whole rows of symbols are wrong.
+    Source: circular mean over the rows, weighted by their Fisher information, for the twist at which the rows agree
+        best.  Evenly spaced rows agree as well with a twist that adds a whole turn per row.  So there may be several
+        fields, and decoding decides: with a wrong one whole rows of symbols are wrong.
     """
     badge = track.badge
     code = badge.gratings[grating].code
@@ -182,10 +183,10 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
 
 
 def _twists(apart: Array, across: Array, weight: Array, most: float) -> list[float]:
-    """Phases per mm across at which the rows agree, best first; those nearly as good as the best.
+    """Twists, rad per mm across, at which the rows agree nearly as well as at the best one, best first.
 
-    apart, weight (rows, T).  The rows' mean in each frame is free, as the clock is sought only then; it must not be
-    taken off before, because rows that a twist has turned against one another may cancel in it.
+    apart, weight (rows, T).  The mean of the rows in each frame is left free.  It must not be subtracted first, because
+    a twist may make the rows cancel in it.
     """
     if len(apart) < 2:
         return [0.0]
@@ -207,7 +208,7 @@ def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
 
 
 def _offsets(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int, float]:
-    """What is left of offset, tilt and beat at each cell: a plane through the distances from the nearest symbol."""
+    """Remaining error of offset, twist and beat at each cell: a plane through the distances to the nearest symbol."""
     cells = list(found.values())
     along = np.array([cell.along_mm for cell in cells])
     place = np.column_stack([np.ones(len(cells)), along - along.mean(), [c.across_mm - field.middle_mm for c in cells]])
@@ -218,7 +219,7 @@ def _offsets(found: dict[int, CellPhase], field: Field, levels: int) -> dict[int
     offset = np.zeros(len(cells))
     for _ in range(3):
         apart = phase - step * np.round(phase / step)
-        # A distance beyond a third of a step may belong to the other symbol, so it has no say.
+        # A distance beyond a third of a step may belong to the next symbol, so it is left out.
         use = weight * (np.abs(apart) < step / 3)
         if np.count_nonzero(use) < 8:
             break

@@ -1,8 +1,8 @@
-"""The badge as built: measured when it is enrolled, and held against that when it is verified.
+"""The badge as built: measured at enrolment, and compared with that at verification.
 
-A copy made of the same files reads the same identity, but its sheet lies elsewhere over the lines: another offset,
-another twist, and where it was printed anew another beat.  Paper drifts with humidity, and that shows in the beat too,
-so the room left for the offset grows with the drift that the beat itself shows.
+A copy made from the same files has the same identity, but its sheet lies differently over the lines: another offset,
+another twist, and another beat if it was printed again.  Paper grows and shrinks with humidity.  That changes the beat
+too, so the tolerance of the offset grows with the measured change of the beat.
 """
 
 from __future__ import annotations
@@ -37,20 +37,20 @@ Built = Literal["original", "copy", "not_known"]
 
 @dataclass(frozen=True)
 class Comparison:
-    """Outcome of holding a film's figures against those of enrolment."""
+    """Outcome of comparing a film's figures with those of enrolment."""
 
     built: Built
     reasons: tuple[Reason, ...]
 
 
 def measure_built(track: Track, measurement: Measurement, invariant: Invariant) -> AsBuilt:
-    """The as-built figures that one film gives.
+    """The as-built figures measured from one film.
 
     Convention: as `AsBuilt`.
     Returns: AsBuilt.
     Raises: DesignError for a board that carries no identity.
-    Source: `cell_phase.uniform_fields` of the first grating that carries a code; the offset is the mean of measured
-        less predicted phase, its error that of the gain over the motion's mean, and what is known to repeat.
+    Source: `cell_phase.uniform_fields` of the first grating that carries a code.  The offset is the mean of measured
+        less predicted phase; its error comes from the scatter over time and from the gain's error times the mean phase.
     """
     badge = track.badge
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
@@ -87,7 +87,7 @@ def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge) -> Comparison
 
     Convention: differences are found less enrolled.
     Returns: Comparison; "not_known" lies between the limits of original and copy.
-    Source: module docstring; limits in standard deviations of what repeats, widened by the drift that paper may have.
+    Source: module docstring; limits in standard deviations of the repeatability, plus the possible drift of paper.
     """
     index = next(k for k, grating in enumerate(badge.gratings) if grating.code)
     rect, axis = badge.gratings[index].rect_mm, 0 if badge.gratings[index].axis == "x" else 1

@@ -1,4 +1,4 @@
-"""Whose badge is it: decode the cells without looking at any claim, then compare."""
+"""Whose badge is it: decode the cells without using the claim, then compare."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ IdentityVerdict = Literal["match", "mismatch", "unreadable", "not_claimed"]
 class Identity:
     """Outcome of the identity test; beat periods of the reference cell in page mm.
 
-    beats_agree: whether the rows' beats are those of the decoded id, None where no row could be read; partial: the
-    word where none could be decoded; cell_motion: as `Reading` has it.
+    beats_agree: whether the rows' beats belong to the decoded id, None if no row is readable; partial: the symbols
+    read, if they cannot be decoded; cell_motion: as in `Reading`.
     """
 
     verdict: IdentityVerdict
@@ -63,11 +63,11 @@ class Identity:
 
 @dataclass(frozen=True)
 class Reading:
-    """What the cells of all gratings say; decoded and fields belong to those that carry a code.
+    """The readings of all cells; decoded and fields belong to the gratings that carry a code.
 
-    cells: one reading a cell, by grating; fields: of the uniform rows, by grating, as they decode; cell_motion: how
-    far the cells' fringes change with those of the rows, 1 where they move as one, 0 for a picture of cells, None
-    where there are none.
+    cells: one reading per cell, by grating; fields: of the uniform rows, by grating, as used for decoding; cell_motion:
+    change of the cells' fringes relative to that expected from the rows: 1 if they move together, 0 for a still picture
+    of cells, None if it cannot be measured.
     """
 
     decoded: Decoded | None
@@ -80,7 +80,7 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
     """Decode the gratings that carry a code.
 
     Convention: only the layout of the track's badge is used.
-    Source: where the uniform rows leave several fields open, that with which a payload decodes; else the likeliest.
+    Source: if several fields are possible, the first with which a payload decodes; otherwise the likeliest.
     """
     badge = track.badge
     coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
@@ -97,7 +97,7 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
             return Reading(None, cells, {})
         every = [cell for found in shifted.values() for cell in found.values()]
         power = sum(cell.power for cell in every)
-        # Where the rows hardly move, so should the cells, and nothing can be told.
+        # If the rows hardly move, so should the cells, and the comparison means nothing.
         motion = (
             sum(cell.moved for cell in every) / power
             if power > MIN_CELL_CHANGE_CONTRASTS2 * max(len(every), 1)
@@ -114,10 +114,10 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
 
 
 def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | None) -> Identity:
-    """Decode, then compare with the claim; `claimed_id` None asks for the decoding alone.
+    """Decode, then compare with the claim; with `claimed_id` None only decode.
 
-    Convention: the score is the distance of the symbols from confusion: 1 where each lies on its place, 0 where the
-    worst one that was used is as near to its neighbour; negative for another identity.
+    Convention: the score is the margin of the worst symbol used: 1 if it lies on its place, 0 if it is as near to the
+        next place; negative for another identity.
     """
     reading, badge = read_identity(track, measurement), track.badge
     decoded, readings = reading.decoded, reading.cells
@@ -142,7 +142,7 @@ def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | 
 
 
 def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
-    """Whether the identity was read off fringes that move, and not off a picture of them between live rows."""
+    """Whether the fringes of the cells move; a still picture of cells between genuine rows is a forgery."""
     if motion is None or found is None:
         return ()
     level: Level = "pass" if motion >= CELLS_MOVE_RATIO else "fail" if motion <= CELLS_STAND_RATIO else "undecided"
@@ -156,7 +156,7 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
 def _compare(
     decoded: Decoded | None, found: str | None, claimed_id: str | None
 ) -> tuple[IdentityVerdict, Reason, float | None]:
-    """Verdict, reason and score of what was read against what is claimed."""
+    """Verdict, reason and score from the identity read and the identity claimed."""
     if decoded is None and claimed_id is not None:
         text = f"{claimed_id} is claimed, but this badge carries no code that could confirm it."
         return "unreadable", Reason("identity", "undecided", None, claimed_id, "", text), 0.0
@@ -189,10 +189,10 @@ def _compare(
 def _cell_readings(
     track: Track, measurement: Measurement, index: int, shifted: dict[int, CellPhase]
 ) -> list[CellReading]:
-    """One reading a cell of a grating; a uniform cell's strips are taken together, weighted by their error bars.
+    """One reading per cell of a grating; the strips of a uniform cell are averaged, weighted by their error bars.
 
-    A row that fits its fringes far worse than the others is covered in part: what covers it stands still and biases
-    its beat alike in all parts of the film, so that no error bar tells; it counts as not read.
+    A row with a far larger phase error than the others is partly covered.  The cover stays still and biases the beat
+    alike in all parts of the film, so the error bar of the beat does not show it.  Such a row counts as unread.
     """
     clearest = min((float(np.median(p.phase_sd_rad)) for p in measurement.strips if p is not None), default=math.inf)
     readings = []

@@ -1,8 +1,8 @@
 """The shape of a fringe, and the phase of a cell that sees only part of one.
 
-A lens that focuses shows fringes closer to square than to sine, and a small cell on a film with little motion sees
-less than one period of it; a sine fitted to such a piece is wrong by tenths of a radian.  So the shape is learnt from
-the uniform rows, which see all of it, and every cell is compared with that shape at all phases.
+A lens in focus makes fringes closer to a square wave than to a sine.  In a film with little motion, a small cell shows
+less than one period, and a sine fitted to it is wrong by tenths of a radian.  So the shape is learnt from the uniform
+rows, which show all of it, and each cell is compared with that shape at all phases.
 
 Convention: brightness = level + contrast w(phase); w has mean 0 and a fundamental cos(phase) of amplitude 1.
 """
@@ -28,7 +28,7 @@ from moireid.verifier.limits import (
 
 Array = NDArray[np.float64]
 HARMONICS = 5
-#: Phases at which a cell is compared; a parabola goes between them.
+#: Phases at which a cell is compared; a parabola interpolates between them.
 GRID = 96
 TURNS: Array = 2 * np.pi * np.arange(GRID) / GRID
 
@@ -38,24 +38,24 @@ def learn_waveform(seen: Array, phase: Array) -> Complex:
 
     Parameters: seen (..., ): brightness in units of contrast about the level; phase: of each, same shape, rad.
     Convention: c_1 is real and 1; c_0 is 0, as the level belongs to the picture.
-    Source: least squares with a light ridge, so that harmonics that were hardly seen stay small.
+    Source: least squares with a small ridge, so that poorly determined harmonics stay small.
     """
     shape = fit_series(seen, phase, HARMONICS, harmonic_ridge_share=0.01)
     shape[0] = 0.0
     # The fundamental defines phase and contrast; turning the other harmonics with it keeps the shape.
     turn, size = np.angle(shape[1]), np.abs(shape[1])
-    return shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9)
+    return np.asarray(shape * np.exp(-1j * turn * np.arange(HARMONICS + 1)) / max(size, 1e-9))
 
 
 def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> Array:
-    """How little a cell fits the shape at each of `GRID` phases by which it may be ahead of the field, in nats.
+    """Misfit of a cell to the shape at each of `GRID` phases ahead of the field, in nats.
 
-    Parameters: seen, phase (T, n); inflation: by which neighbouring samples' noise is more than independent.
-    Convention: seen = level + contrast w(phase + ahead), with level and contrast near 0 and 1; a difference of costs
-        is the logarithm of how much likelier one phase is.
-    Returns: (GRID,), all 0 where there are too few samples.
+    Parameters: seen, phase (T, n); inflation: factor by which noise exceeds that of independent samples.
+    Convention: seen = level + contrast w(phase + ahead), with level and contrast near 0 and 1; a difference of costs is
+        the logarithm of a likelihood ratio.
+    Returns: (GRID,), all 0 if there are too few samples.
     Source: least squares over level and contrast, each within bounds; the sums over samples at all phases follow from
-        the moments sum exp(i h phase) and sum seen exp(i h phase).  A misfit is held against noise and
+        the moments sum exp(i h phase) and sum seen exp(i h phase).  The misfit is relative to noise and
         `SHAPE_ERROR_CONTRASTS`.
     """
     values, angle = seen.ravel(), phase.ravel()
@@ -80,7 +80,7 @@ def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> A
         determinant = a11 * a22 - total_w**2
         contrast = np.clip((b2 * a11 - b1 * total_w) / determinant, *CELL_CONTRAST_RANGE_RATIO)
         level = np.clip((b1 - contrast * total_w) / a11, -CELL_MAX_LEVEL_CONTRASTS, CELL_MAX_LEVEL_CONTRASTS)
-        # Least squares within bounds: where the level stands at one, the contrast is sought again beside it.
+        # Least squares within bounds: if the level is clipped, the contrast is estimated again for it.
         contrast = np.clip((b2 - level * total_w) / a22, *CELL_CONTRAST_RANGE_RATIO)
         misfit = (
             total_vv
@@ -95,8 +95,8 @@ def match_cost(seen: Array, phase: Array, shape: Complex, inflation: float) -> A
 def match_phase(cost: Array) -> tuple[float, float]:
     """The phase of least cost, and its standard deviation.
 
-    Source: a parabola through the least and its neighbours; the error bar is that of its curvature, or of the next
-    best phase beyond a half symbol where that is nearly as good.  Returns: (0, infinity) where no phase is better.
+    Source: a parabola through the least cost and its neighbours.  The error bar comes from its curvature, or from a
+        rival phase beyond half a symbol if that is nearly as good.  Returns: (0, infinity) if all phases are alike.
     """
     best = int(np.argmin(cost))
     before, here, after = cost[best - 1], cost[best], cost[(best + 1) % GRID]
@@ -111,11 +111,11 @@ def match_phase(cost: Array) -> tuple[float, float]:
 
 
 def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]:
-    """The phase less `offset` of a cell that must lie on one of `levels` places, and its standard deviation.
+    """The phase minus `offset` of a cell that lies on one of `levels` places, and its standard deviation.
 
-    A cell that shows one plateau alone leaves its phase open by half a radian or more to both sides; but of the
-    places where it can lie only one is on that plateau.  So each place is tried with what is left of offset and tilt
-    (`SYMBOL_PLACE_SD_RAD`), and the error bar tells how much worse the next place is.
+    A cell that shows only one plateau leaves its phase open by half a radian or more to both sides, but only one of the
+    code's places lies on that plateau.  So each place is tried, with the remaining error of offset and twist
+    (`SYMBOL_PLACE_SD_RAD`).  The error bar shows how much worse the next place is.
     """
     off = TURNS - offset
     step = 2 * np.pi / levels
@@ -130,7 +130,7 @@ def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]
     bend = float(before - 2 * here + after)
     if bend <= 1e-12:
         return 0.0, math.inf
-    # On a border between places the neighbour belongs to the other one; the parabola must not leave the place.
+    # At the border between two places the neighbour belongs to the other one, so the shift is limited.
     shift = float(np.clip((before - after) / (2 * bend), -0.5, 0.5)) if bend > 0 else 0.0
     value = TURNS[at] + (2 * np.pi / GRID) * shift - offset
     curve_sd = 2 * np.pi / GRID / math.sqrt(bend)
@@ -138,7 +138,7 @@ def match_symbol(cost: Array, offset: float, levels: int) -> tuple[float, float]
 
 
 def rival_sd(nats: float) -> float:
-    """Standard deviation at which a phase a symbol away would be less likely by so many nats."""
+    """Standard deviation at which a phase one symbol away would be less likely by `nats`."""
     return (np.pi / 2) / math.sqrt(2 * max(nats, 1e-6))
 
 

@@ -1,4 +1,4 @@
-"""A live check: prompts that nobody knows before.
+"""A live check: random prompts that the person must follow.
 
 challenge.py  prompts, and whether they were followed     clock.py  when a live frame was taken
 session.py    a live session, of frames and events

@@ -1,12 +1,12 @@
-"""The live challenge: prompts that nobody knows before they are due, and whether the badge followed them in time.
+"""The live challenge: random prompts, shown only when they are due, and whether the badge followed them in time.
 
-A clip that was made before shows true fringes, but not the motion that is asked for now.  So moves are drawn at random,
-each with a random time, and told only when due.  Each must begin after its prompt and soon, go the right way far
-enough, and start from rest.
+A clip that was recorded earlier may show genuine fringes, but not the motion requested now.  So moves and their times
+are drawn at random, and each prompt is shown only when it is due.  Each move must begin soon after its prompt, go far
+enough in the right direction, and start from rest.
 
 Convention: left and right are those of the person who holds the badge.  Places are in *amounts*, (T, 3): to the
-person's left, up, and nearer, where 1 is what a prompt asks for at least.  They are told from a picture that is turned
-back if it was mirrored, and need no focal length: a place across is px over px/mm, a distance a ratio of scales.
+    person's left, up, and nearer; 1 is the least motion that a prompt requires.  They are measured in the unmirrored
+    picture, and need no focal length: a place across is px over px/mm, a distance a ratio of scales.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from moireid.verifier.timeline import Spans
 
 Array = NDArray[np.float64]
 Place = tuple[int, int, int]  #: Steps to the person's left, up, and nearer.
-#: What may be asked for, and which way it goes; "face" is no way but a place.
+#: The possible moves: axis and sign of each.  "face" is missing because it is a place and not a direction.
 WAYS = {"left": (0, 1), "right": (0, -1), "up": (1, 1), "down": (1, -1), "nearer": (2, 1), "farther": (2, -1)}
 FACE = "face"
 WORDS = {
@@ -38,35 +38,35 @@ WORDS = {
     "farther": "Take it farther from the camera",
     FACE: "Hold it across your face",
 }
-#: One amount: sideways, upright, and as the ratio of distances: half of what is asked for, as nobody measures.  A
-#: laptop's picture is half as high as it is wide.
+#: One amount: sideways, upright, and as a ratio of distances.  It is half of what the prompt says, as people do not
+#: measure.  A laptop's picture is half as high as it is wide.
 SIDEWAYS_MM, UPRIGHT_MM, AMOUNT_RATIO = 100.0, 50.0, 1.12
-#: A move begins where the badge leaves its place by this share of an amount, and a rest stays within it: a hand wanders
-#: by a centimetre.
+#: A move begins when the badge leaves its place by this share of an amount; at rest it stays within it: a hand moves by
+#: a centimetre at rest.
 BEGUN = 0.25
-#: While it goes the prompted way by an amount, it goes no other way by more than this share of that.
+#: While the badge moves in the prompted direction, it may move across by at most this share of that.
 ASTRAY = 0.75
-#: A move begins no sooner after its prompt than people can react, and no later than this; it is done by `DONE_S`.
-#: People need 0.2 s to react to what they see and half a second to read a word; the rest is for the way of a picture.
+#: A move begins at earliest and at latest this long after its prompt, and ends within `DONE_S`.  People need 0.2 s to
+#: react to what they see and half a second to read a word; the rest is for the delay of the picture.
 SOONEST_S, LATEST_S, DONE_S = 0.15, 2.0, 3.0
-#: Before a prompt the badge rests for so long.
+#: Before a prompt the badge must rest for this long.
 REST_S = 0.5
-#: From one prompt to the next: time to be done and at rest again, and as much again at random.
+#: Time between two prompts, drawn at random between these: the least is enough to finish and rest.
 LEAST_GAP_S, MOST_GAP_S = 3.6, 6.4
-#: The badge stays before the face for so long, and the next prompt comes so much later.
+#: The badge must stay in front of the face for this long, and the next prompt comes later by this time.
 HOLD_S = 1.2
-#: Moves of a challenge, one of which is across the face, and of how many at least go sideways: without, the fringes of
-#: most badges hardly move, and tell nothing.
+#: Moves of a challenge, one of them across the face, and the least number that go sideways: without these, the fringes
+#: of most badges hardly move and cannot be judged.
 MOVES, SIDEWAYS = 6, 2
-#: Amounts a second that no hand makes, 1.5 m sideways, told over no less than the time of a camera's frame.
+#: Amounts per second that no hand reaches (1.5 m sideways), measured over at least the time of a camera's frame.
 MOST_SPEED, FRAME_S = 15.0, 1 / 24
-#: Fewer frames than this tell no rest.
+#: Frames needed to detect rest.
 MIN_FRAMES = 4
 
 
 @dataclass(frozen=True)
 class Prompt:
-    """One move and when it is asked for, s on the clock of the track."""
+    """One move and the time of its prompt, s on the clock of the track."""
 
     move: str
     at_s: float
@@ -74,7 +74,8 @@ class Prompt:
 
 @dataclass(frozen=True)
 class Course:
-    """Where the badge was: times_s (T,), rising; place (T, 3) in amounts; before_face (T,): whether it overlapped."""
+    """The badge's path: times_s (T,), rising; place (T, 3) in amounts; before_face (T,): whether it covered the
+    face."""
 
     times_s: Array
     place: Array
@@ -82,11 +83,11 @@ class Course:
 
 
 def place_of(page: Array, middle_mm: Array, image_px: tuple[int, int]) -> Array:
-    """Where the badge is, (3,), in amounts, from a homography page mm -> px; only differences of it mean anything.
+    """Place of the badge, (3,), in amounts, from a homography page mm -> px; only differences have a meaning.
 
     Convention: module docstring; the picture's centre is the view axis.
-    Source: weak perspective: the larger singular value of the homography's Jacobian is focal length over distance,
-    however the page is turned.
+    Source: weak perspective: the larger singular value of the homography's Jacobian is focal length over distance, for
+        any rotation of the page.
     """
     x, y, w = page @ (*middle_mm, 1.0)
     px = np.array([x, y]) / w
@@ -99,10 +100,10 @@ def place_of(page: Array, middle_mm: Array, image_px: tuple[int, int]) -> Array:
 def draw_prompts(start_s: float, chance: random.Random | None = None, *, moves: int = MOVES) -> list[Prompt]:
     """A challenge: `moves` prompts, the first at `start_s` or somewhat later.
 
-    Parameters: chance: where it comes from; the system's own generator, but in tests.
-    Convention: moves lead at most one amount off the middle along each way, so they stay in view; each allowed one is
-    as likely as the other; the one across the face comes at any place but the first.  Challenges with fewer than
-    `SIDEWAYS` moves to a side are drawn anew.
+    Parameters: chance: the random generator; None, except in tests: that of the system.
+    Convention: moves lead at most one amount away from the middle along each axis, so the badge stays in view; all
+        allowed moves are equally likely; the one across the face is never the first.  A challenge with fewer than
+        `SIDEWAYS` moves to a side is drawn again.
     """
     chance = chance or secrets.SystemRandom()
     asked = _drawn_moves(chance, moves)
@@ -128,11 +129,11 @@ def _sideways(move: str) -> bool:
 
 
 def allowed(place: Place) -> list[str]:
-    """Moves, but across the face, that stay in view from a place on the grid of amounts.
+    """Moves (other than across the face) that stay in view from a place on the grid of amounts.
 
-    Up is asked for from below alone: up from the middle leads before the face by itself, and "across your face" would
-    then ask for no move.  Near the camera the picture is not high enough for more than the middle, and nobody is sent
-    nearer while the badge is up or down.
+    "up" is allowed only from below: from the middle it leads to the face, and "across your face" would then require no
+    move.  Near the camera the picture has only room for the middle, so "nearer" is not allowed while the badge is up or
+    down.
     """
     found = []
     for move, (axis, sign) in WAYS.items():
@@ -144,7 +145,7 @@ def allowed(place: Place) -> list[str]:
 
 
 def moved(place: Place, move: str) -> Place:
-    """The place on the grid after a move; before the face is above the middle."""
+    """The place on the grid after a move; the face is above the middle."""
     if move == FACE:
         return (0, 1, place[2])
     axis, sign = WAYS[move]
@@ -156,17 +157,17 @@ def moved(place: Place, move: str) -> Place:
 def judge_challenge(course: Course, prompts: Sequence[Prompt]) -> tuple[Reason, ...]:
     """A finding for each prompt, in order.
 
-    Convention: "fail" where the badge moved early, late, not, or elsewhere; "undecided" where it was not seen.
+    Convention: "fail" if the badge moved early, late, not at all, or elsewhere; "undecided" if it was not seen.
     """
     return tuple(judge_prompt(course, prompt) for prompt in prompts)
 
 
 def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array) -> Reason:
-    """Whether the badge was in view without a break from before the first prompt until the last was followed.
+    """Whether the badge was in view without a break from before the first prompt until the last one was followed.
 
-    Else pieces of an older clip could be played as they are asked for: over a longer gap the fringes' phase is not
-    followed, and a jump to another place is no hand's.
-    Parameters: frames_s (N,): when all frames were taken, those without the badge too.
+    Otherwise an attacker could play pieces of an older clip as the prompts come: the phase is not tracked across a
+    longer gap, and a hand cannot jump to another place.
+    Parameters: frames_s (N,): times of all frames, also of those without the badge.
     Convention: measured is the longest gap, s; "undecided" for a gap, "fail" for a jump.
     """
     ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + LATEST_S) if prompts else (0.0, 0.0)
@@ -227,7 +228,7 @@ def judge_prompt(course: Course, prompt: Prompt) -> Reason:
 
 
 def _across_face(course: Course, prompt: Prompt, after: NDArray[np.int64], reaction: float) -> Reason:
-    """Whether the badge was before the face from soon after the prompt on, for `HOLD_S`."""
+    """Whether the badge covered the face for `HOLD_S`, beginning soon after the prompt."""
     times = course.times_s[after]
     spans = Spans()
     for time_s in times[course.before_face[after]]:
@@ -249,11 +250,11 @@ def _finding(prompt: Prompt, level: Level, reaction: float | None, text: str) ->
 
 
 def replay_chance(*, moves: int = MOVES, slack_s: float = 0.0, draws: int = 200_000) -> float:
-    """Chance that the true answer to one challenge, replayed, passes another.
+    """Chance that a replay of the right answer to one challenge passes another challenge.
 
-    The same moves must be drawn, and at the same times but for one shift, which the replayer may choose, and for what
-    the limits leave.  slack_s: by how much a sender may lie about times (`clock`).
-    Convention: an upper bound: the shift is the best one in hindsight, and every reaction the one that suits best.
+    Both challenges must have the same moves, and the same times up to one shift, which the attacker may choose, and up
+    to the limits.  slack_s: how far a sender may lie about times (`clock`).
+    Convention: an upper bound: shift and reactions are the best ones in hindsight.
     Source: the moves' part is summed over all challenges; the times' part is drawn `draws` times from a fixed seed.
     """
     rng = np.random.default_rng(1)
@@ -265,13 +266,13 @@ def replay_chance(*, moves: int = MOVES, slack_s: float = 0.0, draws: int = 200_
 
 
 def same_moves_chance(moves: int = MOVES) -> float:
-    """Chance that two challenges ask for the same moves: the sum of the squares of all challenges' chances.
+    """Chance that two challenges have the same moves: the sum of the squares of all challenges' probabilities.
 
-    Source: counted over places on the grid and moves to a side; those drawn anew are left out of it.
+    Source: summed over places on the grid and moves to a side, without the challenges that are drawn again.
     """
     same, kept = 0.0, 0.0
     for face_at in range(1, moves):
-        # Of each place and number of moves to a side: the chances of all ways there, and the sum of their squares.
+        # For each place and number of moves to a side: the probability of reaching it, and the sum of squares.
         sums = {((0, 0, 0), 0): (1.0, 1.0)}
         for k in range(moves):
             following: dict[tuple[Place, int], tuple[float, float]] = {}

@@ -1,26 +1,26 @@
-"""When a frame was taken: by the sender's clock, as far as our own bears it out.
+"""When a frame was taken: by the sender's clock, checked against our own.
 
-A network delivers frames unevenly, so their arrival is a poor clock; but a sender may lie.  So each frame's claimed
-time is moved onto our clock by one offset, found in the first second, and must then lie shortly before its arrival.
-Whatever a sender claims, a frame's time is off by `SLACK_S` at most, and never later than its arrival.
+A network delivers frames unevenly, so their arrival times are imprecise; but a sender may lie.  So one offset, found in
+the first second, moves each claimed time onto our clock.  The result must lie shortly before the arrival. Whatever a
+sender claims, a frame's time is wrong by at most `SLACK_S`, and never later than its arrival.
 """
 
 from __future__ import annotations
 
 import math
 
-#: A frame that was longer on its way than this, beyond the quickest of the first second, is left out.
+#: A frame is left out if its delay exceeds that of the fastest frame of the first second by more than this.
 SLACK_S = 0.5
-#: The offset is settled on the frames of so long.
+#: The offset is estimated from the frames of this first time.
 SETTLE_S = 1.0
-#: A session in which more than this share of the frames was left out tells nothing of time.
+#: If more than this share of the frames is left out, the times of a session are not trusted.
 MOST_LATE = 0.2
 
 
 class BoundedClock:
     """Times of frames on our own clock.
 
-    late, taken: frames that were left out, and that were not, since the offset was settled.
+    late, taken: numbers of frames left out and used since the offset was fixed.
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class BoundedClock:
         self.late = self.taken = 0
 
     def place(self, claimed_s: float, arrival_s: float) -> float | None:
-        """A frame's time on our clock, s; None where it is left out.
+        """A frame's time on our clock, s; None if it is left out.
 
         Parameters: claimed_s: by the sender's clock, of any origin; arrival_s: by ours, rising.
         Convention: times rise strictly; those of the first `SETTLE_S` are left out, and not counted.
@@ -42,7 +42,7 @@ class BoundedClock:
         if arrival_s - self._first_s < SETTLE_S:
             self._offset_s = min(self._offset_s, arrival_s - claimed_s)
             return None
-        # A claim from the future is taken back to its arrival.
+        # A claimed time after the arrival is set to the arrival.
         time_s = min(claimed_s + self._offset_s, arrival_s)
         if arrival_s - time_s > SLACK_S or time_s <= self._last_s:
             self.late += 1

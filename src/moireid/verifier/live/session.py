@@ -1,10 +1,10 @@
-"""A live check: frames with their times in, events out.  No camera, no network, no thread: what feeds it is outside.
+"""A live check: frames with their times in, events out.  Camera, network and threads belong to the caller.
 
 1. Place each frame on our own clock (`clock`).
 2. Push it to the verifier, whose running verdict is an event; follow the face (`overlap`).
-3. Where a challenge was asked for: begin it once badge and face are seen, on a verifier of its own; tell each prompt
-   when it is due, and judge it when its time is over (`challenge`).
-4. At the end, judge invariant, identity, overlap, prompts and clock together, all of the same frames.
+3. If a challenge was requested: begin it once badge and face are seen, with a new verifier; show each prompt when it is
+due, and judge it when its time is over (`challenge`).
+4. At the end, judge invariant, identity, overlap, prompts and clock together, all on the same frames.
 
 Convention: events are JSON objects with a key "event": status, prompt, prompted, challenge, verdict.
 """
@@ -43,14 +43,14 @@ from moireid.verifier.video import Frame
 
 Event = dict[str, Any]
 Draw = Callable[[float], list[Prompt]]
-#: From the moment that badge and face are seen to the first prompt, at least.
+#: Least time between seeing badge and face and the first prompt.
 READY_S = 1.5
-#: A challenge that has not begun or ended by then is given up.
+#: A challenge that has not begun or ended after this time is given up.
 WAIT_S = 60.0
 
 
 class LiveCheck:
-    """One session of one person before a camera.  Memory: the challenge's track, 40 bytes a frame for a minute."""
+    """One session of one person before a camera.  Memory: the challenge's track, 40 bytes per frame for a minute."""
 
     def __init__(
         self,
@@ -60,10 +60,9 @@ class LiveCheck:
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
     ) -> None:
-        """Parameters: draw: prompts of a challenge from its earliest start; now: our clock; others in tests alone;
-            aside: as `Verifier` has it.
-
-        Raises: SpecError where the badge cannot be read; MissingExtraError without the face detector.
+        """Parameters: draw: makes the prompts of a challenge from its earliest start; now: our clock; both are replaced
+        in tests only; aside: as in `Verifier`.
+        Raises: SpecError if the badge cannot be read; MissingExtraError without the face detector.
         """
         self._claim, self._draw, self._now = claim, draw, now
         self._middle_mm = marker_corners_mm(claim.badge.markers).mean(axis=(0, 1))
@@ -81,12 +80,12 @@ class LiveCheck:
         self.ended = False
 
     def ask(self, now_s: float) -> None:
-        """Ask for a challenge; it begins when badge and face are seen.  A second time changes nothing."""
+        """Request a challenge; it begins when badge and face are seen.  A second request changes nothing."""
         if self._asked_s is None:
             self._asked_s = now_s
 
     def push(self, luma: NDArray[np.uint8], claimed_s: float, arrival_s: float) -> list[Event]:
-        """Take in a picture; what there is to tell.
+        """Take a picture; returns the events that it causes.
 
         Parameters: claimed_s, arrival_s: as `BoundedClock.place`.
         """
@@ -101,7 +100,7 @@ class LiveCheck:
         return events + self._challenged(frame)
 
     def finish(self) -> Event:
-        """End the session: the verdict on all frames, or on those of the challenge where there was one."""
+        """End the session: the verdict on all frames, or on those of the challenge if there was one."""
         self.ended = True
         chapters = self._verifier.finish()
         identity, built_reasons = identity_of(chapters)
@@ -138,7 +137,7 @@ class LiveCheck:
         }
 
     def _challenged(self, frame: Frame) -> list[Event]:
-        """Begin the challenge, note the badge's place, and tell and judge the prompts that are due."""
+        """Begin the challenge, record the badge's place, and show and judge the prompts that are due."""
         if self._asked_s is None:
             return []
         now_s = frame.time_s
@@ -147,7 +146,7 @@ class LiveCheck:
         self._note(frame)
         events: list[Event] = []
         if self._told < len(self._prompts) and now_s >= self._prompts[self._told].at_s:
-            # The prompt's time is the moment when it is told: what moves before that does not follow it.
+            # The prompt's time is the moment when it is shown: an earlier motion does not follow it.
             prompt = Prompt(self._prompts[self._told].move, max(now_s, self._now()))
             self._prompts[self._told] = prompt
             self._told += 1
@@ -172,7 +171,7 @@ class LiveCheck:
         if not self._verifier.in_view or self._watch.face is None:
             return []
         self._prompts = self._draw(now_s + READY_S)
-        # What is judged with the challenge is of its own frames alone.
+        # The challenge is judged on its own frames only.
         self._verifier = Verifier(self._claim, aside=self._aside)
         return [{"event": "challenge", "moves": len(self._prompts)}]
 
@@ -191,7 +190,7 @@ class LiveCheck:
         return Course(np.array(self._times, float), places, np.array(self._before_face, bool))
 
     def _whole(self) -> Reason:
-        """Whether there was a challenge, and whether it came to its end."""
+        """Whether there was a challenge, and whether it was completed."""
         if self._asked_s is None:
             text = "No challenge was made, so it is not known when this was filmed."
             return Reason("challenge", "note", None, None, "prompts", text)
@@ -217,5 +216,5 @@ class LiveCheck:
 
 
 def _over_s(prompt: Prompt) -> float:
-    """When all is seen that a prompt is judged on."""
+    """Time at which a prompt can be judged."""
     return prompt.at_s + DONE_S + (HOLD_S if prompt.move == FACE else 0.0)

@@ -1,4 +1,4 @@
-"""The figures of one grating over a film: how well its fringes follow the prediction, and what is left.
+"""The figures of one grating over a film: how well its fringes follow the prediction, and the residuals.
 
 Convention: gain is measured over predicted phase, +1 for a genuine badge; all angles in rad.
 """
@@ -33,12 +33,12 @@ Array = NDArray[np.float64]
 class Figures:
     """One grating's figures, all 0 where too few frames could be read.
 
-    phase_residual_rad: left of the regression; wandering_rad: without what goes with the camera's place, or lags by a
-    frame; slow_wander_rad: the part of that below 0.5 Hz; spell_rad: as wandering_rad, in the second that strays most;
-    expected_error_rad: of one frame; strip_wander_rad: of the strip that strays most; strip_sd_rad: error bar of a
-    middling strip; place_wander_rad: of places within strips; score: logarithm of the likelihood ratio, told with
-    `suspected`, the kind of forgery that speaks most against the film; information: of the phase, summed over the
-    motion.
+    phase_residual_rad: standard deviation of the regression's residual; wandering_rad: the same after removing what
+    goes with the camera's place and what lags by up to a frame; slow_wander_rad: its part below 0.5 Hz; spell_rad: its
+    root mean square in the worst second; excitation_rad: standard deviation of the predicted phase; expected_error_rad:
+    expected error of one frame; strip_wander_rad: deviation of the worst strip; strip_sd_rad: error bar of a typical
+    strip; place_wander_rad: deviation of places within a strip; score: logarithm of the likelihood ratio; suspected:
+    the likeliest kind of forgery; information: Fisher information on the gain.
     """
 
     correlation: float = 0.0
@@ -66,8 +66,7 @@ class Figures:
 def figures_of(signal: GratingSignal) -> Figures:
     """All figures of one grating.
 
-    Source: linear regression of measured on predicted phase: regressing on the *predicted* phase makes the gain a
-    ratio at any angle.
+    Source: linear regression of measured on *predicted* phase, so that the gain is a ratio at any angle.
     """
     used = np.isfinite(signal.phase_sd_rad)
     measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
@@ -114,9 +113,9 @@ def figures_of(signal: GratingSignal) -> Figures:
 
 
 def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float:
-    """Root mean square of what strays within the `SPELL_S` that stray most, rad.
+    """Root mean square of the deviation within the worst `SPELL_S` of the film, rad.
 
-    A frame vaguer than the middling one counts by as much less.
+    A frame with a larger error bar than the median counts less in proportion.
     """
     weighted = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
     power = np.concatenate([[0.0], np.cumsum(weighted**2)])
@@ -128,9 +127,9 @@ def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float
 
 
 def _places_apart(signal: GratingSignal) -> float:
-    """How far places wander within the strip where they do so most, rad; 0 where nobody knows.
+    """Deviation of places within the worst strip, rad; 0 if it is not known.
 
-    A strip far vaguer than the clearest is covered in part, by a hand before a true badge, say, and is left out.
+    A strip with a far larger error bar than the clearest is partly covered, for example by a hand, and is left out.
     """
     apart, sd = signal.place_residual_rad, signal.strip_sd_rad
     if len(sd) == len(apart):
@@ -139,11 +138,10 @@ def _places_apart(signal: GratingSignal) -> float:
 
 
 def _without_place(residual: Array, predicted: Array, signal: GratingSignal, used: NDArray[np.bool_]) -> Array:
-    """What is left of the residual without what goes with the camera's place: the motion's square, the other axis, the
-    distance.
+    """The residual without what depends on the camera's place: the motion's square, the other axis, the distance.
 
-    Convention: all of mean 0 and apart from the prediction itself; at most `MAX_PLACE_SHARE` of the motion is taken
-        away.
+    Convention: these columns have mean 0 and are orthogonal to the prediction; at most `MAX_PLACE_SHARE` of the motion
+        is removed.
     Source: linear regression.
     """
     columns = [predicted**2]
@@ -155,7 +153,7 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     if power > 0:
         table = table - np.outer(predicted, predicted @ table) / power
     spread = table.std(axis=0)
-    # A column that hardly moves would be blown up until it explains noise.
+    # A column that hardly varies would be scaled up until it explains noise.
     table = table[:, spread > 1e-9] / spread[spread > 1e-9]
     if len(residual) < 10 * (table.shape[1] + 1) or not table.shape[1]:
         return residual
@@ -165,12 +163,13 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
 
 
 def _without_lag(residual: Array, predicted: Array, times_s: Array, numbers: NDArray[np.int64]) -> tuple[Array, float]:
-    """What is left of the residual but for a lag of the fringes, one for the whole film and `MAX_LAG_S` at most.
+    """The residual without a lag of the fringes: one lag for the whole film, at most `MAX_LAG_S`.
 
-    Returns: that, and what the lag makes of the fringes as it varies from frame to frame, rad.
-    Convention: a lag of tau leaves -tau times the rate of the prediction; none is taken away where they come early.
-    Source: linear regression; a Taylor series of the prediction.  A block that is not coded grows older frame by frame
-    until it is coded again, so lags run evenly from 0 to twice their mean, and vary by it over the root of 3.
+    Returns: the residual, and the phase error from the variation of the lag between frames, rad.
+    Convention: a lag of tau adds -tau times the rate of the prediction; fringes that come early are not corrected.
+    Source: linear regression; Taylor series of the prediction.  A block that is not coded again grows older with each
+        frame, so lags are uniform from 0 to twice their mean, and their standard deviation is the mean over the root of
+        3.
     """
     rate = np.zeros_like(predicted)
     for stretch in unbroken(times_s, GAP_S, numbers):
@@ -194,12 +193,12 @@ def pearson(a: Array, b: Array) -> float:
 
 
 def window_correlation_mean(measured: Array, predicted: Array) -> float:
-    """Plain mean of |rho| over windows of 30 frames, stride 1: the published figure."""
+    """Mean of |rho| over windows of 30 frames, stride 1: the published figure."""
     return float(np.mean(np.abs(window_correlations(measured, predicted))))
 
 
 def window_correlations(measured: Array, predicted: Array) -> Array:
-    """Correlation of each window of 30 frames, stride 1, (T - 29,); none of a series that is shorter."""
+    """Correlation in each window of 30 frames, stride 1, (T - 29,); empty for a shorter series."""
     if len(measured) < WINDOW_FRAMES:
         return np.zeros(0)
     windows = np.lib.stride_tricks.sliding_window_view(np.stack([measured, predicted]), WINDOW_FRAMES, axis=1)
@@ -207,7 +206,7 @@ def window_correlations(measured: Array, predicted: Array) -> Array:
 
 
 def _slope_sd(residual: Array, power: float) -> float:
-    """Standard deviation of a regression's slope, residuals correlated in time as a first-order process."""
+    """Standard deviation of the slope of a regression with residuals of a first-order autoregressive process."""
     if power <= 0:
         return math.inf
     lag_one = float(np.clip(pearson(residual[1:], residual[:-1]), 0.0, 0.999))

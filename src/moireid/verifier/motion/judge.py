@@ -1,9 +1,9 @@
 """The motion invariant: does the fringe phase follow the camera as the optics say?
 
-Correlation alone forgets how *much* the fringes move, so four things must hold together: enough motion to tell,
-correlation, gain, and a residual that the known errors explain.  Each limit has its reason (`limits`); none was fitted
-to this project's own simulator.  They are wide, since each must hold on every true film; what lies within them is
-weighed as a whole by a likelihood ratio.
+Correlation alone does not test how *much* the fringes move.  So four things must hold together: enough motion,
+correlation, gain, and a residual that known errors explain.  Each limit has its reason (`limits`); none was fitted to
+this project's own simulator.  The limits are wide, as every genuine film must pass them.  Within them a likelihood
+ratio weighs all figures together.
 """
 
 from __future__ import annotations
@@ -24,6 +24,7 @@ from moireid.verifier.limits import (
     GAIN_TOLERANCE_SHARE,
     MAX_COVERED_SHARE,
     MAX_GAIN_SD_SHARE,
+    MAX_STRAY_SHARE,
     MAX_STRIP_WANDER_RAD,
     MAX_UNSEEN_CHANCE,
     MIN_CORRELATION,
@@ -41,13 +42,13 @@ from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_dri
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
-#: Of several findings of one kind the worst is reported.
+#: If there are several findings of one kind, the worst is reported.
 ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
 
 
 @dataclass(frozen=True)
 class Invariant:
-    """Outcome of the motion test; figures are None where nothing could be measured."""
+    """Outcome of the motion test; figures are None if nothing could be measured."""
 
     verdict: Verdict
     reasons: tuple[Reason, ...]
@@ -76,15 +77,15 @@ class Invariant:
 
 
 def judge_invariant(measurement: Measurement) -> Invariant:
-    """Hold measured against predicted phase, over a whole measurement; conventions and source as `judge_signals`."""
+    """Compare measured and predicted phase of a whole measurement; conventions and source as `judge_signals`."""
     return judge_signals(measurement.gratings)
 
 
 def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
-    """Hold measured against predicted phase, one signal a grating.
+    """Compare measured and predicted phase, one signal per grating.
 
-    Convention: as `figures`; the score is the decadic logarithm of the likelihood ratio, above 0 for what is likelier
-    of a true badge (`likelihood`).
+    Convention: as `figures`; the score is the decadic logarithm of the likelihood ratio, above 0 where a genuine badge
+        is likelier (`likelihood`).
     Source: `figures`; gratings are combined by their Fisher information.
     """
     figures = [figures_of(signal) for signal in signals]
@@ -93,10 +94,11 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
         nothing = Reason("fringes", "undecided", 0.0, None, "", "No fringes could be read on the badge.")
         return Invariant("inconclusive", (nothing,))
     whole = _mean_figures(figures, information / information.sum())
-    # Each grating that moved enough must be true by itself; of those that did not, the most informative one decides.
+    # Each grating that moved enough must pass by itself; if none did, the most informative one decides.
     moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
     decisive = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
     reasons = [_enough_motion(whole.excitation_rad, whole.expected_error_rad)]
+    reasons += _explained_frames(max(signal.stray_share for signal in signals))
     reasons += _uncovered(max(signal.covered_share for signal in signals))
     if reasons[0].level == "pass":
         reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
@@ -116,7 +118,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
 
 
 def _mean_figures(figures: Sequence[Figures], share: Array) -> Figures:
-    """The figures of all gratings together, each with its share of the information; no score, as none has a mean."""
+    """Mean figures of all gratings, weighted by their information; scores are not averaged."""
     names = [field.name for field in fields(Figures) if field.name not in ("score", "suspected")]
 
     def mean(name: str) -> float:
@@ -133,10 +135,10 @@ def _held_against_law(
     decisive: Figures,
     tangent_sds: Sequence[float],
 ) -> list[Reason]:
-    """What each limit says of a film that moved enough.
+    """The finding for each limit, for a film that moved enough.
 
-    whole: of all gratings together; moved: gratings that moved enough by themselves; decisive: the one that speaks most
-    against the film; tangent_sds: of each grating, as `GratingSignal.tangent_sd`.
+    whole: mean figures of all gratings; moved: gratings that moved enough by themselves; decisive: the grating of the
+    lowest score; tangent_sds: of each grating, as `GratingSignal.tangent_sd`.
     """
     excitation, expected = whole.excitation_rad, whole.expected_error_rad
     wrong = max(moved, key=lambda f: abs(f.gain_ratio - 1), default=decisive)
@@ -171,14 +173,22 @@ def _course_tells(moved: Sequence[GratingSignal]) -> list[Reason]:
     return [Reason("steady", level, chance, MAX_UNSEEN_CHANCE, "share", text)]
 
 
+def _explained_frames(share: float) -> list[Reason]:
+    """Whether few enough poses were left out as outliers; nothing where none was."""
+    if share == 0:
+        return []
+    level: Level = "note" if share <= MAX_STRAY_SHARE else "undecided"
+    text = f"In {100 * share:.0f} % of the frames the markers do not lie as on a flat page, so these are not judged"
+    text += "." if level == "note" else f"; at most {100 * MAX_STRAY_SHARE:.0f} % are allowed."
+    return [Reason("strays", level, share, MAX_STRAY_SHARE, "share", text)]
+
+
 def _uncovered(share: float) -> list[Reason]:
     """Whether enough of the rows is to be seen; nothing where all of them are."""
     if share < 0.005:
         return []
     level: Level = "note" if share <= MAX_COVERED_SHARE else "undecided"
-    text = (
-        f"Something lies over the badge's rows (a hand, a caption, glare): {100 * share:.0f} % of them are not judged"
-    )
+    text = f"Something covers the badge (a hand, a caption, glare): {100 * share:.0f} % of its rows are not judged"
     text += "." if level == "note" else f"; at most {100 * MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."
     return [Reason("covered", level, share, MAX_COVERED_SHARE, "share", text)]
 
@@ -209,7 +219,7 @@ def _enough_motion(excitation: float, expected: float) -> Reason:
 
 
 def _correlated(correlation: float, excitation: float, expected: float) -> Reason:
-    """Pass from the least on; fail below what a true badge may show where poses are worse than they tell."""
+    """Fail below what a genuine badge can show even if the poses are worse than estimated."""
     possible = min(MIN_CORRELATION, excitation / math.hypot(excitation, POSSIBLE_ERROR_RATIO * expected))
     level: Level = "pass" if correlation >= MIN_CORRELATION else "fail" if correlation < possible else "undecided"
     text = f"Measured and predicted fringe phase correlate by {correlation:.4f}; at least {MIN_CORRELATION} is needed."
@@ -217,10 +227,10 @@ def _correlated(correlation: float, excitation: float, expected: float) -> Reaso
 
 
 def _gain_right(gain: float, gain_sd: float) -> Reason:
-    """Pass within the tolerance; fail beyond it by three error bars; between, the film cannot tell."""
+    """Pass within the tolerance; fail beyond it by three error bars; undecided in between."""
     limit = GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * gain_sd
     words = f"The fringes move {gain:.3f} ± {gain_sd:.3f} times as far as the optics predict"
-    # A film that cannot tell a true gain from a half or twice of it says nothing, wherever its best guess lies.
+    # With so wide an error bar even a wrong gain could be estimated as 1, so the estimate does not count.
     vague = gain_sd >= MAX_GAIN_SD_SHARE * abs(gain)
     if abs(gain - 1) <= GAIN_TOLERANCE_SHARE and not vague:
         return Reason(
@@ -238,30 +248,29 @@ def _residual_explained(residual: float, excitation: float, expected: float) -> 
     return _explained(what, residual, fixed, expected)
 
 
-def _explained(what: str, strayed: float, fixed: float, expected: float) -> Reason:
-    """Pass what known errors explain, `fixed` and `EXPLAINED_SDS` times the expected; fail beyond what worse poses than
-    estimated could explain."""
+def _explained(what: str, deviation: float, fixed: float, expected: float) -> Reason:
+    """Pass what `fixed` and `EXPLAINED_SDS` times the expected error explain; fail what even worse poses cannot."""
     error = EXPLAINED_SDS * expected
     limit, possible = math.hypot(fixed, error), math.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * error)
-    level: Level = "pass" if strayed <= limit else "fail" if strayed > possible else "undecided"
-    text = f"{what} from the prediction by {strayed:.3f} rad; known errors explain up to {limit:.3f} rad."
-    return Reason("residual", level, strayed, limit, "rad", text)
+    level: Level = "pass" if deviation <= limit else "fail" if deviation > possible else "undecided"
+    text = f"{what} from the prediction by {deviation:.3f} rad; known errors explain up to {limit:.3f} rad."
+    return Reason("residual", level, deviation, limit, "rad", text)
 
 
 def _at_rest(grating: Figures, tangent_sd: float, most_rad: float) -> Reason:
-    """A grating that hardly moves by the law must hardly move: fringes that do are not the camera's work.
+    """A grating that should hardly move by the law must hardly move; the camera cannot cause more.
 
-    Its gain and correlation say nothing, so what is measured is held against the prediction itself.  The gain's
-    tolerance counts, and `RESIDUAL_MOTION_SHARE` of the other grating's motion `most_rad`.
+    Its gain and correlation mean nothing, so the measured phase is compared with the prediction itself.  The tolerance
+    of the gain is allowed, and `RESIDUAL_MOTION_SHARE` of the largest motion of any grating, `most_rad`.
     """
-    strayed = math.hypot((grating.gain_ratio - 1) * grating.excitation_rad, grating.phase_residual_rad)
+    deviation = math.hypot((grating.gain_ratio - 1) * grating.excitation_rad, grating.phase_residual_rad)
     fixed = math.hypot(
         RESIDUAL_FLOOR_RAD,
         RESIDUAL_MOTION_SHARE * most_rad,
         (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * tangent_sd) * grating.excitation_rad,
     )
     what = "The fringes of a grating that should hardly move differ"
-    return _explained(what, strayed, fixed, grating.expected_error_rad)
+    return _explained(what, deviation, fixed, grating.expected_error_rad)
 
 
 def _strips_agree(wander: float, expected: float) -> Reason:

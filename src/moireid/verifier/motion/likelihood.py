@@ -1,25 +1,25 @@
-"""How many times likelier is what was measured of a true badge than of a forged one?
+"""How many times likelier are the measurements from a genuine badge than from a forged one?
 
-A forgery is exact in everything but one thing, and nobody says which.  So six kinds are held against the true badge,
-each told by one figure; the others are as on a true one.  With g the density of a figure on true badges, f on forged
-ones of the kind that shows in it, and w the kinds' shares,
+A forgery is assumed to be exact in all but one respect, which is unknown.  So six kinds of forgery are compared with
+the genuine badge.  Each kind shows in one figure; the other figures are as on a genuine badge.  With g the density of a
+figure on genuine badges, f its density on forgeries of this kind, and w the share of each kind,
 
     LR = 1 / sum_k w_k f_k / g_k,
 
-because in each kind's likelihood all densities but its own cancel against the true badge's.
+because all densities of a kind but its own cancel against those of the genuine badge.
 
-- *gain*: the fringes go too far, not far enough or the wrong way: any ratio from -2 to 3 alike;
-- *wander*: a slow motion of the fringes' own; *jitter*: a fast one; *spell*: either, for a second;
-- *strips*: rows of the badge move apart; *places*: parts of a row do.
+- *gain*: the fringes move too far, not far enough or the wrong way: every ratio from -2 to 3 is equally likely;
+- *wander*: a slow motion that does not follow the camera; *jitter*: a fast one; *spell*: either, for a second;
+- *strips*: the rows of the badge move differently; *places*: parts of a row do.
 
-All but the gain are from `FORGED_MIN_SHARE` to `FORGED_MAX_SHARE` of the motion, each octave alike.  A figure is told
-as its logarithm over what is expected of it by the known errors, normally distributed on true badges; a forger's share
-adds to that in squares.  So a film with little motion, or of poor poses, comes out near 1 by itself: neither can be
-told.
+Except for the gain, a forged deviation is `FORGED_MIN_SHARE` to `FORGED_MAX_SHARE` of the motion, each octave equally
+likely.  A figure is used as the logarithm of its ratio to the value that known errors explain.  On genuine badges this
+logarithm is normally distributed; a forged deviation adds in squares.  So a film with little motion or poor poses gets
+a ratio near 1: it cannot decide.
 
-Convention: natural densities, decadic logarithm of the ratio, held to +-`MAX_CERTAINTY_LOG10`.
-Source: Bayes; means and spreads of the logarithms by `benchmarks/decision.py`, which also prints what they do to films
-that they were not fitted on.
+Convention: densities by natural logarithm; decadic logarithm of the ratio, limited to +-`MAX_CERTAINTY_LOG10`.
+Source: Bayes; means and standard deviations of the logarithms by `benchmarks/decision.py`, which also prints their
+    effect on films outside the fit.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ KINDS = {
 def scale_rad(
     one: Expected, error_rad: float, excitation_rad: float, strip_sd_rad: float = 0.0, rounding_rad: float = 0.0
 ) -> float:
-    """The unit of a figure, as `limits.Expected` has it; parameters as `log10_ratio`."""
+    """The unit of a figure, defined in `limits.Expected`; parameters as `log10_ratio`."""
     floor = max(one.floor_rad, one.strip_sd_share * strip_sd_rad, one.rounding_share * rounding_rad)
     return math.hypot(one.error_share * error_rad, floor, LAW_MOTION_SHARE * excitation_rad)
 
@@ -73,11 +73,11 @@ def log10_ratio(
     strip_sd_rad: float = 0.0,
     rounding_rad: float = 0.0,
 ) -> tuple[float, str]:
-    """The decadic logarithm of the likelihood ratio, and the kind of forgery that speaks most against the film.
+    """The decadic logarithm of the likelihood ratio, and the likeliest kind of forgery.
 
     Parameters: figures: root mean squares, rad, by the names of `EXPECTED`; excitation_rad: spread of the predicted
-        phase; error_rad: what is expected of one frame's error; strip_sd_rad: error bar of one strip in one frame;
-        rounding_rad: as `strip_phase.rounding_rad`.
+        phase; error_rad: expected error of one frame; strip_sd_rad: error bar of one strip in one frame; rounding_rad:
+        as `strip_phase.rounding_rad`.
     Source: module docstring.
     """
     ratios = {"gain": _gain_ratio(gain, gain_sd)}
@@ -91,7 +91,7 @@ def log10_ratio(
 
 
 def _gain_ratio(gain: float, gain_sd: float) -> float:
-    """Logarithm of f / g of a gain, either blurred by the gain's error bar: a vague gain tells nothing."""
+    """Logarithm of f / g of a gain; both are blurred by its error bar, so a vague gain decides nothing."""
     sd = math.hypot(GAIN_SD_RATIO, gain_sd)
     if not math.isfinite(sd):
         return 0.0
@@ -103,11 +103,11 @@ def _gain_ratio(gain: float, gain_sd: float) -> float:
 
 
 def _share_ratio(figure: float, motion: float, one: Expected) -> float:
-    """Logarithm of f / g of a figure, figure and motion over the figure's unit."""
+    """Logarithm of f / g of a figure; figure and motion are in the unit of the figure."""
     shares = np.geomspace(FORGED_MIN_SHARE, FORGED_MAX_SHARE, 24)
     place = math.log(max(figure, 1e-6))
     forged = np.log(np.hypot(shares * motion, math.exp(one.mean_log)))
-    # Below its mean a figure is no sign of a forgery; there both densities are taken at the mean.
+    # A figure below its mean is not suspicious; both densities are then taken at the mean.
     place = max(place, one.mean_log)
     true = -0.5 * ((place - one.mean_log) / one.sd_log) ** 2
     apart = -0.5 * ((place - forged) / one.sd_log) ** 2

@@ -1,7 +1,7 @@
-"""The verdict by time: what each few seconds of a film say of the motion invariant by themselves.
+"""The verdict by time: the motion invariant in each few seconds of a film.
 
-Convention: a segment is judged as a whole film is, by the same limits; one with little motion is inconclusive, and
-that is no reproach.
+Convention: a segment is judged by the same limits as a film; one with little motion is inconclusive, which does not
+    count against the film.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from moireid.verifier.reasons import Verdict, json_number
 
 @dataclass(frozen=True)
 class Segment:
-    """Some seconds of a film: when, how many frames show the badge, and what they say."""
+    """Some seconds of a film: start and end, frames that show the badge, and their verdict."""
 
     start_s: float
     end_s: float
@@ -39,7 +39,7 @@ class Segment:
 def judge_segments(measurement: Measurement, first: int = 0) -> tuple[Segment, ...]:
     """Segments of `SEGMENT_S`, one after another from tracked frame `first` on.
 
-    Returns: those that hold a tracked frame; those of less than a window of frames are inconclusive.
+    Returns: segments with at least one tracked frame; those with less than a window of frames are inconclusive.
     """
     times = measurement.times_s
     number = np.floor((times - times[first]) / SEGMENT_S).astype(int)

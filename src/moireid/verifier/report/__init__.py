@@ -1,4 +1,4 @@
 """The report for people.
 
-page.py   one page that needs no other file      plots.py  its plots
+page.py   one page in one file                   plots.py  its plots
 """

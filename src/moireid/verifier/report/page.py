@@ -23,7 +23,7 @@ WORDS = {
 }
 
 
-#: What a verdict speaks of, in plain words.
+#: What was checked, in plain words.
 SAYS = "Checked were the badge's fringes, which must move with the badge as optics demand, and whose badge it is."
 SAYS_NOT = (
     "Not checked were the face, the voice, the words and everything else in the film, or who wore the badge and when."
@@ -31,7 +31,7 @@ SAYS_NOT = (
 
 
 def words_of(verdict: str, invariant: str, identity: str) -> str:
-    """What a verdict says in one sentence, given those on the invariant and on the identity."""
+    """A verdict in one sentence; invariant, identity: the verdicts on these two."""
     if verdict == "accept" and identity == "not_claimed":
         return "The fringes moved as only a real badge's do. No identity was claimed."
     if verdict == "reject" and invariant == "reject":
@@ -48,8 +48,7 @@ def report_paths(folder: Path) -> list[Path]:
 
 @dataclass(frozen=True)
 class Pictures:
-    """What a report shows: titles and SVG texts of its plots, the timeline's (None: no segment), and the badge as the
-    film shows it, rectified, as PNG (None: never seen)."""
+    """Titles and SVG texts of the plots, the timeline's SVG or None, and the rectified badge as PNG or None."""
 
     plots: tuple[tuple[str, str], ...]
     timeline: str | None
@@ -57,7 +56,7 @@ class Pictures:
 
 
 def pictures_of(report: Report) -> Pictures:
-    """Draw what a report shows; a second or so."""
+    """Draw the pictures of a report, in about a second."""
     png = None
     if report.track.snapshot is not None:
         png = cv2.imencode(".png", report.track.snapshot)[1].tobytes()
@@ -67,10 +66,28 @@ def pictures_of(report: Report) -> Pictures:
 def write_report(
     report: Report, folder: Path, *, overwrite: bool = False, pictures: Pictures | None = None
 ) -> list[Path]:
-    """Write the page, the same as JSON, and the signals as CSV, each whole or not at all.
+    """Write the page for people, the same as JSON, and the signals as CSV, each whole or not at all.
 
-    Parameters: pictures: as `pictures_of`, where they are drawn already.
-    Raises: SpecError where one is in the way.
+    Parameters
+    ----------
+    report : Report
+        What `verify` found.
+    folder : Path
+        Made where it is absent.
+    overwrite : bool
+        Whether older files may be replaced.
+    pictures : Pictures, optional
+        As `pictures_of` draws them; None to draw them now.
+
+    Returns
+    -------
+    list of Path
+        report.html, report.json and signals.csv.
+
+    Raises
+    ------
+    SpecError
+        Where a file is in the way.
     """
     page, data, signals = report_paths(folder)
     planned([page, data, signals], overwrite=overwrite)
@@ -81,7 +98,7 @@ def write_report(
 
 
 def signals_csv(report: Report) -> str:
-    """Time, camera and phases of every frame that the report's plots show, a line a frame; the header alone if none.
+    """Time, camera and phases of the frames in the report's plots, one line each; only the header if there are none.
 
     Convention: parallax u = Cx / |Cz| at the page's middle, positive where the camera is at +x; phases in rad, mean 0.
     """
@@ -108,7 +125,7 @@ def signals_csv(report: Report) -> str:
 
 
 def render_page(report: Report, pictures: Pictures | None = None) -> str:
-    """The report as one HTML page that asks for no other file."""
+    """The report as one HTML page that needs no other file."""
     import jinja2
 
     shown = pictures or pictures_of(report)

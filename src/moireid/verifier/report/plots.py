@@ -1,6 +1,6 @@
-"""The plots of a report, as SVG texts that repeat to the byte.
+"""The plots of a report, as SVG texts; the same report always gives the same bytes.
 
-Convention: each of the plots over time shows the track that the report keeps: of a film in chapters the most telling.
+Convention: plots over time show the track that the report keeps; for a film in chapters that is one chapter.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ SEGMENT_WORDS = {"accept": "the law holds", "reject": "the law is broken", "inco
 
 
 def plots_of(report: Report) -> list[tuple[str, str]]:
-    """Titles and SVG texts of the plots that this report can show."""
+    """Titles and SVG texts of the plots for which this report has data."""
     if report.measurement is None:
         return []
     plots = [
@@ -42,7 +42,7 @@ def plots_of(report: Report) -> list[tuple[str, str]]:
 
 
 def _figure(width: float, height: float) -> tuple[Any, Any]:
-    """A bare figure and its axes in the report's colours; no global state of the plotting library is touched."""
+    """An empty figure and its axes in the report's colours, without the plotting library's global state."""
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -79,10 +79,9 @@ def _phase_plot(report: Report) -> str:
 
 
 def timeline_plot(report: Report) -> str | None:
-    """The verdict by time: a bar a segment, as long as the segment; what is not barred was not seen.
+    """The verdict by time: one bar per segment, as long as the segment; without a bar the badge was not seen.
 
-    Where the overlap protocol was asked for, two bands below tell when a face was known and when the badge was before
-    it.
+    With the overlap protocol, two bands below show when a face was seen and when the badge was in front of it.
     """
     if not report.segments:
         return None
@@ -115,7 +114,7 @@ def timeline_plot(report: Report) -> str | None:
 
 
 def _residual_plot(report: Report) -> str:
-    """What is left of the measured phase, against its error bar, and correlation over windows below."""
+    """Residual of the measured phase with its error bar, and correlation over windows below."""
     assert report.measurement is not None
     signal, times = report.measurement.gratings[0], report.measurement.times_s
     figure, axes = _figure(3.7, 3.0)
@@ -143,7 +142,7 @@ def _window_plot(report: Report) -> str:
 
 
 def _parallax_plot(report: Report) -> str:
-    """Where the camera was, as the badge sees it."""
+    """The camera's place, relative to the badge."""
     assert report.measurement is not None
     figure, axes = _figure(3.7, 3.0)
     for axis, colour in zip((0, 1), (MEASURED, PALE), strict=True):
@@ -168,7 +167,7 @@ def _gain_plot(report: Report) -> str:
 
 
 def _band_plot(report: Report) -> str:
-    """Beat frequency of every strip, against the claimed badge's design, as differences to the reference cell."""
+    """Beat frequency of every strip and by the claimed badge's design, as differences from the reference cell."""
     assert report.measurement is not None
     grating = next((g for g in report.badge.gratings if g.code), report.badge.gratings[0])
     index = report.badge.gratings.index(grating)
@@ -195,7 +194,7 @@ def _band_plot(report: Report) -> str:
 
 
 def _symbol_plot(report: Report) -> str:
-    """Phase of every cell on a circle; the spokes are where symbols lie, a dot's distance out is how sure it is."""
+    """Phase of every cell on a circle; spokes mark the symbols, and a dot further out is more certain."""
     assert report.measurement is not None
     readings = read_identity(report.track, report.measurement).cells
     found = [cell for row in readings for cell in row if np.isfinite(cell.phase_sd)]

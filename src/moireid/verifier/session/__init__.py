@@ -1,8 +1,8 @@
 """A film or a live picture from its first frame to the verdict.
 
-claim.py          what is held against a film          film.py           the numbered steps: a film in, a Report out
+claim.py          what a film is checked against       film.py           the numbered steps: a film in, a Report out
 streaming.py      frame by frame, a running verdict    badge_session.py  one badge of a film
 chapters.py       a chapter judged, several joined     result.py         the Report and its JSON
 identify.py       no claim: who is it?                 capture.py        a film of a badge, for enrolment
-overlap.py        the badge before the face            faces.py          the face, by dlib's detector
+overlap.py        the badge in front of the face       faces.py          the face, by dlib's detector
 """

@@ -1,8 +1,8 @@
 """One badge of a film: its track, judged chapter by chapter, and its place among the others in view.
 
-Policy: with a claim, the verdict is of a badge that reads the claimed identity, and of that one alone; of several that
-do, of one that breaks a law, so that a forged badge is not excused by a true one beside it.  Without a claim, or where
-none reads it, the verdict is of the badge that is shown largest.  The others are told of in a note.
+Policy: with a claim, the verdict is about one badge that carries the claimed identity.  If several badges carry it, a
+rejected one counts first, so that a genuine badge beside a forged one does not excuse it. Without a claim, or if no
+badge carries the claimed identity, the verdict is about the badge that is shown largest.  A note names the others.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 
-#: Of one claimed identity, a broken law is told before one that is kept, and that before an open one.
+#: If several badges carry the claimed identity, a rejected one counts first, then an accepted one, then an open one.
 ORDER = {"reject": 0, "accept": 1, "inconclusive": 2}
-#: So many identities are named in a note.
+#: A note names at most this many identities.
 MOST_NAMED = 4
 
 
 @dataclass(eq=False)
 class Line:
-    """A tracker and the chapters of it that were judged; `repeated` frames of the next were in the last one too."""
+    """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one."""
 
     claim: Claim
     tracker: BadgeTracker
@@ -32,14 +32,14 @@ class Line:
     repeated: int = 0
 
     def close(self, keep: int = 0) -> None:
-        """Judge the open chapter; only the chapter that is worth a picture keeps what a picture needs."""
+        """Judge the open chapter.  Only the chapter that the report plots keeps its track and measurement."""
         self.chapters.append(judge_chapter(self.tracker.take(keep), self.claim, repeated=self.repeated))
         self.repeated = keep
-        shown = min(self.chapters, key=_telling)
+        shown = min(self.chapters, key=_plot_order)
         self.chapters = [chapter if chapter is shown else chapter.light() for chapter in self.chapters]
 
     def end_piece(self) -> None:
-        """Where the film's times start anew: judge the open chapter, if it is long enough to be one by itself."""
+        """The film's times restart: judge the open chapter if it is long enough to be one by itself."""
         if self.tracker.tracked >= PIECE_FRAMES:
             if self.tracker.tracked > self.repeated:
                 self.close()
@@ -54,7 +54,7 @@ class Line:
         return self
 
     def rank(self) -> tuple[bool, int, float]:
-        """The least is judged.  Source: the policy above, on the chapters that are judged by now."""
+        """Sort key: the verdict is about the line of least rank.  Source: the policy above, on the chapters so far."""
         return rank_of(self.chapters, self.claim, self.tracker.shown)
 
     def read(self) -> set[str]:
@@ -62,7 +62,7 @@ class Line:
         return {chapter.identity.decoded_id for chapter in self.chapters if chapter.identity.decoded_id}
 
     def region(self) -> dict[str, Any] | None:
-        """Where it was first: frame, and its board's corners in the film's px; None where it never was.
+        """First frame that shows the badge, and the corners of its board there, film px; None if no frame shows it.
 
         Convention: as `BadgeTracker.outline_px`.
         """
@@ -74,7 +74,7 @@ class Line:
 
 
 def rank_of(chapters: Sequence[Chapter], claim: Claim, shown: float) -> tuple[bool, int, float]:
-    """As `Line.rank`, of any chapters of one badge that was shown so large."""
+    """As `Line.rank`, for any chapters of one badge; shown: as `BadgeTracker.shown`."""
     if claim.badge_id is None or all(chapter.identity.decoded_id != claim.badge_id for chapter in chapters):
         return True, 0, -shown
     return False, ORDER[worst(list(reasons_of(chapters)))], -shown
@@ -87,7 +87,7 @@ def reasons_of(chapters: Sequence[Chapter]) -> tuple[Reason, ...]:
 
 
 def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tuple[Reason, ...]:
-    """A note on badges that the verdict is not of; none where there are none."""
+    """A note on the badges that the verdict is not about; empty if there are none."""
     if not count or region is None:
         return ()
     named = sorted(read)[:MOST_NAMED]
@@ -100,6 +100,6 @@ def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tu
     return (Reason("others", "note", float(count), None, "badges", text),)
 
 
-def _telling(chapter: Chapter) -> tuple[bool, bool, int]:
+def _plot_order(chapter: Chapter) -> tuple[bool, bool, int]:
     """Order of chapters by what their plots would show: a broken law first, then the law kept, then most frames."""
     return chapter.invariant.verdict != "reject", chapter.invariant.verdict != "accept", -chapter.tracked

@@ -1,6 +1,6 @@
-"""Enrolment captures: films of a freshly built badge, from which its as-built figures are taken.
+"""Enrolment captures: films of a freshly built badge, from which its as-built figures are measured.
 
-A capture must show the issued badge, moving, by the verifier's own verdict; else nothing is measured from it.
+The verifier must accept a capture as the issued badge in motion; otherwise nothing is measured from it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def capture_as_built(
 ) -> AsBuilt:
     """As-built figures of `badge` from one or more films of it.
 
-    Parameters: measured_scale: what a ruler read off the scale bar over its printed length, kept beside.
+    Parameters: measured_scale: length of the scale bar by a ruler over its nominal length; it is only recorded.
     Convention: as `AsBuilt`.
     Raises: MediaError where a film cannot be read or does not show this badge in motion; DesignError for a board
         without an identity.

@@ -1,12 +1,12 @@
-"""A film is judged in chapters, so that memory does not grow with its length, and nothing of it goes unlooked at.
+"""A film is judged in chapters, so that memory does not grow with its length and every frame is still examined.
 
-1. Solve for the camera: focal length, shutter, a pose a frame, smoothed; measure and predict the fringe phase.
+1. Estimate the camera (focal length, shutter, one smoothed pose per frame); measure and predict the fringe phase.
 2. Judge the motion invariant.
 3. Decode the identity, and compare it with the claim.
-4. Where the badge was enrolled as built: is it that very badge, or a copy of it?
+4. If the badge was enrolled as built: is it that very badge, or a copy of it?
 
-A film of up to `CHAPTER_FRAMES` is one chapter.  Of a longer one each chapter is judged by itself, and all of them
-together: what breaks the law in one minute of an hour is not averaged away.
+A film of up to `CHAPTER_FRAMES` is one chapter.  In a longer film each chapter is judged by itself, and then all of
+them together.  So an hour of true motion cannot average away one forged minute.
 """
 
 from __future__ import annotations
@@ -29,11 +29,12 @@ from moireid.verifier.tracking.track import Track
 
 #: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.
 CHAPTER_FRAMES = 1800
-#: Each chapter begins with so many of the last one's frames, so that no end of a film is too short to be judged, and
-#: nothing can be cut in at a border.
+#: Each chapter begins with this many frames of the last one.  So no end of a film is too short to be judged, and no cut
+#: can hide at a border.
 OVERLAP_FRAMES = 240
-#: Where a film's times start anew, a chapter of so many tracked frames ends.  A shorter one goes on behind a gap in
-#: time, so that no forger gets chapters of two seconds, in which slow drifts do not show, by times that start anew.
+#: Where a film's times restart, a chapter ends if it has this many tracked frames.  A shorter chapter goes on after a
+#: gap in time.  Otherwise a forger could restart the times to get chapters of two seconds, too short to show slow
+#: drifts.
 PIECE_FRAMES = OVERLAP_FRAMES
 
 
@@ -41,8 +42,8 @@ PIECE_FRAMES = OVERLAP_FRAMES
 class Chapter:
     """One chapter: what was found in it.
 
-    tracked: frames that no chapter before it holds; signals: of these; track, measurement: of all its frames, None
-    where they were let go of.
+    tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
+    its frames, None once they are dropped.
     """
 
     frames_read: int
@@ -58,12 +59,12 @@ class Chapter:
     measurement: Measurement | None
 
     def light(self) -> Chapter:
-        """The same without what only a picture of it needs."""
+        """The chapter without track and measurement, which only the plots of the report need."""
         return replace(self, track=None, measurement=None)
 
 
 def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
-    """Steps 1 to 4 of a track, whose first `repeated` frames the chapter before held too.
+    """Steps 1 to 4 for a track, whose first `repeated` frames were in the last chapter too.
 
     Convention: as `film.verify`.
     Source: module docstring.
@@ -112,9 +113,9 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
 
 
 def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
-    """The motion invariant of all chapters together: of one its own, of several that of their signals joined.
+    """The motion invariant of all chapters together, on their joined signals.
 
-    Convention: each chapter's signals have mean 0, so what drifts from chapter to chapter is no evidence.
+    Convention: each chapter's signals have mean 0, so a drift from one chapter to the next does not count.
     """
     seen = [chapter for chapter in chapters if chapter.signals]
     if len(seen) <= 1:
@@ -127,9 +128,10 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
 
 
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
-    """The identity of all chapters together, and the reasons of building.
+    """The identity of all chapters together, and the findings on the badge as built.
 
-    Another identity in one chapter is another's badge; else the first chapter that reads one stands for all.
+    The first chapter that shows a copy decides; else the first with another identity than the claimed one; else the
+    first that reads an identity.
     """
     order = {"mismatch": 0, "match": 1, "not_claimed": 2, "unreadable": 3}
 
@@ -147,7 +149,7 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
 
 
 def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
-    """One grating's signals of several chapters, one after the other."""
+    """The signals of one grating from several chapters, joined in time."""
     return GratingSignal(
         measured_rad=np.concatenate([signal.measured_rad for signal in signals]),
         predicted_rad=np.concatenate([signal.predicted_rad for signal in signals]),
@@ -161,6 +163,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         covariates=_joined_places(signals),
         strip_sd_rad=np.mean([signal.strip_sd_rad for signal in signals], axis=0),
         rounding_rad=float(np.mean([signal.rounding_rad for signal in signals])),
+        stray_share=float(np.mean([signal.stray_share for signal in signals])),
         covered_share=float(np.mean([signal.covered_share for signal in signals])),
     )
 
@@ -186,7 +189,7 @@ def _broken_chapter(chapter: Chapter) -> Reason:
 def _judge_built(
     track: Track, measurement: Measurement, invariant: Invariant, identity: Identity, claim: Claim
 ) -> tuple[Identity, tuple[Reason, ...]]:
-    """The identity with what is known of the building, and the reasons for it."""
+    """The identity with the comparison to the badge as enrolled, and the findings on it."""
     as_built = claim.as_built
     if as_built is not None:
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)

@@ -1,4 +1,4 @@
-"""What is held against a film."""
+"""What a film is checked against."""
 
 from __future__ import annotations
 
@@ -10,10 +10,20 @@ from moireid.badge import Badge
 
 @dataclass(frozen=True)
 class Claim:
-    """What is held against the film: the badge, the id that must be read, and the badge as it was enrolled.
+    """What is held against a film.
 
-    badge: of the claim, or any badge of the same layout; badge_id: None where no identity is claimed; focal_px: where
-    it is known; require_original: reject a copy, and leave open what cannot be told from one.
+    Parameters
+    ----------
+    badge : Badge
+        The claimed badge, or any badge of the same layout.
+    badge_id : str, optional
+        The id that must be read, hex digits; None where no identity is claimed.
+    focal_px : float, optional
+        Focal length of the film's camera, px; None where it is not known, and it is then estimated.
+    as_built : AsBuilt, optional
+        Figures of the badge as it was measured when it was enrolled.
+    require_original : bool
+        Reject a copy, and leave open what cannot be told from one.
     """
 
     badge: Badge

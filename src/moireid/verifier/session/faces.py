@@ -1,8 +1,8 @@
-"""Where the face is: looked for a few times a second, carried between, and for a stated time while it is hidden.
+"""Where the face is: searched a few times a second, and kept in between and for a fixed time while it is hidden.
 
-The detector is dlib's frontal HOG detector, a kept library whose weights lie within its package.  It finds faces of 80
-pixels and more, and its cost goes with the picture's area: so the whole frame is shrunken, and a face that is known is
-looked for around its place alone, at the size that the detector likes best.
+The detector is dlib's frontal HOG detector, a maintained library whose weights are part of its package.  It finds faces
+of 80 pixels and more, and its cost grows with the picture's area.  So the whole frame is shrunk, and a known face is
+searched only around its place, at the size that suits the detector best.
 
 Convention: boxes are x0, y0, x1, y1 in px of the film's own picture, centre of the top left pixel at (0, 0).
 """
@@ -20,14 +20,14 @@ from moireid.errors import MissingExtraError
 from moireid.verifier.limits import MIN_FACE_SCORE
 
 Box = tuple[float, float, float, float]
-#: A face is looked for so often: around its place, and in the whole frame where it is not known.
+#: Time between two searches: around a known face, and in the whole frame.
 LOOK_S, SEARCH_S = 0.3, 0.5
-#: The whole frame is shrunken to this width at most: a face of an eighth of it is found, which is a talking head's.
+#: The whole frame is shrunk to at most this width.  A face of an eighth of it is still found, as on a video call.
 SEARCH_PX = 720
-#: Around its place it is looked for in a square of so many of its sizes, shrunken so that the face is so large.
+#: A known face is searched in a square of this many times its size, scaled so that the face has this many pixels.
 AROUND_SIZES, FACE_PX = 2.5, 110
-#: A box holds for so long after the face was seen last: while nothing hides it, and while the badge does.  Heads of
-#: people who talk move by less than half a face in that time.
+#: A box stays valid for this long after the face was last seen: without the badge before it, and behind the badge.  A
+#: talking person's head moves by less than half a face in that time.
 CARRY_S, HIDDEN_S = 1.0, 4.0
 
 
@@ -40,7 +40,7 @@ class Face:
 
 
 class FaceFollower:
-    """Follows one face over a film: the one that it knows while that is seen, else the largest.
+    """Follows one face over a film: the known one while it is seen, otherwise the largest.
 
     Raises: MissingExtraError where dlib is not installed.
     Source: dlib's `get_frontal_face_detector` (histograms of oriented gradients, a linear classifier).
@@ -56,14 +56,14 @@ class FaceFollower:
         self._detector = dlib.get_frontal_face_detector()
         self._face: Face | None = None
         self._due_s = -np.inf
-        #: How often it was looked for, and how often it was seen.
+        #: How often the face was searched, and how often it was found.
         self.looks, self.seen = 0, 0
 
     def follow(self, luma: NDArray[np.uint8], time_s: float, *, hidden: bool = False) -> Face | None:
-        """The face in this frame, as far as it is known; None where it is not.
+        """The face in this frame; None if its place is not known.
 
         Parameters: luma: the film's own picture; hidden: whether the badge covered it in the frame before.
-        Convention: frames in order; a face that is hidden is carried at its last place, and only looked for there.
+        Convention: frames in order; a hidden face keeps its last place, and is searched only there.
         """
         if time_s >= self._due_s:
             self._look(luma, time_s, hidden)
@@ -78,7 +78,7 @@ class FaceFollower:
         found = self._near(luma, known.box) if known else self._anywhere(luma)
         self._due_s = time_s + (LOOK_S if known or found else SEARCH_S)
         if found is None and known and not hidden:
-            # It may have gone elsewhere; it is looked for there, but its last place is kept while that may hold.
+            # It may have moved away: search the whole frame, but keep its last place while that is still valid.
             found = self._anywhere(luma)
         if found is not None:
             self.seen += 1
@@ -96,12 +96,12 @@ class FaceFollower:
         return self._largest(part, (left, top), FACE_PX / size)
 
     def _largest(self, luma: NDArray[np.uint8], corner: tuple[int, int], scale: float) -> Box | None:
-        """The largest face of a part of the picture, which is looked at on another scale."""
+        """The largest face in a part of the picture, searched at another scale."""
         if min(luma.shape) * scale < 1:
             return None
         way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
         small = np.asarray(cv2.resize(luma, None, fx=scale, fy=scale, interpolation=way), np.uint8)
-        # No picture is made larger, and the scores' limit is the detector's own.
+        # 0: the detector does not enlarge the picture once more.
         boxes, _, _ = self._detector.run(np.ascontiguousarray(small), 0, MIN_FACE_SCORE)
         if not boxes:
             return None

@@ -2,19 +2,19 @@
 
 1. Open the film.
 2. Follow the badge: markers, registration, fringe profiles, frame by frame.
-3. Solve for the camera: focal length, shutter, a pose a frame, smoothed.
+3. Estimate the camera: focal length, shutter, and one smoothed pose per frame.
 4. Measure the fringe phase of every strip, and predict it from the optics.
 5. Judge the motion invariant.
 6. Decode the identity, and compare it with the claim.
-7. Where the badge was enrolled as built: is it that very badge, or a copy of it?
+7. If the badge was enrolled as built: is it that very badge, or a copy of it?
 8. Give the verdict with its reasons.
 
-Steps 3 to 7 are taken chapter by chapter (`chapters`), of which a film of up to half a minute is one.
+Steps 3 to 7 run chapter by chapter (`chapters`); a film of up to half a minute is one chapter.
 
-Policy: the invariant and the identity must both hold.  A failure of either rejects; a doubt of either leaves it open.
-A copy is reported, and rejected where the policy asks for the original.
-Where the overlap protocol is asked for, the badge must also pass before the face, and obey the law there (`overlap`).
-Of several badges in view the verdict is of one alone (`badge_session`); its place is in the report.
+Policy: the invariant and the identity must both hold.  If either fails, the film is rejected; if either is in doubt,
+the verdict is inconclusive. A copy is reported, and rejected where the policy asks for the original. With the overlap
+protocol, the badge must also pass in front of the face, and obey the law there (`overlap`).
+If several badges are in view, the verdict is about one of them (`badge_session`); the report gives its place.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def verify(
     Parameters
     ----------
     video : Path
-        Path of the film.
+        The film.
     claim : Claim
         The badge, the identity that must be read, and what else is known of it.
     revoked : str, optional
@@ -65,6 +65,10 @@ def verify(
 
     Raises
     ------
+    SpecError
+        The badge cannot be read at all.
+    CodeError
+        The badge's code is none that this version reads.
     MediaError
         The film cannot be read, or was written to meanwhile.
     MissingExtraError
@@ -72,7 +76,8 @@ def verify(
 
     Notes
     -----
-    The steps, and the policy, are those of the module docstring.
+    Convention: a failure of either test rejects, a doubt of either leaves the verdict open.
+    Source: the steps and the policy are those of the module docstring.
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
@@ -111,7 +116,7 @@ def verify(
 
 @dataclass(frozen=True)
 class _Seen:
-    """A film read to its end: what followed it, its chapters, frames read, seconds of each stage."""
+    """A film read to its end: verifier, face watch, chapters, number of frames, seconds of each stage."""
 
     verifier: Verifier
     watch: OverlapWatch | None
@@ -130,7 +135,7 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
     watch = OverlapWatch() if overlap else None
     read, decode_s, face_s = 0, 0.0, 0.0
     clock = time.perf_counter()
-    # What decoding takes beyond the rest's own time: the two run side by side.
+    # Decoding runs in parallel, so this counts only the time that the loop waits for a frame.
     for frame in film.frames_ahead():
         decode_s += time.perf_counter() - clock
         read += 1
@@ -151,7 +156,7 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
 
 
 def _left_out(badge: Badge, measurement: Measurement | None) -> tuple[str, ...]:
-    """What this film and badge did not need."""
+    """Steps that this film and badge did not need."""
     parts = ["colour", "the picture away from the badge once it is found"]
     if measurement and measurement.camera.focal_given:
         parts.append("solving for the focal length")

@@ -1,8 +1,8 @@
 """No claim: who is it, if anyone enrolled?
 
-The film is read once for each layout among the enrolled badges, usually one; the payload is decoded without looking
-at anybody's pitches, and then looked up.  Where too many symbols are wrong to decode it, the symbols are held against
-the words of enrolled people who share a part of it.  A film whose fringes break the motion law shows nobody's badge.
+The film is read once for each layout among the enrolled badges, usually one.  The payload is decoded without looking at
+anybody's pitches, and then looked up.  If too many symbols are wrong to decode it, they are compared with the code
+words of the enrolled people that agree in part.  A film whose fringes break the motion law shows nobody's badge.
 """
 
 from __future__ import annotations
@@ -26,18 +26,30 @@ Finding = Literal["found", "nobody", "inconclusive"]
 
 
 class Enrolled(Protocol):
-    """Who is enrolled, as far as identification must know."""
+    """What identification must know of the enrolled people."""
 
     def holds(self, badge_id: str) -> bool:
         """Whether that id is enrolled and not revoked."""
 
     def alike(self, parts: Mapping[int, str]) -> Iterable[str]:
-        """The ids of which a part reads so, revoked or not; place -> hex digits, as `PartialWord.parts`."""
+        """Ids, revoked or not, that agree with one part; parts: place -> hex digits, as `PartialWord.parts`."""
 
 
 @dataclass(frozen=True)
 class Identification:
-    """Outcome of an identification: whose id, and the report that it rests on (None where nobody is enrolled)."""
+    """Whose badge a film shows.
+
+    Attributes
+    ----------
+    finding : {"found", "nobody", "inconclusive"}
+        "found" needs an enrolled id and a motion that obeys the optics.
+    found_id : str or None
+        The id, lower-case hex digits; None where nobody was found.
+    reasons : tuple of Reason
+        What the finding rests on.
+    report : Report or None
+        Of the badge layout that says most; None where nobody is enrolled or that layout cannot be checked.
+    """
 
     finding: Finding
     found_id: str | None
@@ -45,7 +57,13 @@ class Identification:
     report: Report | None
 
     def to_json(self) -> dict[str, Any]:
-        """The object that `identify --json` prints, whose keys contain those of `verify --json`."""
+        """Give the object that ``identify --json`` prints.
+
+        Returns
+        -------
+        dict
+            Its keys contain those of ``verify --json`` where there is a report.
+        """
         document: dict[str, Any] = self.report.to_json() if self.report else {}
         return document | {
             "finding": self.finding,
@@ -64,11 +82,33 @@ def identify(
 ) -> Identification:
     """Find the enrolled badge that a film shows.
 
-    Parameters: layouts: one badge for each layout enrolled.
-    Convention: "found" needs an enrolled id, decoded or told by `PartialWord`, *and* the invariant; "nobody" a
-        readable badge that is not enrolled, or fringes that break the law.
-    Returns: Identification, of the layout that says most.
-    Raises: MediaError where the film cannot be read.
+    Parameters
+    ----------
+    video : Path
+        The film.
+    layouts : iterable of Badge
+        One badge of each layout that is enrolled.
+    enrolled : Enrolled
+        Tells whether an id is enrolled, and which ids are alike; `moireid.registry.People` is one.
+    focal_px : float, optional
+        Focal length of the film's camera, px; None where it is not known.
+    progress : callable, optional
+        Called with frames read, and frames expected where the file says.
+
+    Returns
+    -------
+    Identification
+        Of the layout that says most.
+
+    Raises
+    ------
+    MediaError
+        Where the film cannot be read.
+
+    Notes
+    -----
+    Convention: "found" needs an enrolled id, decoded or told by `PartialWord`, *and* the invariant.  "nobody" is a
+    readable badge that is not enrolled, or fringes that break the law.
     Source: `verify` without a claim, a layout at a time.
     """
     order = {"found": 0, "nobody": 1, "inconclusive": 2}
@@ -77,7 +117,7 @@ def identify(
         try:
             report = verify(video, Claim(layout, focal_px=focal_px), progress=progress)
         except (SpecError, CodeError) as error:
-            # One badge that nobody can read must not keep all others from being found.
+            # One unreadable badge in the registry must not hide all others.
             text = f"One badge layout in the registry cannot be checked: {error}."
             reason = Reason("layout", "undecided", None, None, "", text)
             outcomes.append(Identification("inconclusive", None, (reason,), None))
@@ -99,7 +139,7 @@ def judge(report: Report, enrolled: Enrolled) -> Identification:
         reason = Reason("genuine", "fail", None, None, "", text)
         return Identification("nobody", None, (*invariant.reasons, reason), report)
     found, reason = _whose(report.identity, enrolled)
-    # An absent badge leaves the invariant without reasons; what is known then stands in the report's.
+    # Without a badge in view the invariant has no reasons, but the report has some.
     reasons = (*(invariant.reasons or report.reasons), reason)
     if reason.level == "fail":
         return Identification("nobody", None, reasons, report)
@@ -129,11 +169,11 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
 
 
 def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, Reason]:
-    """The one enrolled id whose word agrees with the reading so well that chance is excluded."""
+    """The one enrolled id whose code word agrees with the reading better than chance allows."""
     unread = Reason("identity", "undecided", None, None, "", "No identity can be read from the badge.")
     if word is None:
         return None, unread
-    # Whoever was revoked is asked too: else the next best would be named for them.
+    # Revoked ids take part too; otherwise the next best id would be named in their place.
     near = {candidate: word.agreeing(bytes.fromhex(candidate)) for candidate in enrolled.alike(word.parts())}
     near = {candidate: agreeing for candidate, agreeing in near.items() if word.tells(agreeing)}
     if len(near) != 1:

@@ -1,15 +1,15 @@
-"""The overlap protocol: does the badge pass before the face, and does the law hold while it does?
+"""The overlap protocol: does the badge pass in front of the face, and does the law hold meanwhile?
 
-A badge beside a face says nothing of the face.  A badge *before* it must be composed with it in every frame: a face
-swap then works on a face that the badge cuts into, and a pasted badge shows at the border.  So the protocol asks that
-both overlap for a while, and that the fringes obey the law through it, frame by frame.
+A badge beside a face says nothing about the face.  If the badge covers part of it, a forger must combine both in every
+frame: a face swap must work on a partly covered face, and a pasted badge shows at its border.  So badge and face must
+overlap for a while, and the fringes must obey the law in each frame of it.
 
 1. Follow the face (`faces`) and the badges in view, and keep the times at which they overlap.
-2. Take the longest of these intervals, of the badge that the verdict is of.
-3. Hold each of its frames against the law, with the film's own gain, and the seconds around it where they move enough.
+2. Take the longest of these intervals of the badge that the verdict is about.
+3. Check each of its frames against the law with the gain of the film, and the seconds around it if they move enough.
 
-Convention: the overlap of a frame is the area that badge and face box share, over the smaller one's area.
-Source: the source paper's second mitigation (Qing et al. 2026): overlap of badge and face.
+Convention: the overlap in a frame is the common area of badge and face box, divided by the smaller of the two.
+Source: the second mitigation of Qing et al. (2026): overlap of badge and face.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Overlap:
-    """Outcome of the protocol: findings, when the face was seen, and when the badge was before it.
+    """Outcome of the protocol: findings, when the face was seen, and when the badge covered it.
 
-    agreeing: share of the longest interval's frames that agree with the law, None where none tells.
+    agreeing: share of the readable frames in the longest interval that agree with the law; None if none is readable.
     """
 
     reasons: tuple[Reason, ...]
@@ -66,7 +66,7 @@ class Overlap:
 
     @property
     def verdict(self) -> Verdict:
-        """Of the protocol alone."""
+        """The verdict of the protocol alone."""
         return worst(list(self.reasons))
 
     def to_json(self) -> dict[str, Any]:
@@ -84,7 +84,7 @@ class Overlap:
 
 
 class OverlapWatch:
-    """Keeps when the face was seen and when each badge was before it; memory goes with the number of intervals.
+    """Records when the face was seen and when each badge covered it; memory grows with the number of intervals.
 
     Raises: MissingExtraError where dlib is not installed.
     """
@@ -92,14 +92,14 @@ class OverlapWatch:
     def __init__(self) -> None:
         self._follower = FaceFollower()
         self._faces = Spans()
-        # Badges that are given up and forgotten take their times with them.
+        # When a lost badge is dropped, its times go with it.
         self._overlaps: WeakKeyDictionary[BadgeTracker, Spans] = WeakKeyDictionary()
         self.face: Face | None = None
         #: Badges that overlap the face in the present frame.
         self.over: list[BadgeTracker] = []
 
     def push(self, frame: Frame, in_view: Sequence[tuple[BadgeTracker, Array]]) -> None:
-        """Take in a frame.  in_view: the badges that are seen in it, with their boards' corners (4, 2) px."""
+        """Take a frame.  in_view: the badges seen in it, with the corners (4, 2) px of their boards."""
         self.face = self._follower.follow(frame.luma, frame.time_s, hidden=bool(self.over))
         self.over = []
         if self.face is None:
@@ -111,7 +111,7 @@ class OverlapWatch:
                 self._overlaps.setdefault(tracker, Spans()).add(frame.time_s)
 
     def judge(self, tracker: BadgeTracker, chapters: Sequence[Chapter]) -> Overlap:
-        """The protocol's outcome for one badge, with the chapters that were judged of it."""
+        """The outcome of the protocol for one badge and its judged chapters."""
         overlaps = self._overlaps.get(tracker) or Spans()
         if not self._follower.seen:
             return Overlap((_no_face(self._follower.looks),), self._faces, overlaps)
@@ -124,7 +124,7 @@ class OverlapWatch:
 
 
 def overlap_share(corners: Array, face: Face) -> float:
-    """Area that a badge (corners (4, 2) px, convex) and a face share, over the smaller one's area; 0 to 1.
+    """Common area of a badge (corners (4, 2) px, convex) and a face, over the smaller area; 0 to 1.
 
     Source: OpenCV's intersection of convex polygons.
     """
@@ -139,11 +139,11 @@ def overlap_share(corners: Array, face: Face) -> float:
 
 
 def law_through(interval_s: tuple[float, float], chapters: Sequence[Chapter]) -> tuple[Reason, float | None]:
-    """Whether the law holds in an interval: frame by frame, and around it as a whole where it moves enough to tell.
+    """Whether the law holds in an interval: in each frame, and over the seconds around it if they move enough.
 
-    Convention: a frame agrees where every grating does that tells its phase; each grating has its chapter's own gain
-    and offset, so an interval that shows another badge's fringes, or none that move, strays.
-    Returns: the finding, and the share of its frames that agree (None where none tells).
+    Convention: a frame agrees if every grating with a readable phase does; each grating has the gain and offset of its
+        chapter, so an interval with still fringes, or with those of another badge, deviates.
+    Returns: the finding, and the share of the readable frames that agree (None if none is readable).
     """
     frames, told, agreeing = 0, 0, 0
     broken: Reason | None = None
@@ -162,21 +162,21 @@ def law_through(interval_s: tuple[float, float], chapters: Sequence[Chapter]) ->
 
 
 def _held(signal: GratingSignal, own: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Of each own frame, whether its phase is known, and whether it is what the law says, (2, N)."""
+    """For each frame of the interval (mask `own`): is the phase readable, and does it agree with the law? (2, N)."""
     figures = figures_of(signal)
-    # The film's own gain, as far as a true badge's may be off; where the film hardly moves that is noise.
+    # The measured gain, limited to the range of genuine badges; in a film that hardly moves it is noise.
     gain = 1.0
     if figures.excitation_rad >= MIN_EXCITATION_RAD:
         gain = min(max(figures.gain_ratio, 1 - GAIN_TOLERANCE_SHARE), 1 + GAIN_TOLERANCE_SHARE)
-    strayed = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
+    deviation = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
     sd = signal.phase_sd_rad[own]
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * figures.excitation_rad)
     error = np.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * np.hypot(np.where(np.isfinite(sd), sd, 0.0), signal.pose_sd_rad))
-    return np.array([np.isfinite(sd), strayed <= EXPLAINED_SDS * error])
+    return np.array([np.isfinite(sd), deviation <= EXPLAINED_SDS * error])
 
 
 def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[float, float]) -> Reason | None:
-    """The finding by which the seconds around the interval break the law by themselves, if they do."""
+    """The finding if the seconds around the interval break the law by themselves; otherwise None."""
     middle, half = sum(interval_s) / 2, max(interval_s[1] - interval_s[0], SEGMENT_S) / 2
     around = np.flatnonzero(np.abs(times - middle) <= half)
     if len(around) < WINDOW_FRAMES:

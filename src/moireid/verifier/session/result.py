@@ -16,13 +16,51 @@ from moireid.verifier.reasons import Reason, Verdict, json_number
 from moireid.verifier.session.overlap import Overlap
 from moireid.verifier.tracking.track import Track
 
-#: Of the JSON report; within one, keys are only added.
+#: Version of the JSON report; within one version, keys are only added.
 REPORT_FORMAT = 1
 
 
 @dataclass(frozen=True)
 class Report:
-    """The verdict with all that it rests on; `to_json` is the contract's object."""
+    """The verdict with all that it rests on.
+
+    Attributes
+    ----------
+    verdict : {"accept", "reject", "inconclusive"}
+        The outcome.
+    reasons : tuple of Reason
+        Findings with measured value, limit and unit.
+    invariant : Invariant
+        Outcome of the motion test.
+    identity : Identity
+        Outcome of the identity test.
+    film : dict
+        The film, as `Film.described`.
+    frames : dict of str to int
+        Frames "read" and "tracked".
+    timing : dict
+        Seconds in all and by stage.
+    left_out : tuple of str
+        What was not looked at.
+    track : Track
+        Where the badge was in each frame.
+    measurement : Measurement or None
+        Camera and fringe phases; None where nothing could be measured.
+    pipeline : str
+        Who judged: "moireid", or another method that was compared.
+    segments : tuple of Segment
+        The film's seconds, each judged by itself.
+    region : dict or None
+        Where the judged badge was first: the frame, and its board's corners, px.
+    overlap : Overlap or None
+        Whether the badge passed before the face; None where that was not asked for.
+
+    Notes
+    -----
+    Convention: "accept" needs the invariant, and the identity where one is claimed.  Of a figure that could not be
+    measured there is None.
+    Source: the steps and the policy of `moireid.verifier.session.film`.
+    """
 
     verdict: Verdict
     reasons: tuple[Reason, ...]
@@ -45,7 +83,13 @@ class Report:
         return self.track.badge
 
     def to_json(self) -> dict[str, Any]:
-        """The object that `verify --json` prints, as `report_schema` describes it."""
+        """Give the object that ``verify --json`` prints.
+
+        Returns
+        -------
+        dict
+            As `report_schema` describes it; figures that are not finite are null.
+        """
         camera = self.measurement.camera if self.measurement else None
         return {
             "format": REPORT_FORMAT,

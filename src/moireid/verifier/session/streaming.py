@@ -1,10 +1,9 @@
-"""Verifying as frames come: a running verdict for live video, and the final one at the end.
+"""Verification frame by frame: a running verdict for live video, and the final one at the end.
 
-Each pushed frame is followed at once.  About every second the last seconds are judged: that verdict is *causal*, it
-knows nothing of what comes.  `finish` judges the chapter that is still open with all that it holds; it may refine what
-the running verdict said, and it alone is the verdict of the film.
-
-Of several badges in view each is judged by itself, and the verdict is of one of them (`Line.rank`).
+Each pushed frame is tracked at once.  About every second the last few seconds are judged.  This running verdict is
+*causal*: it uses past frames only.  `finish` judges the chapter that is still open.  Its verdict is the verdict of the
+film; it may differ from the running one.
+If several badges are in view, each is judged by itself, and the verdict is about one of them (`Line.rank`).
 """
 
 from __future__ import annotations
@@ -26,15 +25,31 @@ from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
 
-#: The running verdict is of so many of the last tracked frames, made anew after so much of the film.
+#: The running verdict uses this many of the last tracked frames, and is renewed after this time.
 RUNNING_FRAMES, RUNNING_S = 240, 1.0
 
 
 @dataclass(frozen=True)
 class Running:
-    """A verdict on the last seconds: causal, and not the film's.
+    """A verdict on the last seconds of a film or a live picture.
 
-    time_s: of the frame that it was made at; span_s: first and last frame that it rests on.
+    Attributes
+    ----------
+    time_s : float
+        Of the frame that it was made at, s.
+    span_s : (float, float)
+        Of the first and the last frame that it rests on, s.
+    verdict : {"accept", "reject", "inconclusive"}
+        The outcome on those seconds alone.
+    reasons : tuple of Reason
+        Findings with measured value, limit and unit.
+    tracked : int
+        Frames of those seconds that show the badge.
+
+    Notes
+    -----
+    Convention: it knows nothing of what comes, and is not the verdict of the film.
+    Source: the same judging as for a chapter of a film.
     """
 
     time_s: float
@@ -45,24 +60,41 @@ class Running:
 
 
 class Verifier:
-    """Takes a film frame by frame; memory does not grow with its length."""
+    """Take a film frame by frame; memory does not grow with its length.
+
+    Notes
+    -----
+    Convention: of several badges in view each is judged by itself, and the verdict is of one of them (`Line.rank`).
+    Source: `moireid.verifier.session.chapters`.
+    """
 
     def __init__(self, claim: Claim, *, running: bool = True, aside: Executor | None = None) -> None:
-        """Parameters: running: make running verdicts; a film that is judged at its end can leave them out; aside: where
-            running verdicts are made while `push` goes on, so that a camera's frames need not wait half a second: each
-            is then told by a later push, and one at a time is made.
+        """Begin a film.
 
-        Raises: SpecError where the badge cannot be read at all.
+        Parameters
+        ----------
+        claim : Claim
+            What is held against it.
+        running : bool
+            Make running verdicts; a film that is judged at its end can leave them out.
+        aside : Executor, optional
+            Where running verdicts are made while `push` goes on, so that a camera's frames need not wait half a
+            second.  Each is then told by a later push, and one at a time is made.
+
+        Raises
+        ------
+        SpecError
+            Where the badge cannot be read at all.
         """
         self._aside = aside
         self._pending: Future[Running] | None = None
         self._claim, self._running = claim, running
         self._times = FilmTime()
-        #: When the last frame was taken, in times that rise.
+        #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
         self._lines = [Line(claim, self._view.trackers[0])]
-        #: Of the badges that were given up, how many, what they read, and the one that the verdict would be of.
+        #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
         self._gone, self._gone_read = 0, set[str]()
         self._kept: Line | None = None
         self._due_s: float | None = None
@@ -99,11 +131,27 @@ class Verifier:
         return restart_findings(self._times.restarts, unjudged, WINDOW_FRAMES)
 
     def push(self, frame: Frame) -> Running | None:
-        """Take in the next frame; a running verdict where one is due.
+        """Take in the next frame.
 
-        Convention: frames in order, times in seconds; where they start anew, a chapter ends (`PIECE_FRAMES`), and they
-        are moved so that they rise (`FilmTime`).
-        Raises: SpecError where a time is not finite.
+        Parameters
+        ----------
+        frame : Frame
+            Frames come in order, with times in seconds.
+
+        Returns
+        -------
+        Running or None
+            A running verdict where one is due, about once a second of the film.
+
+        Raises
+        ------
+        SpecError
+            Where a time is not finite.
+
+        Notes
+        -----
+        Convention: where times start anew, a chapter ends (`PIECE_FRAMES`), and they are moved so that they rise
+        (`FilmTime`).
         """
         self.now_s, restarted = self._times.place(frame.time_s)
         frame = replace(frame, time_s=self.now_s)
@@ -131,8 +179,15 @@ class Verifier:
         return done.result() if done is not None else None
 
     def finish(self) -> list[Chapter]:
-        """Judge what is still open; all chapters of the badge that the verdict is of, at least one.
+        """Judge what is still open.
 
+        Returns
+        -------
+        list of Chapter
+            All chapters of the badge that the verdict is of, at least one.
+
+        Notes
+        -----
         Convention: the chapter that shows most keeps its track.
         """
         if self._pending is not None:
@@ -142,7 +197,7 @@ class Verifier:
         return self.chapters
 
     def _renew_lines(self) -> None:
-        """Judge the badges that were given up, and keep one of them; take up those that were begun."""
+        """Judge the badges that were lost, and keep the one with the least rank; add the badges that are new."""
         for tracker in self._view.given_up:
             line = next(line for line in self._lines if line.tracker is tracker).finish()
             self._lines.remove(line)
@@ -153,14 +208,14 @@ class Verifier:
             self._lines.append(Line(self._claim, tracker))
 
     def _looks(self) -> list[tuple[Line, Track]]:
-        """The last frames of those badges that are seen now."""
+        """The last frames of the badges that are in view now."""
         lines = [line for line in self._lines if line.tracker.place is not None] or [self.judged]
-        # The largest first: the focal length is solved on it.
+        # The largest first: the focal length is estimated on it.
         lines.sort(key=lambda line: -line.tracker.shown)
         return [(line, line.tracker.look(RUNNING_FRAMES)) for line in lines]
 
     def _judge_last(self, tracks: list[tuple[Line, Track]], now_s: float) -> Running:
-        """The verdict of the last seconds."""
+        """The verdict on the last seconds."""
         chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
         if not chapters:
             most = max(track.tracked for _, track in tracks)
@@ -174,8 +229,7 @@ class Verifier:
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 
     def _judged_now(self, track: Track) -> Chapter:
-        # Solving for the focal length is half of the work, so what it was is kept until there is twice as much to
-        # solve it on.
+        # Estimating the focal length is half of the work, so it is repeated only once there are twice as many frames.
         anew = self._claim.focal_px is None and track.tracked >= 2 * self._focal_frames
         focal_px = None if anew else self._focal_px
         chapter = judge_chapter(track, replace(self._claim, focal_px=focal_px))

@@ -1,7 +1,7 @@
-"""The track of one badge: register its page, read its profiles.  One frame in memory at a time.
+"""The track of one badge: register its page, read its profiles.  One frame is in memory at a time.
 
-What is kept of a frame is its homography and the profiles of its uniform rows, 3 kB, until they are taken; profiles of
-phase cells are kept of at most `SAMPLE_FRAMES` frames, evenly spread over a track.
+A frame leaves its homography and the profiles of its uniform rows, 3 kB, until `take`.  Profiles of phase cells are
+kept for at most `SAMPLE_FRAMES` frames, evenly spread over a track.
 """
 
 from __future__ import annotations
@@ -25,23 +25,22 @@ from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
-#: Pixels to the millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
+#: Pixels per millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
 
 
 class BadgeTracker:
-    """Follows one badge, frame after frame, and hands over what it has seen as tracks.
+    """Follows one badge, frame after frame, and returns what it has seen as tracks.
 
-    Its tools are the scene tracker's, who shares them among all badges; what is remembered of a badge is its own: its
-    course, its template at the scale on which it is shown, the exposure that its smears tell.  Where it is found first,
-    and anew after it was lost, is for `SceneTracker` to say.
-
-    Convention: homographies as `MarkerFinder`; only the badge's layout is looked at, not its pitches or id.
+    All badges share the tools of the scene tracker.  Each badge has its own memory: its course, its template at the
+    present scale, and the exposure estimated from its smears.  `SceneTracker` decides where a badge is found first, and
+    where it is found again after it was lost.
+    Convention: homographies as `MarkerFinder`; only the badge's layout is used, not its pitches or id.
     Source: `registration`, or `smeared_frames`, or `markers`, and `profiles`, in that order in each frame.
     """
 
     def __init__(self, badge: Badge, finder: MarkerFinder, registrar: PageRegistrar, reader: ProfileReader) -> None:
-        """Parameters: finder, registrar, reader: of the badge's layout."""
+        """Parameters: finder, registrar, reader: made for the badge's layout."""
         self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
         self.course, self._template, self._faint = Course(), KeptTemplate(registrar.printer), faint_turns()
         self._shaken = ShakenFollower(badge.markers, registrar, self._template, self.course)
@@ -50,9 +49,9 @@ class BadgeTracker:
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
         self._mirrored = False
         self._image_px = (0, 0)
-        #: Where it is in the present frame; None: nowhere.
+        #: Homography in the present frame; None if the badge is not seen.
         self.place: Array | None = None
-        #: How large it was shown: its scale squared, summed over all frames in which it was seen, (px / mm)^2.
+        #: Size and duration of view: its scale squared, summed over all frames that show it, (px / mm)^2.
         self.shown = 0.0
         self.frames_read = 0
         self._numbers: list[int] = []
@@ -72,14 +71,14 @@ class BadgeTracker:
         return len(self._times)
 
     def follow(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
-        """Begin the next frame: the badge near where it must be now; whether it was found there.
+        """Begin the next frame: look for the badge near its expected place; returns whether it was found.
 
-        Parameters: luma: of the frame, turned back where the film is mirrored; taken: pages that are other badges'.
+        Parameters: luma: of the frame, unmirrored if the film is mirrored; taken: pages of other badges.
         """
         self.frames_read += 1
         self._image_px = (luma.shape[1], luma.shape[0])
         self._clock = time.perf_counter()
-        # Where the badge must be now is mostly near enough for registration, which needs no marker to be decoded.
+        # The expected place is mostly near enough for registration, so no marker has to be decoded.
         expected = self.course.expected(frame.index)
         registration = _clear(self._registered(luma, expected)) if expected is not None else None
         self._lap("register")
@@ -89,7 +88,7 @@ class BadgeTracker:
         return self._taken_in(frame, luma, registration, taken)
 
     def seek(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
-        """Look for its markers where it was in the frame before; whether it was found there."""
+        """Look for its markers around its last place; returns whether it was found."""
         self._clock = time.perf_counter()
         last = self.course.last
         if last is None or not self.course.followed:
@@ -97,14 +96,14 @@ class BadgeTracker:
         near = self._finder.pages_near(luma, last.page, faint=next(self._faint))
         pages = [page for page in near if not self._is_one_of(page, taken)]
         self._lap("find")
-        # The largest first, but the badge's own where another is beside it.
+        # The largest first, but before all the page at this badge's own place.
         pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
         return bool(pages) and self.begin(frame, luma, pages[0], taken)
 
     def begin(
         self, frame: Frame, luma: NDArray[np.uint8], page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
     ) -> bool:
-        """Take up the badge at a page's place; whether it is there.  mirrored: that the film was turned back."""
+        """Start to follow the badge at a page; returns whether it is there.  mirrored: whether the film is mirrored."""
         self._clock = time.perf_counter()
         self._image_px, self.frames_read = (luma.shape[1], luma.shape[0]), max(self.frames_read, 1)
         registration = self._registered(luma, page)
@@ -113,7 +112,7 @@ class BadgeTracker:
         return self._taken_in(frame, luma, registration, taken)
 
     def spent(self, seconds: float) -> None:
-        """Count the time of a search of the whole frame as this track's."""
+        """Add the time of a search of the whole frame to this track."""
         self._stages["find"] += seconds
 
     def _registered(self, luma: NDArray[np.uint8], page: Array) -> Registration | None:
@@ -125,7 +124,7 @@ class BadgeTracker:
     def _taken_in(
         self, frame: Frame, luma: NDArray[np.uint8], registration: Registration | None, taken: Sequence[Array]
     ) -> bool:
-        """Read the frame where the page was registered; whether it was, and on no other badge's place."""
+        """Read the frame if the page was registered, at a place of no other badge; returns whether it was."""
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place = registration.homography
@@ -140,7 +139,7 @@ class BadgeTracker:
         self._rows.append(seen[self._uniform])
         self._cells.offer(seen[~self._uniform])
         self._lap("profiles")
-        # A frame must be clearly better to be straightened anew, or a steady film would do it again and again.
+        # Only a clearly better frame is straightened again, or a steady film would do it all the time.
         if registration.correlation > self._best + 0.003:
             self._best = registration.correlation
             self._snapshot = straighten(luma, registration.homography, self._badge)
@@ -148,11 +147,11 @@ class BadgeTracker:
         return True
 
     def outline_px(self) -> Array | None:
-        """Corners of the board in the first frame in which it was seen, as `corners_px`; None: never."""
+        """Corners of the board in the first frame that shows it, as `corners_px`; None if no frame does."""
         return self.corners_px(self.course.first.page) if self.course.first is not None else None
 
     def corners_px(self, page: Array) -> Array:
-        """Corners of the board where the page lies so, (4, 2) px of the film as it is.
+        """Corners of the board under the homography `page`, (4, 2) px of the original film.
 
         Convention: top left, top right, bottom right, bottom left of the upright board.
         """
@@ -169,7 +168,7 @@ class BadgeTracker:
         self._clock = now
 
     def look(self, last: int | None = None) -> Track:
-        """What was seen since the last `take`, or in its last so many tracked frames; the tracker goes on."""
+        """The track since the last `take`, or its last `last` frames; the tracker goes on."""
         first = 0 if last is None else max(self.tracked - last, 0)
         places = self._cells.places
         kept = places >= first
@@ -192,9 +191,9 @@ class BadgeTracker:
         )
 
     def take(self, keep: int = 0) -> Track:
-        """What was seen since the last `take`; then begin anew, with the last `keep` tracked frames.
+        """The track since the last `take`; then begin a new one with the last `keep` tracked frames.
 
-        Convention: `frames_read` and `stages_s` begin anew too: what was kept is not counted twice.
+        Convention: `frames_read` and `stages_s` restart at 0, so that kept frames are not counted twice.
         """
         track = self.look()
         gone = max(self.tracked - keep, 0)
@@ -208,14 +207,14 @@ class BadgeTracker:
 
 
 def _clear(found: Registration | None) -> Registration | None:
-    """A page that was followed, if it is seen clearly."""
+    """The registration of a followed page if the page is seen clearly; otherwise None."""
     return found if found is not None and found.clear else None
 
 
 def _by_strip(
     uniform: NDArray[np.bool_], rows: list[NDArray[np.float32]], cells: list[NDArray[np.float32]], samples: int
 ) -> tuple[NDArray[np.float32], ...]:
-    """Profiles frame by frame, of uniform strips and of the others, turned into one array a strip."""
+    """Profiles by frame, of uniform strips and of the others, rearranged into one array per strip."""
     of_rows = np.array(rows, np.float32).reshape(len(rows), int(uniform.sum()), samples)
     of_cells = np.array(cells, np.float32).reshape(len(cells), int((~uniform).sum()), samples)
     places = np.where(uniform, np.cumsum(uniform), np.cumsum(~uniform)) - 1
@@ -225,7 +224,7 @@ def _by_strip(
 
 
 def straighten(luma: NDArray[np.uint8], homography: Array, badge: Badge) -> NDArray[np.uint8]:
-    """The board as seen in a frame, turned upright and flat, `SNAPSHOT_PX_PER_MM`."""
+    """The board as seen in a frame, rectified to `SNAPSHOT_PX_PER_MM`."""
     x0, y0, x1, y1 = badge.outline_mm
     to_page = np.array([[1 / SNAPSHOT_PX_PER_MM, 0, x0], [0, 1 / SNAPSHOT_PX_PER_MM, y0], [0, 0, 1.0]])
     size = (round((x1 - x0) * SNAPSHOT_PX_PER_MM), round((y1 - y0) * SNAPSHOT_PX_PER_MM))

@@ -1,14 +1,15 @@
-"""The borders of the gratings, which hold the page's place where only two markers are seen.
+"""The borders of the gratings, which register the page where only two markers are seen.
 
-Two markers alone leave the tilt across them to differences over a marker's own width.  What else is printed in the
-page's plane and known from the badge is where each grating ends; its fringes are of no use, as they move with the very
-motion that is to be tested.  Only the ends that the lens sheet does not magnify are used: those across the lines,
-beyond which the page is white.  Along such a border fringes are dark and bright by turns, so it is cut into short
-segments, each with its own brightness and contrast; a segment whose fringe is as white as the page says nothing.
+With two markers alone, the tilt across them rests on differences over one marker's width.  The badge file also gives
+the borders of each grating, which are printed in the page's plane.  (Fringes cannot help: their motion is what is
+tested.)  Only the borders that the lens sheet does not magnify are used: those across the lines, beyond which the page
+is white.  Fringes make such a border dark and bright in turn, so it is cut into short segments, each with its own
+brightness and contrast.  A segment whose fringe is as white as the page is not visible.
 
-Convention: what lies under a sheet is seen displaced by the view's slope, print and sheet end within some tenths of a
-millimetre of each other, and codecs move an edge by a tenth of a pixel; so each border's own displacement is solved
-for, and one turn of a sheet against the page.  What is left, and enough, is that the borders are straight and parallel.
+Convention: the sheet displaces the print under it with the view direction, print and sheet end within some tenths of a
+    millimetre of each other, and codecs move an edge by a tenth of a pixel.  So a displacement of each border is
+    estimated, and one rotation of each sheet against the page.  It is enough to know that the borders are straight and
+    parallel.
 """
 
 from __future__ import annotations
@@ -23,18 +24,18 @@ from moireid.badge import Badge, Rect
 from moireid.verifier.tracking.template import BLUR_PX, warp_jacobian
 
 Array = NDArray[np.float64]
-#: How far to either side of a border brightness is looked at; a segment's length and distance from the next, mm.
+#: Brightness is sampled this far to either side of a border; length of a segment and distance to the next, mm.
 REACH_MM, SEGMENT_MM = 2.0, 1.5
 #: Samples along and across a segment.
 ALONG, ACROSS = 2, 9
-#: A segment is seen where it correlates so far with a border and has this share of the markers' contrast.
+#: A segment is visible if it has this correlation with a border and this share of the markers' contrast.
 SEGMENT_CORRELATION, SEGMENT_GAIN = 0.85, 0.15
-#: Segments that must be seen on a border, and the share of its length that they must span, on two borders at least.
+#: Visible segments that a border needs, and the share of its length that they span; two borders must be visible.
 LEAST_SEGMENTS, LEAST_SPAN = 8, 0.25
-#: A sample beside a border errs by so much more than one of a marker (one over this): fringes are no even grey.
+#: Weight of a sample at a border against one of a marker: fringes are not an even grey.
 BORDER_WEIGHT = 0.25
-#: Standard deviations of what displaces a border, mm: a sheet of 1 mm seen at up to 15 degrees, laid down by hand; and
-#: of what turns it, rad: the twist that a sheet may have.
+#: Standard deviations of a border's displacement, mm (a sheet of 1 mm, laid by hand, seen at up to 15 degrees), and of
+#: its rotation, rad (the twist that a sheet may have).
 SHIFT_SD_MM, TURN_SD = 0.3, 0.004
 
 
@@ -43,8 +44,8 @@ class Borders:
     """Segments of all borders: S segments of M samples.
 
     places (S, M, 2) page mm; inward (S, M): distance from the border towards the grating, mm; normal (S, 2): unit
-    vector inward; border (S,): which border it is part of; freedom (S, K): how far it goes inward, mm, with
-    each of the ways in which borders may be displaced; freedom_sd (K,): their standard deviations.
+    vector inward; border (S,): the border it belongs to; freedom (S, K): its shift inward, mm, per unit of each of the
+    K possible displacements; freedom_sd (K,): their standard deviations.
     """
 
     places: Array
@@ -57,8 +58,8 @@ class Borders:
     def equations(
         self, values: Array, freed: Array, middle: Array, extent: float, px_per_mm: float, contrast: float
     ) -> tuple[Array, Array] | None:
-        """Rows (N, 8 + K) and right side (N,) of least squares for a warp's step and the freedoms, in units of the
-        markers' contrast; None where too little of the borders is seen.
+        """Rows (N, 8 + K) and right side (N,) of least squares for a warp's step and the displacements, in units of the
+        markers' contrast; None if too little of the borders is visible.
 
         Parameters: values (S, M): brightness seen at the places; freed (K,): as found so far; middle, extent: of the
             template's coordinates; contrast: of the markers, counts.
@@ -67,7 +68,7 @@ class Borders:
         printed = -0.5 * erf(inward * px_per_mm / BLUR_PX / np.sqrt(2))
         apart, own = values - values.mean(axis=1, keepdims=True), printed - printed.mean(axis=1, keepdims=True)
         power = (own**2).sum(axis=1)
-        # A segment far from where it should be shows nothing of a border, and has no gain.
+        # A segment far from its border has no contrast across it.
         gain = (apart * own).sum(axis=1) / np.where(power > 0, power, np.inf)
         agree = (apart * own).sum(axis=1) / np.maximum(np.sqrt(power * (apart**2).sum(axis=1)), 1e-12)
         seen = (agree >= SEGMENT_CORRELATION) & (gain >= SEGMENT_GAIN * contrast)
@@ -78,7 +79,7 @@ class Borders:
         gradient = slope[..., None] * self.normal[seen][:, None, :]
         place = (self.places[seen] - middle) / extent
         rows = warp_jacobian(place.reshape(-1, 2), gradient.reshape(-1, 2) * extent)
-        # A border displaced inward shows what the print has further out.
+        # If a border is displaced inward, a sample shows the print further out, hence the minus.
         freed_rows = (-slope[..., None] * self.freedom[seen][:, None, :]).reshape(len(rows), -1)
         rows = np.column_stack([rows, freed_rows]).reshape(*slope.shape, -1)
         free = rows - rows.mean(axis=1, keepdims=True)
@@ -89,7 +90,7 @@ class Borders:
         return (share[..., None] * free).reshape(-1, free.shape[-1]), residual.ravel()
 
     def _enough(self, seen: NDArray[np.bool_]) -> bool:
-        """Whether two borders or more are seen over enough of their length."""
+        """Whether at least two borders are visible over enough of their length."""
         held = 0
         for border in np.unique(self.border):
             mine = self.border == border
@@ -101,7 +102,7 @@ class Borders:
 
 
 def borders_of(badge: Badge) -> Borders | None:
-    """The borders of a badge that can be used, None where it has none."""
+    """The usable borders of a badge; None if there are none."""
     rects = [grating.rect_mm for grating in badge.gratings]
     half = badge.markers.size_mm / 2
     dark = [*rects, *((x - half, y - half, x + half, y + half) for x, y in badge.markers.centers_mm)]

@@ -1,4 +1,4 @@
-"""Where one badge was: what is remembered of it from frame to frame."""
+"""Where one badge was in the first frame and the last two frames that show it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Seen:
-    """A frame in which the badge was: its number, its time, and the page's homography."""
+    """A frame that shows the badge: its number, its time, and the page's homography."""
 
     frame: int
     time_s: float
@@ -21,7 +21,7 @@ class Seen:
 
 @dataclass
 class Course:
-    """The first frame in which the badge was seen, and the last two; None: nowhere yet.
+    """The first frame that shows the badge, and the last two; None if there is none yet.
 
     Convention: homographies page mm -> px, h33 = 1.
     """
@@ -29,22 +29,22 @@ class Course:
     first: Seen | None = None
     before: Seen | None = None
     last: Seen | None = None
-    #: Whether it was seen in the frame before.
+    #: Whether the last frame shows the badge.
     followed: bool = False
 
     def follow(self, seen: Seen) -> None:
-        """It was seen."""
+        """Record a frame that shows the badge."""
         self.before, self.last, self.followed = self.last, seen, True
         self.first = self.first or seen
 
     def lose(self) -> None:
-        """It is not in this frame: do not look for it where it was."""
+        """Record that this frame does not show the badge: its place is no longer known."""
         self.followed = False
 
     def expected(self, frame: int) -> Array | None:
-        """The homography of a frame if the badge moves on as it did, None where it was not in the frame before.
+        """The expected homography in a frame; None if the last frame did not show the badge.
 
-        Source: the picture's last motion, page to page, once more.
+        Source: the last motion between two frames, applied once more.
         """
         if not self.followed or self.last is None:
             return None

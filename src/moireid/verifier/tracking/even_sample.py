@@ -1,4 +1,4 @@
-"""A sample of a film of unknown length that never outgrows its bound."""
+"""A bounded, even sample of a film of unknown length."""
 
 from __future__ import annotations
 
@@ -7,16 +7,15 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-#: Frames kept: 8 s at 60 frames a second whole, every second one of 16 s, and so on.
+#: Most frames kept: all of 8 s at 60 frames a second, every second one of 16 s, and so on.
 SAMPLE_FRAMES = 512
 
 
 @dataclass
 class EvenSample:
-    """Every `stride`-th of the items offered; where there are too many, every second is dropped and the stride doubles.
+    """Keeps every `stride`-th item offered; if it is full, it drops every second one and doubles the stride.
 
-    So after any number of items more than half of `limit` are held, evenly spread over all that were offered; places
-    (K,): which of them.
+    So once it has been full, it always holds more than half of `limit` items, evenly spread over all that were offered.
     """
 
     limit: int = SAMPLE_FRAMES
@@ -26,7 +25,7 @@ class EvenSample:
     numbers: list[int] = field(default_factory=list)
 
     def offer(self, item: NDArray[np.float32]) -> None:
-        """Take the next item in, or pass it over."""
+        """Offer the next item, which is kept or skipped."""
         if not self.numbers or self.offered - self.numbers[-1] >= self.stride:
             self.items.append(item)
             self.numbers.append(self.offered)
@@ -36,7 +35,7 @@ class EvenSample:
             self.stride *= 2
 
     def drop(self, count: int) -> None:
-        """Forget the first `count` items offered; those that stay count from 0 again."""
+        """Forget the first `count` items offered; the rest are numbered from 0 again."""
         kept = [k for k, number in enumerate(self.numbers) if number >= count]
         self.items = [self.items[k] for k in kept]
         self.numbers = [self.numbers[k] - count for k in kept]
@@ -44,5 +43,5 @@ class EvenSample:
 
     @property
     def places(self) -> NDArray[np.int64]:
-        """Which of the items offered are held, (K,)."""
+        """Numbers of the items that are kept, (K,)."""
         return np.array(self.numbers, np.int64)

@@ -1,11 +1,10 @@
 """Finding badges: the four markers of a page in a frame, and those of each page where there are several.
 
-The whole frame is searched until a badge is found; then only its neighbourhood, because a full-frame search costs
-ten times the rest of the work.  Markers of 10 px are found in an enlarged picture alone, which costs some six times as
+The whole frame is searched until a badge is found, and then only its neighbourhood: a search of the whole frame costs
+ten times the rest of the work.  Markers of 10 px are found only in an enlarged picture, which costs some six times as
 much, so the frame is enlarged tile by tile (`tiles_of`).
-
-A film may show the badge mirror-wise.  Squares are found once, and their bits held against the dictionary and against
-its mirror image, which costs half of what a second search of the picture turned round does.
+A film may be mirrored.  Squares are found once, and their bits are compared with the dictionary and with its mirror
+image.  That costs half as much as a second search in the mirrored picture.
 """
 
 from __future__ import annotations
@@ -22,51 +21,49 @@ from numpy.typing import NDArray
 from moireid.badge import Markers
 from moireid.verifier.tracking.page_groups import pages_of
 
-#: Share of its own size that the badge may move between two frames and still be found in its neighbourhood.
+#: Margin of the neighbourhood, as a share of the badge's size: the motion between two frames that it allows.
 NEIGHBOURHOOD = 0.5
-#: Finer pictures of the neighbourhood help small markers: below this size in pixels it is enlarged twofold.
+#: The neighbourhood is enlarged twofold if its markers are smaller than this, px.
 ENLARGE_BELOW_PX = 24.0
-#: Every so many searches look for faded print; once it is found, it is followed without a search.
+#: One in this many searches looks for faded print; a page that is found is followed without a search.
 FAINT_EVERY = 3
-#: Least difference of faded print from its surroundings, and standard deviation within a marker, counts: at a contrast
-#: of 5 % in good light black and white are 7 counts apart.
+#: Least difference of faded print from its surroundings, and least standard deviation within a marker, counts: at a
+#: contrast of 5 % in good light, black and white differ by 7 counts.
 FAINT_COUNTS, FAINT_SD_COUNTS = 1.5, 2.0
-#: A glance looks for markers of this side with one threshold, of this window and so many counts, above most noise,
-#: whose outlines are what a search spends its time on.
+#: A glance searches markers of at least this side by one threshold, with this window and difference in counts.  The
+#: difference is above most noise, because outlines of noise take most time in a search.
 GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS = 14.0, 9, 18.0
-#: Windows of the threshold in an enlarged picture, px: least, most, step; more find little more.
+#: Windows of the threshold in an enlarged picture, px: least, most, step; more windows find few more markers.
 SMALL_WINDOWS_PX = (7, 27, 10)
-#: How finely bits are read of small and of faint markers, without their rims, where blur and enlarging leave a ramp.
+#: Pixels per cell when bits of small and faint markers are read, and the margin left out, where cells are blurred.
 FINE_CELL_PX, FINE_MARGIN = 8, 0.25
-#: Largest tile that is enlarged, (across, down) px and as a share of the frame, and by how much neighbours overlap at
-#: least: a page whose markers only an enlarged picture shows is some 90 px high.
+#: Largest tile that is enlarged, (across, down) px and as a share of the frame, and least overlap of neighbours: a page
+#: whose markers need enlarging is some 90 px high.
 TILE_PX, TILE_SHARE, OVERLAP_PX = (1200, 720), 0.625, 120
 
 Array = NDArray[np.float64]
 Box = tuple[int, int, int, int]  #: Left, top, right, bottom, px.
-#: Homographies of the pages in a picture, and of those in its mirror image, in that image's px.
+#: Homographies of the pages in a picture, and of those in its mirror image, in px of that image.
 EitherWay = tuple[list[Array], list[Array]]
 
 
 def faint_turns() -> Iterator[bool]:
-    """Whether the next search looks for faded print: every `FAINT_EVERY`-th does."""
+    """Whether the next search looks for faded print; true for every `FAINT_EVERY`-th."""
     return itertools.cycle([False] * (FAINT_EVERY - 1) + [True])
 
 
 class MarkerFinder:
-    """Finds pages by the markers of one layout; it remembers nothing from picture to picture.
+    """Finds pages by the markers of one layout; it keeps no state between pictures.
 
-    Convention: homographies page mm -> image px, (3, 3) with h33 = 1; image px of the centre of the top left pixel are
-    (0, 0).
+    Convention: homographies page mm -> image px, (3, 3) with h33 = 1; the centre of the top left pixel is (0, 0).
     """
 
     def __init__(self, markers: Markers) -> None:
         known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
         self._dictionaries = [known, _mirrored(known)]
         self._detector = self._searcher()
-        # Faded print differs from its surroundings by less than OpenCV's default of 7 counts, and its black from its
-        # white by less than 10, of which OpenCV reads no bits; asked for always, lower figures would make every search
-        # find more to look at.
+        # Faded print differs by less than OpenCV's defaults: 7 counts from its surroundings, 10 between black and
+        # white.  Lower limits make a search slower, so they are not used in every search.
         finely = {"perspectiveRemovePixelPerCell": FINE_CELL_PX, "perspectiveRemoveIgnoredMarginPerCell": FINE_MARGIN}
         self._faint = self._searcher(adaptiveThreshConstant=FAINT_COUNTS, minOtsuStdDev=FAINT_SD_COUNTS, **finely)
         least, most, step = SMALL_WINDOWS_PX
@@ -77,28 +74,28 @@ class MarkerFinder:
         self._corners_mm = marker_corners_mm(markers)
 
     def _searcher(self, **settings: Any) -> cv2.aruco.ArucoDetector:
-        """OpenCV's detector with these settings beside ours."""
+        """OpenCV's detector with our settings and these."""
         parameters = cv2.aruco.DetectorParameters()
         # OpenCV's default refuses a perimeter under 3 % of the picture's width: 14 px a side at 1080p.
         parameters.minMarkerPerimeterRate = 0.01
-        # Corners are refined against the whole page afterwards (`register`), so none is refined here.
+        # `register` refines the whole page afterwards, so corners need no refinement here.
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_NONE
-        # The default of 0.6 corrects no bit of DICT_4X4_50, whose words lie at least 4 bits apart.  One bit is
-        # allowed: the four ids and their places on the page, checked below, leave no room for a chance find.
+        # The default of 0.6 corrects no bit of DICT_4X4_50, whose words differ by at least 4 bits.  One wrong bit is
+        # allowed here: the four ids and their places on the page are checked below.
         parameters.errorCorrectionRate = 1.0
         for name, value in settings.items():
             setattr(parameters, name, value)
         return cv2.aruco.ArucoDetector(self._dictionaries, parameters)
 
     def pages(self, luma: NDArray[np.uint8], *, faint: bool = False) -> list[Array]:
-        """Homographies of all pages in the frame of which two markers are found, the largest first.
+        """Homographies of all pages in the frame with at least two visible markers, the largest first.
 
-        Parameters: faint: look for faded print too, which costs more.
+        Parameters: faint: also look for faded print, which takes longer.
         """
         return self.either_way(luma, faint=faint)[0]
 
     def either_way(self, luma: NDArray[np.uint8], *, faint: bool = False) -> EitherWay:
-        """As `pages`, and those that the frame shows mirror-wise."""
+        """As `pages`, and also the mirrored pages."""
         return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]), self._faint if faint else self._detector)
 
     def enlarged(self, luma: NDArray[np.uint8], box: Box) -> EitherWay:
@@ -106,17 +103,17 @@ class MarkerFinder:
         return self._find_in(luma, box, self._small, enlarge=True)
 
     def around(self, page: Array, shape: tuple[int, ...]) -> Box | None:
-        """The neighbourhood of a page whose markers are better sought enlarged; None where they are large."""
+        """The neighbourhood of a page if its markers are so small that enlarging helps; otherwise None."""
         return self._neighbourhood(shape, page) if self._marker_px(page) < ENLARGE_BELOW_PX else None
 
     def pages_near(self, luma: NDArray[np.uint8], page: Array, *, faint: bool = False) -> list[Array]:
-        """As `pages`, in the neighbourhood of a page's place in the frame before."""
+        """As `pages`, but only in the neighbourhood of the page in the last frame."""
         x0, y0, x1, y1 = box = self._neighbourhood(luma.shape, page)
         small = self._marker_px(page) < ENLARGE_BELOW_PX and (x1 - x0) * (y1 - y0) < 10**6
         return self._find_in(luma, box, self._faint if faint else self._detector, enlarge=small)[0]
 
     def glance(self, luma: NDArray[np.uint8]) -> list[Array]:
-        """As `pages`, but for clear markers of `GLANCE_PX` and more, at a small part of the cost."""
+        """As `pages`, but only for clear markers of at least `GLANCE_PX`; much faster."""
         coarse = self._searcher(
             adaptiveThreshConstant=GLANCE_COUNTS,
             adaptiveThreshWinSizeMin=GLANCE_WINDOW_PX,
@@ -137,7 +134,7 @@ class MarkerFinder:
     def _find_in(
         self, luma: NDArray[np.uint8], box: Box, detector: cv2.aruco.ArucoDetector, *, enlarge: bool = False
     ) -> EitherWay:
-        """Pages in a part of the frame, enlarged twofold where its markers are small."""
+        """Pages in a part of the frame, which is enlarged twofold if `enlarge`."""
         x0, y0, x1, y1 = box
         if x1 - x0 < 16 or y1 - y0 < 16:
             return [], []
@@ -155,7 +152,7 @@ class MarkerFinder:
         origin: tuple[int, int],
         width: int,
     ) -> EitherWay:
-        """Pages in a part of the frame that begins at `origin` and was scaled, told in the frame's own px."""
+        """Pages in a scaled part of the frame that begins at `origin`, in px of the frame."""
         corners, identities, _, which = detector.detectMarkersMultiDict(picture)
         quads: tuple[list[Array], list[Array]] = ([], [])
         index: tuple[list[int], list[int]] = ([], [])
@@ -167,7 +164,7 @@ class MarkerFinder:
             # Scaling keeps pixel edges, not centres, in place: x' + 0.5 = scale (x + 0.5).
             places = (quad.reshape(4, 2) + 0.5) / scale - 0.5 + origin
             if way == 1:
-                # In the mirror the picture's left is its right, and so are the marker's corners.
+                # A mirror swaps left and right, also of the marker's corners.
                 places = np.column_stack([width - 1 - places[:, 0], places[:, 1]])[[1, 0, 3, 2]]
             quads[way].append(places)
             index[way].append(self._markers.ids.index(int(identity)))
@@ -191,7 +188,7 @@ def _mirrored(dictionary: cv2.aruco.Dictionary) -> cv2.aruco.Dictionary:
 
 
 def tiles_of(shape: tuple[int, ...]) -> list[Box]:
-    """Parts of a frame (height, width) that cover it, and overlap by `OVERLAP_PX` at least."""
+    """Tiles that cover a frame (height, width) and overlap by at least `OVERLAP_PX`."""
     rows, columns = (_spans(size, most) for size, most in zip(shape[:2], reversed(TILE_PX), strict=True))
     return [(x0, y0, x1, y1) for y0, y1 in rows for x0, x1 in columns]
 
@@ -207,4 +204,4 @@ def marker_corners_mm(markers: Markers) -> NDArray[np.float64]:
     """Corners of the four black squares, (4, 4, 2): marker; top left, top right, bottom right, bottom left; x, y."""
     half = markers.size_mm / 2
     square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-    return np.asarray(markers.centers_mm)[:, None, :] + square
+    return np.asarray(np.array(markers.centers_mm)[:, None, :] + square)

@@ -1,11 +1,11 @@
 """Which of the markers in a frame belong together: pages of four, each with its own homography.
 
-Several badges of one layout bear the same four numbers, so a number does not tell which badge a marker is of; only
-geometry does.  Two markers of one page are squares whose distance fits their sizes, which markers of two pages are by
-rare chance alone, and a third or fourth that fits settles it.
+Badges of one layout carry the same four numbers, so a number does not identify the badge; only geometry does.  The
+distance of two markers of one page fits their sizes.  For markers of two pages that is rare, and a third or fourth
+fitting marker excludes it.
 
-Source: greedy search: pairs that a homography maps within its tolerance, each grown by what fits best; the page with
-most markers is taken first, its markers are set aside, and so on.
+Source: greedy search: start from pairs that a homography maps within the tolerance, and add the markers that fit best.
+    Take the page with most markers, set its markers aside, and repeat.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-#: A corner may lie so far from its place, in sides of its marker and in px: what blur and coding do to small markers.
+#: A corner may be off by this much, in sides of its marker and in px, because of blur and coding of small markers.
 TOLERANCE_SIDES, TOLERANCE_PX = 0.15, 2.0
-#: Of one number the largest so many are looked at, so that a wall of markers cannot hold a verifier up.
+#: At most this many markers of one number are used, the largest, so that a wall of markers cannot stall a verifier.
 MOST_OF_ONE = 6
-#: Pages of one frame that are told, largest first.
+#: Most pages returned from one frame, largest first.
 MOST_PAGES = 4
-#: Two markers smaller than this tell the perspective so poorly that the page is also placed without it.
+#: Two markers smaller than this give a poor perspective, so the page is also placed without perspective.
 PLAIN_BELOW_PX = 16.0
 
 
 def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[Array]:
-    """Homographies page mm -> image px of the pages that markers make up, the largest in the picture first.
+    """Homographies page mm -> image px of the pages formed by markers, the largest in the picture first.
 
-    Parameters: quads_px (M, 4, 2): corners of the markers found; index (M,): which of the page's four each is;
-        corners_mm (4, 4, 2): of the page, as `marker_corners_mm` has them.
-    Returns: homographies (3, 3) with h33 = 1; each of two markers at least, no two of which have the same number.
-        After them, for each of two markers under `PLAIN_BELOW_PX`, another place of its page, without perspective.
-    Source: module docstring; where no number is seen twice, all markers are fitted at once, with outliers left out.
+    Parameters: quads_px (M, 4, 2): corners of the markers found; index (M,): number of each on the page, 0 to 3;
+        corners_mm (4, 4, 2): as `marker_corners_mm`.
+    Returns: homographies (3, 3) with h33 = 1; each has at least two markers, all of different numbers.
+        Pages with two markers under `PLAIN_BELOW_PX` follow once more, placed without perspective.
+    Source: module docstring; if no number is seen twice, all markers are fitted at once, without outliers.
     """
     order = sorted(range(len(index)), key=lambda k: -cv2.contourArea(quads_px[k].astype(np.float32)))
     left = [k for place, k in enumerate(order) if [index[j] for j in order[:place]].count(index[k]) < MOST_OF_ONE]
@@ -42,7 +42,7 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[A
     plain: list[Array] = []
     while len({index[k] for k in left}) >= 2 and len(found) < MOST_PAGES:
         alone = len({index[k] for k in left}) == len(left)
-        # In the order in which they were found, as which corners RANSAC draws depends on it.
+        # Keep the order in which they were found: the corners that RANSAC draws depend on it.
         group = sorted(left) if alone else _largest_group(quads_px, index, corners_mm, left)
         if len(group) < 2:
             break
@@ -57,10 +57,10 @@ def pages_of(quads_px: Array, index: Sequence[int], corners_mm: Array) -> list[A
 
 
 def _plain(quads_px: Array, squares_mm: Array) -> list[Array]:
-    """The page by turn, scale and shift alone, through two small markers (2, 4, 2); [] for others.
+    """The page by rotation, scale and shift alone, from two small markers (2, 4, 2); [] for others.
 
-    From near straight ahead that places the other two within registration's reach; from 30 degrees aside and more the
-    page looks too narrow for it, and the homography is the better guess.
+    Seen nearly from the front, this places the other two markers near enough for registration.  From 30 degrees on,
+    foreshortening is too strong, and the homography is the better start.
     """
     side = float(np.linalg.norm(quads_px - np.roll(quads_px, 1, axis=1), axis=2).mean())
     if len(quads_px) != 2 or side >= PLAIN_BELOW_PX:
@@ -72,7 +72,7 @@ def _plain(quads_px: Array, squares_mm: Array) -> list[Array]:
 
 
 def _largest_group(quads_px: Array, index: Sequence[int], corners_mm: Array, left: list[int]) -> list[int]:
-    """Markers of the page that most of them make up, of equals the one that fits best; [] where no two fit."""
+    """The group that most markers fit, and of equal groups the one that fits best; [] if no two markers fit."""
     best: tuple[int, float, list[int]] = (0, 0.0, [])
     for one in left:
         for other in left:
@@ -92,12 +92,12 @@ def _largest_group(quads_px: Array, index: Sequence[int], corners_mm: Array, lef
 
 
 def _misfit(quads_px: Array, index: Sequence[int], corners_mm: Array, group: list[int]) -> float:
-    """The worst corner of a group under the homography that fits all of them, in units of the tolerance."""
+    """Error of a group's worst corner under its best homography, in units of the tolerance."""
     page, image = corners_mm[[index[k] for k in group]].reshape(-1, 2), quads_px[group].reshape(-1, 2)
     homography, _ = cv2.findHomography(page, image, 0)
     if homography is None or not np.all(np.isfinite(homography)):
         return float("inf")
-    # All of the page must lie before the camera and show its face, or the fit is none of a picture.
+    # The page must lie before the camera and face it; otherwise no picture could show it so.
     depth = np.column_stack([corners_mm.reshape(-1, 2), np.ones(16)]) @ homography[2]
     if not (np.all(depth > 0) or np.all(depth < 0)) or np.linalg.det(homography) * np.sign(depth[0]) <= 0:
         return float("inf")
@@ -109,9 +109,9 @@ def _misfit(quads_px: Array, index: Sequence[int], corners_mm: Array, group: lis
 
 
 def fit_homography(page_mm: Array, image_px: Array) -> Array | None:
-    """Homography page -> image through at least four pairs (N, 2), None where they do not agree.
+    """Homography page -> image from at least four pairs (N, 2); None if they do not agree.
 
-    A marker that was found where the others do not expect it (another badge, a misread bit) is left out by RANSAC.
+    RANSAC leaves out a marker that does not fit the others (another badge, a misread bit).
     """
     side_px = float(np.linalg.norm(image_px[1] - image_px[0]))
     homography, used = cv2.findHomography(page_mm, image_px, cv2.RANSAC, max(TOLERANCE_PX, TOLERANCE_SIDES * side_px))
@@ -121,7 +121,7 @@ def fit_homography(page_mm: Array, image_px: Array) -> Array | None:
 
 
 def same_page(one: Array, other: Array, corners_mm: Array) -> bool:
-    """Whether two homographies put the page at one place: apart by less than a quarter of the smaller one."""
+    """Whether two homographies put the page at the same place: apart by less than a quarter of the smaller one."""
     first, second = (_outline(homography, corners_mm) for homography in (one, other))
     size = min(float(np.ptp(points, axis=0).max()) for points in (first, second))
     return float(np.linalg.norm(first - second, axis=1).mean()) < size / 4

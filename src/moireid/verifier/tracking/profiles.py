@@ -18,32 +18,33 @@ from moireid.badge import Badge, Grating
 from moireid.errors import SpecError
 
 MAX_STRIP_MM = 10.0
-#: Left out at a cell's border across and along the fringes' axis, mm: there the picture's blur mixes neighbours.
+#: Margin left out at a cell's border, across and along the fringes' axis, mm: blur mixes neighbours there.
 MARGIN_ACROSS_MM, MARGIN_ALONG_MM = 0.9, 1.5
-#: Samples to the millimetre along the axis: two, which is more than the pixels of any frame at 0.7 m or beyond.
+#: Samples per millimetre along the axis: more than the pixels per millimetre of any frame at 0.7 m or beyond.
 SAMPLES_PER_MM = 2.0
 SAMPLES_RANGE = (48, 400)
 ROW_STEP_MM = 0.8
 MIN_ROW_MM = 0.5
 
 
-#: A picture's counts turned back into light, full scale kept: cameras code it by about the power of 2.2 (sRGB).  The
-#: law speaks of light; on coded counts the fringe's phase runs 1 % short of it.
+#: Cameras code light by about the power of 2.2 (sRGB).  The law holds for light, so counts are turned back into light;
+#: on coded counts the fringe's phase would move 1 % too little.
 CODING_POWER = 2.2
 LINEAR_COUNTS = (255.0 * (np.arange(256) / 255.0) ** CODING_POWER).astype(np.float32)
 
 
 def counts_of(light: NDArray[np.float32]) -> NDArray[np.uint8]:
     """Light, (...,), in the unit of `LINEAR_COUNTS`, coded as a picture's counts."""
-    return np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER)).astype(np.uint8)
+    counts = np.rint(255.0 * (np.clip(light, 0.0, 255.0) / 255.0) ** (1 / CODING_POWER))
+    return np.asarray(counts, np.uint8)
 
 
 @dataclass(frozen=True)
 class Strip:
     """A row of cells, or part of one.
 
-    cells: indices in the grating, one for a uniform strip, several for a row of phase cells; along_mm: places along
-    the grating's axis, (N,), page mm; across_mm: middle of the strip.
+    cells: indices in the grating, one for a uniform strip, several for a row of phase cells; along_mm: places along the
+    grating's axis, (N,), page mm; across_mm: middle of the strip.
     """
 
     grating: int
@@ -54,12 +55,12 @@ class Strip:
 
     @property
     def uniform(self) -> bool:
-        """Whether one pitch runs through it, so that its fringes can be read frame by frame."""
+        """Whether the strip has one pitch, so that its fringes can be read frame by frame."""
         return len(self.cells) == 1
 
     @property
     def middle_mm(self) -> float:
-        """Place along the axis at which the strip's phase is told."""
+        """Place along the axis to which the strip's phase refers."""
         return float(self.along_mm[0] + self.along_mm[-1]) / 2
 
     @property
@@ -105,14 +106,14 @@ class ProfileReader:
         return self._means(LINEAR_COUNTS[self._sampled(luma, homography)])
 
     def read_light(self, light: NDArray[np.float32], homography: NDArray[np.float64]) -> NDArray[np.float32]:
-        """The same of a picture that is light already, (height, width), in its own unit."""
+        """As `read`, but from a picture that is light already, (height, width), in its own unit."""
         return self._means(self._sampled(light, homography))
 
     def _sampled(self, picture: NDArray[Any], homography: NDArray[np.float64]) -> NDArray[Any]:
         """The picture at the strips' points, one row of points after another."""
         mapped = homography[:, :2] @ self._points + homography[:, 2:]
         x, y = (mapped[:2] / mapped[2]).astype(np.float32).reshape(2, -1, self.samples)
-        # Single precision is fine here: a strip averages over some hundred samples a fringe.
+        # Single precision is enough: a strip averages some hundred samples per fringe.
         return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
     def _means(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -122,7 +123,7 @@ class ProfileReader:
 
 
 def cell_rows(grating: Grating) -> list[tuple[int, ...]]:
-    """Cells grouped into rows that share their extent across the fringes' axis, each from low to high along it.
+    """Cells grouped into rows with the same extent across the fringes' axis, each row from low to high along it.
 
     A cell without a code, or a uniform one, is a row by itself.
     """

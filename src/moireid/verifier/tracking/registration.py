@@ -1,11 +1,11 @@
 """Registering the known page: the homography that makes the picture's markers match the printed ones.
 
-Corners alone throw most of a marker away; here every edge of every module counts, which at 1 m places the page to
-some thousandths of a pixel's worth of tilt more than corners do, and goes on where a marker no longer decodes.
+Corners use only a small part of a marker.  Here every edge of every module counts.  So the tilt is more precise, and
+registration still works where a marker no longer decodes.
 
-Source: inverse compositional alignment (Baker and Matthews, Lucas-Kanade 20 Years On, 2004), with a gain and an
-offset of brightness solved for in each marker.  Deviation: the template is drawn from the badge, not taken from a
-frame, so nothing drifts.
+Source: inverse compositional alignment (Baker and Matthews, Lucas-Kanade 20 Years On, 2004), with a gain and an offset
+    of brightness estimated in each marker.  Deviation: the template is drawn from the badge file and not taken from a
+    frame, so nothing drifts.
 """
 
 from __future__ import annotations
@@ -26,24 +26,24 @@ Array = NDArray[np.float64]
 MAX_STEPS = 12
 #: Standard deviation of a sample at a border, in units of the markers' contrast.
 BORDER_NOISE = 0.05
-#: Steps stop when no point of the page moves by more than this, px.
+#: Iteration stops when no point of the page moves by more than this, px.
 STOP_PX = 0.003
-#: Below this correlation between picture and print the frame is not the page.
+#: Least correlation between picture and print.
 MIN_CORRELATION = 0.80
-#: A page that was followed must look more like the print than one whose markers were decoded (0.80): it may have been
-#: left behind.  True pages show 0.93 and more at 3 m.
+#: A followed page needs a higher correlation than one whose markers were decoded (0.80), since it may be lost. Genuine
+#: pages reach 0.93 and more at 3 m.
 FOLLOWED_CORRELATION = 0.90
-#: What a camera's noise and coding leave of a picture, counts: it does not fade with the print, so faint print
-#: correlates by less however well it is placed.  A marker's standard deviation, of the contrast of its black and white.
+#: Standard deviation of camera noise and coding, counts.  It is the same for faint print, which therefore correlates
+#: less even if it is placed well.  Standard deviation of a marker, as a share of its contrast.
 NOISE_COUNTS, PRINT_SD = 1.5, 0.48
-#: A marker is seen where it correlates so far with its print; of the four, so many must be.  0.5 would
-#: take a grey patch over a marker, which looks like its outline, for the marker.
+#: A marker is visible if it has this correlation with its print; this many of the four must be.  With 0.5, a grey patch
+#: over a marker would count as the marker, as its outline is similar.
 MARKER_CORRELATION, MIN_MARKERS = 0.7, 3
-#: In a smeared frame, which agrees less with its print, leaving a marker out costs more than a poor one does.
+#: The limit in a smeared frame, which correlates less; there, leaving a marker out does more harm than a poor one.
 SMEARED_CORRELATION = 0.5
 #: Least contrast of a marker's black and white, in the picture's counts.
 MIN_GAIN = 2.0
-#: The template is drawn anew where the picture's scale changes by more than this factor.
+#: The template is drawn again when the picture's scale changes by more than this factor.
 SCALE_STEP = 1.2
 #: OpenCV's remap takes at most 32767 places in a row.
 MOST_IN_A_ROW = 32767
@@ -53,7 +53,7 @@ MOST_IN_A_ROW = 32767
 class Registration:
     """Homography page mm -> image px, (3, 3) with h33 = 1; correlation of picture and print over the markers.
 
-    vague: by how many times its tilt along x and y errs more than if all four markers were seen; contrast: of black and
+    vague: standard deviation of the tilt along x and y over that with all four markers; contrast: between black and
     white in the clearest marker, in the picture's own unit.
     """
 
@@ -64,7 +64,7 @@ class Registration:
 
     @property
     def clear(self) -> bool:
-        """Whether a page that was followed, in a picture in counts, looks as much like the print as noise allows.
+        """Whether a followed page, in a picture in counts, looks as much like the print as noise allows.
 
         Source: noise of s standard deviations of the print turns a correlation c into c', 1 / c'^2 = 1 / c^2 + s^2.
         """
@@ -73,14 +73,14 @@ class Registration:
 
 
 class KeptTemplate:
-    """The template of one badge, kept while it is shown on about one scale."""
+    """The template of one badge, kept while its scale in the picture hardly changes."""
 
     def __init__(self, printer: TemplatePrinter) -> None:
         self._printer = printer
         self._kept: Template | None = None
 
     def at(self, homography: Array) -> Template:
-        """The template at the scale of a homography, or nearly so."""
+        """The template at about the scale of a homography."""
         px_per_mm, kept = scale_px_per_mm(homography, self._printer.middle), self._kept
         if not (kept and kept.px_per_mm / SCALE_STEP < px_per_mm < kept.px_per_mm * SCALE_STEP):
             kept = self._kept = self._printer.draw(px_per_mm)
@@ -88,20 +88,20 @@ class KeptTemplate:
 
 
 class PageRegistrar:
-    """Registers pages of one layout; it remembers nothing from frame to frame."""
+    """Registers pages of one layout; it keeps no state between frames."""
 
     def __init__(self, markers: Markers, borders: Borders | None = None) -> None:
-        """Parameters: borders: of the badge's gratings, which help where two markers alone are seen."""
+        """Parameters: borders: of the badge's gratings; they help if only two markers are visible."""
         self._borders = borders
         self.printer = TemplatePrinter(markers)
         self._middle, self._extent = self.printer.middle, self.printer.extent
-        # Warps are solved for in coordinates of about one, where their eight parameters weigh alike.
+        # Warps are estimated in coordinates of about one, so that their eight parameters are of like size.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
 
     def register(self, picture: NDArray[Any], start: Array, template: Template | None = None) -> Registration | None:
-        """Refine `start` on this frame; None where the page does not match.
+        """Refine `start` on this frame; None if the page does not match.
 
-        Parameters: template: at about the scale of `start`, smeared as the frame is; None to draw a sharp one.
+        Parameters: template: at about the scale of `start`, smeared like the frame; None: draw a sharp one.
         Convention: as `MarkerFinder`.
         """
         template = template or self.printer.draw(scale_px_per_mm(start, self._middle))
@@ -112,7 +112,7 @@ class PageRegistrar:
             if values is None:
                 return None
             residual, correlation, seen, contrast = self._residual(values, template)
-            # Far from its place a page's markers match badly; then all of them are asked for the way.
+            # Far from the right place all markers match badly; then all of them are used for the step.
             asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
             if asked != solved:
                 solved, solver = asked, template.solver(asked)
@@ -124,15 +124,15 @@ class PageRegistrar:
             if np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
         else:
-            # A last step that was not small may have led anywhere, so what is seen there is looked at once more.
+            # The last step may have been large, so the picture is sampled once more at its end.
             values = sample(picture, warp, template.points)
             if values is None:
                 return None
             _, correlation, seen, contrast = self._residual(values, template)
         vague = (1.0, 1.0)
         if sum(seen) < MIN_MARKERS:
-            # Two markers of one side leave the page free to turn about them, and the pose alone is worth nothing.
-            # A smeared border is no straight edge, and its displacement would follow the smear.
+            # With two markers on one side the page can still tilt about them, so the pose is useless without the
+            # borders. A smeared border cannot help: its displacement would follow the smear.
             held = None if template.smeared else self._held_by_borders(picture, warp, template, seen)
             if held is None:
                 return None
@@ -145,8 +145,8 @@ class PageRegistrar:
     def _held_by_borders(
         self, picture: NDArray[Any], warp: Array, template: Template, seen: tuple[bool, ...]
     ) -> tuple[Array, float, tuple[float, float], float] | None:
-        """The warp from two markers and the gratings' borders, correlation, how vague it is, and contrast; None
-        without them.
+        """The warp from two markers and the gratings' borders, correlation, vagueness and contrast; None without
+        borders.
         """
         borders = self._borders
         if borders is None or sum(seen) != 2:
@@ -185,16 +185,16 @@ class PageRegistrar:
         return warp, correlation, self._vagueness(normal, template), contrast
 
     def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
-        """Standard deviations of the two tilts over those with all four markers; noise weighs alike in both."""
+        """Standard deviations of the two tilts over those with all four markers, for the same noise."""
         whole = without_gains(template.jacobian, template.marker, template.values)
         least = np.diag(np.linalg.pinv(whole.T @ whole))[6:8]
         ratio = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal))[6:8] / least, 1.0))
         return float(ratio[0]), float(ratio[1])
 
-    def left_over(
+    def residuals(
         self, picture: NDArray[Any], homography: Array, template: Template
     ) -> tuple[Array | None, tuple[bool, ...]]:
-        """Picture less print where the page lies so, and which of the markers are seen; None outside the picture."""
+        """Picture less print under this homography (None outside the picture), and which markers are visible."""
         values = sample(picture, homography @ self._to_page, template.points)
         if values is None:
             return None, (False,) * 4
@@ -202,10 +202,10 @@ class PageRegistrar:
         return residual, seen
 
     def _residual(self, values: Array, template: Template) -> tuple[Array, float, tuple[bool, ...], float]:
-        """Picture less print in units of print contrast, their correlation, which of the markers are seen, and the
-        contrast of the clearest, counts.
+        """Picture less print in units of print contrast, their correlation, which markers are visible, and the contrast
+        of the clearest, counts.
 
-        Gain and offset are fitted a marker.  One that is hidden has no say: what covers it has edges of its own.
+        Gain and offset are fitted for each marker.  A hidden marker is left out, as its cover has edges of its own.
         """
         first, printed = template.first, template.printed
         count = np.diff(np.append(first, len(values)))
@@ -213,7 +213,7 @@ class PageRegistrar:
         power = np.add.reduceat(printed**2, first)
         along = np.add.reduceat(picture * printed, first)
         gain, most = along / power, np.sqrt(power * np.add.reduceat(picture**2, first))
-        # A marker that is washed out must not be blown up to full contrast.
+        # A washed-out marker must not be scaled up to full contrast.
         clear = gain > MIN_GAIN
         seen = clear & (along >= (SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION) * most)
         residual = picture * np.repeat(1 / np.where(clear, gain, np.inf), count) - printed * np.repeat(clear, count)
@@ -222,7 +222,7 @@ class PageRegistrar:
 
 
 def _stepped(warp: Array, step: Array) -> Array | None:
-    """The warp after a step of its eight parameters, h33 = 1; None where the step folds the page."""
+    """The warp after a step of its eight parameters, h33 = 1; None if the step folds the page."""
     increment = np.array([[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]])
     try:
         moved = warp @ np.linalg.inv(increment)
@@ -232,7 +232,7 @@ def _stepped(warp: Array, step: Array) -> Array | None:
 
 
 def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
-    """Pixels to the millimetre around a place of the page: the root of the area scale."""
+    """Pixels per millimetre around a place of the page: the square root of the area scale."""
     x, y = place_mm
     w = homography[2] @ (x, y, 1.0)
     # The Jacobian determinant of a homography is det(H) / w^3.
@@ -240,17 +240,17 @@ def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
 
 
 def sample(luma: NDArray[Any], warp: Array, points: Array) -> Array | None:
-    """Bilinear brightness at warp(points), (N,); None where one lies outside the picture.
+    """Bilinear brightness at warp(points), (N,); None if a point lies outside the picture.
 
-    Source: OpenCV's remap of a float picture, which from OpenCV 5 on takes places as they are; before, it rounded them
-    to 1/32 pixel, which is more than registration resolves (a test holds it).
+    Source: OpenCV's remap of a float picture.  From OpenCV 5 on it uses exact places; before, it rounded them to 1/32
+        pixel, which is too coarse for registration (a test checks it).
     """
     mapped = warp[:, :2] @ points.T + warp[:, 2:]
     with np.errstate(divide="ignore", invalid="ignore"):
         x, y = mapped[:2] / mapped[2]
     if not (x.min() >= 0 and y.min() >= 0 and x.max() < luma.shape[1] - 1 and y.max() < luma.shape[0] - 1):
         return None
-    # Counted from a corner nearby, because single precision resolves no more than 1e-4 px at 2000 px.
+    # Measured from a nearby corner, because single precision resolves only 1e-4 px at 2000 px.
     left, top = int(x.min()), int(y.min())
     near = luma[top : int(y.max()) + 2, left : int(x.max()) + 2].astype(np.float32)
     rows = -(-x.size // MOST_IN_A_ROW)

@@ -1,13 +1,12 @@
 """The badges in view, each on its own track.
 
-A frame is looked at in this order: each badge near where it must be; those that are not there, in the neighbourhood of
-their last place; and the whole frame, where no badge is seen at all, small ones in one enlarged tile of it a frame.
-While one is seen, others are looked for every two seconds: by a glance, which costs little beside following, or by a
-search where one is lost.
+A frame is searched in this order: each badge near its expected place; the missing ones around their last place; and if
+no badge is seen, the whole frame, with one enlarged tile per frame for small badges.  While a badge is seen, others are
+searched every two seconds: by a glance, which is cheap, or by a full search if a badge is lost.
 
-A page that is found belongs to the badge that was lost last near there; where the film has shown one badge so far and
-the page is alone, to that one, as one that leaves and comes back is still followed; else it begins a track.  So after a
-cut between several badges the pieces are tracks of their own, rather than a track being made of two badges.
+A page that is found belongs to the badge that was last lost near there.  If the film has shown one badge so far and the
+page is alone, it belongs to that badge, which may have left and come back.  Otherwise it begins a new track.  So after
+a cut between several badges each piece is a track of its own, and no track joins two badges.
 """
 
 from __future__ import annotations
@@ -28,21 +27,21 @@ from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 Luma = NDArray[np.uint8]
-#: Others are looked for so often while a badge is seen.
+#: Time between two searches for further badges while one is seen.
 GLANCE_S = 2.0
-#: Of several badges, one is known again by its place for so long, and no farther off than this share of its size, at
-#: no more than so many times its scale.
+#: Of several badges, a lost one is recognised by its place: within this time, this distance as a share of its size, and
+#: this ratio of scales.
 KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
-#: A small badge that was lost is sought where it was for so long: a hand that went before it leaves it near there.
+#: A lost small badge is searched around its last place for this long: after a hand has passed, it is still there.
 KEPT_S = 4.0
-#: So many tiles of the first frame that is searched are enlarged; one of 3840 x 2160 has 16.
+#: Most tiles that are enlarged in the first frame searched; a frame of 3840 x 2160 has 16.
 MOST_TILES = 16
 
 
 class SceneTracker:
     """Follows up to `MOST_PAGES` badges at a time; `trackers` has one for each, the first from the start.
 
-    It owns the finder, the registrar and the reader of profiles, and lends them to its trackers.
+    It owns the finder, the registrar and the reader of profiles; its trackers share them.
     """
 
     def __init__(self, badge: Badge) -> None:
@@ -56,14 +55,14 @@ class SceneTracker:
         self._size_mm = float(np.ptp(self._corners_mm.reshape(-1, 2), axis=0).max())
         self._mirrored, self._glance_s, self._tile = False, 0.0, 0
         self.trackers = [self._new_tracker()]
-        #: Badges that were given up for others since this was last emptied.
+        #: Lost badges that made room for others since this list was last emptied.
         self.given_up: list[BadgeTracker] = []
 
     def push(self, frame: Frame) -> bool:
-        """Take in one frame; whether a badge was found in it."""
+        """Take one frame; returns whether a badge was found in it."""
         luma = _mirror(frame.luma) if self._mirrored else frame.luma
         for tracker in self.trackers:
-            # No place of the frame before may be taken for one that is occupied in this one.
+            # Places of the last frame must not count as occupied in this one.
             tracker.place = None
         for tracker in self.trackers:
             tracker.follow(frame, luma, self._places())
@@ -85,10 +84,10 @@ class SceneTracker:
         return [tracker for tracker in self.trackers if tracker.place is None]
 
     def _search(self, frame: Frame, luma: Luma) -> None:
-        """Look over the whole frame, and hand what is found to its trackers."""
+        """Search the whole frame, and give each page to its tracker."""
         self._glance_s = frame.time_s + GLANCE_S
         clock = time.perf_counter()
-        # One that was lost may be too small for a glance.
+        # A lost badge may be too small for a glance.
         if self._lost():
             found, luma = self._sought(frame, luma)
         else:
@@ -102,9 +101,9 @@ class SceneTracker:
                 self.trackers.append(tracker)
 
     def _sought(self, frame: Frame, luma: Luma) -> tuple[list[Array], Luma]:
-        """Pages in the whole frame, and where there are none, in those enlarged parts of it whose turn it is.
+        """Pages in the whole frame, or if there are none, in the enlarged parts whose turn it is.
 
-        Returns: the pages, and the frame as they lie in it, which may be its mirror image.
+        Returns: the pages, and the frame in which they lie, which may be mirrored.
         """
         new, turned = all(tracker.course.first is None for tracker in self.trackers), _mirror(luma)
         for box in (None, *self._parts(frame, luma)):
@@ -116,7 +115,7 @@ class SceneTracker:
             found = self._registered(luma, pages)
             if found:
                 return found, luma
-            # Only until a badge is found for the first time, as a film is mirrored or is not.
+            # Only until the first badge is found: a film is mirrored as a whole or not at all.
             found = self._registered(turned, mirrored) if new else []
             if found:
                 self._mirrored = not self._mirrored
@@ -124,9 +123,9 @@ class SceneTracker:
         return [], luma
 
     def _parts(self, frame: Frame, luma: Luma) -> list[Box]:
-        """Where small badges were a moment ago; and all of the first frame that is searched, of the others a tile each.
+        """The last places of small badges; and all tiles of the first frame searched, one tile of each later frame.
 
-        A frame of more than `MOST_TILES` tiles is gone over in several frames.
+        If there are more than `MOST_TILES` tiles, the search is spread over several frames.
         """
         tiles = tiles_of(luma.shape)
         count = MOST_TILES if self._tile == 0 else 1
@@ -137,7 +136,7 @@ class SceneTracker:
         return [*(box for box in near if box is not None), *due]
 
     def _registered(self, luma: Luma, pages: list[Array]) -> list[Array]:
-        """Those pages that look like the print, without those that are followed already."""
+        """The pages that look like the print and are not followed already."""
         found: list[Array] = []
         for page in pages:
             registration: Registration | None = None
@@ -151,7 +150,7 @@ class SceneTracker:
         return any(same_page(page, other, self._corners_mm) for other in (*self._places(), *found))
 
     def _tracker_for(self, page: Array, frame: Frame, *, alone: bool) -> BadgeTracker | None:
-        """The tracker that a page is for; None where as many badges are followed as can be."""
+        """The tracker for a page; None if the largest number of badges is already followed."""
         only = self.trackers[0] if len(self.trackers) == 1 else None
         if only is not None and only.place is None and (alone or only.course.first is None):
             return only
@@ -161,14 +160,14 @@ class SceneTracker:
         return self._new_tracker() if len(self.trackers) < MOST_PAGES or self._lost() else None
 
     def _make_room(self) -> None:
-        """Where as many are followed as can be, give up the lost one that was shown least."""
+        """If the largest number of badges is followed, give up the lost one that was shown least."""
         if len(self.trackers) == MOST_PAGES:
             least = min(self._lost(), key=lambda tracker: tracker.shown)
             self.trackers.remove(least)
             self.given_up.append(least)
 
     def _was_there(self, tracker: BadgeTracker, page: Array, frame: Frame) -> bool:
-        """Whether a lost badge was near this place, about as large, a moment ago."""
+        """Whether a lost badge was recently near this place, at about this size."""
         last = tracker.course.last
         if last is None or frame.time_s - last.time_s > KNOWN_S:
             return False
@@ -183,5 +182,5 @@ class SceneTracker:
 
 
 def _mirror(luma: Luma) -> Luma:
-    """The picture with left and right changed; the principal point, its centre, stays where it is."""
+    """The picture with left and right swapped; the principal point, its centre, stays."""
     return np.ascontiguousarray(luma[:, ::-1])

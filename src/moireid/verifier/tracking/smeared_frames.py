@@ -1,13 +1,13 @@
 """Following a badge through frames that motion has smeared, where no marker decodes and the sharp print does not match.
 
-1. Where must the page be?  Its last motion once more, for a few frames at most.
-2. How is it smeared?  Along that motion; how far in proportion is the exposure, which a film keeps, so it is learnt.
-3. The smeared markers are sought around that place in the picture laid flat, all four by one shift.
-4. The page is registered with them; what is left tells how the smear should be longer, shorter or turned, and step 4 is
-   taken anew until that is settled.
+1. Where is the page?  Repeat its last motion, for a few frames at most.
+2. How is it smeared?  Along that motion, by its speed times the exposure, which is learnt over the film.
+3. Search the smeared markers around that place in the rectified picture, all four by one shift.
+4. Register the page with them.  The residual shows whether the smear should be longer, shorter or rotated; repeat step
+4 until that no longer changes.
 
-Convention: smears are page mm, marker by marker, symmetric about the middle of the exposure, so that a frame's pose is
-that of its middle.
+Convention: smears are in page mm, one per marker, symmetric about the middle of the exposure, so that a frame's pose is
+    the one at this moment.
 Source: normalised cross-correlation for step 3; step 4 as `register`.
 """
 
@@ -31,38 +31,38 @@ from moireid.verifier.tracking.registration import (
 from moireid.verifier.tracking.template import Template, without_gains
 
 Array = NDArray[np.float64]
-#: A badge that was lost for longer is found anew by its markers.
+#: A badge that was lost for longer must be found again by its markers.
 LOST_S = 0.25
-#: How far from its expected place it is sought, in modules, how much farther for each frame that it was lost, and how
-#: far at most: `LOST_S` at 30 frames a second.  A file may repeat its times, and then counts a million frames lost.
+#: Radius of the search around the expected place, in modules; growth for each lost frame; and the most, for `LOST_S` at
+#: 30 frames a second.  The last is needed because a file with repeated times could count a million lost frames.
 REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
-#: Mean correlation of the four sought markers below which another smear is tried, and the page given up.
+#: Mean correlation of the four markers below which another smear is tried, and below which the page is given up.
 UNSURE, SOUGHT = 0.65, 0.4
-#: Longest smear, in modules: beyond it a marker of six modules is a grey spot.
+#: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
 MOST_MODULES = 3.0
-#: Exposures that are tried while none is known, as a share of the time between two frames.
+#: Exposures to try while none is known, as a share of the time between two frames.
 FIRST_SHARES = (0.15, 0.35, 0.7)
-#: Share of a new frame's exposure in what is learnt, and steps of step 4.
+#: Weight of a new frame in the learnt exposure, and number of repetitions of step 4.
 LEARNT, STEPS = 0.3, 3
 #: Largest change of a smear's length (as a share) and of its direction (rad) in one step of step 4.
 MOST_CHANGE = 0.4
-#: Smaller changes of a smear move nothing.
+#: Step 4 ends when the smear changes by less than this.
 SETTLED = 0.1
 PROBE = 0.1
 
 
 class ShakenFollower:
-    """Follows one badge through smeared frames; of its own it remembers the exposure alone."""
+    """Follows one badge through smeared frames; its only memory is the exposure."""
 
     def __init__(self, markers: Markers, registrar: PageRegistrar, template: KeptTemplate, course: Course) -> None:
-        """Parameters: template, course: of the badge, which its tracker keeps."""
+        """Parameters: template, course: of the badge, kept by its tracker."""
         self._registrar, self._template, self._course = registrar, template, course
         self._centers = np.asarray(markers.centers_mm, float)
         self._module_mm = registrar.printer.module_mm
-        self.exposure_s: float | None = None  #: Learnt of the film so far.
+        self.exposure_s: float | None = None  #: Estimated from the film so far.
 
     def find(self, luma: NDArray[np.uint8], time_s: float) -> Registration | None:
-        """The page in a smeared frame, None where it is not seen near its expected place."""
+        """The page in a smeared frame; None if it is not found near its expected place."""
         before, last = self._course.before, self._course.last
         if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
             return None
@@ -78,15 +78,15 @@ class ShakenFollower:
         return best
 
     def _velocity(self, past: tuple[Seen, Seen], page: Array, time_s: float) -> Array:
-        """Velocity (4, 2) of the markers in the page's own measure, mm/s, if the page is so placed now."""
+        """Velocity (4, 2) of the markers, page mm/s, if `page` is the present homography."""
         before, last = past
         now = self._way(last.page, page) / (time_s - last.time_s)
         then = self._way(before.page, last.page) / max(last.time_s - before.time_s, 1e-6)
-        # Differences tell the velocity half a frame late; it goes on changing as it did.
+        # A difference gives the velocity half a frame ago, so it is extrapolated.
         return np.asarray(1.5 * now - 0.5 * then) if time_s - last.time_s < 0.1 else now
 
     def _way(self, one: Array, other: Array) -> Array:
-        """Way of the markers from one frame to another, (4, 2) page mm."""
+        """Displacement of the markers from one frame to another, (4, 2) page mm."""
         back = np.linalg.inv(other) @ one
         return np.asarray(
             self._centers - cv2.perspectiveTransform(self._centers.reshape(-1, 1, 2), back).reshape(-1, 2)
@@ -101,10 +101,10 @@ class ShakenFollower:
         time_s: float,
         lost: int,
     ) -> tuple[Registration | None, float]:
-        """Steps 3 and 4 with one exposure; the page, and the exposure that its smear tells."""
+        """Steps 3 and 4 with one exposure; returns the page, and the exposure estimated from its smear."""
         reach, place = min(REACH_MODULES + REACH_MORE * (lost - 1), MOST_REACH), expected
         for _ in range(2):
-            # Where it is found tells how fast it came there, and so how it is smeared.
+            # The place found gives the velocity, and with it the smear.
             smear = self._limited(exposure_s * self._velocity(past, place, time_s))
             score, place = self._sought(light, expected, self._smeared(expected, smear), reach)
             if score < UNSURE:
@@ -138,7 +138,7 @@ class ShakenFollower:
     def _sought(
         self, light: NDArray[np.float32], expected: Array, template: Template, reach_modules: float
     ) -> tuple[float, Array]:
-        """How well the smeared markers match where they match best, and that place, shifted along the page."""
+        """Best correlation of the smeared markers, and the homography there, shifted along the page."""
         printer = self._registrar.printer
         pitch = 1 / template.px_per_mm
         reach = math.ceil(reach_modules * self._module_mm / pitch)
@@ -164,8 +164,8 @@ class ShakenFollower:
     def _change(
         self, light: NDArray[np.float32], place: Array, template: Template, smear: Array
     ) -> tuple[float, float]:
-        """By which share the smear should be longer, and by how much turned, rad."""
-        residual, seen = self._registrar.left_over(light, place, template)
+        """Share by which the smear should be longer, and angle by which it should be rotated, rad."""
+        residual, seen = self._registrar.residuals(light, place, template)
         if residual is None:
             return 0.0, 0.0
         turned = smear @ np.array([[math.cos(PROBE), math.sin(PROBE)], [-math.sin(PROBE), math.cos(PROBE)]])
@@ -182,11 +182,11 @@ class ShakenFollower:
 
 
 def _expected(before: Seen, last: Seen, time_s: float) -> tuple[Array, int]:
-    """Where the page is if it moves on as it did, and how many frames ago it was seen."""
+    """The expected homography, and how many frames ago the page was last seen."""
     between = max(last.time_s - before.time_s, 1e-6)
     lost = max(1, round((time_s - last.time_s) / between))
     moved = last.page
-    # A hand turns back within some frames, so motion goes on for two at most.
+    # A hand turns back within some frames, so the motion is repeated at most twice.
     for _ in range(min(lost, 2)):
         moved = moved @ np.linalg.inv(before.page) @ last.page
     return np.asarray(moved / moved[2, 2]), lost

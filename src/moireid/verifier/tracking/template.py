@@ -1,9 +1,10 @@
 """The four markers as a picture shows them: brightness at sample places, and its change as the page moves.
 
-A frame that was exposed while the badge moved shows the print smeared along its way; the template is smeared likewise,
-so that a shaken frame is registered without a pull to either end of the smear.
+Motion during the exposure smears the print in a frame.  The template is smeared in the same way, so that a shaken frame
+is registered at the middle of the smear.
 
-Convention: places in units of the markers' extent about their middle, where a warp's eight parameters weigh alike.
+Convention: places in units of the markers' extent about their middle, so that a warp's eight parameters are of like
+    size.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ Array = NDArray[np.float64]
 BORDER_MODULES, FREE_MODULES = 0.7, 1.05
 #: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
 BLUR_PX = 0.8
-#: Samples to a sample's side at which the print is drawn.
+#: The print is drawn with this many fine samples per sample of the template.
 FINE = 8
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """The four markers finely drawn: pitch of a template's samples, mm, and each marker's brightness and its gradient
+    """The four markers, finely drawn: sample pitch of the template, mm, and each marker's brightness and its gradient
     per mm, (side, side, 3).
     """
 
@@ -40,9 +41,9 @@ class Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
     Convention: one marker's samples after another's.
-    first (4,): where each marker's samples begin; printed (N,): values of each marker about their mean; drawing: that
-    they were taken from; smeared: whether it is drawn as motion smears it; solvers: least-squares solvers (8, N) by
-    which of the markers are seen, made as they are needed.
+    first (4,): where each marker's samples begin; printed (N,): values of each marker about their mean; drawing: the
+    source of the values; smeared: whether motion smear is drawn; solvers: least-squares solvers (8, N) for each set of
+    visible markers, made as they are needed.
     """
 
     points: Array
@@ -57,7 +58,7 @@ class Template:
     solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
 
     def solver(self, seen: tuple[bool, ...]) -> Array:
-        """Least-squares solver (8, N) of residuals for warp parameters, blind to each marker's gain and offset."""
+        """Least-squares solver (8, N) from residuals to warp parameters, independent of markers' gains and offsets."""
         if seen not in self.solvers:
             used = np.array(seen)[self.marker]
             free = without_gains(np.where(used[:, None], self.jacobian, 0.0), self.marker, self.values)
@@ -81,13 +82,13 @@ class TemplatePrinter:
         ]
 
     def draw(self, px_per_mm: float) -> Template:
-        """The four markers at about one sample a pixel, blurred as a picture blurs."""
+        """The four markers at about one sample per pixel, blurred like a picture."""
         return self._sampled(px_per_mm, self._drawn(px_per_mm), None)
 
     def smeared(self, template: Template, smear_mm: Array) -> Template:
-        """The same template as motion smears it.
+        """The same template, smeared by motion.
 
-        Parameters: smear_mm (4, 2): way of the page during the exposure, marker by marker, page mm.
+        Parameters: smear_mm (4, 2): displacement of each marker during the exposure, page mm.
         """
         return self._sampled(template.px_per_mm, template.drawing, smear_mm)
 
@@ -99,7 +100,7 @@ class TemplatePrinter:
         smears = np.zeros((4, 2)) if smear_mm is None else smear_mm
         points, owner, shown = [], [], []
         for index, (picture, center, smear) in enumerate(zip(pictures, self._markers.centers_mm, smears, strict=True)):
-            # Beyond the white border lies the grating, which a smear carries in.
+            # Beyond the white border lies the grating; a smear mixes it in.
             length = float(np.linalg.norm(smear)) / self.module_mm
             margin = min(BORDER_MODULES, max(FREE_MODULES - length / 2, 0.0)) * self.module_mm
             kept = np.maximum(np.abs(x), np.abs(y)) < self._markers.size_mm / 2 + margin
@@ -136,7 +137,7 @@ class TemplatePrinter:
 
 
 def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm: float) -> NDArray[np.float32]:
-    """Mean (N, 3) of a fine drawing over the way that the page goes during the exposure."""
+    """Mean (N, 3) of a fine drawing over the page's motion during the exposure."""
     side = picture.shape[0]
     # The print is blurred already by most of a sample, so a step of a sample leaves no steps to be seen.
     steps = max(1, int(np.ceil(np.linalg.norm(smear) / pitch_mm)))

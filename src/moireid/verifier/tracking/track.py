@@ -15,14 +15,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Track:
-    """The badge over the film: T tracked frames of the `frames_read` that were read.
+    """The badge over the film: T tracked frames out of `frames_read`.
 
-    badge: whose layout was looked for, and which all that is measured of the track is held against; homographies
-    (T, 3, 3) page mm -> px; correlations (T,) of picture and print; profiles: one array a strip, counts: (T, N) of a
-    uniform strip, (K, N) of a row of phase cells, whose K frames are `cell_frames` of the T; snapshot: the board of the
-    best registered frame, straightened, for people to look at; mirrored: whether the film shows the badge mirror-wise
-    (a self-view) and was turned back before it was measured; vague (T, 2): as `Registration.vague`, None where every
-    frame is 1.
+    badge: its layout is searched in the frames, and the measurements are compared with it; homographies (T, 3, 3) page
+    mm -> px; correlations (T,) of picture and print; profiles: one array per strip, counts: (T, N) for a uniform strip,
+    (K, N) for a row of phase cells, in the K frames `cell_frames`; snapshot: the rectified board of the best registered
+    frame, for people to look at; mirrored: whether the film is mirrored (a self-view), and was unmirrored before the
+    measurement; vague (T, 2): as `Registration.vague`, None if it is 1 everywhere.
     """
 
     badge: Badge
@@ -47,6 +46,6 @@ class Track:
 
 
 def no_track(badge: Badge, frames_read: int, image_px: tuple[int, int]) -> Track:
-    """The track of a film in which no badge was followed."""
+    """The empty track of a film without a badge."""
     none, flat = np.zeros(0, np.int64), np.zeros(0)
     return Track(badge, frames_read, none, flat, np.zeros((0, 3, 3)), flat, (), none, (), image_px)

@@ -1,6 +1,6 @@
 """The API: what the commands say, as the same JSON.
 
-Under /api an error is `{"code", "text"}`.  A verdict is no error: a film that is rejected is answered with 200.
+Under /api an error is `{"code", "text"}`.  A verdict is not an error: for a rejected film the answer is 200, too.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ router = APIRouter(prefix="/api")
 Verifier = Annotated[Visitor, require("verifier")]
 JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$")]
 UPLOAD = problem_responses(400, 401, 403, 404, 408, 409, 413, 415, 422, 503)
-#: What went wrong with a film that was taken: its fault, or the machine's.
+#: Errors after a film was received: the film's fault, or the machine's.
 OUR_FAULT = frozenset({"stopped", "system"})
 
 
@@ -61,7 +61,7 @@ class JobStatus(BaseModel):
 
 
 def status_of(job: Job) -> JobStatus:
-    """What is told of a job."""
+    """The state of a job as the API shows it."""
     return JobStatus(
         id=job.id,
         kind=job.kind,
@@ -113,7 +113,7 @@ async def _result(request: Request, visitor: Visitor, kind: str) -> Response:
 
 @router.post("/jobs", status_code=202, openapi_extra=form("kind", *VERIFY_FIELDS), responses=UPLOAD)
 async def create_job(request: Request, response: Response, visitor: Verifier) -> JobStatus:
-    """As verify or identify, but answers at once: the job tells its progress, and keeps its report for a while."""
+    """As verify or identify, but answers at once: the job shows its progress, and keeps its report for a while."""
     job = await start_job(request, visitor, report=True)
     response.headers["Location"] = f"/api/jobs/{job.id}"
     return status_of(job)
@@ -166,7 +166,7 @@ async def job_report(
                 archive.writestr(name, text)
         content, kind = packed.getvalue(), "application/zip"
     name = f'attachment; filename="moireid-{job.id[:8]}.{format}"'
-    # The page bears its own style; it is made by us, and may still run and load nothing.
+    # The page has its own style.  It may run and load nothing, although we made it.
     policy = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; frame-ancestors 'none'; sandbox"
     headers = {"Content-Disposition": name, "Content-Security-Policy": policy}
     return Response(content, media_type=kind, headers=headers)

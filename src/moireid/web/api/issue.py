@@ -92,7 +92,7 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
 def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
     """Issue a badge and make its package: a job, whose end offers package.zip."""
     studio = studio_of(request)
-    # What can be refused is refused now.
+    # Checked now, so that a faulty order is refused before a job begins.
     checked(order, studio.registry)
     return status_of(start_badge(studio, order, visitor.id))
 

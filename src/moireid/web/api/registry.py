@@ -23,7 +23,7 @@ MOST = 100
 
 
 class Held(BaseModel):
-    """One record, as `moireid registry list --json` tells it."""
+    """One record, as `moireid registry list --json` prints it."""
 
     id: str
     name: str
@@ -39,7 +39,7 @@ class Holders(BaseModel):
 
 
 class Shown(Held):
-    """One record whole, as `moireid registry show --json` tells it."""
+    """One record whole, as `moireid registry show --json` prints it."""
 
     fingerprint: str
     badge: dict[str, Any]
@@ -68,7 +68,7 @@ class Finding(BaseModel):
 
 
 class Audited(BaseModel):
-    """What an audit saw, as `moireid registry audit --json` tells it."""
+    """What an audit saw, as `moireid registry audit --json` prints it."""
 
     sound: bool
     fingerprint: str

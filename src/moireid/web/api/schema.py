@@ -1,4 +1,4 @@
-"""What /openapi.json says of forms and reports, which the framework cannot read off our functions."""
+"""Descriptions of forms and reports for /openapi.json, which the framework cannot derive from our functions."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def describe(app: FastAPI) -> None:
 
 
 def _report_parts() -> dict[str, Any]:
-    """The report's schema, its definitions beside it: within another document its own references would lead astray."""
+    """The report's schema and its definitions, separately: inside another document its references must change."""
     document = json.loads(report_schema())
     names = {name: "Report" + "".join(word.title() for word in name.split("_")) for name in document["$defs"]}
     text = json.dumps(document)

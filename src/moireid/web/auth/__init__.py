@@ -1,4 +1,4 @@
 """Who may do what.
 
-roles.py  `require("issuer")`     tokens.py  tokens, of which only a hash is kept     guard.py  nothing from other sites
+roles.py  `require("issuer")`     tokens.py  tokens, stored only as hashes     guard.py  no requests from other sites
 """

@@ -1,12 +1,12 @@
-"""What stands before every route: headers of each answer, and no request that another site made a browser send.
+"""The guard before every route: it sets headers of each answer, and refuses requests that other sites cause.
 
-A browser says which site made it send a request (Sec-Fetch-Site, and Origin for all that changes things), and no page
-can forge either.  So forms need no token of their own: a request that changes things, or opens a WebSocket, passes only
-where it comes from this very origin, or from no browser at all.
+A browser states which site caused a request (Sec-Fetch-Site, and Origin for all that changes things), and no page can
+forge these headers.  So forms need no secret of their own: a request that changes things, or opens a WebSocket, passes
+only if it comes from this same origin, or not from a browser.
 Source: "Cross-Site Request Forgery Prevention" of the OWASP cheat sheets, on Fetch Metadata; RFC 6455, section 10.2.
 
-Without tokens the Host must be loopback too: else a page of another site could have its own name lead to this server
-(DNS rebinding), and would be of the same origin then.
+Without tokens, the Host must also be loopback.  Otherwise another site could let its own name lead to this server
+(DNS rebinding), and its pages would then count as the same origin.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SAFE = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
 def _parts(address: str) -> SplitResult:
-    """An address taken apart; one that is none, such as "//[", has no parts, and so matches nothing."""
+    """The parts of an address; a broken one, such as "//[", has no parts and so matches nothing."""
     try:
         return urlsplit(address)
     except ValueError:

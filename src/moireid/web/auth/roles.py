@@ -5,7 +5,7 @@
     def x(visitor: Annotated[Visitor, require("issuer", "verifier")])   where the route asks who it is
 
 `issuer` issues, enrolls, revokes and audits; `verifier` verifies, identifies and checks live; `admin` may do both.
-Pages that tell nothing of anybody are for `anyone`.  WebSocket routes take the same rules.
+Pages without personal data are for `anyone`.  WebSocket routes take the same rules.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ COOKIE = "moireid_token"
 
 @dataclass(frozen=True)
 class Visitor:
-    """Who asks: the id of their token (or "loopback", where none is asked for), and their role."""
+    """The person who asks: the id of their token ("loopback" where the studio needs no tokens), and their role."""
 
     id: str
     role: Role
@@ -38,7 +38,7 @@ class Visitor:
 
 @dataclass(frozen=True)
 class Rule:
-    """The rule of a route: the roles that may use it; none stands for anyone."""
+    """The rule of a route: the roles that may use it; without roles, anyone may."""
 
     roles: tuple[Role, ...]
 
@@ -70,12 +70,12 @@ def require(*roles: Role) -> Any:
     return Depends(Rule(roles))
 
 
-#: The dependency of what needs no token; the visitor is None where nobody is signed in.
+#: The dependency of routes that need no token; the visitor is None where nobody is signed in.
 anyone: Any = Depends(Rule(()))
 
 
 def rules_of(route: APIRoute | APIWebSocketRoute) -> list[Rule]:
-    """The rules that a route names; one that names none is a fault, which a test looks for."""
+    """The rules that a route names; a test fails where a route names none."""
     return [depends.call for depends in route.dependant.dependencies if isinstance(depends.call, Rule)]
 
 

@@ -1,6 +1,6 @@
-"""Tokens: made once, shown once; what is kept is a hash, a role, and when.
+"""Tokens: shown only once, when they are made; only a hash, a role and times are kept.
 
-A token is 256 bits of chance, so its plain SHA-256 cannot be searched, and needs neither salt nor a slow hash.
+A token is 256 random bits, so nobody can find it from its plain SHA-256: neither salt nor a slow hash is needed.
 The file lies in the studio's folder and not in the registry, which is copied and exported to others.
 """
 
@@ -13,9 +13,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
-from sqlalchemy import Column, Engine, MetaData, Table, Text, create_engine, insert, select, update
+from sqlalchemy import Column, Engine, Executable, MetaData, Table, Text, create_engine, insert, select, update
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import SQLAlchemyError
 
@@ -24,7 +24,7 @@ from moireid.errors import RegistryError, SpecError
 Role = Literal["issuer", "verifier", "admin"]
 ROLES: tuple[Role, ...] = get_args(Role)
 PREFIX = "moireid_"
-#: Hex digits of the hash that name a token: enough to tell tokens apart, of no use to whoever wants one.
+#: A token's id is this many hex digits of its hash: enough to name it, and useless for signing in.
 ID_DIGITS = 12
 LONGEST_NOTE = 100
 
@@ -42,7 +42,7 @@ tokens = Table(
 
 @dataclass(frozen=True)
 class Token:
-    """What is known of a token: not the token."""
+    """What is stored about a token; the token itself is not."""
 
     id: str
     role: Role
@@ -69,7 +69,7 @@ class Tokens:
         self._engine.dispose()
 
     def create(self, role: str, note: str = "") -> tuple[str, Token]:
-        """A new token, the only time that it is seen, and what is kept of it.
+        """A new token, and what is stored about it; the token can never be shown again.
 
         Raises: SpecError where there is no such role, or the note is no line of text.
         """
@@ -101,17 +101,17 @@ class Tokens:
             self._write(update(tokens).where(same).values(revoked_at=_now()))
         return next(token for token in self.all() if token.id == found[0].id)
 
-    def _rows(self, query: object) -> list[dict]:
+    def _rows(self, query: Executable) -> list[dict[str, Any]]:
         try:
             with self._engine.connect() as connection:
-                return [dict(row._mapping) for row in connection.execute(query)]  # type: ignore[call-overload]
+                return [dict(row._mapping) for row in connection.execute(query)]
         except SQLAlchemyError as error:
             raise self._broken(error) from error
 
-    def _write(self, statement: object) -> None:
+    def _write(self, statement: Executable) -> None:
         try:
             with self._engine.begin() as connection:
-                connection.execute(statement)  # type: ignore[call-overload]
+                connection.execute(statement)
         except SQLAlchemyError as error:
             raise self._broken(error) from error
 
@@ -132,7 +132,7 @@ def open_tokens(folder: Path | None) -> Iterator[Tokens]:
         found.close()
 
 
-def _token(row: dict) -> Token:
+def _token(row: dict[str, Any]) -> Token:
     return Token(row["sha256"][:ID_DIGITS], row["role"], row["note"], row["made_at"], row["revoked_at"])
 
 

@@ -1,4 +1,4 @@
-"""A process for each film, which may crash, hang or grow without harm to anything but its own job."""
+"""A process for each film: if it crashes, hangs or grows, only its own job is lost."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def run_task(
     wall_s: float,
     stopping: Callable[[], bool],
 ) -> None:
-    """Do a task in a process of its own; each of its messages goes to `heard`.
+    """Do a task in its own process; each of its messages goes to `heard`.
 
-    Raises: Lost where the film is at fault, the process crashes, takes too long, or `stopping` says so; it is ended
-        then, whatever it does.  OSError where no process can be started.
+    Raises: Lost where the film is at fault, the process crashes or takes too long, or `stopping` says so; the process
+        is ended then.  OSError where no process can be started.
     """
     child = films.fork(limits, task.folder)
     try:
@@ -53,7 +53,7 @@ def run_task(
 
 
 def _listen(child: Child, heard: Callable[[dict[str, Any]], None], wall_s: float, stopping: Callable[[], bool]) -> None:
-    """Hand messages on until the process says that it has ended.  Raises: Ended, Lost."""
+    """Pass messages on until the process says that it has ended.  Raises: Ended, Lost."""
     deadline = time.monotonic() + wall_s
     while (rest := deadline - time.monotonic()) > 0:
         if stopping():

@@ -8,7 +8,7 @@ from collections.abc import AsyncIterator
 
 from moireid.web.jobs.queue import Job
 
-#: How often a job that is watched is looked at.
+#: Time between two looks at a job that somebody watches.
 LOOK_S = 0.2
 
 

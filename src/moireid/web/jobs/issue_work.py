@@ -1,8 +1,8 @@
-"""Making packages: what the studio's child processes do, so that build123d and its memory never enter the server.
+"""Making packages in the studio's child processes, so that the server never loads build123d.
 
-The functions are called as `work.WORK` has it: with the file of what was ordered, for progress, and to tell what came
-of it; they write to the folder that they are in.  A badge is issued together with its files, as by `print-your-badge
---registry`; where a child dies between that and its archive, the same order again issues nothing new and makes it.
+The functions are called through `work.WORK`, with the file of the order and with callbacks for progress and results.
+They write to the present folder.  A badge is issued together with its files, as by `print-your-badge --registry`.
+If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new.
 """
 
 from __future__ import annotations
@@ -98,14 +98,14 @@ def issue_event(
 def server_registry(url: str, keys: str) -> Registry:
     """The registry, with the authority's private key from the folder `keys`.
 
-    The child is forked from a process that may be older than the server's registry, and works in another folder.
+    They are passed in, because the child works in another folder, and its parent may be older than the registry.
     """
     os.environ[KEYS_VARIABLE] = keys
     return open_registry(url, create=False)
 
 
 def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[str, Any]]:
-    """What a list was understood to say, row by row: row, name, id (None where there is a fault), fault, note.
+    """How a list was understood, row by row: row, name, id (None where there is a fault), fault, note.
 
     Raises: SpecError where the list as a whole cannot be read, or names too many.
     """

@@ -1,6 +1,6 @@
-"""What a visitor asks for: the fields of the Issue page and of the API, and what becomes of them.
+"""What a visitor asks for: the fields of the Issue page and of the API, and their checks.
 
-The wish is checked by the same functions as `print-your-badge`, so both refuse in the same sentence.
+The wish is checked by the same functions as in `print-your-badge`, so both refuse it with the same sentence.
 """
 
 from __future__ import annotations
@@ -69,11 +69,11 @@ class Order(Wish):
 
 @dataclass(frozen=True)
 class Checked:
-    """A badge that can be made, and what there is to tell of it.
+    """A badge that can be made, and what the visitor should know about it.
 
-    rows: as `print-your-badge --explain`; links: link budget at each end of the range; holder: who holds this very
-    badge already; namesakes: other badges issued to the name; files: what will be in the package; left_out: which of
-    the two mounts cannot be made, and why; note: a name that cannot be set.
+    rows: as `print-your-badge --explain`; links: link budget at each end of the range; holder: who already has this
+    same badge; namesakes: other badges issued to the name; files: names in the package; left_out: which of the two
+    mounts cannot be made, and why; note: about a name that no font can set.
     """
 
     badge: Badge
@@ -125,7 +125,7 @@ def named(registry: Registry, name: str) -> list[Record]:
 
 
 def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
-    """A wish or an order from the fields of a form; those that are empty keep their defaults, others are passed over.
+    """A wish or an order from a form: empty fields keep their defaults, and unknown fields are ignored.
 
     Raises: SpecError that names the first field which cannot be used, and what it may be.
     """
@@ -141,7 +141,7 @@ def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
         raise SpecError(f"{LABELS.get(key, key)} {shown!r} cannot be used: {words}; correct that field") from error
 
 
-#: What the fields are called where people read of them.
+#: The fields' names in messages for people.
 LABELS = {
     "lens": "lens sheet",
     "printer_dpi": "printer resolution",

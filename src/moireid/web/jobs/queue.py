@@ -1,7 +1,7 @@
-"""Films that wait, are judged, or were judged: a bounded queue, two workers, and results that are kept for a while.
+"""The queue of films: a limited number waits, two workers judge them, and results are kept for a while.
 
-Every job has a folder of its own.  The film lies there from its first byte on, and is removed when the job ends; so is
-the whole folder, unless its report is to be kept, which then goes after `keep_s`.
+Every job has its own folder.  The film lies there from its first byte on, and is removed when the job ends.  The rest
+of the folder is removed with it, or after `keep_s` where the report is kept.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ from moireid.web.settings import Limits
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 #: How often old results are looked for.
 SWEEP_S = 10.0
-#: One visitor may take all places but one of so many, which are left to others.
+#: Of this many places, one visitor may take all but one, so that others find a place.
 LEFT_TO_OTHERS = 4
-#: Libraries set this aside for each processor: stacks of threads, buffers of linear algebra.
+#: Memory that libraries reserve for each processor: stacks of threads, buffers of linear algebra.
 PROCESSOR_BYTES = 64 << 20
-#: No file that a job writes is larger.
+#: Greatest size of a file that a job writes.
 FILE_BYTES = 256 << 20
 
 
 @dataclass
 class Job:
-    """One film: whose it is, how far it has come, and what came of it.
+    """One film: its owner, its progress, and its outcome.
 
     result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence.
     """
@@ -60,7 +60,7 @@ class Job:
 
     @property
     def over(self) -> bool:
-        """Whether nothing more will come."""
+        """Whether the job has ended."""
         return self.state in ("done", "failed")
 
 
@@ -68,7 +68,7 @@ class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
     def __init__(self, folder: Path, limits: Limits) -> None:
-        # A job's process begins in another folder.
+        # Made absolute, because a job's process begins in another folder.
         self._folder, self._limits = folder.absolute(), limits
         memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
         self._of_one = ProcessLimits(memory, cpu_s=int(limits.job_s * 4) + 1, file_bytes=FILE_BYTES)
@@ -79,7 +79,7 @@ class Jobs:
         self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
-        """Begin to work; what a server that was killed has left in the folder is removed."""
+        """Begin to work, after removing what a killed server has left in the folder."""
         self._folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         self._clear()
         self._stopping.clear()
@@ -102,7 +102,7 @@ class Jobs:
             self._folder.rmdir()
 
     def _clear(self) -> None:
-        """Remove the folders of jobs, and nothing else: the folder may be somebody's own."""
+        """Remove the folders of jobs and nothing else, because the folder may hold a user's own files."""
         for entry in self._folder.iterdir() if self._folder.is_dir() else ():
             if re.fullmatch("[0-9a-f]{32}", entry.name):
                 shutil.rmtree(entry, ignore_errors=True)
@@ -130,9 +130,9 @@ class Jobs:
 
     @contextlib.contextmanager
     def receiving(self, kind: str, owner: str) -> Iterator[Job]:
-        """As `admit`, for as long as its film comes in: what has come is removed where anything goes wrong meanwhile.
+        """Like `admit`, while the film is received: if anything goes wrong, the received part is removed.
 
-        That is also where the visitor goes away, by which the route is cancelled.
+        A visitor who leaves counts too, because the route is cancelled then.
         """
         job = self.admit(kind, owner)
         try:
@@ -142,14 +142,14 @@ class Jobs:
             raise
 
     def submit(self, job: Job, video: Path, **arguments: Any) -> None:
-        """Let a job begin as soon as a worker is free; the arguments are those of its kind of work."""
+        """Let a job begin as soon as a worker is free; the arguments depend on its kind of work."""
         job.state = "waiting"
         self._queue.put((job, Task(job.kind, job.folder, video.name, arguments)))
 
     def find(self, job_id: str, owner: str, *kinds: str) -> Job:
-        """The job of that id, if it is theirs and of one of these kinds, where some are named.
+        """The job with that id, if it belongs to `owner` and is of one of `kinds` (none named: of any kind).
 
-        Raises: Refusal 404 else.
+        Raises: Refusal 404 otherwise.
         """
         job = self._jobs.get(job_id)
         if job is None or job.owner != owner or (kinds and job.kind not in kinds):
@@ -185,7 +185,7 @@ class Jobs:
             problem = (lost.code, lost.text)
         except OSError as error:
             problem = ("system", f"No process could be started ({error.strerror}); try again later.")
-        # A verdict that was reached stands, even where its report could not be drawn.
+        # A finished verdict counts, even if its report could not be drawn.
         if job.result is None:
             job.problem = problem or ("crash", "The process that read this film ended without a result.")
         (job.folder / task.video).unlink(missing_ok=True)
@@ -206,13 +206,13 @@ class Jobs:
             job.kept = message
 
     def _sweep(self) -> None:
-        """Remove what was kept long enough, and the oldest of what is too much."""
+        """Remove results that are too old, and the oldest ones where there are too many."""
         while not self._stopping.wait(SWEEP_S):
             with self._lock:
                 over = sorted((job for job in self._jobs.values() if job.over), key=lambda job: -job.ended_s)
             old, seen = time.monotonic() - self._limits.keep_s, Counter[str]()
             for job in over:
-                # Counted by owner: what one sends in removes nothing of another's.
+                # Counted for each owner, so that one visitor's films never remove another's results.
                 seen[job.owner] += 1
                 if job.ended_s < old or seen[job.owner] > self._limits.kept:
                     self.remove(job)

@@ -1,6 +1,6 @@
-"""A piece of work as it is handed to a process of its own.
+"""A piece of work as it is given to its own process.
 
-The server loads this and not `work.py`, whose packages it has no use for itself.
+The server loads this file and not `work.py`, because it does not need the packages of the work itself.
 """
 
 from __future__ import annotations

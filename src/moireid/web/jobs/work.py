@@ -1,7 +1,7 @@
-"""What is done in a process of its own: a film in, a verdict out.  Nothing here knows of requests or pages.
+"""The work of a job's own process: a film in, a verdict out.  Nothing here knows of requests or pages.
 
-Loading this module loads all that the work needs, so that a process which is forked from one that has loaded it can
-begin at once (`child.py`).
+Loading this module loads all packages of the work.  A process that has loaded it is forked for each job, so that the
+job can begin at once (`child.py`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from moireid.web.jobs.enroll_work import measure_capture
 from moireid.web.jobs.issue_work import Progress, Tell, issue_badge, issue_event, server_registry
 from moireid.web.jobs.task import Law, Task
 
-#: Progress is told at most so often.
+#: Least time between two reports of progress.
 TELL_S = 0.1
 
 
@@ -51,7 +51,7 @@ def verify_film(
     if not report:
         return
     pictures = pictures_of(made)
-    drawn = [*pictures.plots, *([("The law by time", pictures.timeline)] if pictures.timeline else [])]
+    drawn = [*pictures.plots, *([("Verdict over time", pictures.timeline)] if pictures.timeline else [])]
     for number, (_, svg) in enumerate(drawn):
         Path(f"plot{number}.svg").write_text(svg, encoding="utf-8")
     if pictures.badge_png:
@@ -79,7 +79,7 @@ def identify_film(
 
 
 def _know(laws: Sequence[Law]) -> None:
-    """Take laws that the server has traced already; each would be a third of a second here."""
+    """Take laws that the server has traced already; tracing one here would take a third of a second."""
     for lens, pitch_mm, law in laws:
         know_law(lens, pitch_mm, law)
 

@@ -1,8 +1,8 @@
 """The live check: a page, and the WebSocket that its camera's pictures come through.
 
-Pictures go on to a process of their own (`worker.py`), events come back.  Nothing is kept: a session ends with its
-connection.  The browser may have a few pictures on the way; what it cannot send it drops, with its time, and what comes
-too fast waits in the network, not here.
+Pictures go to the session's own process (`worker.py`), and events come back.  Nothing is kept: a session ends with its
+connection.  The browser may have a few pictures on the way, and drops those that it cannot send.  Pictures that come
+too fast wait in the network, not here.
 
 Messages of the browser: first JSON with "claim"; then pictures (eight bytes of its clock in ms as a big-endian float,
 then a JPEG), and JSON {"do": "challenge"} or {"do": "end"}.  All answers are the events of `verifier.live`, and: ready,
@@ -36,12 +36,11 @@ from moireid.web.problems import Refusal
 from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
-#: Sessions at a time, and with one token, so that others find a place; seconds of one, without a message until it is
-#: given up.
+#: Sessions at a time in all, and with one token; seconds that one may last, and that it may send no message.
 MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S = 4, 3, 300.0, 30.0
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
-#: A session's token is looked up anew so often, s.
+#: Time between two checks that a session's token is still valid, s.
 LOOK_S = 5.0
 CLOCK = struct.Struct(">d")
 BUSY = "Other live checks are running, as many as this machine can do; try again in a minute."
@@ -74,7 +73,7 @@ async def socket(connection: WebSocket) -> None:
     finally:
         # In place, and without those who have none left.
         sessions -= Counter((owner,))
-        # Who has gone, or was told already, needs no closing.
+        # A visitor who has left, or already got a refusal, needs no closing.
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await connection.close()
 
@@ -108,10 +107,10 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
         tasks = [coming, going]
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         if coming.done() and coming.exception() is None:
-            # The browser has asked for the end; what is still to be told is the verdict.
+            # The browser has asked for the end; only the verdict is still to be sent.
             await asyncio.wait({going})
     finally:
-        # Whatever ends the session, its process ends with it.
+        # However the session ends, its process ends with it.
         with anyio.CancelScope(shield=True):
             await _leave(child, tasks)
     for task in tasks:
@@ -121,7 +120,7 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
 
 
 async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
-    """End the process of a session, at which threads that wait for it go on, and then its tasks."""
+    """End the process of a session, so that threads waiting for it go on; then end its tasks."""
     await run_in_threadpool(child.kill)
     for task in tasks:
         task.cancel()
@@ -129,9 +128,9 @@ async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
 
 
 def _start(studio: Studio, claim: str) -> Start:
-    """What the process must know of the claim.
+    """The claim in the form that the process needs.
 
-    Raises: Refusal where nobody is called so, or more than one is; RegistryError where it was revoked.
+    Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge was revoked.
     """
     found = find_claimed(studio.registry, claim)
     if found.revoked is not None:
@@ -140,7 +139,7 @@ def _start(studio: Studio, claim: str) -> Start:
 
 
 async def _pictures(connection: WebSocket, child: Child, prompts: Prompts) -> None:
-    """What the browser sends, on to the process, with the time of its arrival; ends where the end is asked for."""
+    """Pass the browser's pictures to the process, with their time of arrival, until the browser asks for the end."""
     asked, room, last_s = False, MOST_RATE, time.monotonic()
     looked_s = last_s
     while True:
@@ -174,7 +173,7 @@ async def _pictures(connection: WebSocket, child: Child, prompts: Prompts) -> No
 
 
 async def _events(connection: WebSocket, child: Child) -> None:
-    """What the process tells, on to the browser; ends with its end."""
+    """Pass the process's events to the browser until the process ends."""
     told = False
     with contextlib.suppress(Ended):
         while event := await run_in_threadpool(child.hear):
@@ -186,7 +185,7 @@ async def _events(connection: WebSocket, child: Child) -> None:
 
 
 async def _send(child: Child, message: Any) -> None:
-    # A process that has come to its end reads no more; its last words are on their way.
+    # A process that has ended reads no more; its last messages are on their way.
     with contextlib.suppress(Ended):
         await run_in_threadpool(child.send, message)
 
@@ -206,7 +205,7 @@ def _message(message: MutableMapping[str, Any]) -> dict[str, Any]:
 
 
 async def _refuse(connection: WebSocket, text: str) -> None:
-    # Who has gone need not be told.
+    # A visitor who has left needs no answer.
     with contextlib.suppress(RuntimeError, WebSocketDisconnect):
         await connection.send_json({"event": "error", "text": text})
         await connection.close()

@@ -1,8 +1,7 @@
-"""What the process of one live session does: pictures in, events out.
+"""The process of one live session: pictures in, events out.
 
-Each session has a process of its own, so that what a stranger's pictures do to the decoder they do to this process
-alone.  Messages are `Start`, `Ask`, `Picture` and `End`; what it tells are the events of `verifier.live`, and: ready,
-taken, error.
+Each session has its own process, so that a stranger's pictures that break the decoder break only this process.
+It receives `Start`, `Ask`, `Picture` and `End`; it sends the events of `verifier.live`, and: ready, taken, error.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Ask:
-    """A challenge is asked for, by our clock (s); times of its prompts count from when it begins."""
+    """The wish for a challenge, with our clock's time (s); the prompts' times count from the challenge's beginning."""
 
     arrival_s: float
     prompts: Sequence[Prompt]
@@ -45,7 +44,7 @@ class Ask:
 
 @dataclass(frozen=True)
 class Picture:
-    """A JPEG, with its arrival by our clock and the time that its sender claims (s)."""
+    """A JPEG, with its time of arrival by our clock and the time that the sender claims (s)."""
 
     jpeg: bytes
     arrival_s: float
@@ -54,12 +53,12 @@ class Picture:
 
 @dataclass(frozen=True)
 class End:
-    """No more will come: the verdict is asked for."""
+    """The end of the pictures, and the wish for the verdict."""
 
 
 def serve(talk: Talk) -> None:
     """Serve one session."""
-    # Read by OpenCV as it is loaded: it looks at a picture's size before it makes room for it.
+    # OpenCV reads this limit when it is loaded, and checks a picture's size before it allocates memory.
     os.environ["OPENCV_IO_MAX_IMAGE_PIXELS"] = str(MOST_PIXELS)
     if isinstance(start := talk.next(), Start):
         try:
@@ -102,7 +101,7 @@ def _session(talk: Talk, found: Claimed) -> None:
 
 
 def picture(body: bytes) -> Any:
-    """A JPEG's brightness, (height, width) uint8; None where it is none, or too large or too small."""
+    """A JPEG's brightness, (height, width) uint8; None where it is not a JPEG, too large or too small."""
     import cv2
     import numpy as np
 

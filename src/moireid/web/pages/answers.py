@@ -1,4 +1,4 @@
-"""Errors as people and programs get them: one sentence, on a page, or as JSON under /api."""
+"""Errors for people and programs: one sentence, on a page or, under /api, as JSON."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
 from moireid.web.studio import studio_of
 
-#: What a status means where the framework says no more.
+#: Sentences for a status where the framework gives none.
 WORDS = {
     404: ("not_found", "There is nothing at this address."),
     405: ("method", "This address does not take such a request."),
@@ -53,7 +53,7 @@ async def _http(request: Request, error: Exception) -> Response:
 
 
 async def _gone(request: Request, _: Exception) -> Response:
-    # Nobody reads it; but without an answer the server would log a fault of ours.
+    # Nobody reads this answer, but without one the server would log an error.
     return answer(request, Refusal(400, "broken_off", "The request was broken off; send it again."))
 
 

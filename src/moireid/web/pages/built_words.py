@@ -24,7 +24,7 @@ SD = 2.0
 
 @dataclass(frozen=True)
 class Measured:
-    """One figure: value, error (two standard deviations) and range in one unit, and a sentence.
+    """One figure: value, error (two standard deviations) and range in one unit, and its sentence.
 
     low, high: ends of the scale that it is drawn on; wanted: as designed.
     """
@@ -53,7 +53,7 @@ class Measured:
 
 
 def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
-    """Beat, gain, twist and offset of one built badge, in the order in which they tell of faults.
+    """Beat, gain, twist and offset of one built badge; those that show faults best come first.
 
     Convention and source: module docstring.
     """
@@ -81,7 +81,7 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
             1 / abs(designed),
             "mm",
             f"The fringes of the reference row repeat every {beat:.2f} ± {beat_error:.2f} mm; the design has "
-            f"{1 / abs(designed):.2f} mm, and the difference is what print scale and lens sheet are off by.",
+            f"{1 / abs(designed):.2f} mm. The difference comes from errors of print scale and lens sheet.",
         ),
         Measured(
             "Gain",
@@ -113,6 +113,6 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
             0.0,
             "mm",
             f"The lens nearest to the board's middle lies {1000 * abs(offset):.0f} ± {1000 * offset_error:.0f} µm to "
-            f"its {side}, as chance would have it: any place is right, and a copy will lie elsewhere.",
+            f"its {side}. This is chance: any place is right, and in a copy the lens will lie elsewhere.",
         ),
     ]

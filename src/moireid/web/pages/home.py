@@ -37,10 +37,10 @@ def login_page(request: Request) -> Response:
 
 @router.post("/login")
 def login(request: Request, token: Annotated[str, Form(max_length=200)], back: Annotated[str, Form()] = "") -> Response:
-    """Set the cookie that bears the token; scripts cannot read it, and no other site can have it sent."""
+    """Set the cookie with the token; scripts cannot read it, and requests from other sites do not carry it."""
     if studio_of(request).tokens.find(token.strip()) is None:
         raise Refusal(401, "token", "This token is unknown or was revoked; ask whoever runs this studio for another.")
-    # Only to places that are known: where to go next comes from the visitor.
+    # Only known places are allowed, because the visitor's request names where to go next.
     known = {place.path for place in NAVIGATION}
     answer = RedirectResponse(back if back in known else "/", 303)
     answer.set_cookie(

@@ -31,7 +31,7 @@ def issue_page(request: Request, visitor: Issuer) -> Response:
 
 @router.post("/issue")
 def issue(request: Request, sent: Sent, visitor: Issuer) -> Response:
-    """Show what would be made; or make it, where nothing is left to tell first."""
+    """Show what would be made; or make it, if the visitor need not see a warning first."""
     studio = studio_of(request)
     try:
         order: Order = read_fields(Order, sent.texts)
@@ -52,7 +52,7 @@ def event_page(request: Request, visitor: Issuer) -> Response:
 
 @router.post("/issue/event")
 def event(request: Request, sent: Sent, visitor: Issuer) -> Response:
-    """Show what the list was understood to say; or issue all, where no row has a fault."""
+    """Show how the list was understood; or issue all badges, if no row has a fault."""
     studio = studio_of(request)
     data = sent.files.get("people_file") or sent.texts.get("people", "").encode("utf-8", "replace")
     text = data.decode("utf-8-sig", "replace")

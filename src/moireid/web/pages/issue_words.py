@@ -9,7 +9,7 @@ from moireid.web.jobs.orders import Checked
 
 
 def sentences(checked: Checked) -> list[str]:
-    """What a person wants to know of a badge before it is made: from where it is read, how surely, and of what."""
+    """What a person should know before a badge is made: from where it can be read, and how surely."""
     badge = checked.badge
     assert badge.range_m is not None
     told = [
@@ -20,7 +20,7 @@ def sentences(checked: Checked) -> list[str]:
         told.append(
             f"At {metres:g} m a cell is {link.cell_px:.1f} pixels wide, and the whole identity is read "
             f"{_chance(link.decode_probability)}: a cell's phase is off by {link.phase_error_rad:.2f} rad, and "
-            f"{math.pi / PHASE_LEVELS:.2f} rad tells one symbol from the next."
+            f"an error of {math.pi / PHASE_LEVELS:.2f} rad would turn one symbol into the next."
         )
     return told
 

@@ -1,4 +1,4 @@
-"""The numbers from which the pages' script draws a badge whose fringes move: traced here, interpolated there.
+"""The figures from which the page's script draws moving fringes: traced here, interpolated there.
 
 Convention: page mm; a camera at (Cx, Cy, Cz), Cz < 0, sees the page's point X along the tangents (X - C) / |Cz|, which
 cross the lenses at x = X - g tan.  There the shown place on the page, in turns of the printed lines from a dark
@@ -6,8 +6,8 @@ line's leading edge, is
 
     turns = (m - edge) / p_r + (x - m) (1/p_r - 1/p_f) + s(tan) / p_r
 
-for a lens whose axis lies at m, the middle of the board.  Source: `moireid.verifier.fringes.predicted_phase`, whose
-constant, where the lenses happen to lie, is settled so; s is traced by `moireid.lenticule` for the grating's pitch.
+for a lens whose axis lies at m, the middle of the board.  Source: `moireid.verifier.fringes.predicted_phase`, with the
+lenses' place, which is a constant there, fixed in this way; s is traced by `moireid.lenticule` for the grating's pitch.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from moireid.optics import slab_shift_mm
 
 #: The camera of the preview goes this far to each side of straight ahead, as a tangent (22 degrees).
 REACH = 0.4
-#: Nearest and farthest camera of the preview, mm; the nearest is what sees a badge whole.
+#: Nearest and farthest camera of the preview, mm; the nearest one still sees the whole badge.
 NEAR_MM, FAR_MM = 500.0, 3000.0
-#: Steps of the table: straight lines between them leave 0.001 rad of the law (tests hold it).
+#: Steps of the table: straight lines between them are within 0.001 rad of the law (a test checks it).
 STEP_X, STEP_Y = 0.02, 0.05
-#: Places of a printed period at which the brightness is told, and rays through one lens.
+#: Number of places in a printed period with a brightness, and of rays through one lens.
 PLACES, RAYS = 96, 96
 
 
@@ -84,7 +84,7 @@ def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:
 def _profile(lens: Lens, cell: Cell) -> NDArray[np.float64]:
     """Brightness of one lens, 0 to 1, against the place that its middle shows, seen straight on, (`PLACES`,).
 
-    Source: the mean over rays through one lens, as `fabrication.preview` draws it.
+    Source: the mean over rays through one lens, as in `fabrication.page.preview`.
     """
     across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
     if lens.kind == "mask":

@@ -1,4 +1,4 @@
-"""Templates into pages.  Jinja2 escapes all that is put into them, and knows no name that was not given."""
+"""Makes pages from templates.  Jinja2 escapes all values, and fails at a name that has no value."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from moireid.web.studio import studio_of
 
 @dataclass(frozen=True)
 class Place:
-    """An entry of the navigation, shown to those who may go there; without roles to everybody."""
+    """An entry of the navigation, shown to the roles that may open it; without roles, to everybody."""
 
     path: str
     label: str

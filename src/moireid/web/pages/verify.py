@@ -1,6 +1,6 @@
 """Verify: a film and a claim in, progress, then the verdict with its reasons, plots and the report to keep.
 
-All of it works without script: the form is posted, and the page of a job asks for itself again until it is over.
+All of it works without JavaScript: the form is posted, and the page of a job reloads until the job has ended.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ from moireid.web.studio import studio_of
 router = APIRouter(prefix="/verify", include_in_schema=False)
 
 Verifier = Annotated[Visitor, require("verifier")]
-#: A plot bears its own style; it is shown as a picture, and may run and load nothing.
+#: A plot has its own style; it is shown as a picture, and may run and load nothing.
 PICTURE_POLICY = {"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; sandbox"}
 MOST_PLOTS = 16
 FINDINGS = {
     "found": "The fringes moved as only a real badge's do, and the badge is enrolled.",
     "nobody": "This is nobody's badge, as far as this registry knows.",
-    "inconclusive": "This film does not show enough to tell whose badge it is.",
+    "inconclusive": "This film does not show enough to find out whose badge it is.",
 }
 
 

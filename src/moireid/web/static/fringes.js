@@ -1,4 +1,4 @@
-// A badge whose fringes follow the phase law: what `moireid.web.preview_law` traced is interpolated, nothing is made up.
+// A badge whose fringes follow the phase law: interpolated in the tables that `moireid.web.pages.preview_law` traced.
 //
 // Convention: that of the server's module.  Page mm, x right, y down; a camera {x, y, z} has z < 0 and sees the page's
 // point X along the tangents (X - C) / |z|.  `law` is the server's JSON.
@@ -13,7 +13,7 @@ export function cameraAt(law, right, down, distance) {
   return { x: (x0 + x1) / 2 + right * distance, y: (y0 + y1) / 2 + down * distance, z: -distance };
 }
 
-/** One entry of a grating's table, straight lines between its rows and columns; even in the tangent across. */
+/** A value of a grating's table, linearly interpolated; the table is symmetric in the tangent across. */
 function lookUp(grating, table, along, across) {
   const rows = table.length, columns = table[0].length;
   const r = Math.min(Math.max((along - grating.first) / grating.step_along, 0), rows - 1);
@@ -123,7 +123,7 @@ export class BadgePicture {
   }
 }
 
-/** Words in lines no wider than `width`, four at most; a longer word is left to be squeezed. */
+/** Words in at most four lines no wider than `width`; a longer word is squeezed by the caller. */
 function broken(pen, text, width) {
   const lines = [""];
   for (const word of text.split(/\s+/)) {

@@ -9,7 +9,7 @@
   const TEXTS = {
     accept: "The claimed badge was held before this camera now, and its fringes obeyed the law.",
     reject: "This is not the claimed badge, held before this camera now.",
-    inconclusive: "What was shown does not suffice to tell.",
+    inconclusive: "The camera has not seen enough to decide.",
   };
   let socket = null, stream = null, sent = 0, taken = 0, last = -Infinity, running = false, over = true;
   const canvas = document.createElement("canvas");

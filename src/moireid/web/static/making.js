@@ -1,4 +1,4 @@
-// Follows a job by server-sent events, told as a bar and in words, and loads the page again at its end.
+// Follows a job by server-sent events, shows its progress as a bar and in words, and reloads the page at its end.
 
 const card = document.querySelector("[data-job]");
 const bar = card.querySelector("[data-progress]"), status = card.querySelector("[data-status]");
@@ -10,10 +10,10 @@ events.addEventListener("progress", (event) => {
     bar.max = expected;
     bar.value = read;
   }
-  const words = state === "waiting" ? "It waits for others." : expected ? `${read} of ${expected}` : "At work.";
-  // Told once for each change, as a reader of the screen speaks every one.
+  const words = state === "waiting" ? "Waiting for other jobs." : expected ? `${read} of ${expected}` : "Working.";
+  // Written only when it changes, because a screen reader speaks each new text.
   if (status.textContent !== words) status.textContent = words;
 });
 events.addEventListener("end", () => { events.close(); location.reload(); });
-// The browser asks again by itself; where it cannot, the page does.
+// The browser connects again by itself; where it gives up, the page reloads.
 events.addEventListener("error", () => { if (events.readyState === EventSource.CLOSED) setTimeout(() => location.reload(), 2000); });

@@ -21,7 +21,7 @@ function rotation({ alpha, beta, gamma }) {
  */
 export function tiltTangents(first, now, turned) {
   const before = rotation(first), after = rotation(now);
-  // The screen's old normal, told in the axes of the device as it is held now.
+  // The screen's old normal, in the axes of the device as it is held now.
   const seen = [0, 1, 2].map((k) => [0, 1, 2].reduce((sum, row) => sum + after[row][k] * before[row][2], 0));
   const angle = (turned * Math.PI) / 180;
   const right = Math.cos(angle) * seen[0] - Math.sin(angle) * seen[1];
@@ -53,7 +53,7 @@ export class Preview {
   listen() {
     for (const slider of this.sliders) slider.addEventListener("input", () => this.show());
     this.canvas.addEventListener("pointermove", (event) => {
-      // Whoever asked for little motion moves the fringes by pressing, not by passing over them.
+      // With reduced motion, the fringes follow only a pressed pointer, not one that passes over them.
       if (this.calm.matches && !event.buttons) return;
       const box = this.canvas.getBoundingClientRect(), reach = this.law.camera.reach;
       const share = [(event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height];
@@ -71,7 +71,7 @@ export class Preview {
     this.tilt.addEventListener("click", () => this.followTilt());
   }
 
-  /** Follow the phone, by leave of its owner where the system asks for that (iOS does). */
+  /** Follow the phone's tilt; some systems (iOS) first ask the owner for permission. */
   async followTilt() {
     const ask = window.DeviceOrientationEvent.requestPermission;
     if (ask && (await ask.call(window.DeviceOrientationEvent).catch(() => "denied")) !== "granted") {
@@ -94,7 +94,7 @@ export class Preview {
     this.show();
   }
 
-  /** Draw at the next picture of the screen, once however many events came. */
+  /** Draw at the next screen refresh, once for any number of events. */
   show() {
     if (this.waiting) return;
     this.waiting = true;

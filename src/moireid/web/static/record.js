@@ -1,4 +1,4 @@
-// Records a capture with this device's camera and hands it to the form as a file; without a camera the upload is left.
+// Records a capture with this device's camera and gives it to the form as a file; without a camera, a file is uploaded.
 
 const TYPES = ["video/webm;codecs=vp9", "video/webm;codecs=vp8", "video/webm", "video/mp4"];
 const LONGEST_S = 60;
@@ -14,7 +14,7 @@ class Recorder {
     this.chosen = form.querySelector("input[name='video']");
     this.filmed = form.querySelector("[data-phone] input");
     this.video.hidden = true;
-    // A phone's own camera program films better than a page can, and is asked for by the field's `capture`.
+    // A phone's own camera app films better than a page can; the field's attribute `capture` opens it.
     const phone = matchMedia("(pointer: coarse)").matches;
     form.querySelector("[data-phone]").hidden = !phone;
     this.panel.hidden = phone || !(navigator.mediaDevices?.getUserMedia && window.MediaRecorder);

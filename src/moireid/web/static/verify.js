@@ -1,4 +1,4 @@
-// The form of a film: drop it, see it being sent, suggestions for names.  Without this script the form posts by itself.
+// The form of a film: dropping a file, progress of the upload, suggestions for names.  The form also works without this.
 "use strict";
 const form = document.getElementById("verify");
 const video = document.getElementById("video");
@@ -60,5 +60,5 @@ form.addEventListener("submit", (event) => {
   });
   request.send(new FormData(form));
 });
-// Back from the verdict, the form is ready again.
+// After going back from the verdict, the form is ready again.
 addEventListener("pageshow", () => { sending.hidden = true; button.disabled = false; });

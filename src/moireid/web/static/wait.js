@@ -1,4 +1,4 @@
-// The page of a film that is being judged: shows how far it has come, then loads itself again for the verdict.
+// The page of a film that is being judged: shows its progress, then reloads for the verdict.
 "use strict";
 const job = document.getElementById("job").dataset.job;
 const bar = document.getElementById("bar");
@@ -14,5 +14,5 @@ events.addEventListener("progress", (event) => {
   state.textContent = (all ? "Judging" : words[now.state]) + frames;
 });
 events.addEventListener("end", () => { events.close(); location.reload(); });
-// The browser asks again by itself; where it cannot, the page does.
+// The browser connects again by itself; where it gives up, the page reloads.
 events.addEventListener("error", () => { if (events.readyState === EventSource.CLOSED) setTimeout(() => location.reload(), 2000); });
