@@ -75,6 +75,12 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     help="Demand too that the badge passes in front of the face for a second; needs moireid[face].",
 )
 @click.option(
+    "--cover",
+    "cover_share",
+    type=click.FloatRange(0, 1),
+    help="Share of the film that the verdict must be of, 0 to 1; with less it is inconclusive.  [default: 0.5]",
+)
+@click.option(
     "--pipeline",
     type=click.Choice(["moireid", "published"]),
     default="moireid",
@@ -110,6 +116,7 @@ def verify_command(
     report_folder: Path | None,
     require_original: bool,
     overlap: bool,
+    cover_share: float | None,
     pipeline: str,
     corners_given: str | None,
     overwrite: bool,
@@ -129,6 +136,8 @@ def verify_command(
         raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")
     if pipeline == "published" and overlap:
         raise SpecError("--pipeline published cannot check --overlap; leave one of them out")
+    if pipeline == "published" and cover_share is not None:
+        raise SpecError("--pipeline published cannot check --cover; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     as_built, revoked = None, None
@@ -149,7 +158,8 @@ def verify_command(
     from moireid.verifier import Claim, verify
 
     corners = corners_from(corners_given) if corners_given is not None else None
-    held = Claim(badge, badge.id, focal_px, as_built, require_original)
+    policy = {} if cover_share is None else {"cover_share": cover_share}
+    held = Claim(badge, badge.id, focal_px, as_built, require_original, **policy)
     with progress_bar("reading the film") as progress:
         if pipeline == "published":
             report = verify_published(video, held, corners=corners, progress=progress)

@@ -37,6 +37,9 @@ MIN_EXCITATION_TO_ERROR_RATIO = 3.0
 #: Set by hand: frames with a larger standard deviation of the phase are left out.
 MAX_PHASE_SD_RAD = 0.6
 
+#: The verdict must be of this share of the film.  Set by hand: the larger part.
+MIN_COVER_SHARE = 0.5
+
 # --- Which frames belong together? -----------------------------------------------------------------------------------
 
 #: A badge that is lost moves unseen, and what is not seen is no evidence.  Set by hand: one frame may be missing, with

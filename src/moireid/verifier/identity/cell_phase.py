@@ -56,7 +56,8 @@ class Field:
     """The uniform rows' field of one grating.
 
     clock_rad (T,): measured less predicted motion, with the sheet's offset; twist_rad_per_mm: phase slope along the
-    lenses; level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across; read (T,):
+    lenses; level, contrast (T,): of the picture, counts; frequency_per_mm: of the reference cells; middle_mm: across;
+    read (T,):
     frames in which a row shows its phase, without which no cell can be read.
     """
 

@@ -25,6 +25,7 @@ from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_sign
 from moireid.verifier.motion.segments import Segment, judge_segments, part_of
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.cover import Span, judged_spans
 from moireid.verifier.tracking.track import Track
 
 #: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.
@@ -57,6 +58,7 @@ class Chapter:
     stages_s: dict[str, float]
     track: Track | None
     measurement: Measurement | None
+    judged_s: tuple[Span, ...] = ()
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
@@ -109,6 +111,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         stages,
         track,
         measurement,
+        judged_spans(signals),
     )
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
+from moireid.verifier.limits import MIN_COVER_SHARE
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,8 @@ class Claim:
         Figures of the badge as it was measured when it was enrolled.
     require_original : bool
         Reject a copy, and leave open what cannot be told from one.
+    cover_share : float
+        Share of the film, 0 to 1, that the verdict must be of; with less it is inconclusive.
     """
 
     badge: Badge
@@ -31,3 +34,4 @@ class Claim:
     focal_px: float | None = None
     as_built: AsBuilt | None = None
     require_original: bool = False
+    cover_share: float = MIN_COVER_SHARE

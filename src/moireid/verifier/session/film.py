@@ -28,6 +28,7 @@ from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
 from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.cover import cover_finding
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Verifier
@@ -89,6 +90,9 @@ def verify(
     overlapped = seen.watch.judge(judged.tracker, seen.chapters) if seen.watch else None
     if overlapped:
         reasons += overlapped.reasons
+    cover = seen.verifier.cover
+    if seen.tracked:
+        reasons += (cover_finding(cover, claim.cover_share),)
     if revoked is not None:
         reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
     verdict = worst(list(reasons))  # 8
@@ -111,6 +115,7 @@ def verify(
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
         region=judged.region(),
         overlap=overlapped,
+        cover=cover,
     )
 
 

@@ -13,6 +13,7 @@ from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.motion.segments import Segment
 from moireid.verifier.reasons import Reason, Verdict, json_number
+from moireid.verifier.session.cover import Cover
 from moireid.verifier.session.overlap import Overlap
 from moireid.verifier.tracking.track import Track
 
@@ -54,6 +55,8 @@ class Report:
         Where the judged badge was first: the frame, and its board's corners, px.
     overlap : Overlap or None
         Whether the badge passed before the face; None where that was not asked for.
+    cover : Cover or None
+        Of which seconds the verdict speaks; None by a method that does not say.
 
     Notes
     -----
@@ -76,6 +79,7 @@ class Report:
     segments: tuple[Segment, ...] = ()
     region: dict[str, Any] | None = None
     overlap: Overlap | None = None
+    cover: Cover | None = None
 
     @property
     def badge(self) -> Badge:
@@ -113,6 +117,7 @@ class Report:
             "mirrored": self.track.mirrored,
             "region": self.region,
             "overlap": self.overlap.to_json() if self.overlap else None,
+            "cover": self.cover.to_json() if self.cover else None,
             "pipeline": self.pipeline,
             "timing": self.timing,
             "left_out": list(self.left_out),

@@ -8,6 +8,7 @@ If several badges are in view, each is judged by itself, and the verdict is abou
 
 from __future__ import annotations
 
+import math
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
@@ -19,6 +20,7 @@ from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.cover import Cover, cover_of
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -90,6 +92,7 @@ class Verifier:
         self._pending: Future[Running] | None = None
         self._claim, self._running = claim, running
         self._times = FilmTime()
+        self._first_s, self._pushed = math.inf, 0
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
@@ -125,6 +128,12 @@ class Verifier:
         return others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
 
     @property
+    def cover(self) -> Cover:
+        """Of how much of the film so far the judged badge's chapters speak."""
+        spans = [span for chapter in self.chapters for span in chapter.judged_s]
+        return cover_of(spans, self._first_s, self.now_s, self._pushed) if self._pushed else Cover(0.0, (), 0.0)
+
+    @property
     def restarts(self) -> tuple[Reason, ...]:
         """Findings on times that start anew, where they do."""
         unjudged = sum(chapter.tracked for chapter in self.chapters if not chapter.signals)
@@ -154,6 +163,8 @@ class Verifier:
         (`FilmTime`).
         """
         self.now_s, restarted = self._times.place(frame.time_s)
+        self._first_s = min(self._first_s, self.now_s)
+        self._pushed += 1
         frame = replace(frame, time_s=self.now_s)
         if restarted:
             for line in self._lines:

@@ -1,0 +1,83 @@
+"""Of which seconds of a film does the verdict speak?
+
+A verdict is of the frames in which the badge was seen and its fringes could be read.  Two seconds of a badge are no
+proof of a film of thirty.
+
+Convention: seconds of the film's own time, as `Verifier.now_s`; each frame counts for the usual time between frames.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.camera.smoothing import unbroken
+from moireid.verifier.camera.stretches import longest_step_s
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.reasons import Level, Reason, json_number
+
+Array = NDArray[np.float64]
+Span = tuple[float, float]
+#: Spans that a sentence names.
+MOST_NAMED = 3
+
+
+@dataclass(frozen=True)
+class Cover:
+    """Share of the film that is judged, 0 to 1; the spans (from, to) that are, s; the longest time that is not, s."""
+
+    share: float
+    spans_s: tuple[Span, ...]
+    longest_gap_s: float
+
+    def to_json(self) -> dict[str, Any]:
+        """As the `cover` object of `verify --json`."""
+        spans = [[json_number(round(start, 3)), json_number(round(end, 3))] for start, end in self.spans_s]
+        return {"share": json_number(self.share), "spans_s": spans, "longest_gap_s": json_number(self.longest_gap_s)}
+
+
+def judged_spans(signals: Sequence[GratingSignal]) -> tuple[Span, ...]:
+    """Runs of frames in which a grating's fringes were read, first and last time of each, s."""
+    if not signals:
+        return ()
+    times = signals[0].times_s
+    read = np.any([np.isfinite(signal.phase_sd_rad) for signal in signals], axis=0)
+    if not read.any():
+        return ()
+    longest = longest_step_s(times)
+    runs = unbroken(times[read], longest)
+    return tuple((float(times[read][run[0]]), float(times[read][run[-1]])) for run in runs)
+
+
+def cover_of(spans: Sequence[Span], first_s: float, last_s: float, frames: int) -> Cover:
+    """The cover of a film by spans of its chapters.
+
+    Parameters: first_s, last_s: times of the film's first and last frame; frames: number of them.
+    """
+    step = (last_s - first_s) / (frames - 1) if frames > 1 else 0.0
+    joined: list[Span] = []
+    for start, end in sorted(spans):
+        if joined and start <= joined[-1][1] + 1.5 * step:
+            joined[-1] = joined[-1][0], max(end, joined[-1][1])
+        else:
+            joined.append((start, end))
+    ends = [first_s - step, *(end for _, end in joined)]
+    starts = [*(start for start, _ in joined), last_s + step]
+    gaps = [max(start - end - step, 0.0) for end, start in zip(ends, starts, strict=True)]
+    judged = sum(end - start + step for start, end in joined)
+    whole = last_s - first_s + step
+    return Cover(min(judged / whole, 1.0) if whole > 0 else 0.0, tuple(joined), max(gaps))
+
+
+def cover_finding(cover: Cover, least: float) -> Reason:
+    """Whether enough of the film is judged; least: share, 0 to 1."""
+    level: Level = "pass" if cover.share >= least else "undecided"
+    named = [f"{start:.1f} to {end:.1f} s" for start, end in cover.spans_s[:MOST_NAMED]]
+    where = ", ".join(named) + (" and more" if len(cover.spans_s) > MOST_NAMED else "")
+    text = f"The verdict is of {100 * cover.share:.0f} % of the film" + (f" ({where})" if where else "")
+    text += f"; at least {100 * least:.0f} % are needed." if level == "undecided" else "."
+    return Reason("cover", level, cover.share, least, "share", text)
