@@ -30,6 +30,10 @@ __all__ = ["TRUTH_COLUMNS", "FilmReport", "film", "truth_path"]
 
 Array = NDArray[np.float64]
 Render = Callable[[Instant], Rendered | None]
+#: What a film shows, of scene, motion, camera centres (T, 3) and frames a second.
+Show = Callable[[Scene, Motion, Array, float], Shown]
+#: A finished picture changed: frame, picture (height, width), homography page mm -> px of the middle row.
+Edit = Callable[[int, NDArray[np.uint8], Array], NDArray[np.uint8]]
 
 
 @dataclass(frozen=True)
@@ -97,6 +101,8 @@ def film(
     frames: int,
     fps: float,
     forge: str | None = None,
+    show: Show | None = None,
+    edit: Edit | None = None,
     seed: int = 0,
     codec: str = "h264",
     crf: int | None = None,
@@ -122,6 +128,8 @@ def film(
         How many a second, 1 to 1000.
     forge : str, optional
         A kind of `forgeries.courses.KINDS`; None for a true film.
+    show, edit : Show, Edit, optional
+        A forgery of the caller's own, in place of `forge`; and what is done to each finished picture.
     seed : int
         Of all that chance decides.
     codec : str
@@ -165,7 +173,7 @@ def film(
     if places[:, 2].max() > -2 * scene.badge.lens.thickness_mm:
         # Behind the badge the truth's phase and parallax would be those of a camera before it, and on it nan.
         raise SpecError("the camera touches the badge or comes behind it; give a greater distance or another motion")
-    shown = shown_in(forge, scene, motion, places, fps, seed)
+    shown = show(scene, motion, places, fps) if show else shown_in(forge, scene, motion, places, fps, seed)
     kept = kept_frames(way, frames, seed)
     camera, label = scene.camera, f"forged:{forge}" if forge else "genuine"
     stages = _Stages()
@@ -189,6 +197,8 @@ def film(
                 board, field = _seen(render, opening, shown, frame)
                 stages.end("render")
                 picture = sensor.expose(board, middle.rotation[0], frame / fps)
+                if edit:
+                    picture = edit(frame, picture, page_homography(scene, middle))
                 stages.end("sensor")
                 aside.run(partial(writer.write, picture, frame))
                 stages.end("encode")
@@ -201,6 +211,15 @@ def film(
     exposed = opened(motion, camera, scene.board_half_mm, frames / fps / 2, fps)[1]
     unseen = left_out(scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"])
     return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, unseen, estimate)
+
+
+def page_homography(scene: Scene, pose: Poses) -> Array:
+    """Page mm -> px of one pose, (3, 3), by the camera without distortion."""
+    centre, scale = scene.board_centre_mm, scene.build.print_scale
+    board = np.array([[scale, 0, -scale * centre[0]], [0, scale, -scale * centre[1]], [0, 0, 1.0]])
+    rotation = pose.rotation[0]
+    seen = np.column_stack([rotation[:, 0], rotation[:, 1], -rotation @ pose.camera_mm[0]])
+    return np.asarray(scene.camera.matrix @ seen @ board)
 
 
 def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:

@@ -1,0 +1,288 @@
+"""The attacks, each as a film that an attacker who reads this code would make, and everyday mishaps of genuine films."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from moireid.badge import Badge
+from moireid.bench.forgers.edits import (
+    ShiftedMarkers,
+    caption,
+    caption_on,
+    field_of,
+    fingers_on,
+    hand_over,
+)
+from moireid.bench.forgers.motions import in_turns, one_way, seen_only, with_jump
+from moireid.bench.forgers.photographs import Photographs, still
+from moireid.simulate.filming import Edit, Show
+from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.motion import Motion, motion_named
+from moireid.simulate.scene import Scene
+
+Make = Callable[["Shoot"], "Filming"]
+FPS = 30.0
+
+
+@dataclass(frozen=True)
+class Shoot:
+    """What a case is filmed with: badge, distance, seed, frames."""
+
+    badge: Badge
+    distance_mm: float
+    seed: int
+    frames: int
+
+    @property
+    def length_s(self) -> float:
+        """Of the film."""
+        return self.frames / FPS
+
+    def motion(self, name: str) -> Motion:
+        """A named motion at this distance."""
+        return motion_named(name, distance_mm=self.distance_mm, seed=self.seed)
+
+    @property
+    def rng(self) -> np.random.Generator:
+        """Chance of this film."""
+        return np.random.default_rng(self.seed)
+
+
+@dataclass(frozen=True)
+class Filming:
+    """How a case is filmed: where the camera is, what is shown in place of the truth, and what an editor changes."""
+
+    motion: Motion
+    show: Show | None = None
+    edit: Edit | None = None
+    frames_times: float = 1.0
+
+
+@dataclass(frozen=True)
+class Case:
+    """name: as in the table; genuine: whether it shows a badge as it is; axes: of the badge; make: how it is filmed."""
+
+    name: str
+    genuine: bool
+    make: Make
+    axes: str = "x"
+
+
+def moving(shoot: Shoot) -> Motion:
+    """A hand's or a body's motion, by the seed."""
+    if shoot.seed % 2:
+        return shoot.motion("sway")
+    hand, start = shoot.motion("handheld"), float(shoot.rng.uniform(0, 15))
+    return lambda times_s: hand(times_s + start)
+
+
+def photographs(count: int, **how: Any) -> Make:
+    """Photographs in place of the fringes, on a hand's motion."""
+
+    def make(shoot: Shoot) -> Filming:
+        taken = replace(Photographs(count), **how)
+        if taken.distance_mm is not None:
+            taken = replace(taken, distance_mm=taken.distance_mm * shoot.distance_mm)
+        return Filming(moving(shoot), taken.shown)
+
+    return make
+
+
+def still_in_turns(gap_s: float) -> Make:
+    """One photograph shown at two views a whole turn of fringe phase apart."""
+
+    def make(shoot: Shoot) -> Filming:
+        turn = turn_tangent(shoot.badge)
+        motion = in_turns(
+            shoot.distance_mm, shoot.seed, tangents=np.array([-turn / 2, turn / 2]), hold_s=0.8, gap_s=gap_s
+        )
+        return Filming(motion, still(np.array([0.0, 0.0, -shoot.distance_mm])))
+
+    return make
+
+
+def turn_tangent(badge: Badge) -> float:
+    """Difference of parallax that turns the fringes once, about the front view."""
+    from moireid.lenticule import view_law
+
+    pitch = badge.gratings[0].pitch_mm
+    tangents = np.linspace(0.1, 0.6, 2001)
+    phase = view_law(badge.lens, pitch).phase_rad(tangents, np.zeros_like(tangents))
+    return 2 * float(np.interp(np.pi, np.abs(phase), tangents))
+
+
+def frozen_in_spells(share: float, shift_px: float) -> Make:
+    """Fringes that stand still for a share of the frames, in spells of half a second, the markers shifted there."""
+
+    def make(shoot: Shoot) -> Filming:
+        spell = round(0.5 * FPS)
+        starts = set(shoot.rng.permutation(shoot.frames // spell)[: round(share * shoot.frames / spell)].tolist())
+
+        def within(frame: int) -> bool:
+            return frame // spell in starts
+
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            held = camera_mm.copy()
+            for frame in range(len(held)):
+                if within(frame):
+                    held[frame] = held[max(spell * (frame // spell) - 1, 0)]
+            return Shown(held, camera_mm)
+
+        return Filming(moving(shoot), show, ShiftedMarkers(shoot.badge, shift_px, within))
+
+    return make
+
+
+def spell(seconds: float) -> Make:
+    """Fringes that stand still for some seconds within a true film."""
+
+    def make(shoot: Shoot) -> Filming:
+        first = int(shoot.rng.uniform(0.2, 0.8) * (shoot.frames - seconds * FPS))
+
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            held = camera_mm.copy()
+            held[first : first + round(seconds * FPS)] = held[first]
+            return Shown(held, camera_mm)
+
+        return Filming(moving(shoot), show)
+
+    return make
+
+
+def short_of_film(seconds: float, times: float) -> Make:
+    """A true badge for some seconds of a film that is longer by far."""
+    return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), frames_times=times)
+
+
+def late_on_sweep(seconds: float) -> Make:
+    """Fringes that come late, on one steady sweep."""
+
+    def make(shoot: Shoot) -> Filming:
+        motion = one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s)
+
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            return Shown(motion(np.arange(len(camera_mm)) / fps - seconds).camera_mm, camera_mm)
+
+        return Filming(motion, show)
+
+    return make
+
+
+def drift_on_sweep(shoot: Shoot) -> Filming:
+    """Fringes that drift at a constant speed which the forger does not know, on one steady sweep."""
+    ratio = float(shoot.rng.uniform(-2.0, 3.0))
+
+    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+        share = np.linspace(-1, 1, len(camera_mm))
+        held = camera_mm.copy()
+        ends = camera_mm[-1, 0] - camera_mm[0, 0]
+        held[:, 0] = camera_mm[:, 0].mean() + ratio * ends / 2 * share
+        return Shown(held, camera_mm)
+
+    return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), show)
+
+
+def hand(share: float, seconds: float) -> Make:
+    """A hand before the lens, the markers free."""
+
+    def make(shoot: Shoot) -> Filming:
+        first = int(shoot.rng.uniform(0.2, 0.7) * (shoot.frames - seconds * FPS))
+        return Filming(moving(shoot), edit=hand_over(shoot.badge, share, start=first, frames=round(seconds * FPS)))
+
+    return make
+
+
+def row_caption(shoot: Shoot) -> Filming:
+    """A caption that follows the badge and covers most of one row."""
+    x0, y0, x1, y1 = field_of(shoot.badge)
+    top = y0 + float(shoot.rng.uniform(0.1, 0.8)) * (y1 - y0)
+    rect = (x0 + 0.1 * (x1 - x0), top, x1 - 0.1 * (x1 - x0), top + 8.0)
+    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect))
+
+
+def sticker(shoot: Shoot) -> Filming:
+    """A round sticker on the badge."""
+    x0, y0, x1, y1 = field_of(shoot.badge)
+    x, y = shoot.rng.uniform(0.2, 0.8, 2) * (x1 - x0, y1 - y0) + (x0, y0)
+    rect = (x - 9, y - 6, x + 9, y + 6)
+    return Filming(moving(shoot), edit=caption_on(shoot.badge, rect, "42"))
+
+
+def jump_cut(skip_s: float) -> Make:
+    """A jump within a take."""
+    return lambda shoot: Filming(with_jump(moving(shoot), shoot.length_s / 2, skip_s=skip_s))
+
+
+def cases() -> list[Case]:
+    """All of them; the counts of photographs are swept."""
+    attacks = [
+        Case("one photograph in turns, plain cuts", False, still_in_turns(0.0)),
+        Case("one photograph in turns, gaps", False, still_in_turns(0.5)),
+        *(
+            Case(f"{count} photographs, cross-faded", False, photographs(count))
+            for count in (3, 5, 8, 12, 18, 24, 36, 48, 64, 96)
+        ),
+        *(
+            Case(f"{count} photographs, nearest", False, photographs(count, blend=False))
+            for count in (8, 16, 24, 48, 96, 192)
+        ),
+        *(
+            Case(f"{count} photographs, cross-faded, from 1.4 times as far", False, photographs(count, distance_mm=1.4))
+            for count in (12, 24, 48)
+        ),
+        Case("24 photographs, cross-faded, 1.5 frames late", False, photographs(24, late_s=0.05)),
+        *(
+            Case(f"frozen for {share:.0%} of the frames, markers shifted", False, frozen_in_spells(share, 0.8))
+            for share in (0.25, 0.5)
+        ),
+        *(Case(f"frozen for {seconds:g} s", False, spell(seconds)) for seconds in (0.5, 1.0, 2.0)),
+        Case("2 s of badge in a film five times as long", False, short_of_film(2.0, 2.5)),
+        Case("half a second late on one sweep", False, late_on_sweep(0.5)),
+        Case("drift on one sweep", False, drift_on_sweep),
+        *(
+            Case(f"{count} photographs, cross-faded, two axes, whole", False, photographs(count), "xy")
+            for count in (12, 48)
+        ),
+        *(
+            Case(
+                f"{count} photographs, cross-faded, two axes, by grating",
+                False,
+                photographs(count, by_grating=True),
+                "xy",
+            )
+            for count in (12, 24, 48, 96)
+        ),
+    ]
+    honest = [
+        Case("plain", True, lambda shoot: Filming(moving(shoot))),
+        Case("plain, two axes", True, lambda shoot: Filming(moving(shoot)), "xy"),
+        Case("one sweep", True, lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))),
+        Case("a hand over 60 % for 0.4 s", True, hand(0.6, 0.4)),
+        Case("a hand over 60 % for 1.5 s", True, hand(0.6, 1.5)),
+        Case(
+            "fingers over 15 %",
+            True,
+            lambda shoot: Filming(moving(shoot), edit=fingers_on(shoot.badge, 0.15, shoot.seed)),
+        ),
+        Case("a caption over one row", True, row_caption),
+        Case("a sticker", True, sticker),
+        Case(
+            "a subtitle in the picture",
+            True,
+            lambda shoot: Filming(moving(shoot), edit=caption("Live from the conference", (0.5, 0.55), 34)),
+        ),
+        Case("a jump cut of 1 s", True, jump_cut(1.0)),
+        Case("a jump cut of 3 s", True, jump_cut(3.0)),
+        Case(
+            "a gap of 1 s",
+            True,
+            lambda shoot: Filming(
+                seen_only(moving(shoot), [(0, shoot.length_s / 2 - 0.5), (shoot.length_s / 2 + 0.5, 99)])
+            ),
+        ),
+    ]
+    return attacks + honest

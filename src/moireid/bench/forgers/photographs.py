@@ -1,0 +1,112 @@
+"""A forger with N photographs of a badge: each frame shows the nearest of them, or two of them cross-faded.
+
+The picture of a badge with one axis depends on one parallax, so photographs from N places are a table of it.  The
+forger is a good one: he knows from where each picture was taken, squares it up without error, and reads it without
+noise.  What he cannot do is to change the fringes within a picture.
+
+Convention: parallax coordinates u = Cx/|Cz| and v = Cy/|Cz| of the board's centre; pictures are radiance (rows,
+columns) over the whole board, as `scene.Instant.picture`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Grating
+from moireid.simulate.forgeries.flat import SquaredUp
+from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.motion import Motion
+from moireid.simulate.scene import Scene
+
+Array = NDArray[np.float64]
+Picture = NDArray[np.float32]
+#: Fineness of the photographs; a camera of 1450 px focal length sees 1.5 px to the mm at 1 m.
+PX_PER_MM = 4.0
+
+
+@dataclass(frozen=True)
+class Photographs:
+    """What the forger has and does.
+
+    count: photographs, evenly spaced over the course that is to be shown; blend: cross-fade two neighbours in coded
+    brightness, as editing programs do, else show the nearest; distance_mm: from which they were taken, None for the
+    course's mean; late_s: how late the picture is laid over the film; by_grating: each grating's region is taken from
+    the photograph that suits its own axis.
+    """
+
+    count: int
+    blend: bool = True
+    distance_mm: float | None = None
+    late_s: float = 0.0
+    by_grating: bool = False
+
+    def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
+        """The film that these photographs make of a course."""
+        true = camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
+        late = motion(np.arange(len(camera_mm)) / fps - self.late_s).camera_mm
+        wanted = late[:, :2] / np.abs(late[:, 2:])
+        distance = self.distance_mm or float(np.abs(camera_mm[:, 2]).mean())
+        table = Table(scene, true, self.count, distance)
+        show = table.by_grating if self.by_grating else table.whole
+        held = np.column_stack([wanted * distance, np.full(len(wanted), -distance)])
+        return Shown(held, camera_mm, picture=lambda frame: show(wanted[frame], blend=self.blend))
+
+
+class Table:
+    """Photographs along the diagonal of a course's parallax: places (N, 2)."""
+
+    def __init__(self, scene: Scene, course: Array, count: int, distance_mm: float) -> None:
+        low, high = course.min(axis=0), course.max(axis=0)
+        steps = np.linspace(0, 1, count)[:, None] if count > 1 else np.full((1, 1), 0.5)
+        self.places = low + steps * (high - low)
+        squared = SquaredUp(scene, PX_PER_MM)
+        # Coded as a camera codes them, since they are cross-faded so.
+        self._coded = [
+            np.sqrt(squared.picture(np.array([*(place * distance_mm), -distance_mm]))) for place in self.places
+        ]
+        self._scene = scene
+
+    def whole(self, wanted: Array, *, blend: bool) -> Picture:
+        """One picture for the parallax (2,), by its share along x."""
+        return self._at(float(wanted[0]), 0, blend) ** 2
+
+    def by_grating(self, wanted: Array, *, blend: bool) -> Picture:
+        """A picture whose gratings are each from the photographs that suit their own axis."""
+        picture = self._at(float(wanted[0]), 0, blend).copy()
+        for grating in self._scene.badge.gratings:
+            if grating.axis == "y":
+                region = self._region(grating, picture.shape)
+                picture[region] = self._at(float(wanted[1]), 1, blend)[region]
+        return picture**2
+
+    def _at(self, wanted: float, axis: int, blend: bool) -> Picture:
+        places = self.places[:, axis]
+        place = float(np.interp(wanted, places, np.arange(len(places)))) if len(places) > 1 else 0.0
+        if not blend:
+            return self._coded[round(place)]
+        first = min(int(place), max(len(places) - 2, 0))
+        share = np.float32(place - first)
+        if share == 0:
+            return self._coded[first]
+        return (1 - share) * self._coded[first] + share * self._coded[first + 1]
+
+    def _region(self, grating: Grating, shape: tuple[int, ...]) -> tuple[slice, slice]:
+        x0, y0, x1, y1 = self._scene.badge.outline_mm
+        scale = shape[1] / (x1 - x0)
+        left, top, right, bottom = (round(scale * value) for value in np.subtract(grating.rect_mm, (x0, y0, x0, y0)))
+        return slice(top, bottom), slice(left, right)
+
+
+def still(place_mm: Array) -> Callable[[Scene, Motion, Array, float], Shown]:
+    """One photograph, shown in every frame, wherever the camera is."""
+
+    def shown(scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
+        picture = SquaredUp(scene, PX_PER_MM).picture(place_mm)
+        held = np.broadcast_to(place_mm, camera_mm.shape)
+        return Shown(held, camera_mm, picture=lambda frame: picture)
+
+    return shown
