@@ -91,6 +91,7 @@ WITHIN: dict[str, set[str]] = {
     "bench.simulate": set(),
     "bench.stability": {"identity", "simulate", "rows"},
     "bench.verify": {"rows"},
+    "bench.forgers": {"rows"},
     "bench.live": set(),
     "web.auth": {"problems", "settings", "studio"},
     "web.jobs": {"problems", "settings"},

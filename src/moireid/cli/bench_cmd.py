@@ -11,7 +11,7 @@ from moireid.cli.rate import scheduler_option, workers_option
 
 
 @click.command("bench")
-@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify"]))
+@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify", "forgers"]))
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
 @click.option(
@@ -52,11 +52,14 @@ def bench_command(
     fabricate   errors of the printed page and the mount, also at extremes
     simulate    the renderers against an outside tracer; error against run time
     verify      the verifier's error against its run time; extreme motions
+    forgers     attacks by those who read this code: photographs, stills, delays;
+                and honest films with hands, captions and cuts
 
-    The figures and a plot go into the folder of --out. The films of identity and stability, and the extreme motions of
-    verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
+    The figures and a plot go into the folder of --out. The films of identity, stability and forgers, and the extreme
+    motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
 
-    Figures of finished films are kept in clips.jsonl and verify.jsonl, so a run that was interrupted goes on there.
+    Figures of finished films are kept in clips.jsonl, verify.jsonl and forgers.jsonl, so a run that was interrupted
+    goes on there.
     """
     from moireid.bench.identity import suite as identity
     from moireid.bench.output import TABLES, outputs, write
@@ -84,6 +87,11 @@ def bench_command(
             from moireid.bench.verify import suite as verify
 
             result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress)
+        elif suite == "forgers":
+            from moireid.bench.forgers import suite as forgers
+
+            kept = folder / "forgers.jsonl"
+            result = forgers.run(quick=quick, seed=seed, clips=clips, kept=kept, where=where, progress=progress)
         else:
             result = identity.run(
                 quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", where=where, progress=progress

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
-from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip
+from moireid.verifier.fringes.strip_phase import StripPhase, covered_frames, measure_strip
 
 LENGTH_MM = 76.0
 SAMPLES = 152
@@ -209,3 +209,13 @@ def test_a_film_too_short_for_blocks_has_no_bar(rng):
     """Catches: a bar of zero, or of NaN, from a single block."""
     found = measured(fringes(wandering(rng, 6)))
     assert found.frequency_sd == np.inf and found.phase_rad.shape == (6,)
+
+
+def test_frames_that_something_covers_are_found_and_forged_ones_are_not():
+    """Catches: a hand's frames counted as fringes that moved; fringes that stand still, which fit well, excused."""
+    misfit, contrast = np.full(200, 4.0), np.full(200, 100.0)
+    misfit[50:60] = 35.0
+    found = covered_frames(misfit, contrast)
+    assert found[50:60].all() and found.sum() <= 14
+    assert not covered_frames(np.full(200, 40.0), contrast).any()
+    assert not covered_frames(misfit, 100 * contrast).any()

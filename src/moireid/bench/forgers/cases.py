@@ -1,4 +1,4 @@
-"""The attacks, each as a film that an attacker who reads this code would make, and everyday mishaps of genuine films."""
+"""Attacks, each a film that an attacker who reads this code would make, and everyday mishaps of genuine films."""
 
 from __future__ import annotations
 

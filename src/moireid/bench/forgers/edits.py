@@ -21,7 +21,7 @@ Edit = Callable[[int, Luma, Array], Luma]
 
 
 def covered(polygon_mm: Callable[[int], Array | None], shade: float = 118.0, seed: int = 0) -> Edit:
-    """Something opaque before the badge: a hand, a finger.  polygon_mm: its outline (N, 2) page mm by frame, or None."""
+    """Something opaque before the badge, a hand say.  polygon_mm: outline (N, 2) page mm of each frame, or None."""
     grain = np.random.default_rng(seed).normal(0, 1, (270, 480)).astype(np.float32)
     skin = shade + 25 * cv2.resize(cv2.GaussianBlur(grain, (0, 0), 6), (1920, 1080)) * 6
 
@@ -33,7 +33,8 @@ def covered(polygon_mm: Callable[[int], Array | None], shade: float = 118.0, see
         mask = np.zeros(luma.shape, np.float32)
         cv2.fillPoly(mask, [np.round(places * 16).astype(np.int32)], 1.0, cv2.LINE_AA, 4)
         mask = cv2.GaussianBlur(mask, (0, 0), 1.0)
-        return np.clip(luma * (1 - mask) + mask * skin[: luma.shape[0], : luma.shape[1]], 0, 255).astype(np.uint8)
+        covered = luma * (1 - mask) + mask * skin[: luma.shape[0], : luma.shape[1]]
+        return np.asarray(np.clip(covered, 0, 255), np.uint8)
 
     return edit
 
@@ -101,7 +102,7 @@ def caption_on(badge: Badge, rect: Rect, text: str = "Live from the conference")
 
 @dataclass(frozen=True)
 class ShiftedMarkers:
-    """One pair of markers drawn `shift_px` aside in the frames of some spells, so that those poses look misregistered."""
+    """Markers moved aside by `shift_px`, two each way, in some frames: their poses look misregistered there."""
 
     badge: Badge
     shift_px: float

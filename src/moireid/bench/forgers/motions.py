@@ -55,9 +55,10 @@ def in_turns(distance_mm: float, seed: int, *, tangents: Array, hold_s: float, g
             [cos * small[:, 0] - sin * small[:, 2], small[:, 1], sin * small[:, 0] + cos * small[:, 2]]
         )
         rotation = np.empty((len(times_s), 3, 3))
-        for k, (a, leave) in enumerate(zip(angle, gone, strict=True)):
+        for k, (a, leave) in enumerate(zip(angle.tolist(), gone.tolist(), strict=True)):
             turn = a + (away if leave else 0.0)
-            rotation[k] = [[math.cos(turn), 0, math.sin(turn)], [0, 1, 0], [-math.sin(turn), 0, math.cos(turn)]]
+            c, s = math.cos(turn), math.sin(turn)
+            rotation[k] = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
         return Poses(camera, rotation)
 
     return poses

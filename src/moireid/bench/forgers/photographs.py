@@ -92,10 +92,10 @@ class Table:
         share = np.float32(place - first)
         if share == 0:
             return self._coded[first]
-        return (1 - share) * self._coded[first] + share * self._coded[first + 1]
+        return np.asarray((1 - share) * self._coded[first] + share * self._coded[first + 1], np.float32)
 
     def _region(self, grating: Grating, shape: tuple[int, ...]) -> tuple[slice, slice]:
-        x0, y0, x1, y1 = self._scene.badge.outline_mm
+        x0, y0, x1, _ = self._scene.badge.outline_mm
         scale = shape[1] / (x1 - x0)
         left, top, right, bottom = (round(scale * value) for value in np.subtract(grating.rect_mm, (x0, y0, x0, y0)))
         return slice(top, bottom), slice(left, right)

@@ -64,8 +64,8 @@ def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
     # where the step itself is larger.
     size = np.linalg.norm(steps, axis=1)
     for place in np.flatnonzero((over > 1) & (over == maximum_filter1d(over, 2 * SIDE - 1))) + here.start:
-        around = slice(max(place - 1, 0), place + 2)
-        found[around.start + int(np.argmax(size[around]))] = True
+        first = max(int(place) - 1, 0)
+        found[first + int(np.argmax(size[first : int(place) + 2]))] = True
     return found
 
 

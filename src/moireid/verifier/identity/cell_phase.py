@@ -179,7 +179,7 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
     fields = []
     for twist in _twists(apart, across, weight, 2 * math.pi * MAX_TWIST_RAD / badge.lens.pitch_mm):
         clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
-        fields.append(Field(clock, twist, level, contrast, frequency, middle, weight.any(axis=0)))
+        fields.append(Field(clock, twist, level, contrast, frequency, middle, np.asarray(weight.any(axis=0), bool)))
     return fields
 
 
