@@ -111,13 +111,16 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     camera = fit_camera(points_px, page_mm, track.times_s, track.image_px, focal_px=focal_px)
     raw_mm, good = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s)
     stray_share = float(np.mean(~good))
-    good &= ~page_covered(track.correlations)
+    covered = page_covered(track.correlations)
+    good &= ~covered
     numbers = stretch_numbers(track.times_s, raw_mm[:, :2] / raw_mm[:, 2:])
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague, numbers)
     posed = time.perf_counter()
     strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
     enlarged = _small_marker_factor(points_px)
-    poses = _Poses(camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good, numbers, stray_share)
+    poses = _Poses(
+        camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good, numbers, stray_share, covered
+    )
     gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
     phases = tuple(strip.phase if strip else None for strip in strips)
@@ -150,7 +153,8 @@ class _Poses:
 
     camera_mm (T, 3), smoothed; page_mm (N, 2): the markers' corners; jitter (2,): standard deviation of the parallax
     coordinates about the smoothed path; enlarged: as `_small_marker_factor`; good (T,): well-registered frames;
-    stretch (T,): as `camera.stretches.stretch_numbers`; stray_share: as in `GratingSignal`.
+    stretch (T,): as `camera.stretches.stretch_numbers`; stray_share: as in `GratingSignal`;
+    covered (T,): frames whose markers are covered in part.
     """
 
     camera: CameraFit
@@ -161,6 +165,7 @@ class _Poses:
     good: NDArray[np.bool_]
     stretch: NDArray[np.int64]
     stray_share: float
+    covered: NDArray[np.bool_]
 
 
 def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) -> _Strip | None:
@@ -183,7 +188,7 @@ def _grating_signal(
     grating = badge.gratings[index]
     every = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
     own = _uncovered(every)
-    clear = sum(float(np.mean(~strip.phase.covered)) for strip in own)
+    clear = sum(float(np.mean(~strip.phase.covered & ~poses.covered)) for strip in own)
     axis = 0 if grating.axis == "x" else 1
     rounding = float(np.median([rounding_rad(strip.phase) for strip in own])) if own else 0.0
     tangent_error = _after_smoothing(float(poses.jitter[axis]), poses.camera.tangent_error[axis], rounding)

@@ -102,6 +102,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     reasons += _uncovered(max(signal.covered_share for signal in signals))
     if reasons[0].level == "pass":
         reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
+        reasons = _without_hand_s_blame(reasons)
         reasons += _course_tells([signal for signal, f in zip(signals, figures, strict=True) if f in moved])
     return Invariant(
         worst(reasons),
@@ -191,6 +192,20 @@ def _uncovered(share: float) -> list[Reason]:
     text = f"Something covers the badge (a hand, a caption, glare): {100 * share:.0f} % of its rows are not judged"
     text += "." if level == "note" else f"; at most {100 * MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."
     return [Reason("covered", level, share, MAX_COVERED_SHARE, "share", text)]
+
+
+def _without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
+    """Findings without a failure that whatever covers the badge may have caused: such a film is open, not rejected.
+
+    A hand or a caption disturbs poses and phases; it turns no fringes round, and halves no gain.
+    """
+    if all(reason.code != "covered" for reason in reasons):
+        return reasons
+    disturbed = {"agreement", "likelihood", "residual"}
+    return [
+        replace(reason, level="undecided") if reason.level == "fail" and reason.code in disturbed else reason
+        for reason in reasons
+    ]
 
 
 def _would_pass(signal: GratingSignal) -> bool:
