@@ -15,7 +15,10 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "verdict": ("string", "accept, reject, inconclusive; failed: could not be scored"),
     "motion": ("string", "verdict of the motion alone"),
     "identity": ("string", "match, mismatch, unreadable, not_claimed"),
-    "score": ("double", "rises with genuineness; moireid: log of a likelihood ratio, published: greatest |rho| of a window"),
+    "score": (
+        "double",
+        "moireid: decadic log of a likelihood ratio; published: greatest |rho| of a window",
+    ),
     "window_correlation_mean": ("double", "mean of |rho| over windows of 30 frames, in both pipelines"),
     "window_correlation_max": ("double", "the greatest of these windows; null in moireid"),
     "window_correlation_min": ("double", "the least; null in moireid"),

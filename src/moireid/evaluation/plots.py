@@ -32,7 +32,7 @@ def write_plots(document: Document, folder: Path) -> list[Path]:
     return paths
 
 
-def _figure(width: float, height: float) -> Any:
+def figure_of(width: float, height: float) -> Any:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -41,7 +41,7 @@ def _figure(width: float, height: float) -> Any:
     return figure
 
 
-def _plain(axes: Any) -> None:
+def plain(axes: Any) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(colors=INK, labelsize=9)
     axes.grid(color="#e4e8ed", linewidth=0.7)
@@ -52,7 +52,7 @@ def _scores(document: Document) -> Any:
     """One dot per film, one row per group and label, one panel per pipeline."""
     pipelines = document["pipelines"]
     kinds = [(row["group"], row["label"]) for row in next(iter(pipelines.values()))["groups"]][::-1]
-    figure = _figure(2.6 + 3.6 * len(pipelines), 0.34 * len(kinds) + 1.5)
+    figure = figure_of(2.6 + 3.6 * len(pipelines), 0.34 * len(kinds) + 1.5)
     panels = figure.subplots(1, len(pipelines), sharey=True, squeeze=False)[0]
     for axes, (pipeline, figures) in zip(panels, pipelines.items(), strict=True):
         least, most = SHOWN[pipeline]
@@ -66,7 +66,7 @@ def _scores(document: Document) -> Any:
             axes.axvline(best["threshold"], color=INK, linewidth=1, linestyle=":")
         axes.set_xlim(least - 0.04 * (most - least), most + 0.15 * (most - least))
         axes.set_xlabel(f"score, {pipeline}", color=INK)
-        _plain(axes)
+        plain(axes)
         axes.text(
             most + 0.05 * (most - least),
             1.0,
@@ -105,7 +105,7 @@ def _dots(axes: Any, place: int, rows: list[Document], colour: str, least: float
 
 def _roc(document: Document) -> Any:
     """True accepts against false accepts; films without a score are never accepted."""
-    figure = _figure(4.6, 4.6)
+    figure = figure_of(4.6, 4.6)
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="#c9d0d8", linewidth=1)
     for name, figures in document["pipelines"].items():
@@ -119,7 +119,7 @@ def _roc(document: Document) -> Any:
     axes.set_xlabel("forged films accepted")
     axes.set_ylabel("genuine films accepted")
     axes.set_aspect("equal")
-    _plain(axes)
+    plain(axes)
     _legend_or_reason(axes, document)
     return figure
 
@@ -129,7 +129,7 @@ def _det(document: Document) -> Any:
 
     Rates of 0 and 1 are at infinity there, so they are drawn half a film away.
     """
-    figure = _figure(4.6, 4.6)
+    figure = figure_of(4.6, 4.6)
     axes = figure.add_subplot()
     ends = [-norm.ppf(1 - RATES[0]), norm.ppf(1 - RATES[0])]
     axes.plot(ends, ends, color="#c9d0d8", linewidth=1)
@@ -151,7 +151,7 @@ def _det(document: Document) -> Any:
     axes.set_aspect("equal")
     axes.set_xlim(ends)
     axes.set_ylim(ends)
-    _plain(axes)
+    plain(axes)
     _legend_or_reason(axes, document)
     return figure
 

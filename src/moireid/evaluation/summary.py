@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.evaluation import statistics
+from moireid.evaluation.baseline.published import THRESHOLD
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.statistics import interval
 from moireid.verifier.limits import ACCEPTED_LOG10
@@ -26,14 +27,16 @@ VERDICTS = ("accept", "reject", "inconclusive", "failed")
 SCORES = {
     "moireid": "decadic logarithm of how much likelier the film is of a true badge: "
     f"{ACCEPTED_LOG10:g} and more is accepted",
-    "published": "mean of |rho| over windows of 30 frames: 1 for a genuine film",
+    "published": f"greatest |rho| of a window of 30 frames: {THRESHOLD:g} and more is accepted",
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films.
 PAPER = {
     "source": "Qing et al. 2026, on a collection of its own",
     "genuine": {"mean": 0.87, "sd": 0.14},
     "forged": {"mean": 0.57, "sd": 0.21},
+    "renderings": {"mean": 0.99},
     "auc": 0.845,
+    "threshold": THRESHOLD,
 }
 
 
