@@ -1,4 +1,4 @@
-"""Plots of a collection: scores by group, ROC and DET."""
+"""Plots of a collection: scores by group, ROC, DET, accuracy against threshold, and Tippett's."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
+from moireid.evaluation.summary import LIMITS, RATIOS
 from moireid.files import whole_file
 
 Document = dict[str, Any]
@@ -20,11 +21,11 @@ RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
 
 def write_plots(document: Document, folder: Path) -> list[Path]:
-    """Write scores.svg, roc.svg and det.svg, each whole or not at all."""
+    """Write a file for each of `PLOTS`, whole or not at all."""
     from matplotlib import rc_context
 
     paths = []
-    for name, plot in (("scores", _scores), ("roc", _roc), ("det", _det)):
+    for name, plot in PLOTS.items():
         path = folder / f"{name}.svg"
         with rc_context({"svg.hashsalt": "moireid"}), whole_file(path) as temporary:
             plot(document).savefig(temporary, format="svg", metadata={"Date": None})
@@ -156,6 +157,65 @@ def _det(document: Document) -> Any:
     return figure
 
 
+def _accuracy(document: Document) -> Any:
+    """Accuracy and balanced accuracy against the threshold, a panel for each pipeline."""
+    figure = figure_of(1.0 + 3.6 * len(document["pipelines"]), 3.6)
+    panels = figure.subplots(1, len(document["pipelines"]), sharey=True, squeeze=False)[0]
+    for axes, (name, figures) in zip(panels, document["pipelines"].items(), strict=True):
+        for key, style in (("accuracy", "-"), ("balanced_accuracy", "--")):
+            thresholds, values = _steps(figures["all_films"], key, *SHOWN[name])
+            axes.plot(
+                thresholds,
+                values,
+                style,
+                color=GENUINE,
+                linewidth=2,
+                label=key.replace("_", " "),
+                drawstyle="steps-pre",
+            )
+        axes.axvline(LIMITS[name], color=INK, linewidth=1, linestyle=":")
+        axes.set_xlim(*SHOWN[name])
+        axes.set_ylim(0, 1.02)
+        axes.set_xlabel(f"accepted from this score, {name}", color=INK)
+        plain(axes)
+    panels[0].set_ylabel("share of films put right", color=INK)
+    _legend_or_reason(panels[0], document)
+    return figure
+
+
+def _tippett(document: Document) -> Any:
+    """Shares of genuine and of forged films whose likelihood ratio is that great or greater."""
+    figure = figure_of(5.6, 4.0)
+    axes = figure.add_subplot()
+    for name in RATIOS:
+        for key, colour, told in (("true_accept", GENUINE, "genuine"), ("false_accept", FORGED, "forged")):
+            found = document["pipelines"].get(name, {}).get("scored_films", {})
+            at, shares = _steps(found, key, *SHOWN[name])
+            axes.plot(at, shares, color=colour, linewidth=2, label=f"{told} films", drawstyle="steps-pre")
+        axes.set_xlim(*SHOWN[name])
+    axes.axvline(0, color=INK, linewidth=1, linestyle=":")
+    axes.set_ylim(-0.02, 1.02)
+    axes.set_xlabel("decadic logarithm of the likelihood ratio", color=INK)
+    axes.set_ylabel("share of films with that ratio or more", color=INK)
+    plain(axes)
+    _legend_or_reason(axes, document)
+    return figure
+
+
+def _steps(found: Document, key: str, least: float, most: float) -> tuple[Any, Any]:
+    """Thresholds in rising order and a curve's values there, carried on to both edges; nothing where there is no curve.
+
+    Convention: between two scores the value is that of the upper one, which is the next threshold that is met.
+    """
+    if "roc" not in found:
+        return [], []
+    # The first step accepts nothing, and one of null is that of films without a score, which no threshold accepts.
+    known = [k for k, at in enumerate(found["roc"]["threshold"]) if at is not None][::-1]
+    at = np.array([found["roc"]["threshold"][k] for k in known])
+    values = np.array([found["roc"][key][k] for k in known] + [found["roc"][key][0]])
+    return np.concatenate([[least], at, [most]]), np.concatenate([values[:1], values])
+
+
 def _deviate(rates: Any, films: int) -> Any:
     """Normal deviates of rates among `films` films."""
     return norm.ppf(np.clip(rates, 0.5 / films, 1 - 0.5 / films))
@@ -168,3 +228,7 @@ def _legend_or_reason(axes: Any, document: Document) -> None:
         return
     kind = "genuine" if document["genuine"] else "forged"
     axes.text(0.5, 0.5, f"all films are {kind}", ha="center", transform=axes.transAxes, color=INK)
+
+
+#: Of each file, by its name without the suffix.
+PLOTS = {"scores": _scores, "roc": _roc, "det": _det, "accuracy": _accuracy, "tippett": _tippett}

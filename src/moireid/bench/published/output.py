@@ -25,7 +25,8 @@ def published_table(result: Document) -> str:
         lines.append(
             f"{row['table'] + ', ' + format(row['distance_m'], 'g') + ' m':<26}{_spread(theirs['score']):>15}"
             f"{_spread(theirs['window_correlation_mean']):>15}{_mean(theirs['window_correlation_sd']):>7}{span:>14}"
-            f"{_count(theirs, 'accept'):>6}{_spread(ours['window_correlation_mean']):>15}{verdicts:>16}   {row['paper']}"
+            f"{_count(theirs, 'accept'):>6}{_spread(ours['window_correlation_mean']):>15}{verdicts:>16}"
+            f"   {row['paper']}"
         )
     told = dict.fromkeys(f"{row['table']}: {row['what']}" for row in result["rows"])
     left_out = sum(row["published"]["without_score"] for row in result["rows"])
@@ -34,11 +35,11 @@ def published_table(result: Document) -> str:
             *lines,
             "",
             f"{result['courses']} films a line.  " + "; ".join(told) + ".",
-            "Renderings 1 and 2 are single sweeps, one way, at constant speed: a drift or a delay of the fringes is a mere",
-            "constant on them.  These films are our simulator's, the paper's are its own; the letters are ours.",
+            "Renderings 1 and 2 are single sweeps, one way, at constant speed: a drift or a delay of the fringes is a",
+            "mere constant on them.  These films are our simulator's, the paper's its own; the letters are ours.",
             f"Films without a published score (0 in the paper): {left_out}; they are in no mean.",
-            f"The paper's real recordings: {paper['genuine']['mean']:.2f} ± {paper['genuine']['sd']:.2f}; generated films: "
-            f"{paper['forged']['mean']:.2f} ± {paper['forged']['sd']:.2f}; AUC {paper['auc']}; accepted from "
+            f"The paper's real recordings: {paper['genuine']['mean']:.2f} ± {paper['genuine']['sd']:.2f}; generated "
+            f"films: {paper['forged']['mean']:.2f} ± {paper['forged']['sd']:.2f}; AUC {paper['auc']}; accepted from "
             f"{paper['threshold']}.",
         ]
     )

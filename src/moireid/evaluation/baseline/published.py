@@ -12,7 +12,8 @@
 Convention: the region is the badge's reference cell, as the published board has one uniform grating; correlation does
     not test sign and gain, and so neither does this pipeline.  The guessed focal length is the picture's longer side.
     The paper leaves films of score 0 out of its figures; such a film has no score here, and is counted.
-Source: the paper's text.  What it does not say is set here: CLAHE has clip 2 and 8 x 8 tiles, and two markers are enough.
+Source: the paper's text.  What it does not say is set here: CLAHE has clip 2 and 8 x 8 tiles, and two markers
+    are enough.
 """
 
 from __future__ import annotations
