@@ -2,7 +2,7 @@
 
 The published renderings (Qing et al. 2026) move a camera half a metre along a straight line in two seconds, before two
 line layers 1 mm apart in air, at seven distances, on ten courses that differ in small random turns: each is a single
-sweep, one way, at constant speed.  A drift of the fringes, or a delay, is a mere constant on such a course, so these
+sweep, one way, at constant speed, without noise.  A drift of the fringes, or a delay, is a mere constant on such a course, so these
 films tell correlation and little more.
 
 What is not on record here, and our reading: rendering 2 films the lens sheet of the prototype where rendering 1 films
@@ -13,7 +13,7 @@ turning about all axes at once, each for 6 s from 1.2 m.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from moireid.badge import Badge, Cell, Grating, Lens, Markers
 from moireid.simulate.wish import Wish
@@ -21,7 +21,7 @@ from moireid.simulate.wish import Wish
 DISTANCES_M = (1.1, 1.2, 1.3, 1.4, 1.5, 1.6, 1.7)
 COURSES = 10
 #: One way along the path; `motion.linear` turns back then.
-SWEEP = Wish(motion="linear", frames=120, fps=60.0)
+SWEEP = Wish(motion="linear", frames=120, fps=60.0, camera="ideal")
 #: The prototype: sheet of 50 lines an inch over lines 0.52 mm apart, and a field of 80 mm.
 LENS_PITCH_MM, LINE_PITCH_MM, GAP_MM, FIELD_MM = 0.508, 0.52, 1.0, 80.0
 
@@ -51,7 +51,7 @@ def conditions(*, quick: bool) -> Iterator[Condition]:
     prototype = board(Lens("lenticular", LENS_PITCH_MM, GAP_MM, 1.56), page_mm=146.0, marker_mm=26.0, corner_mm=18.0)
     for table, what, badge in (("rendering 1", "two layers", mask), ("rendering 2", "lens sheet", prototype)):
         for distance in DISTANCES_M[::6] if quick else DISTANCES_M:
-            wish = Wish(SWEEP.motion, distance, SWEEP.frames, SWEEP.fps)
+            wish = replace(SWEEP, distance_m=distance)
             yield Condition(table, f"{what}, one sweep", badge, wish, "0.99")
     for table, what, motion, paper in (
         ("A", "hand-held", "handheld", ""),
