@@ -8,5 +8,6 @@ statistics.py  ROC, AUC, EER, thresholds, Cllr, effect sizes and intervals: plai
 summary.py     from rows to the figures of evaluate.json
 table.py       the figures as text
 plots.py       scores by group, ROC, DET, accuracy by threshold, Tippett
+generator_kit.py  frames, prompts and a table for who makes forged films with a video generator
 baseline/      the published pipeline
 """

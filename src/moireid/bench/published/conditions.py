@@ -2,8 +2,8 @@
 
 The published renderings (Qing et al. 2026) move a camera half a metre along a straight line in two seconds, before two
 line layers 1 mm apart in air, at seven distances, on ten courses that differ in small random turns: each is a single
-sweep, one way, at constant speed, without noise.  A drift of the fringes, or a delay, is a mere constant on such a course, so these
-films tell correlation and little more.
+sweep, one way, at constant speed, without noise.  A drift of the fringes, or a delay, is a mere constant on such a
+course, so these films tell correlation and little more.
 
 What is not on record here, and our reading: rendering 2 films the lens sheet of the prototype where rendering 1 films
 the two layers; A to D film the prototype on a measured hand-held run, turned in the picture, from 45 degrees aside and
