@@ -37,7 +37,7 @@ def test_the_boards_are_those_that_were_filmed_outside(films: Path):
     boards = {row.table: row.badge for row in conditions(quick=True)}
     for table, name in (("rendering 1", "badge_mask.json"), ("A", "badge.json")):
         ours, outside = boards[table], load_badge(films / name)
-        assert (ours.page, ours.markers) == (outside.page, outside.markers)
+        assert (ours.page_mm, ours.markers) == (outside.page_mm, outside.markers)
         assert (ours.lens, ours.gratings[0].rect_mm) == (outside.lens, outside.gratings[0].rect_mm)
         assert ours.gratings[0].cells[0].pitch_mm == outside.gratings[0].cells[0].pitch_mm
 
