@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from moireid.badge import load_badge
 from moireid.bench.output import PLOTS, TABLES
+from moireid.bench.published import suite
 from moireid.bench.published.conditions import COURSES, DISTANCES_M, SWEEP, conditions
 from moireid.bench.published.suite import FIGURES, _figures, _planned
+from moireid.cli.main import moireid
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.summary import PAPER
 from moireid.simulate.motion import motion_named
@@ -40,6 +45,25 @@ def test_the_boards_are_those_that_were_filmed_outside(films: Path):
         assert (ours.page_mm, ours.markers) == (outside.page_mm, outside.markers)
         assert (ours.lens, ours.gratings[0].rect_mm) == (outside.lens, outside.gratings[0].rect_mm)
         assert ours.gratings[0].cells[0].pitch_mm == outside.gratings[0].cells[0].pitch_mm
+
+
+@pytest.mark.slow
+def test_the_command_films_scores_and_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Catches: films of one row counted in another, a second run that films again, figures of the other pipeline."""
+    rows = [replace(row, wish=replace(row.wish, frames=40)) for row in conditions(quick=True)][:2]
+    monkeypatch.setattr(suite, "conditions", lambda quick: rows)
+    command = ["bench", "published", "--clips", "1", "--workers", "1", "--out", str(tmp_path / "out"), "--json"]
+    ran = CliRunner().invoke(moireid, command)
+    assert ran.exit_code == 0, ran.output
+    found = json.loads(ran.stdout)["rows"]
+    assert [(row["table"], row["distance_m"]) for row in found] == [("rendering 1", 1.1), ("rendering 1", 1.7)]
+    assert all(row[pipeline]["films"] == 1 for row in found for pipeline in ("moireid", "published"))
+    near, far = (row["published"]["score"]["mean"] for row in found)
+    assert near == found[0]["published"]["window_correlation_max"]["mean"] != far
+    assert found[0]["moireid"]["window_correlation_max"]["mean"] is None
+    made = {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "films").glob("*.mp4")}
+    assert CliRunner().invoke(moireid, [*command, "--overwrite"]).exit_code == 0 and len(made) == 2
+    assert made == {path.name: path.stat().st_mtime_ns for path in (tmp_path / "out" / "films").glob("*.mp4")}
 
 
 def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Path):
