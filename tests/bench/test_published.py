@@ -77,7 +77,7 @@ def test_films_without_a_published_score_are_counted_and_in_no_mean(tmp_path: Pa
     assert found["without_score"] == 1 and found["score"]["mean"] == pytest.approx(0.95)
     nothing = _figures([scored(None, "inconclusive")])
     rows = [
-        {"table": "rendering 1", "what": "two layers", "distance_m": 1.1, "paper": "0.99", "published": a, "moireid": b}
+        {"table": "rendering 1", "what": "two layers", "distance_m": 1.1, "paper": "0.72", "published": a, "moireid": b}
         for a, b in ((found, found), (nothing, nothing))
     ]
     result = {"suite": "published", "courses": 3, "paper": PAPER, "rows": rows}

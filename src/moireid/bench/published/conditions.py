@@ -28,7 +28,8 @@ LENS_PITCH_MM, LINE_PITCH_MM, GAP_MM, FIELD_MM = 0.508, 0.52, 1.0, 80.0
 
 @dataclass(frozen=True)
 class Condition:
-    """A row of a table: courses before one board from one distance; paper: |rho| as published, where it is on record.
+    """A row of a table: courses before one board from one distance; paper: |rho| as published
+    of a condition of that description, where it is on record.
 
     The film of a course is `wish` with the course's number as seed.
     """
@@ -52,7 +53,7 @@ def conditions(*, quick: bool) -> Iterator[Condition]:
     for table, what, badge in (("rendering 1", "two layers", mask), ("rendering 2", "lens sheet", prototype)):
         for distance in DISTANCES_M[::6] if quick else DISTANCES_M:
             wish = replace(SWEEP, distance_m=distance)
-            yield Condition(table, f"{what}, one sweep", badge, wish, "0.99")
+            yield Condition(table, f"{what}, one sweep", badge, wish)
     for table, what, motion, paper in (
         ("A", "hand-held", "handheld", ""),
         ("B", "turned in the picture", "roll", "0.76 to 0.81"),

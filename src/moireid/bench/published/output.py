@@ -39,6 +39,8 @@ def published_table(result: Document) -> str:
             "Renderings 1 and 2 are single sweeps, one way, at constant speed: a drift or a delay of the fringes is a",
             "mere constant on them.  These films are our simulator's, the paper's its own; the letters are ours.",
             f"Films without a published score (0 in the paper): {left_out}; they are in no mean.",
+            "Paper: its figure for a condition of that description, where it is on record.  Its renderings: "
+            f"{paper['renderings']['mean']:.2f}, not known by distance.",
             f"The paper's real recordings: {paper['genuine']['mean']:.2f} ± {paper['genuine']['sd']:.2f}; generated "
             f"films: {paper['forged']['mean']:.2f} ± {paper['forged']['sd']:.2f}; AUC {paper['auc']}; accepted from "
             f"{paper['threshold']}.",
