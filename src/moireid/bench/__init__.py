@@ -5,6 +5,7 @@ stability/   films at the edge and beyond
 fabricate/   pages and mounts, read back from what was written; photographs of a pitch test
 simulate/    error against run time of the renderers, and what a scene does not need
 verify/      error against run time of the verifier; stiff and extreme motions
+published/   the published paper's tables, filmed by our simulator
 live/        the live challenge, and replays
 film_set.py  films by the engine of collections, with the list that `evaluate` reads
 rows.py      films of a suite made and read by the engine of collections (moireid.archive)

@@ -11,6 +11,7 @@ from typing import Any
 from moireid import __version__
 from moireid.bench.fabricate.output import fabricate_plot, fabricate_table
 from moireid.bench.identity.output import identity_plot, identity_table
+from moireid.bench.published.output import published_plot, published_table
 from moireid.bench.simulate.output import simulate_plot, simulate_table
 from moireid.bench.stability.output import stability_plot, stability_table
 from moireid.bench.verify.output import verify_plot, verify_table
@@ -40,6 +41,7 @@ TABLES = {
     "fabricate": fabricate_table,
     "simulate": simulate_table,
     "verify": verify_table,
+    "published": published_table,
 }
 PLOTS = {
     "identity": identity_plot,
@@ -47,4 +49,5 @@ PLOTS = {
     "fabricate": fabricate_plot,
     "simulate": simulate_plot,
     "verify": verify_plot,
+    "published": published_plot,
 }

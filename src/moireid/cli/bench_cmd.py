@@ -11,14 +11,14 @@ from moireid.cli.rate import scheduler_option, workers_option
 
 
 @click.command("bench")
-@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify"]))
+@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify", "published"]))
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
 @click.option(
     "--clips",
     type=click.IntRange(1, 10000),
     metavar="NUMBER",
-    help="Films for each condition; default: 100, or 4 with --quick.",
+    help="Films for each condition; default: 100, or 4 with --quick (published: 10, or 2).",
 )
 @click.option(
     "--seed",
@@ -52,9 +52,10 @@ def bench_command(
     fabricate   errors of the printed page and the mount, also at extremes
     simulate    the renderers against an outside tracer; error against run time
     verify      the verifier's error against its run time; extreme motions
+    published   the published paper's tables on simulated films, beside ours
 
-    The figures and a plot go into the folder of --out. The films of identity and stability, and the extreme motions of
-    verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
+    The figures and a plot go into the folder of --out. The films of identity, stability and published, and the extreme
+    motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
 
     Figures of finished films are kept in clips.jsonl and verify.jsonl, so a run that was interrupted goes on there.
     """
@@ -84,6 +85,18 @@ def bench_command(
             from moireid.bench.verify import suite as verify
 
             result = verify.run(quick=quick, seed=seed, kept=folder / "verify.jsonl", where=where, progress=progress)
+        elif suite == "published":
+            from moireid.bench.published import suite as published
+
+            result = published.run(
+                quick=quick,
+                seed=seed,
+                folder=folder,
+                overwrite=overwrite,
+                where=where,
+                clips=clips,
+                progress=progress,
+            )
         else:
             result = identity.run(
                 quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", where=where, progress=progress
