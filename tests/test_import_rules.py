@@ -93,6 +93,7 @@ WITHIN: dict[str, set[str]] = {
     "bench.verify": {"rows"},
     "bench.forgers": {"rows"},
     "bench.live": set(),
+    "bench.published": {"film_set", "rows"},
     "web.auth": {"problems", "settings", "studio"},
     "web.jobs": {"problems", "settings"},
     "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "studio", "uploads"},

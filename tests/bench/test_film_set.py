@@ -153,7 +153,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
     # As a spreadsheet writes it, with a mark at its beginning and an empty column.
     plan.write_bytes(b"\xef\xbb\xbfbadge,\r\nada.json,\r\n")
     assert read_plan(plan)[0].wish == Wish()
-    told = {"out", "overwrite", "json"}
+    told = {"out", "overwrite", "json", "explain"}
     options = [opt[2:] for one in simulate_command.params for opt in one.opts if opt.startswith("--")]
     cells = {
         "motion": "sway",

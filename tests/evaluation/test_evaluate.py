@@ -21,7 +21,7 @@ from moireid.errors import SpecError
 from moireid.evaluation import statistics
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.manifest import COLUMNS, Entry, read_manifest
-from moireid.evaluation.plots import write_plots
+from moireid.evaluation.plots import PLOTS, _steps, write_plots
 from moireid.evaluation.rows import FIGURES, Row, failed_row
 from moireid.evaluation.summary import summarise
 from moireid.evaluation.table import table
@@ -133,6 +133,54 @@ def test_intervals_of_rates_and_resampled_figures(rng):
     assert statistics.equal_error_interval(genuine[:4], forged, 1) is None
     assert statistics.equal_error_interval(scores(2, 3, 4), scores(0, 1), 1) == statistics.interval(0, 2)
     assert statistics.mean_interval(scores(1, 3)) == pytest.approx((2 - 12.7062, 2 + 12.7062), rel=1e-4)
+
+
+def test_exact_bounds_are_those_of_the_tables():
+    """Catches: a normal approximation, a bound of both sides given for one, a rate of nothing taken for 0."""
+    # Clopper and Pearson 1934, as any textbook's table has them: of 0 in n the bound solves (1 - p)^n = 1 - level.
+    assert statistics.interval(0, 10) == pytest.approx((0, 1 - 0.025 ** (1 / 10)))
+    assert statistics.interval(3, 10) == pytest.approx((0.0667, 0.6525), abs=5e-5)
+    assert statistics.interval(10, 10) == pytest.approx((0.025 ** (1 / 10), 1))
+    assert statistics.upper_bound(0, 100) == pytest.approx(1 - 0.05 ** (1 / 100)) and statistics.upper_bound(0, 0) == 1
+    assert statistics.upper_bound(0, 298) > 0.01 > statistics.upper_bound(0, 299)
+    assert statistics.upper_bound(3, 10) == pytest.approx(0.6066, abs=5e-5)
+
+
+def test_the_cost_of_ratios_is_that_of_known_gaussians(rng):
+    """Catches: ratios taken to another base, sides swapped, a calibration that is told as none, ties set apart.
+
+    Where the natural logarithm of the ratio is normal with mean ±m and variance 2 m, it is its own likelihood ratio.
+    """
+    assert statistics.cllr(scores(0, 0), scores(0)) == pytest.approx(1.0)
+    assert statistics.cllr(scores(1), scores(-2)) == pytest.approx((math.log2(1.1) + math.log2(1.01)) / 2)
+    assert statistics.cllr(scores(-1), scores(-1)) == pytest.approx((math.log2(11) + math.log2(1.1)) / 2)
+    mean = 3.0
+    at = np.linspace(-40, 40, 200001)
+    cost = np.sum(norm.pdf(at, mean, math.sqrt(2 * mean)) * np.log2(1 + np.exp(-at))) * (at[1] - at[0])
+    true, false = (rng.normal(way * mean, math.sqrt(2 * mean), 100_000) / math.log(10) for way in (1, -1))
+    assert statistics.cllr(true, false) == pytest.approx(cost, abs=0.005)
+    # What is calibrated loses nothing, and any other scale loses without a change of order.
+    assert 0 <= statistics.cllr(true, false) - statistics.least_cllr(true, false) < 0.003
+    assert statistics.cllr(3 * true, 3 * false) > cost + 0.05
+    assert statistics.least_cllr(3 * true, 3 * false) == pytest.approx(statistics.least_cllr(true, false))
+
+
+def test_calibration_on_a_few_films_is_the_one_done_by_hand():
+    """Catches: ties in their given order, a prior that is forgotten, ratios that are endless and make no number."""
+    assert statistics.least_cllr(scores(2, 3), scores(0, 1)) == 0.0
+    # All films pool, so every ratio is 1 whatever the numbers of films.
+    assert statistics.least_cllr(scores(0), scores(1, 2, 3)) == pytest.approx(1.0)
+    assert statistics.least_cllr(scores(1, 1), scores(1)) == pytest.approx(1.0)
+    # 1 and 2 pool, half genuine, which is a ratio of 1/2 against the prior's 2: half of each side has that.
+    pooled = (math.log2(1 + 2) / 2 + math.log2(1 + 0.5)) / 2
+    assert statistics.least_cllr(scores(1, 3), scores(2)) == pytest.approx(pooled)
+
+
+def test_accuracy_at_every_threshold_is_counted():
+    """Catches: accuracy of the curve's order turned round, balanced accuracy weighed by the films."""
+    accuracy, balanced = statistics.accuracies(statistics.roc(scores(3, 2, 2), scores(2, 1)), 3, 2)
+    assert accuracy == pytest.approx([2 / 5, 3 / 5, 4 / 5, 3 / 5])
+    assert balanced == pytest.approx([1 / 2, 2 / 3, 3 / 4, 1 / 2])
 
 
 def written(folder: Path, *rows: str, header: str = "video,label,claim,group") -> Path:
@@ -267,6 +315,56 @@ def test_films_without_a_score_are_counted_apart_and_as_least_genuine(tmp_path: 
         assert path.read_text(encoding="utf-8").rstrip().endswith("</svg>")
 
 
+def test_attacks_are_told_by_their_kind_and_the_worst_of_them(tmp_path: Path):
+    """Catches: kinds averaged into one rate, open films taken for caught or for accepted, a worst kind by its films."""
+    films = (
+        *[("g", "genuine", 0.9)] * 3,
+        ("g", "genuine", 0.1),
+        *[("g", "forged:late", 0.8)],
+        *[("g", "forged:late", -3.0)] * 3,
+        *[("g", "forged:photo", 0.7)],
+        *[("g", "forged:photo", -1.0)],
+        ("g", "forged", -2.0),
+    )
+    made = collection(*films)
+    # The forged film of no kind is left open, and one of the late ones failed.
+    made[-2].row["verdict"], made[8].row["verdict"] = "inconclusive", "accept"
+    made[10].row["verdict"] = "failed"
+    document = json.loads(json.dumps(summarise(made, seed=0), allow_nan=False))
+    found = document["pipelines"]["moireid"]["iso_30107_3"]
+    rates = {one["kind"]: (one["apcer"]["rate"], one["apnrr"]["rate"]) for one in found["attacks"]}
+    assert rates == {"late": (0.25, 0.25), "photo": (0.5, 0.0), "not named": (0.0, 1.0)}
+    assert (found["apcer_max"]["kind"], found["apcer_max"]["films"], found["apcer_max"]["of"]) == ("photo", 1, 2)
+    assert found["apcer_max"]["interval"] == pytest.approx(statistics.interval(1, 2))
+    assert found["bpcer"]["rate"] == 0.25 and found["bpnrr"]["rate"] == 0.0
+    ratio = document["pipelines"]["moireid"]["likelihood_ratio"]
+    assert ratio["cllr"] == pytest.approx(ratio["cllr_min"] + ratio["calibration_loss"])
+    assert ratio["misleading"]["forged"]["films"] == 2 and ratio["misleading"]["genuine"]["films"] == 0
+    # The published score is a correlation, and no ratio.
+    assert set(document["pipelines"]["published"]["likelihood_ratio"]) == {"cllr_min"}
+    # At 0.8 and more: three genuine and a late one; 0.927 accepts nothing.
+    limits = {name: document["pipelines"][name]["at_limit"] for name in ("moireid", "published")}
+    assert limits["moireid"]["accuracy"] == pytest.approx(9 / 11)
+    assert limits["published"]["balanced_accuracy"] == pytest.approx(0.5)
+    told = table(document)
+    assert "APCER, greatest of any kind" in told and "BPNRR" in told and "Cllr" in told
+    assert {path.name for path in write_plots(document, tmp_path)} >= {"accuracy.svg", "tippett.svg"}
+
+
+def test_a_curve_over_thresholds_is_that_of_the_films(tmp_path: Path):
+    """Catches: shares of films above a score for those at it and above, a curve that ends at its last film."""
+    document = json.loads(
+        json.dumps(
+            summarise(
+                collection(("a", "genuine", 0.5), ("a", "genuine", 1.0), ("a", "genuine", None), ("a", "forged", -1.0)),
+                seed=0,
+            )
+        )
+    )
+    at, shares = _steps(document["pipelines"]["moireid"]["all_films"], "true_accept", -8.0, 3.0)
+    assert at.tolist() == [-8, -1, 0.5, 1, 3] and shares == pytest.approx([2 / 3, 2 / 3, 2 / 3, 1 / 3, 0])
+
+
 def test_films_of_one_kind_alone_have_no_roc_but_the_rest(tmp_path: Path):
     """Catches: a division by the number of forged films, an AUC of 0 for none."""
     document = summarise(collection(("a", "genuine", 0.9), ("b", "genuine", 0.7)), seed=0)
@@ -274,7 +372,7 @@ def test_films_of_one_kind_alone_have_no_roc_but_the_rest(tmp_path: Path):
     assert "auc" not in ours["scored_films"] and "no forged film" in ours["all_films"]["missing"]
     assert ours["by_group"][0]["auc"] is None and ours["groups"][0]["mean"] == 0.9
     assert "no forged film has a score, so there is no ROC" in table(document)
-    assert len(write_plots(document, tmp_path)) == 3
+    assert len(write_plots(document, tmp_path)) == len(PLOTS)
 
 
 def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
@@ -299,13 +397,7 @@ def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
         assert by["broken.mp4", pipeline]["verdict"] == "failed" and "broken.mp4" in by["broken.mp4", pipeline]["error"]
         assert set(FIGURES) <= set(by["true.mp4", pipeline]) and by["true.mp4", pipeline]["frames"] == 70
     assert document["pipelines"]["moireid"]["scored_films"]["auc"] == 1.0
-    assert sorted(path.name for path in out.iterdir()) == [
-        "det.svg",
-        "evaluate.json",
-        "results",
-        "roc.svg",
-        "scores.svg",
-    ]
+    assert {path.name for path in out.iterdir()} == {"evaluate.json", "results", *(f"{name}.svg" for name in PLOTS)}
 
     (part,) = (out / "results").iterdir()
     kept = part.read_bytes()

@@ -7,6 +7,7 @@ enroll_cmd.py  enroll, registry init / list / show
 verify_cmd.py  verify, identify
 simulate_cmd.py  simulate
 film_set_cmd.py  film-set
+generator_cmd.py  generator-kit
 evaluate_cmd.py  evaluate; rate.py: how far and how fast
 bench_cmd.py   bench
 pitch_cmd.py   pitch-test, calibrate

@@ -11,14 +11,17 @@ from moireid.cli.rate import scheduler_option, workers_option
 
 
 @click.command("bench")
-@click.argument("suite", type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify", "forgers"]))
+@click.argument(
+    "suite",
+    type=click.Choice(["identity", "stability", "fabricate", "simulate", "verify", "forgers", "published"]),
+)
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the figures and plots.")
 @click.option("--quick", is_flag=True, help="A few films only: minutes instead of hours.")
 @click.option(
     "--clips",
     type=click.IntRange(1, 10000),
     metavar="NUMBER",
-    help="Films for each condition; default: 100, or 4 with --quick.",
+    help="Films for each condition; default: 100, or 4 with --quick (published: 10, or 2).",
 )
 @click.option(
     "--seed",
@@ -54,8 +57,9 @@ def bench_command(
     verify      the verifier's error against its run time; extreme motions
     forgers     attacks by those who read this code: photographs, stills, delays;
                 and honest films with hands, captions and cuts
+    published   the published paper's tables on simulated films, beside ours
 
-    The figures and a plot go into the folder of --out. The films of identity, stability and forgers, and the extreme
+    The figures and a plot go into the folder of --out. Films of suites without run times, and the extreme
     motions of verify, are shared out as in `moireid evaluate` (--workers, --scheduler); whatever is timed runs alone.
 
     Figures of finished films are kept in clips.jsonl, verify.jsonl and forgers.jsonl, so a run that was interrupted
@@ -92,6 +96,18 @@ def bench_command(
 
             kept = folder / "forgers.jsonl"
             result = forgers.run(quick=quick, seed=seed, clips=clips, kept=kept, where=where, progress=progress)
+        elif suite == "published":
+            from moireid.bench.published import suite as published
+
+            result = published.run(
+                quick=quick,
+                seed=seed,
+                folder=folder,
+                overwrite=overwrite,
+                where=where,
+                clips=clips,
+                progress=progress,
+            )
         else:
             result = identity.run(
                 quick=quick, seed=seed, clips=clips, kept=folder / "clips.jsonl", where=where, progress=progress

@@ -93,7 +93,8 @@ def evaluate_command(
 ) -> None:
     """Score a collection of labelled films.
 
-    It gives verdicts, score distributions, ROC and DET curves, for our method and for the published one.
+    It gives verdicts, error rates as ISO/IEC 30107-3 names them, score distributions, ROC and DET curves, accuracy by
+    threshold, and what the score is worth as a likelihood ratio, for our method and for the published one.
 
     MANIFEST is a CSV file with a line for each film. Paths in it are relative to it. Its columns:
 
@@ -113,13 +114,13 @@ def evaluate_command(
     from moireid.badge import load_badge
     from moireid.evaluation.collect import collect
     from moireid.evaluation.manifest import read_manifest
-    from moireid.evaluation.plots import write_plots
+    from moireid.evaluation.plots import PLOTS, write_plots
     from moireid.evaluation.rows import PIPELINES
     from moireid.evaluation.summary import summarise
     from moireid.evaluation.table import table
     from moireid.files import planned, write_text
 
-    outputs = [folder / name for name in ("evaluate.json", "scores.svg", "roc.svg", "det.svg")]
+    outputs = [folder / "evaluate.json", *(folder / f"{name}.svg" for name in PLOTS)]
     planned(outputs, overwrite=overwrite, make_folders=False)
     badge = load_badge(badge_json) if badge_json else None
     manifest = read_manifest(manifest_csv, registry_url=registry_url, badge=badge)

@@ -16,6 +16,7 @@ from moireid.cli.common import BAD_INPUT
 from moireid.cli.enroll_cmd import enroll_command, registry_group
 from moireid.cli.evaluate_cmd import evaluate_command
 from moireid.cli.film_set_cmd import film_set_command
+from moireid.cli.generator_cmd import generator_group
 from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
 from moireid.cli.print_cmd import print_command
 from moireid.cli.serve_cmd import serve_command, token_group
@@ -34,7 +35,7 @@ SECTIONS: dict[str, tuple[click.Command, ...]] = {
     ),
     "Lens sheets": (pitch_test_command, calibrate_command),
     "The registry, and access to the studio": (registry_group, token_group),
-    "Many films at once": (film_set_command, evaluate_command),
+    "Many films at once": (film_set_command, generator_group, evaluate_command),
     "The figures that this project states": (bench_command,),
 }
 

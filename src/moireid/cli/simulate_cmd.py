@@ -31,7 +31,7 @@ FORGERIES = (
     "photo",
     "screen",
 )
-CAMERAS = ("phone", "sharpened", "webcam", "wide", "dim", "bright")
+CAMERAS = ("phone", "sharpened", "webcam", "wide", "dim", "bright", "ideal")
 CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
 MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle")

@@ -1,4 +1,4 @@
-"""Plots of a collection: scores by group, ROC and DET."""
+"""Plots of a collection: scores by group, ROC, DET, accuracy against threshold, and Tippett's."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import norm
 
+from moireid.evaluation.summary import LIMITS, RATIOS
 from moireid.files import whole_file
 
 Document = dict[str, Any]
@@ -20,11 +21,11 @@ RATES = (0.001, 0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 0.999)
 
 
 def write_plots(document: Document, folder: Path) -> list[Path]:
-    """Write scores.svg, roc.svg and det.svg, each whole or not at all."""
+    """Write a file for each of `PLOTS`, whole or not at all."""
     from matplotlib import rc_context
 
     paths = []
-    for name, plot in (("scores", _scores), ("roc", _roc), ("det", _det)):
+    for name, plot in PLOTS.items():
         path = folder / f"{name}.svg"
         with rc_context({"svg.hashsalt": "moireid"}), whole_file(path) as temporary:
             plot(document).savefig(temporary, format="svg", metadata={"Date": None})
@@ -32,7 +33,7 @@ def write_plots(document: Document, folder: Path) -> list[Path]:
     return paths
 
 
-def _figure(width: float, height: float) -> Any:
+def figure_of(width: float, height: float) -> Any:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
@@ -41,7 +42,7 @@ def _figure(width: float, height: float) -> Any:
     return figure
 
 
-def _plain(axes: Any) -> None:
+def plain(axes: Any) -> None:
     axes.spines[["top", "right"]].set_visible(False)
     axes.tick_params(colors=INK, labelsize=9)
     axes.grid(color="#e4e8ed", linewidth=0.7)
@@ -52,7 +53,7 @@ def _scores(document: Document) -> Any:
     """One dot per film, one row per group and label, one panel per pipeline."""
     pipelines = document["pipelines"]
     kinds = [(row["group"], row["label"]) for row in next(iter(pipelines.values()))["groups"]][::-1]
-    figure = _figure(2.6 + 3.6 * len(pipelines), 0.34 * len(kinds) + 1.5)
+    figure = figure_of(2.6 + 3.6 * len(pipelines), 0.34 * len(kinds) + 1.5)
     panels = figure.subplots(1, len(pipelines), sharey=True, squeeze=False)[0]
     for axes, (pipeline, figures) in zip(panels, pipelines.items(), strict=True):
         least, most = SHOWN[pipeline]
@@ -66,7 +67,7 @@ def _scores(document: Document) -> Any:
             axes.axvline(best["threshold"], color=INK, linewidth=1, linestyle=":")
         axes.set_xlim(least - 0.04 * (most - least), most + 0.15 * (most - least))
         axes.set_xlabel(f"score, {pipeline}", color=INK)
-        _plain(axes)
+        plain(axes)
         axes.text(
             most + 0.05 * (most - least),
             1.0,
@@ -105,7 +106,7 @@ def _dots(axes: Any, place: int, rows: list[Document], colour: str, least: float
 
 def _roc(document: Document) -> Any:
     """True accepts against false accepts; films without a score are never accepted."""
-    figure = _figure(4.6, 4.6)
+    figure = figure_of(4.6, 4.6)
     axes = figure.add_subplot()
     axes.plot([0, 1], [0, 1], color="#c9d0d8", linewidth=1)
     for name, figures in document["pipelines"].items():
@@ -119,7 +120,7 @@ def _roc(document: Document) -> Any:
     axes.set_xlabel("forged films accepted")
     axes.set_ylabel("genuine films accepted")
     axes.set_aspect("equal")
-    _plain(axes)
+    plain(axes)
     _legend_or_reason(axes, document)
     return figure
 
@@ -129,7 +130,7 @@ def _det(document: Document) -> Any:
 
     Rates of 0 and 1 are at infinity there, so they are drawn half a film away.
     """
-    figure = _figure(4.6, 4.6)
+    figure = figure_of(4.6, 4.6)
     axes = figure.add_subplot()
     ends = [-norm.ppf(1 - RATES[0]), norm.ppf(1 - RATES[0])]
     axes.plot(ends, ends, color="#c9d0d8", linewidth=1)
@@ -151,9 +152,68 @@ def _det(document: Document) -> Any:
     axes.set_aspect("equal")
     axes.set_xlim(ends)
     axes.set_ylim(ends)
-    _plain(axes)
+    plain(axes)
     _legend_or_reason(axes, document)
     return figure
+
+
+def _accuracy(document: Document) -> Any:
+    """Accuracy and balanced accuracy against the threshold, a panel for each pipeline."""
+    figure = figure_of(1.0 + 3.6 * len(document["pipelines"]), 3.6)
+    panels = figure.subplots(1, len(document["pipelines"]), sharey=True, squeeze=False)[0]
+    for axes, (name, figures) in zip(panels, document["pipelines"].items(), strict=True):
+        for key, style in (("accuracy", "-"), ("balanced_accuracy", "--")):
+            thresholds, values = _steps(figures["all_films"], key, *SHOWN[name])
+            axes.plot(
+                thresholds,
+                values,
+                style,
+                color=GENUINE,
+                linewidth=2,
+                label=key.replace("_", " "),
+                drawstyle="steps-pre",
+            )
+        axes.axvline(LIMITS[name], color=INK, linewidth=1, linestyle=":")
+        axes.set_xlim(*SHOWN[name])
+        axes.set_ylim(0, 1.02)
+        axes.set_xlabel(f"accepted from this score, {name}", color=INK)
+        plain(axes)
+    panels[0].set_ylabel("share of films put right", color=INK)
+    _legend_or_reason(panels[0], document)
+    return figure
+
+
+def _tippett(document: Document) -> Any:
+    """Shares of genuine and of forged films whose likelihood ratio is that great or greater."""
+    figure = figure_of(5.6, 4.0)
+    axes = figure.add_subplot()
+    for name in RATIOS:
+        for key, colour, told in (("true_accept", GENUINE, "genuine"), ("false_accept", FORGED, "forged")):
+            found = document["pipelines"].get(name, {}).get("scored_films", {})
+            at, shares = _steps(found, key, *SHOWN[name])
+            axes.plot(at, shares, color=colour, linewidth=2, label=f"{told} films", drawstyle="steps-pre")
+        axes.set_xlim(*SHOWN[name])
+    axes.axvline(0, color=INK, linewidth=1, linestyle=":")
+    axes.set_ylim(-0.02, 1.02)
+    axes.set_xlabel("decadic logarithm of the likelihood ratio", color=INK)
+    axes.set_ylabel("share of films with that ratio or more", color=INK)
+    plain(axes)
+    _legend_or_reason(axes, document)
+    return figure
+
+
+def _steps(found: Document, key: str, least: float, most: float) -> tuple[Any, Any]:
+    """Thresholds in rising order and a curve's values there, carried on to both edges; nothing where there is no curve.
+
+    Convention: between two scores the value is that of the upper one, which is the next threshold that is met.
+    """
+    if "roc" not in found:
+        return [], []
+    # The first step accepts nothing, and one of null is that of films without a score, which no threshold accepts.
+    known = [k for k, at in enumerate(found["roc"]["threshold"]) if at is not None][::-1]
+    at = np.array([found["roc"]["threshold"][k] for k in known])
+    values = np.array([found["roc"][key][k] for k in known] + [found["roc"][key][0]])
+    return np.concatenate([[least], at, [most]]), np.concatenate([values[:1], values])
 
 
 def _deviate(rates: Any, films: int) -> Any:
@@ -168,3 +228,7 @@ def _legend_or_reason(axes: Any, document: Document) -> None:
         return
     kind = "genuine" if document["genuine"] else "forged"
     axes.text(0.5, 0.5, f"all films are {kind}", ha="center", transform=axes.transAxes, color=INK)
+
+
+#: Of each file, by its name without the suffix.
+PLOTS = {"scores": _scores, "roc": _roc, "det": _det, "accuracy": _accuracy, "tippett": _tippett}

@@ -30,9 +30,13 @@ from moireid.verifier.session.result import Report
 
 Pipeline = Literal["moireid", "published"]
 PIPELINES: tuple[Pipeline, ...] = ("moireid", "published")
+#: Spread over windows is the published pipeline's alone; null in ours.
 FIGURES = (
     "score",
     "window_correlation_mean",
+    "window_correlation_max",
+    "window_correlation_min",
+    "window_correlation_sd",
     "correlation",
     "gain_ratio",
     "gain_sd",
@@ -40,7 +44,7 @@ FIGURES = (
     "excitation_rad",
 )
 #: Format of a row; raise it if the content of rows changes.
-FORMAT = 2
+FORMAT = 3
 Row = dict[str, Any]
 #: Temporary faults: the next run tries such a film again.
 PASSING: frozenset[Fault] = frozenset({"fetch", "worker", "program"})
@@ -64,7 +68,7 @@ def score_film(job: Job, film: str) -> Row:
         words = " ".join(str(error).split()).replace(film, job.entry.video)
         sha256 = OpenedFile(Path(film)).sha256() if Path(film).is_file() else None
         return failed_row(Lost(words, time.perf_counter() - begun, "film")) | {"sha256": sha256}
-    figures = {name: json_number(getattr(report.invariant, name)) for name in FIGURES}
+    figures = {name: json_number(getattr(report.invariant, name, None)) for name in FIGURES}
     told = [reason for reason in report.reasons if reason.level in ("fail", "undecided")]
     return {
         "sha256": report.film["sha256"],

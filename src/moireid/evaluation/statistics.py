@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import brentq
+from scipy.optimize import brentq, isotonic_regression
 from scipy.stats import binomtest, bootstrap, norm, t, ttest_ind
 
 Array = NDArray[np.float64]
@@ -121,10 +121,9 @@ def best_threshold(genuine: Array, forged: Array) -> Threshold:
         is.
     """
     curve = roc(genuine, forged)
-    right = curve.true_accept * len(genuine) + (1 - curve.false_accept) * len(forged)
+    accuracy, balanced = accuracies(curve, len(genuine), len(forged))
     # Round to whole films, so that ties are exact.
-    right = np.rint(right)
-    balanced = (curve.true_accept + 1 - curve.false_accept) / 2
+    right = np.rint(accuracy * (len(genuine) + len(forged)))
     tied = np.flatnonzero(right == right.max())
     k = int(tied[np.argmax(np.round(balanced[tied], 12))])
     scores = curve.threshold[1:]
@@ -142,6 +141,38 @@ def best_threshold(genuine: Array, forged: Array) -> Threshold:
         float(curve.false_accept[k]),
         float(1 - curve.true_accept[k]),
     )
+
+
+def accuracies(curve: Roc, genuine: int, forged: int) -> tuple[Array, Array]:
+    """Accuracy and balanced accuracy (K,) at every threshold of a curve of so many films of either kind."""
+    right = curve.true_accept * genuine + (1 - curve.false_accept) * forged
+    return right / (genuine + forged), (curve.true_accept + 1 - curve.false_accept) / 2
+
+
+def cllr(genuine: Array, forged: Array) -> float:
+    """Cost of the likelihood ratios whose decadic logarithms are these scores, neither side empty, in bits.
+
+    Convention: 0 where every ratio is right and endless; 1 for ratios that are all 1 and tell nothing; more than that
+        misleads.
+    Source: Brümmer and du Preez, Computer Speech and Language 20 (2006) 230.
+    """
+    true, false = -math.log(10) * genuine, math.log(10) * forged
+    return float(np.logaddexp(0, true).mean() + np.logaddexp(0, false).mean()) / (2 * math.log(2))
+
+
+def least_cllr(genuine: Array, forged: Array) -> float:
+    """The least `cllr` that scores in this order can have: what is left where they are calibrated on these very films.
+
+    Convention: films of equal score share one ratio.
+    Source: Brümmer and du Preez 2006; isotonic regression by pool adjacent violators, as SciPy has it.
+    """
+    values, place = np.unique(np.concatenate([genuine, forged]), return_inverse=True)
+    true = np.bincount(place[: len(genuine)], minlength=len(values))
+    films = np.bincount(place, minlength=len(values))
+    share = isotonic_regression(true / films, weights=films).x
+    with np.errstate(divide="ignore"):
+        ratio = np.log10(share) - np.log10(1 - share) - math.log10(len(genuine) / len(forged))
+    return cllr(ratio[place[: len(genuine)]], ratio[place[len(genuine) :]])
 
 
 def welch(genuine: Array, forged: Array) -> Welch | None:
@@ -196,6 +227,13 @@ def interval(hits: int, trials: int) -> tuple[float, float]:
         return 0.0, 1.0
     found = binomtest(hits, trials).proportion_ci(LEVEL, method="exact")
     return float(found.low), float(found.high)
+
+
+def upper_bound(hits: int, trials: int) -> float:
+    """The rate that is not exceeded, at `LEVEL`, one-sided: of 0 in 100 it is 3 %."""
+    if trials == 0:
+        return 1.0
+    return float(binomtest(hits, trials, alternative="less").proportion_ci(LEVEL, method="exact").high)
 
 
 def mean_interval(scores: Array) -> tuple[float, float] | None:

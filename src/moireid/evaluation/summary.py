@@ -3,6 +3,10 @@
 Convention: films without a score (they failed, or nothing could be measured) are counted separately; in figures over
     all films they rank lowest, since no threshold accepts them.  Means, standard deviations, t and d are over films
     with a score.  A group with films of one kind only is compared with all films of the other kind.
+
+Convention: terms of ISO/IEC 30107-3.  An attack is a forged film, and its kind is in the label; APCER is the share of
+    the films of a kind that were accepted, BPCER that of the genuine ones rejected.  Films left open or failed got no
+    answer: APNRR and BPNRR are their shares.  All films are in each denominator.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.evaluation import statistics
+from moireid.evaluation.baseline.published import THRESHOLD
 from moireid.evaluation.collect import Scored
 from moireid.evaluation.statistics import interval
 from moireid.verifier.limits import ACCEPTED_LOG10
@@ -23,17 +28,23 @@ from moireid.verifier.limits import ACCEPTED_LOG10
 Array = NDArray[np.float64]
 Document = dict[str, Any]
 VERDICTS = ("accept", "reject", "inconclusive", "failed")
+UNANSWERED = ("inconclusive", "failed")
+#: Pipelines whose score is the decadic logarithm of a likelihood ratio; with the score from which each accepts.
+RATIOS = ("moireid",)
+LIMITS = {"moireid": ACCEPTED_LOG10, "published": THRESHOLD}
 SCORES = {
     "moireid": "decadic logarithm of how much likelier the film is of a true badge: "
     f"{ACCEPTED_LOG10:g} and more is accepted",
-    "published": "mean of |rho| over windows of 30 frames: 1 for a genuine film",
+    "published": f"greatest |rho| of a window of 30 frames: {THRESHOLD:g} and more is accepted",
 }
 #: For orientation only: Qing et al., Moiré Video Authentication, 2026, on their own films.
 PAPER = {
     "source": "Qing et al. 2026, on a collection of its own",
     "genuine": {"mean": 0.87, "sd": 0.14},
     "forged": {"mean": 0.57, "sd": 0.21},
+    "renderings": {"mean": 0.99},
     "auc": 0.845,
+    "threshold": THRESHOLD,
 }
 
 
@@ -76,6 +87,9 @@ def _figures(scored: list[Scored], seed: int) -> Document:
         "without_score": int(np.isneginf(np.concatenate([a, b])).sum()),
         "seconds": sum(one.row["seconds"] for one in scored),
         "scored_films": _separation(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
+        "at_limit": _at_limit(a, b, LIMITS[scored[0].pipeline]),
+        "likelihood_ratio": _ratios(a[np.isfinite(a)], b[np.isfinite(b)], scored[0].pipeline, seed),
+        "iso_30107_3": _attacks(genuine, forged),
         "all_films": _separation(a, b, seed, means=False),
         "window_correlation": {"genuine": _window(genuine), "forged": _window(forged)},
         "verdicts": {"genuine": _verdicts(genuine), "forged": _verdicts(forged)},
@@ -99,6 +113,7 @@ def _separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Doc
         return counts | {"missing": f"no {lacking} film has a score, so there is no ROC, AUC, EER or threshold"}
     curve = statistics.roc(genuine, forged)
     auc = statistics.area(curve)
+    accuracy, balanced = statistics.accuracies(curve, len(genuine), len(forged))
     found: Document = counts | {
         "auc": auc,
         "auc_interval": statistics.area_interval(auc, len(genuine), len(forged)),
@@ -108,6 +123,8 @@ def _separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Doc
             "false_accept": curve.false_accept.tolist(),
             "true_accept": curve.true_accept.tolist(),
             "threshold": curve.threshold.tolist(),
+            "accuracy": accuracy.tolist(),
+            "balanced_accuracy": balanced.tolist(),
         },
     }
     if means:
@@ -120,6 +137,71 @@ def _separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Doc
             "cohens_d_interval": statistics.resampled_interval(statistics.cohens_d, genuine, forged, seed),
         }
     return found
+
+
+def _at_limit(genuine: Array, forged: Array, limit: float) -> Document:
+    """Accuracy where every film of that score and more is accepted, and no other; -inf: without a score."""
+    films, right = len(genuine) + len(forged), int((genuine >= limit).sum() + (forged < limit).sum())
+    balanced = ((genuine >= limit).mean() + (forged < limit).mean()) / 2 if len(genuine) and len(forged) else None
+    return {
+        "threshold": limit,
+        "accuracy": right / films,
+        "accuracy_interval": interval(right, films),
+        "balanced_accuracy": None if balanced is None else float(balanced),
+    }
+
+
+def _ratios(genuine: Array, forged: Array, pipeline: str, seed: int) -> Document | None:
+    """What the scores (M,), (N,) cost as likelihood ratios; of one that is none, what it would if it were calibrated.
+
+    None where there is one kind of films only.
+    """
+    if not len(genuine) or not len(forged):
+        return None
+    least = statistics.least_cllr(genuine, forged)
+    if pipeline not in RATIOS:
+        return {"cllr_min": least}
+    cost = statistics.cllr(genuine, forged)
+    return {
+        "cllr": cost,
+        "cllr_interval": statistics.resampled_interval(statistics.cllr, genuine, forged, seed),
+        "cllr_min": least,
+        "calibration_loss": cost - least,
+        "misleading": {
+            "genuine": _rate(int((genuine < 0).sum()), len(genuine)),
+            "forged": _rate(int((forged > 0).sum()), len(forged)),
+        },
+    }
+
+
+def _attacks(genuine: list[Scored], forged: list[Scored]) -> Document:
+    """Error rates of presentation attack detection: of each kind of attack, the worst of them, and of genuine films."""
+    kinds: dict[str, list[str]] = {}
+    for one in forged:
+        kinds.setdefault(one.entry.label.partition(":")[2] or "not named", []).append(one.row["verdict"])
+    attacks: list[Document] = [
+        {"kind": kind, "apcer": _share(given, "accept"), "apnrr": _share(given, *UNANSWERED)}
+        for kind, given in kinds.items()
+    ]
+    # Of kinds with equal rates the one is worst of which the films say least.
+    worst = max(attacks, key=lambda one: (one["apcer"]["rate"], one["apcer"]["upper_bound"]), default=None)
+    given = [one.row["verdict"] for one in genuine]
+    return {
+        "attacks": attacks,
+        "apcer_max": worst["apcer"] | {"kind": worst["kind"]} if worst else None,
+        "bpcer": _share(given, "reject") if given else None,
+        "bpnrr": _share(given, *UNANSWERED) if given else None,
+    }
+
+
+def _share(given: list[str], *verdicts: str) -> Document:
+    return _rate(sum(verdict in verdicts for verdict in given), len(given))
+
+
+def _rate(hits: int, of: int) -> Document:
+    """A rate with its exact bounds, of both sides and of the upper one alone."""
+    bound = statistics.upper_bound(hits, of)
+    return {"films": hits, "of": of, "rate": hits / of, "interval": interval(hits, of), "upper_bound": bound}
 
 
 def _window(scored: list[Scored]) -> Document:

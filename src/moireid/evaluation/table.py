@@ -18,7 +18,8 @@ def table(document: Document) -> str:
     lines = [f"{document['films']} films: {document['genuine']} genuine, {document['forged']} forged"]
     for name, figures in document["pipelines"].items():
         lines += ["", f"{name}: {figures['score']}", *_groups(figures["groups"])]
-    lines += ["", *_side_by_side(document), *_by_group(document["pipelines"]), *_failed(document["rows"])]
+    lines += ["", *_side_by_side(document), *_attacks(document["pipelines"])]
+    lines += [*_by_group(document["pipelines"]), *_failed(document["rows"])]
     return "\n".join(lines)
 
 
@@ -57,6 +58,9 @@ def _side_by_side(document: Document) -> list[str]:
     def rate(kind: str, verdict: str) -> Callable[[Document], str]:
         return lambda p: _rate(p["verdicts"][kind][verdict])
 
+    def misled(kind: str) -> Callable[[Document], str]:
+        return lambda p: _misled(p, kind)
+
     def window(kind: str) -> Callable[[Document], str]:
         return lambda p: _spread(p["window_correlation"][kind])
 
@@ -74,6 +78,16 @@ def _side_by_side(document: Document) -> list[str]:
     )
     line("  balanced accuracy", lambda p: _number(_best(p).get("balanced_accuracy")))
     line(
+        "accuracy at its own limit, all films",
+        lambda p: _ranged(p["at_limit"]["accuracy"], p["at_limit"]["accuracy_interval"]),
+    )
+    line("  balanced accuracy", lambda p: _number(p["at_limit"]["balanced_accuracy"]))
+    line("Cllr, bits (0 best; 1 tells nothing)", lambda p: _ranged(_ratio(p, "cllr"), _ratio(p, "cllr_interval")))
+    line("  least, if calibrated here (PAV)", lambda p: _number(_ratio(p, "cllr_min")))
+    line("  lost by calibration", lambda p: _number(_ratio(p, "calibration_loss")))
+    for kind in ("genuine", "forged"):
+        line(f"  {kind} films, ratio on the wrong side", misled(kind))
+    line(
         "genuine less forged, means (Welch)", lambda p: _ranged(_welch(p).get("difference"), _welch(p).get("interval"))
     )
     line("  Welch's t (df)", lambda p: f"{_number(_welch(p).get('t'))} ({_number(_welch(p).get('df'))})")
@@ -88,6 +102,24 @@ def _side_by_side(document: Document) -> list[str]:
         if "missing" in figures["scored_films"]
     )
     return lines + ([told] if told else [])
+
+
+def _attacks(pipelines: dict[str, Document]) -> list[str]:
+    """Error rates in the terms of ISO/IEC 30107-3: a line for each kind of attack, the worst, and genuine films."""
+    told = [figures["iso_30107_3"] for figures in pipelines.values()]
+    head = f"{'ISO/IEC 30107-3, shares of all films':<40}" + "".join(f"{name:>26}" for name in pipelines)
+    lines = ["", head]
+
+    def line(name: str, cells: list[Document | None]) -> None:
+        lines.append(f"  {name[: WIDTH + 10]:<38}" + "".join(f"{_rate(cell) if cell else '-':>26}" for cell in cells))
+
+    for k, attack in enumerate(told[0]["attacks"]):
+        line(f"APCER {attack['kind']}", [one["attacks"][k]["apcer"] for one in told])
+        line("  no answer (APNRR)", [one["attacks"][k]["apnrr"] for one in told])
+    line("APCER, greatest of any kind", [one["apcer_max"] for one in told])
+    line("BPCER", [one["bpcer"] for one in told])
+    line("  no answer (BPNRR)", [one["bpnrr"] for one in told])
+    return lines
 
 
 def _by_group(pipelines: dict[str, Document]) -> list[str]:
@@ -111,6 +143,15 @@ def _failed(rows: list[Document]) -> list[str]:
     lines = [f"  line {row['line']}, {row['video']}, {row['pipeline']}: {row['error']}" for row in failed[:LISTED]]
     more = [f"  and {len(failed) - LISTED} more, in evaluate.json"] if len(failed) > LISTED else []
     return ["", "failed:", *lines, *more] if failed else []
+
+
+def _ratio(pipeline: Document, name: str) -> Any:
+    return (pipeline["likelihood_ratio"] or {}).get(name)
+
+
+def _misled(pipeline: Document, kind: str) -> str:
+    found = _ratio(pipeline, "misleading")
+    return _rate(found[kind]) if found else "-"
 
 
 def _best(pipeline: Document) -> Document:

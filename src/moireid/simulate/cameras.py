@@ -189,6 +189,8 @@ CAMERAS: dict[str, Camera] = {
     "dim": Camera(exposure_s=1 / 30, exposure=0.35, noise_counts=9.0, exposure_drift=0.15),
     # A window behind the camera: paper clips to white.
     "bright": Camera(exposure=1.8, noise_counts=1.5),
+    # No camera's faults at all, as path tracers render.
+    "ideal": Camera(shutter_s=0.0, noise_counts=0.0, exposure_drift=0.0),
 }
 
 

@@ -14,7 +14,13 @@ from kit.coded_films import first_frames
 from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.evaluation.baseline.published import fringe_lean_rad, judge, upright_region, verify_published
+from moireid.evaluation.baseline.published import (
+    PublishedReader,
+    fringe_lean_rad,
+    judge,
+    upright_region,
+    verify_published,
+)
 from moireid.verifier import Claim
 
 
@@ -56,6 +62,26 @@ def test_too_short_and_unrelated_series_are_no_accept(rng):
     assert judge(rng.normal(size=200), rng.normal(size=200), 200).verdict == "reject"
     place = np.sin(np.arange(200) / 9)
     assert judge(-3 * place, place, 200).score == pytest.approx(1.0)
+
+
+def test_the_score_is_the_greatest_window_and_0_is_none(rng):
+    """Catches: the mean of windows for their greatest, a limit other than the paper's, a film at rest that counts."""
+    place = np.sin(np.arange(200) / 9)
+    measured = np.where(np.arange(200) < 40, place, rng.normal(size=200))
+    found = judge(measured, place, 200)
+    assert found.verdict == "accept" and found.score == found.window_correlation_max == pytest.approx(1.0)
+    assert found.window_correlation_mean < 0.5 and found.reasons[0].limit == 0.927
+    told = found.to_json()
+    assert told["window_correlation_min"] < told["window_correlation_mean"] < told["window_correlation_max"]
+    assert 0 < told["window_correlation_sd"] < 0.5
+    still = judge(np.zeros(200), place, 200)
+    assert still.verdict == "inconclusive" and still.score is None
+
+
+@pytest.mark.parametrize("size", [(640, 360), (360, 640)])
+def test_the_guessed_focal_length_is_the_longer_side(size: tuple[int, int], prototype: Badge):
+    """Catches: the width of a film that was taken upright."""
+    assert PublishedReader(prototype, None, size, None)._camera[0, 0] == 640
 
 
 def test_a_claim_of_an_identity_stays_open(short: Path, prototype: Badge):
