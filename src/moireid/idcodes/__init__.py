@@ -11,6 +11,7 @@ families.py  both families by name
 
 from moireid.idcodes.families import family_named, spells_its_id
 from moireid.idcodes.family import CellReading, CodeFamily, Decoded
+from moireid.idcodes.name_derived import is_name_derived
 from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
@@ -24,5 +25,6 @@ __all__ = [
     "PitchFamily",
     "SpacingFamily",
     "family_named",
+    "is_name_derived",
     "spells_its_id",
 ]
