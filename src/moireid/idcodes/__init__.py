@@ -7,6 +7,7 @@ beats.py    uniform cells and their beat levels
 pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
 spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 families.py  both families by name
+name_derived.py  identities that early versions made from a name
 """
 
 from moireid.idcodes.families import family_named, spells_its_id
