@@ -17,10 +17,23 @@ ATTEMPTS = 64
 
 
 def is_name_derived(badge: Badge) -> bool:
-    """Whether the badge's id is one of those that its name gave.
+    """Tell whether a badge's identity was made from its name.
 
+    Parameters
+    ----------
+    badge : Badge
+        As its file or the registry has it.
+
+    Returns
+    -------
+    bool
+        False for a board without an identity.
+
+    Notes
+    -----
     Convention: the name in Unicode NFC without surrounding space.  By chance an identity of 64 bits is taken for one in
     3e17 badges, and one of the pitch family's 24 bits in 260,000.
+    Source: the derivation of early versions, with every attempt that they made.
     """
     families = {grating.family for grating in badge.gratings if grating.code}
     name = unicodedata.normalize("NFC", badge.name).strip()

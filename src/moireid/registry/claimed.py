@@ -71,9 +71,23 @@ def claimed(registry: Registry, claim: str) -> Claimed:
 
 
 def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
-    """The badge of a file: the registry's own where its identity is enrolled, so that the registry's name counts.
+    """The badge of a file; the registry's own badge where the file's identity is enrolled, so that its name counts.
 
-    Raises: RegistryError where the record is not as the authority signed it.
+    Parameters
+    ----------
+    registry : Registry
+    badge : Badge
+        As the file has it; its name is nobody's word.
+
+    Returns
+    -------
+    Claimed
+        Its provenance says which of the two it is, and keeps a name in the file that differs from the registry's.
+
+    Raises
+    ------
+    RegistryError
+        Where the record is not as the authority signed it.
     """
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
