@@ -32,6 +32,8 @@ class Claimed:
         Its figures as measured at enrolment; None where it was never measured.
     revoked : str or None
         Why it was revoked; None where it was not.
+    provenance : Provenance
+        Whether the registry vouches for it, or a file names it.
     """
 
     badge: Badge

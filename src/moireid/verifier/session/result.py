@@ -55,6 +55,8 @@ class Report:
         Where the judged badge was first: the frame, and its board's corners, px.
     overlap : Overlap or None
         Whether the badge passed before the face; None where that was not asked for.
+    claim_source : {"registry", "file"} or None
+        Who named the badge's holder; None where nothing was claimed, or a program made the claim.
 
     Notes
     -----
