@@ -78,6 +78,7 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
     Parameters
     ----------
     registry : Registry
+        An open registry.
     badge : Badge
         As the file has it; its name is nobody's word.
 
