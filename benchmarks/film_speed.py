@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numba
 
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
@@ -27,7 +27,7 @@ SECONDS, FPS = 10, 60.0
 
 def main() -> None:
     """Print one row a camera."""
-    badge = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
     print(
         f"{platform.machine()}, {os.cpu_count()} cores, numba {numba.__version__} on {numba.get_num_threads()} threads"
     )

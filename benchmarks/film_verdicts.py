@@ -14,7 +14,7 @@ from typing import Any
 from moireid.archive.engine import Task, run_tasks
 from moireid.archive.isolated import Limits, Lost
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.simulate.cameras import CAMERAS, camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.forgeries.courses import KINDS
@@ -44,7 +44,7 @@ def rows() -> dict[str, dict[str, Any]]:
 
 def line_of(name: str) -> str:
     """The line of a film by its name, filmed and verified in a folder of its own."""
-    badge = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
     with tempfile.TemporaryDirectory() as folder:
         return f"{name:<20}{verdict_of(badge, Path(folder), **rows()[name])}"
 

@@ -29,7 +29,7 @@ from pathlib import Path
 
 import psutil
 
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge, payload_from_hex
 
 COUNT = 10_000
 #: A film of 20 small frames takes a tenth of a second of CPU, one of 70 half of one.
@@ -50,7 +50,7 @@ def spoilt_from(folder: Path) -> dict[bool, list[bytes]]:
     from moireid.simulate.motion import motion_named
     from moireid.simulate.scene import Build, Scene
 
-    badge = design_badge(Request("Hostile"), payload_for_name("Hostile"))
+    badge = design_badge(Request("Hostile"), payload_from_hex("9462169501aab579"))
     (folder / "badge.json").write_text(badge.to_json())
     scene = Scene(badge, Build.typical(1), Camera(width=480, height=270, focal_px=360.0))
     motion = motion_named("sway", distance_mm=900.0, seed=1)

@@ -13,6 +13,7 @@ stall: once in the challenge the connection stands still for so long: pictures o
 from __future__ import annotations
 
 import argparse
+import hashlib
 import os
 import random
 import sys
@@ -31,7 +32,7 @@ from moireid.archive.isolated import Lost
 from moireid.badge import Badge
 from moireid.bench.live.film import answer, frames
 from moireid.bench.live.replays import course_of, passes_in_order
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.verifier.live.challenge import Prompt, draw_prompts
 from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
@@ -56,7 +57,10 @@ class Clip:
 def scored(clip: Clip) -> dict[str, Any]:
     """What the live check says of a film, its replay, and the film over connections that stall."""
     chance = random.Random(1000 + clip.number)
-    badge = design_badge(Request(name := NAMES[clip.number % len(NAMES)]), payload_for_name(name))
+    name = NAMES[clip.number % len(NAMES)]
+    # Fixed by the name, so that every run films the same badges.
+    payload = hashlib.sha256(f"moireid/spacing/0/{name}".encode()).digest()[:8]
+    badge = design_badge(Request(name), payload)
     before = draw_prompts(SEEN_S + READY_S, chance)
     course = answer(before, FACE_MM, reaction_s=chance.uniform(0.3, 1.2))
     length_s = before[-1].at_s + 6.0

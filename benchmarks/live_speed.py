@@ -31,7 +31,7 @@ import numpy as np
 from moireid.badge import Badge
 from moireid.bench.live.film import answer, frames
 from moireid.bench.live.replays import replays_passed
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.verifier.live.challenge import MOVES, Prompt, replay_chance
 from moireid.verifier.live.clock import SLACK_S
 from moireid.verifier.live.session import LiveCheck
@@ -200,7 +200,7 @@ def main() -> None:
     parser.add_argument("--only", choices=["push", "socket", "replays"])
     given = parser.parse_args()
     print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, OpenCV {cv2.__version__}")
-    badge = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
     if given.only != "replays":
         pictures = person(badge, given.seconds)
     if given.only in (None, "push"):

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.simulate.cameras import Camera
 from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
@@ -62,7 +62,7 @@ class Filmed:
 
 def main() -> None:
     """Print one row a case."""
-    badge = design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
+    badge = design_badge(Request("Ada Lovelace"), payload_from_hex("7097c67b0fafc59b"))
     print(f"{'case':<28}{'frames':>7}{'tracked':>9}{'corners px':>14}{'parallax':>10}{'ms/frame':>10}")
     with tempfile.TemporaryDirectory() as folder:
         make = Maker(badge, Path(folder) / "film.mp4")

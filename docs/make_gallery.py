@@ -30,13 +30,17 @@ DOCS = Path(__file__).parent
 OUT = DOCS / "gallery"
 FILMS = "tests/data/films"
 INK, RAYS = "#1f2a37", ("#0f766e", "#b45309", "#7c3aed")
+#: With given identities, so that the pictures stay the same.
 PRINTED = {
-    "ada": ('"Ada Lovelace"', "The default: 64 bits, for cameras 0.8 to 2.5 m away."),
-    "xy": ('"Grace Hopper" --axes xy', "Fringes for motion sideways, and up and down."),
+    "ada": ('"Ada Lovelace" --payload 7097c67b0fafc59b', "The default size, 64 bits, for cameras 0.8 to 2.5 m away."),
+    "xy": ('"Grace Hopper" --payload cdbbf82898d52ed1 --axes xy', "Fringes for motion sideways, and up and down."),
     "long": ('"Emmy Noether" --payload 00112233445566778899aabbccddeeff', "An identity of 128 bits."),
-    "far": ('"Mary Somerville" --lens 40lpi --range 1-2.5', "A coarser sheet, for cameras farther away."),
-    "pitch": ('"Sofja Kowalewskaja" --code pitch', "The identity in the spacing of bands: 24 bits."),
-    "mask": ('"Hedy Lamarr" --front mask', "No lens sheet: a line mask on clear film."),
+    "far": (
+        '"Mary Somerville" --payload 5d171902d4d237dc --lens 40lpi --range 1-2.5',
+        "A coarser sheet, for cameras farther away.",
+    ),
+    "pitch": ('"Sofja Kowalewskaja" --payload 308628 --code pitch', "The identity in the spacing of bands: 24 bits."),
+    "mask": ('"Hedy Lamarr" --payload f002052e53c33d71 --front mask', "No lens sheet: a line mask on clear film."),
 }
 VERDICTS = {
     "genuine_1.0m": "True, filmed by an independent ray tracer on the motion of a real hand.",

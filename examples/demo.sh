@@ -7,6 +7,8 @@ log=demo/log.txt
 # The key that signs these records stays with the demo, apart from any that signs real badges.
 export MOIREID_KEYS=demo/keys
 mkdir -p demo
+# Each run draws new identities.  With the last run's registry two badges would bear one name.
+rm -f demo/people.sqlite3
 : > "$log"
 number=0
 

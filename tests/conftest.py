@@ -10,9 +10,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kit.payloads import payload_for_name
 from kit.places import FILMS
 from moireid.badge import Badge, load_badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 
 # Started in the background of a shell, a program is deaf to interrupts, and so is all that it starts; tests send some.
 signal.signal(signal.SIGINT, signal.default_int_handler)

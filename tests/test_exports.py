@@ -28,6 +28,7 @@ EXPORTED = {
         "PitchFamily",
         "SpacingFamily",
         "family_named",
+        "is_name_derived",
         "spells_its_id",
     ],
     "moireid.designer": [
@@ -36,9 +37,9 @@ EXPORTED = {
         "design_badge",
         "design_chart",
         "explain",
-        "payload_for_name",
         "payload_from_hex",
         "payload_from_key",
+        "random_payload",
     ],
     "moireid.simulate": [
         "Build",
@@ -92,6 +93,7 @@ EXPORTED = {
         "Record",
         "Registry",
         "claimed",
+        "claimed_by_file",
         "default_url",
         "import_registry",
         "open_registry",

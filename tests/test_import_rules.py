@@ -20,7 +20,8 @@ from moireid.simulate.forgeries.courses import KINDS
 
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
-GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept", "lazy", "lenticule", "optics", "profiles"}
+GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept"}
+GROUND |= {"lazy", "lenticule", "optics", "profiles", "provenance"}
 ROOMS = {
     "archive",
     "bench",

@@ -24,11 +24,12 @@ import uvicorn
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, expect, sync_playwright
 
+from kit.payloads import payload_for_name
 from kit.programs import needs
 from kit.webbing import Visit, film_form, studio
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named

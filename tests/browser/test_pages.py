@@ -18,10 +18,11 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, BrowserContext, Page, expect, sync_playwright
 
+from kit.payloads import payload_for_name
 from kit.programs import needs
 from kit.webbing import badge_film, tiny_film
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.registry import open_registry
 from moireid.web.auth.tokens import Tokens
 

@@ -17,9 +17,10 @@ from playwright.sync_api import Page, Route, sync_playwright
 from scipy.spatial.transform import Rotation
 
 import moireid
+from kit.payloads import payload_for_name
 from kit.programs import needs
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.lenticule import view_response
 from moireid.simulate.truth import shown_phase_rad
 from moireid.verifier.fringes.predicted_phase import strip_law

@@ -6,8 +6,9 @@ import base64
 import hashlib
 import itertools
 import math
+import random
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,7 @@ from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
 from scipy.stats import binom
 
+from kit.payloads import payload_for_name
 from moireid.badge import Badge, Cell, Code, Grating, badge_from_json
 from moireid.designer import (
     ChartRequest,
@@ -23,13 +25,16 @@ from moireid.designer import (
     design_badge,
     design_chart,
     explain,
-    payload_for_name,
     payload_from_hex,
     payload_from_key,
+    random_payload,
 )
+from moireid.designer.drawn import drawn_badge
 from moireid.designer.link import link_budget
+from moireid.designer.people import Person, design_people, without_held
 from moireid.designer.request import NAME_LIMIT, clean_name, parse_range_m, parse_size_mm
-from moireid.errors import CodeError, DesignError, SpecError
+from moireid.errors import CodeError, DesignError, RegistryError, SpecError
+from moireid.idcodes import is_name_derived
 from moireid.idcodes.words import WordCode
 from moireid.profiles import PAPERS_MM, lens_named
 
@@ -399,36 +404,99 @@ def test_the_figures_of_a_refusal_are_attributes_too() -> None:
 # Names and payloads.
 
 
-def test_a_name_has_one_payload_however_it_is_encoded() -> None:
-    """Catches: a payload of the bytes typed; macOS hands out NFD, a keyboard gives NFC."""
-    assert payload_for_name(ZOE_NFC) == payload_for_name(ZOE_NFD) == payload_for_name(f"  {ZOE_NFD}\u00a0")
+def test_a_name_is_one_however_it_is_encoded() -> None:
+    """Catches: a badge of the bytes typed; macOS hands out NFD, a keyboard gives NFC."""
     assert design_badge(Request(ZOE_NFD), PAYLOAD).name == ZOE_NFC
 
 
-def test_payloads_of_different_names_and_attempts_differ() -> None:
-    """Catches: case folded, inner spaces dropped, the attempt left out."""
-    names = ["Ada Lovelace", "ada lovelace", "Ada  Lovelace", "AdaLovelace", "Lovelace Ada", "Zoe", ZOE_NFC]
-    for family, size in (("spacing", 8), ("pitch", 3)):
-        payloads = [payload_for_name(name, family=family) for name in names]
-        payloads += [payload_for_name("Ada Lovelace", attempt=attempt, family=family) for attempt in range(1, 64)]
-        assert len(set(payloads)) == len(payloads)
-        assert {len(payload) for payload in payloads} == {size}
-
-
-def test_the_payload_of_a_name_never_changes() -> None:
-    """Catches: another seed or hash, with which yesterday's badge would not be made again.
-
-    Golden: first bytes of SHA-256 over "moireid/spacing/0/Ada Lovelace" and its like, by sha256sum.
-    """
-    assert payload_for_name("Ada Lovelace").hex() == "7097c67b0fafc59b"
-    assert payload_for_name("Ada Lovelace", attempt=1).hex() == "290f6ed59b9614fe"
-    assert payload_for_name("Ada Lovelace", family="pitch").hex() == "38c1c2"
+def test_a_name_makes_no_identity() -> None:
+    """Catches: an identity that a name, a seed or the clock gives, with which anybody could print the badge."""
+    random.seed(1)
+    np.random.seed(1)  # noqa: NPY002 - a seed that somebody sets must change nothing
+    first = drawn_badge(Request("Ada Lovelace"), None, None).badge
+    random.seed(1)
+    np.random.seed(1)  # noqa: NPY002
+    second = drawn_badge(Request("Ada Lovelace"), None, None).badge
+    assert first.id != second.id and first.name == second.name
+    assert not is_name_derived(first) and not is_name_derived(second)
 
 
 def test_payloads_spread_over_all_bits() -> None:
     """Catches: a payload whose first bits are always the same."""
-    bits = np.unpackbits(np.frombuffer(b"".join(payload_for_name(f"n{k}") for k in range(500)), np.uint8))
-    assert np.abs(bits.reshape(500, 64).mean(axis=0) - 0.5).max() < 0.13  # 5.8 standard deviations of a column
+    bits = np.unpackbits(np.frombuffer(b"".join(random_payload() for _ in range(500)), np.uint8))
+    # Six standard deviations of a column: of a thousand million runs one fails by chance in a hundred columns.
+    assert np.abs(bits.reshape(500, 64).mean(axis=0) - 0.5).max() < 6 * 0.5 / math.sqrt(500)
+    assert [len(random_payload(size)) for size in (3, 8, 16)] == [3, 8, 16]
+    with pytest.raises(CodeError):
+        random_payload(4)
+
+
+def test_an_identity_is_as_long_as_its_place_asks() -> None:
+    """Catches: 64 bits where nobody looks for twins, 128 that the range cannot carry, and a length that nobody told."""
+    long = drawn_badge(Request("A"), None, None)
+    assert (long.badge.payload_bits, long.note) == (128, None)
+    short = drawn_badge(Request("A", axes="xy"), None, None)
+    assert short.badge.payload_bits == 64 and short.note is not None and "64 bits" in short.note
+    known = drawn_badge(Request("A"), None, lambda _: None)
+    assert (known.badge.payload_bits, known.note) == (64, None)
+    assert drawn_badge(Request("A", family="pitch"), None, None).badge.payload_bits == 24
+    with pytest.raises(DesignError):
+        drawn_badge(Request("A", range_m=(0.8, 30.0)), None, None)
+
+
+@dataclass(frozen=True)
+class Held:
+    """Somebody's record."""
+
+    badge: Badge
+    name: str = "Bob"
+    issued_at: str = "2026-01-31T12:00:00Z"
+    revoked_at: str | None = None
+    revoked_reason: str | None = None
+
+
+def test_what_somebody_holds_is_drawn_anew() -> None:
+    """Catches: an identity that is issued twice, and a loop without end where none is free."""
+    asked: list[str] = []
+
+    def taken_twice(badge_id: str) -> Held | None:
+        asked.append(badge_id)
+        return Held(design(Request("A"))) if len(asked) < 3 else None
+
+    badge = drawn_badge(Request("A"), None, taken_twice).badge
+    assert len(set(asked)) == 3 and badge.id == asked[-1]
+    with pytest.raises(RegistryError, match="all are issued"):
+        drawn_badge(Request("A", family="pitch"), None, lambda _: Held(design(Request("A"))))
+    with pytest.raises(RegistryError, match="revoked"):
+        drawn_badge(Request("A"), PAYLOAD, lambda _: Held(design(Request("A")), revoked_at="2026-02-01"))
+
+
+def test_a_list_draws_once_for_each_person() -> None:
+    """Catches: two people of one name with one badge, a payload of the list that is drawn over, twins left standing."""
+    people = [Person(2, "Ada", ""), Person(3, "Ada", ""), Person(4, "Bob", PAYLOAD.hex())]
+    designed = list(design_people(people, Request("Everybody"), holder_of=lambda _: None))
+    ids = [one.badge.id for one in designed if one.badge]
+    assert len(set(ids)) == 3 and ids[2] == PAYLOAD.hex()
+    held = {ids[0]: Held(design(Request("A"))), ids[2]: Held(design(Request("A")))}
+    again = [one.badge.id for one in without_held(designed, Request("Everybody"), held.get) if one.badge]
+    assert again[0] not in ids and again[1:] == ids[1:]
+
+
+def test_identities_made_from_names_are_told() -> None:
+    """Catches: an old badge that passes as a secret one, and a drawn one that is called old.
+
+    Golden: first bytes of SHA-256 over "moireid/spacing/0/Ada Lovelace" and its like, by sha256sum.
+    """
+    for name, payload in (
+        ("Ada Lovelace", "7097c67b0fafc59b"),
+        ("Ada Lovelace", "290f6ed59b9614fe"),
+        ("Ada Lovelace", "38c1c2"),
+        (ZOE_NFD, payload_for_name(ZOE_NFC, attempt=63).hex()),
+    ):
+        badge = design_badge(Request(name), bytes.fromhex(payload))
+        assert is_name_derived(badge) and not is_name_derived(replace(badge, name="Eve")), name
+    assert not is_name_derived(design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace", attempt=64)))
+    assert not is_name_derived(replace(design(Request("Ada Lovelace")), id=None))
 
 
 def test_hex_digits_of_any_case_name_a_payload() -> None:

@@ -108,7 +108,8 @@ def _is_command(typed: str) -> bool:
         if rest[0] not in command.commands:
             return False
         command, rest = command.commands[rest[0]], rest[1:]
-    options = {name for parameter in command.params for name in (*parameter.opts, "--help", "--version")}
+    options = {name for parameter in command.params for name in (*parameter.opts, *parameter.secondary_opts)}
+    options |= {"--help", "--version"}
     return all(word.split("=")[0] in options for word in rest if word.startswith("--"))
 
 

@@ -5,8 +5,10 @@ Each film is read once in this file, as far as it can be: reading is what costs 
 
 from __future__ import annotations
 
+import html
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +18,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from kit.coded_films import first_frames
+from kit.payloads import payload_for_name
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.registry import open_registry
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
@@ -26,6 +29,7 @@ from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, Report, verify
 from moireid.verifier.fringes import predicted_phase as predict
 from moireid.verifier.fringes.signals import measure
+from moireid.verifier.identity.compare_built import measure_built
 
 CONTRACT: dict[str, set[str]] = {
     "": {"verdict", "reasons", "invariant", "identity", "frames", "timing", "left_out", "input"},
@@ -268,6 +272,45 @@ def test_another_person_s_claim_is_rejected(ada, grace, ada_film):
     assert report.verdict == "reject" and report.invariant.verdict == "accept"
     assert report.identity.verdict == "mismatch" and report.identity.decoded_id == ada.id
     assert [reason.code for reason in report.reasons if reason.level == "fail"] == ["identity"]
+
+
+def test_a_file_makes_nobody_an_accepted_person(ada, ada_film, tmp_path):
+    """Catches: a name edited into a file shown as the person's whose badge was seen, in any form of the report."""
+    edited = tmp_path / "edited.json"
+    edited.write_text(replace(ada, name="Grace Hopper").to_json(), encoding="utf-8")
+    outcome = run("verify", ada_film, "--badge", edited, "--report", tmp_path / "report")
+    assert outcome.exit_code == 0 and "from a file, not from a registry" in outcome.stdout.splitlines()[0]
+    assert "badge of Grace" not in outcome.stdout and "Nobody vouches for the name" in outcome.stdout
+    page = html.unescape((tmp_path / "report" / "report.html").read_text(encoding="utf-8"))
+    assert "named 'Grace Hopper' (from a file, not from a registry)" in page and "Nobody vouches" in page
+    kept = json.loads((tmp_path / "report" / "report.json").read_text(encoding="utf-8"))
+    assert kept["claim_source"] == "file" and {"claim_source", "copyable"} <= {one["code"] for one in kept["reasons"]}
+    url = registry_of(tmp_path / "r.sqlite3", ada)
+    known = strict(run("verify", ada_film, "--badge", edited, "--registry", url, "--json").stdout)
+    assert (known["verdict"], known["badge"]["name"], known["claim_source"]) == ("reject", "Ada Lovelace", "registry")
+    assert fails(known) == {"name"}
+
+
+def test_a_badge_printed_from_the_name_is_not_the_issued_one(ada_film, tmp_path):
+    """Catches: an identity that whoever knows the name can make: here the film of a badge that was made from it."""
+    printed = run("print", "Ada Lovelace", "--out", tmp_path / "out", "--mount", "none", "--json")
+    assert printed.exit_code == 0
+    outcome = run("verify", ada_film, "--badge", tmp_path / "out" / "badge.json", "--json")
+    document = strict(outcome.stdout)
+    assert outcome.exit_code != 0 and document["identity"]["verdict"] != "match"
+
+
+def test_a_copy_is_rejected_unasked_where_the_badge_is_known_as_built(ada, ada_film):
+    """Catches: a copy that passes unless somebody thinks of asking, and an original that is left open."""
+    report = verify(ada_film, Claim(ada, ada.id))
+    built = measure_built(report.track, report.measurement, report.invariant)
+    original = verify(ada_film, Claim(ada, ada.id, as_built=built))
+    assert (original.verdict, original.identity.built) == ("accept", "original")
+    elsewhere = replace(built, offset_rad=built.offset_rad + 2.0)
+    copy = verify(ada_film, Claim(ada, ada.id, as_built=elsewhere))
+    assert (copy.verdict, copy.identity.built) == ("reject", "copy")
+    assert verify(ada_film, Claim(ada, ada.id, as_built=elsewhere, require_original=False)).verdict == "accept"
+    assert verify(ada_film, Claim(ada, ada.id, require_original=True)).verdict == "inconclusive"
 
 
 def test_identify_finds_who_is_enrolled(ada, grace, ada_film, tmp_path):

@@ -14,9 +14,10 @@ import pytest
 from click.testing import CliRunner, Result
 
 from kit.drawn import geometry
+from kit.payloads import payload_for_name
 from moireid.badge import load_badge
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.designer.people import read_people
 from moireid.errors import FabricationError
 from moireid.fabrication.event import GUTTER_MM, folder_name, places_mm, write_sheets_pdf
@@ -141,6 +142,15 @@ def test_the_command_makes_folders_summary_and_records(tmp_path, monkeypatch):
     assert again.exit_code == 2 and "--overwrite" in again.stderr
 
 
+def test_two_people_of_one_name_get_two_badges(tmp_path):
+    """Catches: one badge for both, and a row that was typed twice without a word."""
+    people = listed(tmp_path / "people.csv", "name\nAda\nAda\n")
+    outcome = run(people, tmp_path / "event", "--json")
+    document = json.loads(outcome.stdout)
+    assert len({one["id"] for one in document["people"]}) == 2
+    assert "rows 2 and 3 bear the name 'Ada'" in outcome.stderr and "rows 2 and 3" in document["notes"][-1]
+
+
 def test_folder_names_are_plain_and_sort_as_the_list_does():
     """Catches: a slash or a dot that leaves the folder; a name of nothing; names longer than a file system takes."""
     badge = design_badge(SMALL, bytes(8))
@@ -156,7 +166,7 @@ def test_folder_names_are_plain_and_sort_as_the_list_does():
         ("", "no column name"),
         ("who\nAda\n", "no column name"),
         ("name\n", "names 0 people"),
-        ("name\nAda\nAda\n", "rows 2 and 3"),
+        ("name,payload\nAda,0f5ac3962d784be1\nBob,0f5ac3962d784be1\n", "rows 2 and 3"),
         ("name,payload\nAda,xyz\n", "row 2"),
         ("name\n\x07\n", "row 2"),
         ('name\n"Ada\n', "CSV"),

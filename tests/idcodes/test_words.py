@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from moireid.designer import Request, design_badge, payload_for_name
+from kit.payloads import payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.errors import CodeError
 from moireid.idcodes import CellReading, family_named, spells_its_id
 from moireid.idcodes.spacing import beat_levels, true_phases_rad

@@ -26,7 +26,8 @@ def url_of(path: Path, **options: object) -> str:
 
 def badge_of(name: str, payload: bytes | None = None, **request: object) -> Badge:
     # Here, because the processes that the tests start import this module and design nothing.
-    from moireid.designer import Request, design_badge, payload_for_name
+    from kit.payloads import payload_for_name
+    from moireid.designer import Request, design_badge
 
     return design_badge(Request(name, **request), payload or payload_for_name(name))  # type: ignore[arg-type]
 

@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from kit.payloads import payload_for_name
 from moireid import optics
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer

@@ -68,6 +68,7 @@ def enroll_command(
     printed from the same files.
     """
     from moireid.badge import load_badge
+    from moireid.cli.issue_notes import derived_notes, look_alike_notes
     from moireid.registry import open_registry
 
     badge = load_badge(badge_json)
@@ -83,12 +84,13 @@ def enroll_command(
                 list(captures), badge, focal_px=focal_px, measured_scale=measured_scale, progress=progress
             )
     with open_registry(registry_url, create=True) as registry:
+        notes = derived_notes([badge]) + look_alike_notes([badge], registry)
         record = registry.enroll(badge)
         if as_built is not None:
             record = registry.store_as_built(record.id, as_built.to_json())
         if as_json:
             measured = {"as_built": json.loads(record.as_built)} if record.as_built else {}
-            show_json(record.summary() | {"registry": registry.shown_url} | measured)
+            show_json(record.summary() | {"registry": registry.shown_url, "notes": notes} | measured)
         else:
             click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
             if as_built is not None:
@@ -96,6 +98,8 @@ def enroll_command(
                 click.echo(
                     f"as built: beat {beat}, gain {as_built.gain_ratio:.3f}, measured in {as_built.captures} film(s)"
                 )
+        for note in notes:
+            say(f"note: {note}")
         if record.revoked_at is not None:
             say(f"note: this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked")
 

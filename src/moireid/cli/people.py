@@ -31,18 +31,25 @@ def print_people(
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
     """
-    from moireid.designer.people import badges_of, design_people, read_people
+    from moireid.cli.issue_notes import derived_notes, look_alike_notes
+    from moireid.designer.drawn import nobody
+    from moireid.designer.people import badges_of, design_people, read_people, without_held
     from moireid.fabrication.event import print_event
     from moireid.fabrication.page.lettering import missing_note
     from moireid.fabrication.parts import plan_parts
 
-    badges = badges_of(design_people(read_people(people_csv), request, source=str(people_csv)))
-    if note := missing_note(badges):
-        say(f"note: {note}")
+    source, holder_of = str(people_csv), nobody if registry_url is not None else None
     # An impossible wish is refused before a registry is made for it.
-    plan_parts(badges[0], mount, figures)
+    designed = list(design_people(read_people(people_csv), request, holder_of=holder_of, source=source))
+    plan_parts(badges_of(designed)[0], mount, figures)
 
     def work(registry: Registry | None) -> None:
+        badges = badges_of(without_held(designed, request, registry.by_id) if registry else designed)
+        shorter = dict.fromkeys(one.note for one in designed if one.note)
+        alike = look_alike_notes(badges, registry) if registry else []
+        notes = [note for note in (missing_note(badges), *shorter, *derived_notes(badges), *alike) if note]
+        for note in notes:
+            say(f"note: {note}")
         issue = (lambda: registry.enroll_many(badges)) if registry else None
         with progress_bar("making badges") as progress:
             event = print_event(
@@ -66,7 +73,8 @@ def print_people(
             counts = {"sheets": event.sheet_count, "boards_to_a_sheet": event.boards_to_a_sheet}
             told: dict[str, Any] = {"mount_mass_g": event.mount_mass_g, "mount_figures": event.mount_figures}
             told |= {"left_out": event.left_out, "removed": [str(path) for path in event.removed]}
-            show_json({"people": people, "files": files, "issued": registry is not None} | counts | told)
+            told |= {"people": people, "files": files, "issued": registry is not None, "notes": notes}
+            show_json(told | counts)
             return
         click.echo(f"{len(badges)} badges on {event.sheet_count} sheets, {event.boards_to_a_sheet} to a sheet:")
         click.echo(f"  {event.sheets}\n  {event.summary}\n  {event.folders[0]} and so on, a folder for each person")

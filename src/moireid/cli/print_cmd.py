@@ -22,7 +22,6 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.badge import Badge
     from moireid.designer import Request
     from moireid.fabrication.process import MountFigures
     from moireid.registry import Registry
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 @click.option(
     "--registry", "registry_url", metavar="URL", help="Also enter the badge into this registry, as moireid enroll does."
 )
-@click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: derived from the name.")
+@click.option("--payload", metavar="HEX", help="The identity: 16 or 32 hex digits; default: drawn by chance.")
 @click.option(
     "--key",
     "key_file",
@@ -175,8 +174,9 @@ def print_command(
     The folder gets badge.pdf (the page to print at 100 %), preview.png, assembly.pdf (how to build the badge), the
     files of a mount, and badge.json, which the other commands read.
 
-    The identity is derived from the name, so the same name gives the same badge. With --registry, no two people get the
-    same identity.
+    The identity is drawn from the system's chance, so the same name printed twice gives two different badges: keep the
+    folder, as badge.json is the only copy. It has 128 bits where badge and range carry them; with --registry it has 64,
+    which nobody else there holds.
 
     With --people, badges are made for many people: sheets with as many badges as fit, a folder for each person, and a
     summary. With --mount too, one set of mount files serves them all.
@@ -239,8 +239,11 @@ def print_command(
         chosen = payload_from_hex(payload, family=code)
     elif key_file is not None:
         chosen = payload_from_key(key_file)
+    from moireid.designer.drawn import drawn_badge, nobody
+
     # A wish that cannot be is refused before a registry is made for it.
-    parts = plan_parts(_design(request, chosen, None), kind, figures)
+    trial = drawn_badge(request, chosen, nobody if registry_url is not None else None)
+    parts = plan_parts(trial.badge, kind, figures)
     order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json)
     if registry_url is None:
         _print_one(order, None)
@@ -269,12 +272,17 @@ class _Order:
 
 def _print_one(order: _Order, registry: Registry | None) -> None:
     """Design, make and issue one badge, and tell of it."""
+    from moireid.cli.issue_notes import derived_notes, look_alike_notes
     from moireid.designer import explain as explain_badge
+    from moireid.designer.drawn import drawn_badge
     from moireid.fabrication.package import print_badge
     from moireid.fabrication.page.lettering import missing_note
 
-    badge = _design(order.request, order.payload, registry)
-    if note := missing_note([badge]):
+    drawn = drawn_badge(order.request, order.payload, registry.by_id if registry else None)
+    badge = drawn.badge
+    alike = look_alike_notes([badge], registry) if registry else []
+    notes = [note for note in (missing_note([badge]), drawn.note, *derived_notes([badge]), *alike) if note]
+    for note in notes:
         say(f"note: {note}")
     issue = (lambda: registry.enroll(badge)) if registry else None
     with status_line() as tell:
@@ -298,6 +306,7 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
                 "name": badge.name,
                 "files": files,
                 "issued": registry is not None,
+                "notes": notes,
                 "mount_mass_g": printed.mount_mass_g,
                 "mount_figures": printed.mount_figures,
                 "left_out": printed.left_out,
@@ -315,16 +324,3 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
         for what, figure in rows:
             click.echo(f"  {what:<26} {figure}")
     click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
-
-
-def _design(request: Request, payload: bytes | None, registry: Registry | None) -> Badge:
-    """The badge for the request; with a registry, one whose id nobody else holds."""
-    from moireid.designer.free import free_badge
-
-    badge, holder = free_badge(request, payload, registry.by_id if registry else lambda _: None)
-    if holder is not None and payload is None:
-        say(
-            f"note: this badge was already issued to {holder.name} on {holder.issued_at[:10]}; for another person of "
-            "that name, give --payload"
-        )
-    return badge

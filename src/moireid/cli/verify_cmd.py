@@ -25,6 +25,7 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.registry import Claimed
     from moireid.verifier.reasons import Reason
 
 focal_option = click.option(
@@ -55,7 +56,8 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     "--badge",
     "badge_json",
     type=click.Path(path_type=Path),
-    help="The badge.json of the claimed badge, instead of --claim and a registry.",
+    help="The badge.json of the claimed badge, instead of --claim. Nobody vouches for the name in it, unless "
+    "--registry is given too and holds the badge.",
 )
 @focal_option
 @click.option(
@@ -65,9 +67,10 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     help="Write a report here: report.html, with plots, and its figures.",
 )
 @click.option(
-    "--require-original",
-    is_flag=True,
-    help="Accept only the badge that was enrolled, and no copy of it; the badge must be enrolled with --capture.",
+    "--require-original/--no-require-original",
+    default=None,
+    help="Accept only the badge that was enrolled, and no copy of it; or accept copies too. Default: no copy where it "
+    "was enrolled with --capture.",
 )
 @click.option(
     "--overlap",
@@ -114,7 +117,7 @@ def verify_command(
     badge_json: Path | None,
     focal_px: float | None,
     report_folder: Path | None,
-    require_original: bool,
+    require_original: bool | None,
     overlap: bool,
     cover_share: float | None,
     pipeline: str,
@@ -129,10 +132,9 @@ def verify_command(
 
     Exit code 0: accepted; 1: rejected; 2: bad input; 3: inconclusive.
     """
-    from moireid.badge import load_badge
     from moireid.files import planned
 
-    if pipeline == "published" and require_original:
+    if pipeline == "published" and require_original is not None:
         raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")
     if pipeline == "published" and overlap:
         raise SpecError("--pipeline published cannot check --overlap; leave one of them out")
@@ -140,15 +142,8 @@ def verify_command(
         raise SpecError("--pipeline published cannot check --cover; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
-    as_built, revoked = None, None
-    if badge_json is not None:
-        badge = load_badge(badge_json)
-    else:
-        from moireid.registry import claimed, open_registry
-
-        with open_registry(registry_url, create=False) as registry:
-            found = claimed(registry, claim or "")
-        badge, as_built, revoked = found.badge, found.as_built, found.revoked
+    found = _claimed(claim, badge_json, registry_url)
+    badge = found.badge
     if report_folder is not None:
         from moireid.verifier.report.page import report_paths
 
@@ -156,15 +151,16 @@ def verify_command(
     from moireid.evaluation.baseline.corners import corners_from, without_corners
     from moireid.evaluation.baseline.published import verify_published
     from moireid.verifier import Claim, verify
+    from moireid.verifier.limits import MIN_COVER_SHARE
 
     corners = corners_from(corners_given) if corners_given is not None else None
-    policy = {} if cover_share is None else {"cover_share": cover_share}
-    held = Claim(badge, badge.id, focal_px, as_built, require_original, **policy)
+    least = MIN_COVER_SHARE if cover_share is None else cover_share
+    held = Claim(badge, badge.id, focal_px, found.as_built, require_original, found.provenance, least)
     with progress_bar("reading the film") as progress:
         if pipeline == "published":
             report = verify_published(video, held, corners=corners, progress=progress)
         else:
-            report = verify(video, held, revoked=revoked, overlap=overlap, progress=progress)
+            report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
             report = without_corners(report) if corners else report
     if report_folder is not None:
         from moireid.verifier.report.page import write_report
@@ -174,12 +170,26 @@ def verify_command(
     if as_json:
         show_json(report.to_json())
     else:
-        from moireid.verifier.report.page import words_of
+        from moireid.verifier.report.page import holder_words, words_of
 
-        click.echo(f"{report.verdict.upper()}: badge of {badge.name or 'unnamed board'} ({badge.id or 'no identity'})")
-        click.echo(words_of(report.verdict, report.invariant.verdict, report.identity.verdict))
+        source = report.claim_source
+        whose = "" if source == "file" and badge.id else "badge of "
+        click.echo(f"{report.verdict.upper()}: {whose}{holder_words(badge.name, badge.id, source)}")
+        click.echo(words_of(report.verdict, report.invariant.verdict, report.identity.verdict, source))
         _show_reasons(report.reasons)
     sys.exit(VERDICT_EXIT[report.verdict])
+
+
+def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> Claimed:
+    """The badge that is claimed; of a file the registry's own where one is given that holds it."""
+    from moireid.badge import load_badge
+    from moireid.registry import Claimed, claimed, claimed_by_file, open_registry
+
+    badge = load_badge(badge_json) if badge_json is not None else None
+    if badge is not None and registry_url is None:
+        return Claimed(badge)
+    with open_registry(registry_url, create=False) as registry:
+        return claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
 
 
 @click.command("identify")

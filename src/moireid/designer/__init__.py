@@ -1,19 +1,19 @@
 """From a name, a lens, a printer and a viewing range to a Badge that can work there.
 
 request.py   what a person asks for
-payload.py   the payload: given, or derived from a name
+payload.py   the payload: given, or drawn by chance
 layout.py    where markers and gratings lie on the page
 grid.py      how a grating is cut into rows and cells
 link.py      the link budget: will the whole payload be read?
 design.py    the choice of beat frequencies, and the Badge
 people.py    a list of people, and the badge of each
-free.py      the badge with an identity that nobody else has
+drawn.py     the badge with a given identity, or with a drawn one that nobody else has
 chart.py     the pitch test sheet
 """
 
 from moireid.designer.chart import ChartRequest, design_chart
 from moireid.designer.design import design_badge, explain
-from moireid.designer.payload import payload_for_name, payload_from_hex, payload_from_key
+from moireid.designer.payload import payload_from_hex, payload_from_key, random_payload
 from moireid.designer.request import Request
 
 __all__ = [
@@ -22,7 +22,7 @@ __all__ = [
     "design_badge",
     "design_chart",
     "explain",
-    "payload_for_name",
     "payload_from_hex",
     "payload_from_key",
+    "random_payload",
 ]

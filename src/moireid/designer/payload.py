@@ -1,52 +1,49 @@
-"""The payload of a badge: given, or derived from the name.
+"""The payload of a badge: given, or drawn by chance.
 
-A derived payload gives the same badge for the same name, byte for byte.  It is not secret: everyone who knows a name
-can print its pattern, and only a registry knows which badge was issued.  `attempt` chooses the next payload where a
-registry has given the first one to somebody else.
+Everyone who knows a payload can print its pattern.  So a payload that nobody gave is drawn from the system's chance
+alone: no name, no seed and no clock enters it.
 """
 
 from __future__ import annotations
 
 import hashlib
+import secrets
 from pathlib import Path
 
-from moireid.designer.request import clean_name
 from moireid.errors import CodeError, SpecError
 
-#: Payload bytes of each code family, the usual one first.
 KEY_FILE_LIMIT = 65536
+#: Payload bytes of each code family, the usual one first.
 FAMILY_BYTES = {"spacing": (8, 16), "pitch": (3,)}
 
 
-def payload_for_name(name: str, *, attempt: int = 0, family: str = "spacing") -> bytes:
-    """Derive a payload from a name: the same name gives the same badge.
+def random_payload(size_bytes: int = 8) -> bytes:
+    """Draw an identity that nobody can guess.
 
     Parameters
     ----------
-    name : str
-        In any Unicode form, with or without space around it.
-    attempt : int
-        Counts on where a registry has given the first choice to somebody else.
-    family : {"spacing", "pitch"}
-        The code family, which sets the length.
+    size_bytes : int
+        8 or 16, or 3 for the pitch family's code.
 
     Returns
     -------
     bytes
-        8 bytes for the spacing family, 3 for the pitch family.
+        From the system's chance; no seed makes it again.
 
     Raises
     ------
-    SpecError
-        Where the name is empty, too long, or holds control characters.
+    CodeError
+        Where no code family carries so many bytes.
 
     Notes
     -----
-    Convention: this is no secret.  Whoever knows the name can derive it; only a registry says which badge was issued.
-    Source: the first bytes of SHA-256 over family, attempt and the name in Unicode NFC.
+    Convention: `size_bytes` are whole bytes of a payload, as `FAMILY_BYTES` lists them.
+    Source: `secrets.token_bytes`.
     """
-    seed = f"moireid/{family}/{attempt}/{clean_name(name)}"
-    return hashlib.sha256(seed.encode()).digest()[: FAMILY_BYTES[family][0]]
+    sizes = sorted(size for family in FAMILY_BYTES.values() for size in family)
+    if size_bytes not in sizes:
+        raise CodeError(f"a payload of {size_bytes!r} bytes is not possible; codes carry {', '.join(map(str, sizes))}")
+    return secrets.token_bytes(size_bytes)
 
 
 def payload_from_hex(text: str, *, family: str = "spacing") -> bytes:

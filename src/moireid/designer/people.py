@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from moireid.badge import Badge
-from moireid.designer.design import design_badge
-from moireid.designer.payload import payload_for_name, payload_from_hex
+from moireid.designer.drawn import HolderOf, drawn_badge
+from moireid.designer.payload import payload_from_hex
 from moireid.designer.request import Request, clean_name
 from moireid.errors import MoireIdError, SpecError
 
@@ -31,11 +31,12 @@ class Person:
 
 @dataclass(frozen=True)
 class Designed:
-    """A person and either the badge, or why there is none."""
+    """A person and either the badge, or why there is none; note: what there is to say of the badge."""
 
     person: Person
     badge: Badge | None = None
     fault: SpecError | None = None
+    note: str | None = None
 
 
 def read_people(people_csv: Path) -> list[Person]:
@@ -89,34 +90,55 @@ def parse_people(data: bytes, *, source: str = "the list") -> list[Person]:
     return people
 
 
-def design_people(people: Iterable[Person], request: Request, *, source: str = "the list") -> Iterator[Designed]:
+def design_people(
+    people: Iterable[Person], request: Request, *, holder_of: HolderOf | None = None, source: str = "the list"
+) -> Iterator[Designed]:
     """A badge for each person, in order, or the fault of that row.
 
-    If two rows have the same identity, the later one is at fault: people with the same name need different payloads.
+    An identity that the list does not give is drawn, once: going through the list again draws others.  If two rows have
+    the same identity, the later one is at fault; two rows of one name are a note.  `holder_of`: as for `drawn_badge`.
     """
     rows: dict[str, int] = {}
+    names: dict[str, int] = {}
     family = request.family or "spacing"
     for person in people:
         where = f"row {person.row} of {Path(source).name} ({person.name[:40]!r})"
         try:
             named = replace(request, name=clean_name(person.name))
-            given = payload_from_hex(person.payload, family=family) if person.payload else None
-            badge = design_badge(named, given or payload_for_name(named.name, family=family))
+            if person.payload:
+                drawn = drawn_badge(named, payload_from_hex(person.payload, family=family), None)
+            else:
+                drawn = drawn_badge(named, None, holder_of)
+                # Of 24 bits two people of a long list draw the same now and then.
+                while drawn.badge.id in rows:
+                    drawn = drawn_badge(named, None, holder_of)
         except MoireIdError as error:
             fault = SpecError(f"{where}: {error}")
             fault.__cause__ = error
             yield Designed(person, fault=fault)
             continue
+        badge = drawn.badge
         badge_id = badge.id or ""
         if badge_id in rows:
             fault = SpecError(
-                f"rows {rows[badge_id]} and {person.row} of {Path(source).name} give one identity, {badge_id}; for two "
-                "people of one name give a column payload with 16 hex digits"
+                f"rows {rows[badge_id]} and {person.row} of {Path(source).name} give one identity, {badge_id}; give "
+                "another payload in one of them, or none, and one is drawn"
             )
             yield Designed(person, fault=fault)
             continue
         rows[badge_id] = person.row
-        yield Designed(person, badge)
+        twin = names.setdefault(badge.name, person.row)
+        alike = f"rows {twin} and {person.row} bear the name {badge.name[:40]!r}, and each gets a badge of its own"
+        yield Designed(person, badge, note=drawn.note if twin == person.row else alike)
+
+
+def without_held(designed: Iterable[Designed], request: Request, holder_of: HolderOf) -> Iterator[Designed]:
+    """The same, once the registry can be asked: an identity that was drawn, and that somebody holds, is drawn anew."""
+    for one in designed:
+        if one.badge is None or one.person.payload or holder_of(one.badge.id or "") is None:
+            yield one
+        else:
+            yield replace(one, badge=drawn_badge(replace(request, name=one.badge.name), None, holder_of).badge)
 
 
 def badges_of(designed: Iterable[Designed]) -> list[Badge]:

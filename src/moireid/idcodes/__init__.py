@@ -7,10 +7,12 @@ beats.py    uniform cells and their beat levels
 pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
 spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 families.py  both families by name
+name_derived.py  identities that early versions made from a name
 """
 
 from moireid.idcodes.families import family_named, spells_its_id
 from moireid.idcodes.family import CellReading, CodeFamily, Decoded
+from moireid.idcodes.name_derived import is_name_derived
 from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
@@ -24,5 +26,6 @@ __all__ = [
     "PitchFamily",
     "SpacingFamily",
     "family_named",
+    "is_name_derived",
     "spells_its_id",
 ]

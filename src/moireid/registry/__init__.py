@@ -11,6 +11,7 @@ log.py         the log's entries, their chain, and the head
 schema.py      the tables, their version, and their check on opening
 ledger.py      transactions that write table and log together, one writer after the other
 claims.py      from a name or an id to the one record it means
+look_alikes.py names that the eye takes for one another
 claimed.py     the badge that a claim means; whom identification may find
 store.py       the Registry: enroll, find, list, revoke, and calls to the rest
 batch.py       many badges at once
@@ -20,7 +21,7 @@ transfer/      a registry to a JSON file, and back
 
 from moireid.registry.audit import Audit, Finding
 from moireid.registry.batch import Batch
-from moireid.registry.claimed import Claimed, People, claimed
+from moireid.registry.claimed import Claimed, People, claimed, claimed_by_file
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
 from moireid.registry.transfer.merge import Import
@@ -36,6 +37,7 @@ __all__ = [
     "Record",
     "Registry",
     "claimed",
+    "claimed_by_file",
     "default_url",
     "import_registry",
     "open_registry",

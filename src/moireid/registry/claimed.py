@@ -5,12 +5,19 @@ The command line and the studio both use this, so that a claim has the same mean
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge
+from moireid.errors import RegistryError
+from moireid.provenance import FROM_FILE, Provenance
+from moireid.registry.record import Record
 from moireid.registry.store import Registry
+
+#: So many people of names that look alike are named.
+MOST_ALIKE = 3
 
 
 @dataclass(frozen=True)
@@ -25,11 +32,14 @@ class Claimed:
         Its figures as measured at enrolment; None where it was never measured.
     revoked : str or None
         Why it was revoked; None where it was not.
+    provenance : Provenance
+        Whether the registry vouches for it, or a file names it.
     """
 
     badge: Badge
     as_built: AsBuilt | None = None
     revoked: str | None = None
+    provenance: Provenance = FROM_FILE
 
 
 def claimed(registry: Registry, claim: str) -> Claimed:
@@ -50,11 +60,55 @@ def claimed(registry: Registry, claim: str) -> Claimed:
     Raises
     ------
     RegistryError
-        As `Registry.find`: nobody, or several people.
+        As `Registry.find`: nobody, or several people.  It tells of people whose names look like the claimed one.
     """
-    record = registry.find(claim)
+    try:
+        record = registry.find(claim)
+    except RegistryError as error:
+        if error.details.get("ids") == [] and (alike := _alike(registry, claim)):
+            text = f"{error}; but it looks like {' and '.join(alike)}, whose name is written in other letters"
+            raise RegistryError(text, **error.details | {"alike": alike}) from error
+        raise
+    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name)))
+
+
+def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
+    """The badge of a file; the registry's own badge where the file's identity is enrolled, so that its name counts.
+
+    Parameters
+    ----------
+    registry : Registry
+        An open registry.
+    badge : Badge
+        As the file has it; its name is nobody's word.
+
+    Returns
+    -------
+    Claimed
+        Its provenance says which of the two it is, and keeps a name in the file that differs from the registry's.
+
+    Raises
+    ------
+    RegistryError
+        Where the record is not as the authority signed it.
+    """
+    record = registry.by_id(badge.id) if badge.id else None
+    if record is None:
+        return Claimed(badge)
+    name = unicodedata.normalize("NFC", badge.name).strip()
+    other = badge.name if name != record.name.strip() else None
+    return _of_record(record, Provenance("registry", other, _alike(registry, record.name)))
+
+
+def _of_record(record: Record, provenance: Provenance) -> Claimed:
     as_built = as_built_from_json(record.as_built) if record.as_built else None
-    return Claimed(record.badge, as_built, record.revoked_reason)
+    return Claimed(record.badge, as_built, record.revoked_reason, provenance)
+
+
+def _alike(registry: Registry, name: str) -> tuple[str, ...]:
+    """Enrolled people of other names that look like this one: name and id."""
+    found = [one for alike in registry.look_alikes([name]).values() for one in alike]
+    return tuple(f"{one.name} ({one.id})" for one in found[:MOST_ALIKE])
 
 
 @dataclass(frozen=True)

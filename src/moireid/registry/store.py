@@ -23,6 +23,7 @@ from moireid.registry.canonical import utc_now
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
+from moireid.registry.look_alikes import alike_among
 from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_alike, select_layouts, select_records
 from moireid.registry.transfer.export import export_json
@@ -306,6 +307,16 @@ class Registry:
         """
         rows = self._ledger.rows(select_alike(parts).limit(MOST_ALIKE + 1)) if parts else []
         return [row.id for row in rows] if len(rows) <= MOST_ALIKE else []
+
+    def look_alikes(self, names: Iterable[str]) -> dict[str, list[Record]]:
+        """Name -> the records whose names look like it and are others; names that look like nobody's are left out.
+
+        Source: `look_alikes.skeleton`, of every name there is: half a second where 100,000 are enrolled.
+        """
+        with self._ledger.snapshot() as connection:
+            known = connection.execution_options(yield_per=PAGE).execute(select(badges.c.id, badges.c.name_nfc))
+            found = alike_among(names, ((row.id, row.name_nfc) for row in known))
+        return {name: [record for one in ids if (record := self.by_id(one))] for name, ids in found.items()}
 
     def records(self) -> Iterator[Record]:
         """Go through all records by name, then id.

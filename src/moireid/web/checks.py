@@ -11,7 +11,8 @@ from fastapi.concurrency import run_in_threadpool
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.lenticule import view_law
-from moireid.registry import Claimed, Registry, claimed
+from moireid.registry import Claimed, Registry, claimed, claimed_by_file
+from moireid.verifier.report.page import holder_words
 from moireid.web.auth.roles import Visitor
 from moireid.web.jobs.queue import Job
 from moireid.web.jobs.task import Law
@@ -53,7 +54,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
             studio.jobs.submit(job, form.video, **studio.for_children, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
-        job.label = found.badge.name or "a board without a name"
+        job.label = holder_words(found.badge.name, found.badge.id, found.provenance.source)
         studio.jobs.submit(
             job,
             form.video,
@@ -73,9 +74,10 @@ def find_claimed(registry: Registry, claim: str) -> Claimed:
     except RegistryError as error:
         ids = error.details.get("ids")
         if ids == []:
-            raise Refusal(
-                404, "no_claim", f"Nobody named {claim[:80]!r} is in the registry, and no badge has such an id."
-            ) from error
+            text = f"Nobody named {claim[:80]!r} is in the registry, and no badge has such an id."
+            if alike := error.details.get("alike"):
+                text += f" The name looks like {' and '.join(alike)}, but is written in other letters."  # type: ignore[arg-type]
+            raise Refusal(404, "no_claim", text) from error
         if ids:
             raise Refusal(409, "ambiguous", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
         raise
@@ -94,9 +96,10 @@ def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]
         )
     if "claim" in given:
         found = find_claimed(studio.registry, given["claim"])
-        return found, _laws([found.badge])
+    else:
+        found = claimed_by_file(studio.registry, badge_from_json(given["badge"]))
     # The law of a visitor's own badge file is traced in the film's process, which has limits.
-    return Claimed(badge_from_json(given["badge"])), []
+    return found, _laws([found.badge]) if found.provenance.source == "registry" else []
 
 
 def _focal(text: str | None) -> float | None:
@@ -111,8 +114,10 @@ def _focal(text: str | None) -> float | None:
     return value
 
 
-def _truth(text: str | None) -> bool:
-    if text is None or text.lower() in ("false", "0", "off"):
+def _truth(text: str | None) -> bool | None:
+    if text is None:
+        return None
+    if text.lower() in ("false", "0", "off"):
         return False
     if text.lower() in ("true", "1", "on"):
         return True

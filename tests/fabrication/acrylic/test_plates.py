@@ -19,8 +19,9 @@ import numpy as np
 import pytest
 
 from kit.mounting import board_of, framed, sight_volume
+from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic import cutting, dxf, svg
 from moireid.fabrication.acrylic.contour import Contour

@@ -22,8 +22,9 @@ import pytest
 import trimesh
 
 from kit.mounting import board_of, box, framed, sight_volume
+from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.errors import FabricationError, MissingExtraError, SpecError
 from moireid.fabrication import meshes, solids
 from moireid.fabrication.printed import mount

@@ -24,9 +24,10 @@ import math
 import numpy as np
 import pytest
 
+from kit.payloads import payload_for_name
 from kit.rendered_frames import analytic_frame, beyond_law_rad, cut, pixels_of, seen_from, turn_rad
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.light import LIGHTS, Light
 from moireid.simulate.mitsuba.renderer import MitsubaRenderer

@@ -23,6 +23,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from kit.payloads import payload_for_name
 from kit.rendered_frames import (
     REFERENCE_RAYS,
     Crop,
@@ -34,7 +35,7 @@ from kit.rendered_frames import (
     turn_rad,
 )
 from moireid.badge import Badge, Lens
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError, SpecError
 from moireid.lenticule import landing_mm
 from moireid.simulate.analytic.renderer import Rendered

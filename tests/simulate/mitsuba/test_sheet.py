@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from kit.payloads import payload_for_name
 from moireid.badge import Badge, Lens
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 from moireid.simulate.cameras import Camera
 from moireid.simulate.mitsuba.renderer import MitsubaRenderer

@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from kit.numeric_films import FOCAL, FRAMES, TYPICAL, Building, filmed
+from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name, payload_from_hex
+from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.cell_phase import uniform_fields
 from moireid.verifier.identity.decode import Identity, judge_identity, read_identity

@@ -13,12 +13,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from kit.payloads import payload_for_name
 from kit.portrait import AT_PX, FACE_MM, SIZE_PX, portrait
 from kit.report_faults import faults
 from moireid.badge import Badge
 from moireid.bench.live.film import answer, frames
 from moireid.cli.main import moireid as program
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError
 from moireid.simulate.recording.encode import FilmWriter, recipe_for
 from moireid.verifier import verify

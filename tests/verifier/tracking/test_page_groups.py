@@ -15,8 +15,9 @@ import pytest
 
 from kit.coded_films import written
 from kit.drawn_pages import MARKERS, draw, filmed, seen_from
+from kit.payloads import payload_for_name
 from moireid.badge import Badge
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.scene import Build, Camera, Scene

@@ -20,10 +20,11 @@ import httpx
 import pytest
 from click.testing import CliRunner
 
+from kit.payloads import payload_for_name
 from kit.webbing import Visit, studio
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
-from moireid.designer import Request, design_badge, payload_for_name
+from moireid.designer import Request, design_badge
 from moireid.web.pages.preview_law import preview_law
 
 #: Small boards are quickly made, and four are on a sheet.
@@ -100,12 +101,16 @@ def test_a_check_shows_the_budget_the_choice_and_the_law_and_issues_nothing(visi
     """Catches: a preview of another badge or of made-up numbers, a check that issues, a budget without its figures."""
     answer = visit.ask("POST", "/issue", "issuer", data={"name": "Check Me", "do": "check"})
     assert answer.status_code == 200
-    badge = design_badge(Request("Check Me"), payload_for_name("Check Me"))
-    law = Markup(answer.text).law
+    shown = Markup(answer.text)
+    badge, law = design_badge(Request("Check Me"), bytes.fromhex(shown.fields["drawn"])), shown.law
     assert law is not None and json.loads(law) == json.loads(json.dumps(preview_law(badge)))
     for words in (badge.id, "64 bits", "0.8 to 2.5 m", "more than 9,999 of 10,000", "mount.stl", "reference row"):
         assert words in html.unescape(answer.text)
     assert visit.studio.registry.by_id(badge.id or "") is None
+    # What was shown is what is issued then.
+    wish = {"name": "Check Me", "mount": "none", "drawn": badge.id or "", "do": "issue"}
+    moved = visit.ask("POST", "/issue", "issuer", data=wish)
+    assert done(visit, moved.headers["location"].rsplit("/", 1)[1])["result"]["id"] == badge.id
 
 
 @pytest.mark.parametrize(
@@ -174,8 +179,11 @@ def test_issuing_makes_one_archive_and_the_record_together(visit: Visit) -> None
     own = visit.ask("POST", "/api/badges", "admin", json=order("Grace Hopper")).json()["id"]
     # An admin may also verify, and a package is no verdict.
     assert done(visit, own, "admin")["state"] == "done" and visit.ask("GET", f"/verify/{own}").status_code == 404
-    again = done(visit, visit.ask("POST", "/api/badges", "issuer", json=order("Grace Hopper")).json()["id"])
+    same = order("Grace Hopper") | {"payload": badge_id}
+    again = done(visit, visit.ask("POST", "/api/badges", "issuer", json=same).json()["id"])
     assert again["result"]["already_issued"] and not told["result"]["already_issued"]
+    another = done(visit, visit.ask("POST", "/api/badges", "issuer", json=order("Grace Hopper")).json()["id"])
+    assert another["result"]["id"] not in (badge_id, None)
 
 
 def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> None:
@@ -185,8 +193,13 @@ def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> N
     registry.enroll(first)
     count = registry.count()
     wish = {"name": "Two Of Us", "do": "issue"}
-    same = visit.ask("POST", "/issue", "issuer", data=wish)
+    same = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": first.id or ""})
     assert same.status_code == 200 and "This same badge was already issued" in same.text
+    assert "anybody who knows the name can print this badge" in same.text
+    twin = visit.ask("POST", "/issue", "issuer", data=wish)
+    assert twin.status_code == 200 and "Another badge has this name already" in twin.text
+    cyrillic = visit.ask("POST", "/issue", "issuer", data=wish | {"name": "Two \u041ef Us"})
+    assert cyrillic.status_code == 200 and "This name looks like that of" in cyrillic.text and first.id in cyrillic.text
     other = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": "0123456789abcdef"})
     assert other.status_code == 200 and "Another badge has this name already" in other.text and first.id in other.text
     assert registry.count() == count
@@ -221,7 +234,8 @@ def test_an_event_is_understood_row_by_row_and_issued_as_one_archive(visit: Visi
         return visit.ask("POST", "/issue/event", "issuer", data=fields, files={"people_file": ("", b"")})
 
     count = visit.studio.registry.count()
-    faulty = page("name,payload\nGood One,\n,0123\n\nTwice,\nTwice,\nHex,xyz\n" + "L" * 201 + ",\n")
+    twice = "One,0123456789abcdee\nOther,0123456789abcdee\n"
+    faulty = page(f"name,payload\nGood One,\n,0123\n\n{twice}Hex,xyz\n" + "L" * 201 + ",\n")
     assert faulty.status_code == 422 and "4 of 6 rows" in faulty.text
     for words in ("row 3 of", "rows 5 and 6 of", "row 7 of", "row 8 of"):
         assert words in faulty.text
@@ -245,8 +259,10 @@ def test_an_event_is_understood_row_by_row_and_issued_as_one_archive(visit: Visi
         assert record is not None and record.name == row["name"]
         assert f"event/{row['folder']}/badge.json" in files
     assert visit.ask("GET", f"/issue/jobs/{job}", "issuer").text.count("<bdi>") == 5
-    # The very same list again is told, and issues nothing new.
-    assert "issued already on" in page(listed, do="check").text
+    # The very same badges again are told, and nothing new is issued.
+    known = "name,payload\n" + "".join('"' + row["name"].replace('"', '""') + f'",{row["id"]}\n' for row in rows)
+    assert page(known, do="check").text.count("issued already on") == 5
+    assert "drawn when it is issued" in page(listed, do="check").text
 
 
 def test_a_list_comes_as_a_file_too_and_a_large_one_is_refused(visit: Visit) -> None:

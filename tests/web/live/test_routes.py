@@ -47,7 +47,8 @@ def pictures(ada: Badge) -> list[np.ndarray]:
 
 @pytest.fixture(scope="module")
 def ada() -> Badge:
-    from moireid.designer import Request, design_badge, payload_for_name
+    from kit.payloads import payload_for_name
+    from moireid.designer import Request, design_badge
 
     return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
 

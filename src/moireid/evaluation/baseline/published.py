@@ -34,7 +34,7 @@ from moireid.verifier.limits import WINDOW_FRAMES
 from moireid.verifier.motion.figures import pearson, window_correlations
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, json_number, worst
-from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.result import Report
 from moireid.verifier.tracking.markers import marker_corners_mm
 from moireid.verifier.tracking.track import no_track
@@ -91,6 +91,7 @@ def verify_published(
     if claim.badge_id is not None:
         text = "The published pipeline does not read identities, so it cannot say whose badge this is."
         reasons += (Reason("identity", "undecided", None, None, "", text),)
+    reasons += claim_reasons(claim, identity)
     total_s = round(time.perf_counter() - begun, 4)
     return Report(
         worst(list(reasons)),
@@ -104,6 +105,7 @@ def verify_published(
         no_track(claim.badge, read, (film.width, film.height)),
         None,
         pipeline="published",
+        claim_source=claim.provenance.source if claim.provenance else None,
     )
 
 

@@ -35,7 +35,7 @@ from moireid.verifier.live.challenge import (
 from moireid.verifier.live.clock import MOST_LATE, BoundedClock
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
-from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.streaming import Running, Verifier
 from moireid.verifier.tracking.markers import marker_corners_mm
@@ -106,6 +106,7 @@ class LiveCheck:
         identity, built_reasons = identity_of(chapters)
         invariant = invariant_of(chapters)
         reasons = invariant.reasons + identity.reasons + built_reasons + self._verifier.others
+        reasons += claim_reasons(self._claim, identity)
         overlap = None
         if self._prompts is not None:
             overlap = self._watch.judge(self._verifier.judged.tracker, chapters)
@@ -118,6 +119,7 @@ class LiveCheck:
             "verdict": worst(list(reasons)),
             "challenged": self._prompts is not None,
             "reasons": [reason.to_json() for reason in reasons],
+            "claim_source": self._claim.provenance.source if self._claim.provenance else None,
             "invariant": invariant.to_json(),
             "identity": identity.to_json(),
             "overlap": overlap.to_json() if overlap else None,

@@ -30,8 +30,13 @@ SAYS_NOT = (
 )
 
 
-def words_of(verdict: str, invariant: str, identity: str) -> str:
-    """A verdict in one sentence; invariant, identity: the verdicts on these two."""
+def words_of(verdict: str, invariant: str, identity: str, source: str | None = None) -> str:
+    """A verdict in a sentence or two; invariant, identity: the verdicts on these two; source: of the claim.
+
+    Convention: nobody vouches for a name in a file, so with a file a badge is accepted and never a person.
+    """
+    if verdict == "accept" and identity == "match" and source == "file":
+        return "The film shows the badge of the file that was given. Nobody vouches for the name in that file."
     if verdict == "accept" and identity == "not_claimed":
         return "The fringes moved as only a real badge's do. No identity was claimed."
     if verdict == "reject" and invariant == "reject":
@@ -39,6 +44,15 @@ def words_of(verdict: str, invariant: str, identity: str) -> str:
     if verdict == "reject" and invariant == "accept" and identity == "mismatch":
         return "The fringes moved as only a real badge's do, but it is not the badge that is claimed."
     return WORDS[verdict]
+
+
+def holder_words(name: str, badge_id: str | None, source: str | None) -> str:
+    """Whose badge is claimed, and on whose word."""
+    if badge_id is None:
+        return f"{name or 'unnamed board'} (no identity)"
+    if source == "file":
+        return f"badge {badge_id}, named {name!r} (from a file, not from a registry)"
+    return f"{name} ({badge_id})"
 
 
 def report_paths(folder: Path) -> list[Path]:
@@ -131,12 +145,13 @@ def render_page(report: Report, pictures: Pictures | None = None) -> str:
     shown = pictures or pictures_of(report)
     template = resources.files("moireid.verifier.report").joinpath("report.html.j2").read_text(encoding="utf-8")
     environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    words = words_of(report.verdict, report.invariant.verdict, report.identity.verdict)
+    words = words_of(report.verdict, report.invariant.verdict, report.identity.verdict, report.claim_source)
     picture = "data:image/png;base64," + base64.b64encode(shown.badge_png).decode() if shown.badge_png else None
     return environment.from_string(template).render(
         report=report,
         data=report.to_json(),
         words=words,
+        holder=holder_words(report.badge.name, report.identity.claimed_id, report.claim_source),
         plots=shown.plots,
         picture=picture,
         timeline=shown.timeline,

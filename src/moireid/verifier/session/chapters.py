@@ -38,6 +38,12 @@ OVERLAP_FRAMES = 240
 #: drifts.
 PIECE_FRAMES = OVERLAP_FRAMES
 
+NOT_TOLD = (
+    "The film does not show whether this is the enrolled badge or a copy; film it nearer and with more motion, or let "
+    "copies pass (--no-require-original)."
+)
+NOT_ENROLLED = "Nobody measured this badge as built, so it cannot be told from a copy; enroll it with --capture."
+
 
 @dataclass(frozen=True)
 class Chapter:
@@ -134,13 +140,15 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
     """The identity of all chapters together, and the findings on the badge as built.
 
     The first chapter that shows a copy decides; else the first with another identity than the claimed one; else the
-    first that reads an identity.
+    first that reads an identity, and of those rather one that shows the original.
     """
     order = {"mismatch": 0, "match": 1, "not_claimed": 2, "unreadable": 3}
 
-    def rank(chapter: Chapter) -> tuple[bool, int, bool]:
-        copy = chapter.identity.built == "copy"
-        return not copy, order[chapter.identity.verdict], chapter.identity.decoded_id is None
+    built_order = {"copy": 0, "original": 1, "not_known": 2}
+
+    def rank(chapter: Chapter) -> tuple[bool, int, bool, int]:
+        built = chapter.identity.built
+        return built != "copy", order[chapter.identity.verdict], chapter.identity.decoded_id is None, built_order[built]
 
     first = min(chapters, key=rank)
     found = sorted({chapter.identity.decoded_id for chapter in chapters if chapter.identity.decoded_id})
@@ -200,13 +208,13 @@ def _judge_built(
     if as_built is not None and identity.verdict == "match" and invariant.verdict == "accept":
         comparison = compare_built(measure_built(track, measurement, invariant), as_built, track.badge)
         identity, reasons = replace(identity, built=comparison.built), comparison.reasons
-    if not claim.require_original or identity.verdict != "match":
+    if not claim.original_required or identity.verdict != "match":
         return identity, reasons
     level: Level = "pass" if identity.built == "original" else "fail" if identity.built == "copy" else "undecided"
     text = {
         "original": "This is the badge that was enrolled, and not a copy of it.",
         "copy": "This is a copy of the enrolled badge, and the original is required.",
-    }.get(identity.built, "The film does not show whether this is the enrolled badge or a copy.")
+    }.get(identity.built, NOT_TOLD if as_built else NOT_ENROLLED)
     return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
 
 

@@ -1,4 +1,4 @@
-"""What a film is checked against."""
+"""What a film is checked against, and what is known of the claim itself."""
 
 from __future__ import annotations
 
@@ -6,7 +6,11 @@ from dataclasses import dataclass
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
+from moireid.idcodes import is_name_derived
+from moireid.provenance import Provenance
+from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
+from moireid.verifier.reasons import Reason
 
 
 @dataclass(frozen=True)
@@ -23,8 +27,10 @@ class Claim:
         Focal length of the film's camera, px; None where it is not known, and it is then estimated.
     as_built : AsBuilt, optional
         Figures of the badge as it was measured when it was enrolled.
-    require_original : bool
-        Reject a copy, and leave open what cannot be told from one.
+    require_original : bool, optional
+        Reject a copy, and leave open what cannot be told from one; None does so where `as_built` is known.
+    provenance : Provenance, optional
+        Where the claim comes from; None where a program makes it of its own.
     cover_share : float
         Share of the film, 0 to 1, that the verdict must be of; with less it is inconclusive.
     """
@@ -33,5 +39,65 @@ class Claim:
     badge_id: str | None = None
     focal_px: float | None = None
     as_built: AsBuilt | None = None
-    require_original: bool = False
+    require_original: bool | None = None
+    provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
+
+    @property
+    def original_required(self) -> bool:
+        """Whether a copy is to be rejected."""
+        return self.as_built is not None if self.require_original is None else self.require_original
+
+
+def claim_reasons(claim: Claim, identity: Identity) -> tuple[Reason, ...]:
+    """Findings on the claim, whatever the film shows: whose word it is, and who else could have this badge."""
+    if claim.badge_id is None:
+        return ()
+    found = [_source(claim), _name(claim), _look_alike(claim), _name_derived(claim), _copyable(claim, identity)]
+    return tuple(reason for reason in found if reason is not None)
+
+
+def _source(claim: Claim) -> Reason | None:
+    if claim.provenance is None or claim.provenance.source == "registry":
+        return None
+    text = f"The claim is from a file, not from a registry: nobody vouches for the name in it, {claim.badge.name!r}."
+    return Reason("claim_source", "note", "file", "registry", "", text)
+
+
+def _name(claim: Claim) -> Reason | None:
+    other, name = claim.provenance.file_name if claim.provenance else None, claim.badge.name
+    if other is None:
+        return None
+    text = f"The file gives badge {claim.badge_id} the name {other!r}; the registry holds it under the name {name!r}."
+    return Reason("name", "fail", other, name, "", text)
+
+
+def _look_alike(claim: Claim) -> Reason | None:
+    alike = claim.provenance.alike if claim.provenance else ()
+    if not alike:
+        return None
+    text = (
+        f"The name {claim.badge.name!r} looks like that of {' and '.join(alike)}, who is enrolled too and written in "
+        "other letters; compare the identities."
+    )
+    return Reason("look_alike", "note", float(len(alike)), 0.0, "people", text)
+
+
+def _name_derived(claim: Claim) -> Reason | None:
+    if not is_name_derived(claim.badge):
+        return None
+    text = (
+        "This badge's identity was made from the name, as early versions did: anybody who knows the name can print "
+        "this badge. Issue another."
+    )
+    return Reason("name_derived", "note", claim.badge_id, None, "", text)
+
+
+def _copyable(claim: Claim, identity: Identity) -> Reason | None:
+    if claim.as_built is not None or identity.verdict != "match":
+        return None
+    text = (
+        "This badge is copyable: it was not enrolled with a film of it (--capture), so whoever has its files can print "
+        "the same badge, and no film tells the two apart."
+    )
+    return Reason("copyable", "note", None, None, "", text)

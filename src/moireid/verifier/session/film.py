@@ -12,8 +12,9 @@
 Steps 3 to 7 run chapter by chapter (`chapters`); a film of up to half a minute is one chapter.
 
 Policy: the invariant and the identity must both hold.  If either fails, the film is rejected; if either is in doubt,
-the verdict is inconclusive. A copy is reported, and rejected where the policy asks for the original. With the overlap
-protocol, the badge must also pass in front of the face, and obey the law there (`overlap`).
+the verdict is inconclusive. A copy is reported, and rejected where the policy asks for the original, which it does by
+default for a badge that is known as built. With the overlap protocol, the badge must also pass in front of the face,
+and obey the law there (`overlap`).
 If several badges are in view, the verdict is about one of them (`badge_session`); the report gives its place.
 """
 
@@ -27,7 +28,7 @@ from moireid.badge import Badge
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
-from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.cover import cover_finding
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
@@ -93,6 +94,7 @@ def verify(
     cover = seen.verifier.cover
     if seen.tracked:
         reasons += (cover_finding(cover, claim.cover_share),)
+    reasons += claim_reasons(claim, identity)
     if revoked is not None:
         reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
     verdict = worst(list(reasons))  # 8
@@ -116,6 +118,7 @@ def verify(
         region=judged.region(),
         overlap=overlapped,
         cover=cover,
+        claim_source=claim.provenance.source if claim.provenance else None,
     )
 
 

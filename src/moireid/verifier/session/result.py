@@ -8,6 +8,7 @@ from typing import Any
 
 from moireid import __version__
 from moireid.badge import Badge
+from moireid.provenance import Source
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.judge import Invariant
@@ -57,6 +58,8 @@ class Report:
         Whether the badge passed before the face; None where that was not asked for.
     cover : Cover or None
         Of which seconds the verdict speaks; None by a method that does not say.
+    claim_source : {"registry", "file"} or None
+        Who named the badge's holder; None where nothing was claimed, or a program made the claim.
 
     Notes
     -----
@@ -80,6 +83,7 @@ class Report:
     region: dict[str, Any] | None = None
     overlap: Overlap | None = None
     cover: Cover | None = None
+    claim_source: Source | None = None
 
     @property
     def badge(self) -> Badge:
@@ -101,6 +105,7 @@ class Report:
             "reasons": [reason.to_json() for reason in self.reasons],
             "invariant": self.invariant.to_json(),
             "identity": self.identity.to_json(),
+            "claim_source": self.claim_source,
             "badge": {"id": self.badge.id, "name": self.badge.name},
             "camera": {
                 "focal_px": json_number(camera.focal_px),

@@ -44,6 +44,8 @@ class CheckAnswer(BaseModel):
     name: str
     already_issued: bool = Field(description="This very badge is in the registry already.")
     namesakes: list[str] = Field(description="Ids of other badges of that name.")
+    look_alikes: list[str] = Field(description="Ids of badges whose names look like it, in other letters.")
+    name_derived: bool = Field(description="The identity is made from the name: whoever knows it can print this badge.")
     explain: dict[str, str]
     link_budget: list[Link]
     files: list[str] = Field(description="Files of the mount.")
@@ -63,7 +65,10 @@ class AsBuiltAnswer(BaseModel):
 
 @router.post("/check", responses=problem_responses(400, 413))
 def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
-    """What would be made of an order: the badge, its link budget, and what could not be made."""
+    """What would be made of an order: the badge, its link budget, and what could not be made.
+
+    An identity that the order does not name is drawn; give the answer's `id` as `payload` to issue this very badge.
+    """
     found = checked(order, studio_of(request).registry)
     links = [
         Link(
@@ -79,6 +84,8 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
         name=found.badge.name,
         already_issued=found.holder is not None,
         namesakes=[record.id for record in found.namesakes],
+        look_alikes=[record.id for record in found.look_alikes],
+        name_derived=found.name_derived,
         explain=dict(found.rows),
         link_budget=links,
         files=list(found.files),
@@ -93,8 +100,8 @@ def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
     """Issue a badge and make its package: a job, whose end offers package.zip."""
     studio = studio_of(request)
     # Checked now, so that a faulty order is refused before a job begins.
-    checked(order, studio.registry)
-    return status_of(start_badge(studio, order, visitor.id))
+    found = checked(order, studio.registry)
+    return status_of(start_badge(studio, order.of(found.badge), visitor.id))
 
 
 @router.get("/jobs/{job_id}", responses=problem_responses(404))

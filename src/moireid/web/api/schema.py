@@ -29,7 +29,10 @@ FIELDS: dict[str, dict[str, Any]] = {
     "claim": {"type": "string", "description": "name or id of the person whose badge it is said to be"},
     "badge": {"type": "string", "description": "a badge.json in place of a claim"},
     "focal_px": {"type": "number", "minimum": 50, "maximum": 100000, "description": "solved over the film if absent"},
-    "require_original": {"type": "boolean", "description": "reject a copy of the badge that was enrolled"},
+    "require_original": {
+        "type": "boolean",
+        "description": "whether to reject a copy; if absent, where the badge was enrolled with a film",
+    },
     "kind": {"enum": ["verify", "identify"], "default": "verify"},
 }
 

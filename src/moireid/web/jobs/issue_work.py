@@ -2,7 +2,8 @@
 
 The functions are called through `work.WORK`, with the file of the order and with callbacks for progress and results.
 They write to the present folder.  A badge is issued together with its files, as by `print-your-badge --registry`.
-If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new.
+If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new, if
+it gives the identities.
 """
 
 from __future__ import annotations
@@ -15,10 +16,11 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from moireid.designer.free import free_badge
-from moireid.designer.people import badges_of, design_people, parse_people
+from moireid.designer.drawn import drawn_badge
+from moireid.designer.people import Designed, badges_of, design_people, parse_people
 from moireid.errors import SpecError
-from moireid.registry import Registry, open_registry
+from moireid.idcodes import is_name_derived
+from moireid.registry import Record, Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE
 from moireid.web.jobs.orders import Order, Wish
 
@@ -40,7 +42,8 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
     order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
     folder, steps = Path("badge"), count(1)
     with server_registry(registry_url, keys) as registry:
-        badge, holder = free_badge(order.request(order.name), order.chosen(), registry.by_id)
+        drawn = drawn_badge(order.request(order.name), order.chosen(), registry.by_id)
+        badge, holder = drawn.badge, drawn.holder
         most = len(file_names(plan_parts(badge, order.mount)))
         printed = print_badge(
             badge,
@@ -76,7 +79,8 @@ def issue_event(
 
     wanted, folder = Wish.model_validate(wish), Path("event")
     with server_registry(registry_url, keys) as registry:
-        badges = badges_of(design_people(parse_people(people_csv.read_bytes()), wanted.request("Everybody")))
+        people, request = parse_people(people_csv.read_bytes()), wanted.request("Everybody")
+        badges = badges_of(design_people(people, request, holder_of=registry.by_id))
         event = print_event(
             badges, folder, mount=wanted.mount, before_moving=lambda: registry.enroll_many(badges), progress=progress
         )
@@ -105,7 +109,8 @@ def server_registry(url: str, keys: str) -> Registry:
 
 
 def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[str, Any]]:
-    """How a list was understood, row by row: row, name, id (None where there is a fault), fault, note.
+    """How a list was understood, row by row: row, name, id (None where there is a fault, or it will be drawn), fault,
+    note.
 
     Raises: SpecError where the list as a whole cannot be read, or names too many.
     """
@@ -115,27 +120,33 @@ def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[s
             f"the list names {len(people)} people, and {MOST_AT_AN_EVENT} can be issued from a page at once; split it, "
             "or use print-your-badge --people"
         )
-    return [
-        _row(one.person.row, one.person.name, one.badge, str(one.fault) if one.fault else None, registry)
-        for one in design_people(people, wish.request("Everybody"))
-    ]
+    designed = list(design_people(people, wish.request("Everybody"), holder_of=registry.by_id))
+    alike = registry.look_alikes(one.badge.name for one in designed if one.badge)
+    return [_row(one, registry, alike.get(one.badge.name, []) if one.badge else []) for one in designed]
 
 
-def _row(row: int, name: str, badge: Any, fault: str | None, registry: Registry) -> dict[str, Any]:
-    """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too."""
-    note = None
-    if badge is not None:
-        holder = registry.by_id(badge.id)
-        if holder is not None and holder.revoked_at is not None:
-            fault = f"row {row} ({name[:40]!r}): badge {badge.id} was revoked; give another payload in that row"
-        elif holder is not None and holder.badge != badge:
-            fault = (
-                f"row {row} ({name[:40]!r}): badge {badge.id} is held by {holder.name!r} and is another badge; give "
-                "another payload in that row"
-            )
-        elif holder is not None:
-            note = f"issued already on {holder.issued_at[:10]}; its files are made again"
-    return {"row": row, "name": name, "id": None if fault or badge is None else badge.id, "fault": fault, "note": note}
+def _row(one: Designed, registry: Registry, alike: list[Record]) -> dict[str, Any]:
+    """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too.
+
+    An identity that is drawn is drawn anew when the list is issued, so it is not told here.
+    """
+    row, name, badge, fault = one.person.row, one.person.name, one.badge, str(one.fault) if one.fault else None
+    notes = [one.note] if one.note else []
+    notes += [f"looks like {other.name} ({other.id}), in other letters" for other in alike[:1]]
+    holder = registry.by_id(badge.id or "") if badge is not None else None
+    if holder is not None and holder.revoked_at is not None:
+        fault = f"row {row} ({name[:40]!r}): badge {holder.id} was revoked; give another payload in that row"
+    elif holder is not None and holder.badge != badge:
+        fault = (
+            f"row {row} ({name[:40]!r}): badge {holder.id} is held by {holder.name!r} and is another badge; give "
+            "another payload in that row"
+        )
+    elif holder is not None:
+        notes.append(f"issued already on {holder.issued_at[:10]}; its files are made again")
+    if badge is not None and is_name_derived(badge):
+        notes.append("made from the name, so anybody who knows it can print this badge")
+    told = badge.id if badge is not None and one.person.payload and not fault else None
+    return {"row": row, "name": name, "id": told, "fault": fault, "note": "; ".join(notes) or None}
 
 
 def _pack(folder: Path, top: str) -> None:

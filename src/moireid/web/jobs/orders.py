@@ -14,12 +14,13 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from moireid.badge import Badge
 from moireid.designer import Request, explain, payload_from_hex
 from moireid.designer.design import link_budgets
-from moireid.designer.free import free_badge
+from moireid.designer.drawn import drawn_badge
 from moireid.designer.link import LinkBudget
 from moireid.designer.request import clean_name, parse_range_m
 from moireid.errors import RegistryError, SpecError
 from moireid.fabrication.page.lettering import missing_note
 from moireid.fabrication.parts import plan_parts
+from moireid.idcodes import is_name_derived
 from moireid.registry import Record, Registry
 
 #: Labels alone: the library would take the path of a lens profile too, and no visitor names a path.
@@ -60,11 +61,15 @@ class Order(Wish):
     """One person's badge."""
 
     name: str = Field(max_length=2000, description="The person's name; 200 letters at most are set on a badge.")
-    payload: str = Field("", max_length=200, description="The identity, 16 or 32 hex digits; else one is derived.")
+    payload: str = Field("", max_length=200, description="The identity, 16 or 32 hex digits; else one is drawn.")
 
     def chosen(self) -> bytes | None:
         """The payload that is asked for.  Raises: CodeError where it is none."""
         return payload_from_hex(self.payload.strip(), family="spacing") if self.payload.strip() else None
+
+    def of(self, badge: Badge) -> Order:
+        """The order of this very badge, so that whoever makes it draws no other identity."""
+        return self.model_copy(update={"payload": badge.id})
 
 
 @dataclass(frozen=True)
@@ -72,8 +77,9 @@ class Checked:
     """A badge that can be made, and what the visitor should know about it.
 
     rows: as `print-your-badge --explain`; links: link budget at each end of the range; holder: who already has this
-    same badge; namesakes: other badges issued to the name; files: names in the package; left_out: which of the two
-    mounts cannot be made, and why; note: about a name that no font can set.
+    same badge; namesakes: other badges issued to the name; look_alikes: badges of people whose names look like it;
+    files: names in the package; left_out: which of the two mounts cannot be made, and why; note: about a name that no
+    font can set; name_derived: whether everyone who knows the name can print this badge.
     """
 
     badge: Badge
@@ -81,9 +87,17 @@ class Checked:
     links: list[tuple[float, LinkBudget]]
     holder: Record | None
     namesakes: list[Record]
+    look_alikes: list[Record]
     files: tuple[str, ...]
     left_out: dict[str, str] = field(default_factory=dict)
     note: str | None = None
+    name_derived: bool = False
+
+    @property
+    def to_read(self) -> str | None:
+        """What the issuer must have read before this badge is issued, as a mark of it; None where there is nothing."""
+        told = self.holder or self.namesakes or self.look_alikes or self.name_derived
+        return f"{self.badge.id} {self.badge.name}" if told else None
 
 
 def checked(order: Order, registry: Registry) -> Checked:
@@ -91,7 +105,7 @@ def checked(order: Order, registry: Registry) -> Checked:
 
     Raises: SpecError, DesignError, CodeError, FabricationError or RegistryError, as the command does.
     """
-    badge, _ = free_badge(order.request(order.name), order.chosen(), registry.by_id)
+    badge = drawn_badge(order.request(order.name), order.chosen(), registry.by_id).badge
     holder = registry.by_id(badge.id or "")
     if holder is not None and holder.badge != badge:
         raise RegistryError(
@@ -105,9 +119,11 @@ def checked(order: Order, registry: Registry) -> Checked:
         link_budgets(badge),
         holder,
         namesakes,
+        registry.look_alikes([badge.name]).get(badge.name, []),
         parts.files,
         parts.left_out,
         missing_note([badge]),
+        is_name_derived(badge),
     )
 
 

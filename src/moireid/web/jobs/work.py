@@ -39,13 +39,13 @@ def verify_film(
     *,
     found: Claimed,
     focal_px: float | None = None,
-    require_original: bool = False,
+    require_original: bool | None = None,
     report: bool = False,
     laws: Sequence[Law] = (),
 ) -> None:
     """What `moireid verify --json` prints; with `report` also the files of `moireid verify --report`, and the plots."""
     _know(laws)
-    claim = Claim(found.badge, found.badge.id, focal_px, found.as_built, require_original)
+    claim = Claim(found.badge, found.badge.id, focal_px, found.as_built, require_original, found.provenance)
     made = verify(video, claim, revoked=found.revoked, progress=progress)
     tell({"result": made.to_json()})
     if not report:

@@ -79,7 +79,8 @@ def _session(talk: Talk, found: Claimed) -> None:
 
     # The running verdict has a thread of its own.
     with ThreadPoolExecutor(1, "verdict") as aside:
-        check = LiveCheck(Claim(found.badge, found.badge.id, as_built=found.as_built), draw=draw, aside=aside)
+        claim = Claim(found.badge, found.badge.id, as_built=found.as_built, provenance=found.provenance)
+        check = LiveCheck(claim, draw=draw, aside=aside)
         talk.tell({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:

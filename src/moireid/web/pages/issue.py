@@ -35,10 +35,12 @@ def issue(request: Request, sent: Sent, visitor: Issuer) -> Response:
     studio = studio_of(request)
     try:
         order: Order = read_fields(Order, sent.texts)
+        # What was drawn to be shown is what is issued then.
+        order = order if order.payload else order.model_copy(update={"payload": sent.texts.get("drawn", "")})
         found = checked(order, studio.registry)
-        untold = (found.holder or found.namesakes) and sent.texts.get("told") != found.badge.id
-        if sent.texts.get("do") == "issue" and not untold:
-            return RedirectResponse(f"/issue/jobs/{start_badge(studio, order, visitor.id).id}", 303)
+        told = found.to_read is None or sent.texts.get("told") == found.to_read
+        if sent.texts.get("do") == "issue" and told:
+            return RedirectResponse(f"/issue/jobs/{start_badge(studio, order.of(found.badge), visitor.id).id}", 303)
     except MoireIdError as error:
         return _page(request, sent.texts, status=422, problem=studio.sentence(error))
     return _page(request, sent.texts, checked=found, law=preview_law(found.badge), sentences=sentences(found))

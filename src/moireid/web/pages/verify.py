@@ -81,7 +81,8 @@ def _headline(job: Job) -> tuple[str, str, str]:
         return colour, title, FINDINGS[finding]
     verdict = result["verdict"]
     title = {"accept": "✓ Accepted", "reject": "✗ Rejected", "inconclusive": "? Inconclusive"}[verdict]
-    return verdict, title, words_of(verdict, result["invariant"]["verdict"], result["identity"]["verdict"])
+    law, identity = (result[part]["verdict"] for part in ("invariant", "identity"))
+    return verdict, title, words_of(verdict, law, identity, result["claim_source"])
 
 
 @router.get("/{job_id}/plot/{number}")

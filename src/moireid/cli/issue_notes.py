@@ -1,0 +1,40 @@
+"""What whoever issues a badge is told of its identity and its name."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.registry import Registry
+
+#: Of a list so many are named, and the rest counted.
+NAMED = 5
+
+
+def derived_notes(badges: Sequence[Badge]) -> list[str]:
+    """A sentence where identities were made from names, as early versions did."""
+    from moireid.idcodes import is_name_derived
+
+    names = [badge.name for badge in badges if is_name_derived(badge)]
+    if not names:
+        return []
+    return [
+        f"the identity of {_listed(names)} is made from the name, so anybody who knows the name can print this badge; "
+        "print one with an identity of chance (leave out --payload)"
+    ]
+
+
+def look_alike_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:
+    """A sentence for each name that looks like another one which is enrolled."""
+    return [
+        f"the name {name!r} looks like {_listed([f'{one.name} ({one.id})' for one in alike])}, who is enrolled, and is "
+        "written in other letters"
+        for name, alike in registry.look_alikes(badge.name for badge in badges).items()
+    ]
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return ", ".join(names[:NAMED]) + more

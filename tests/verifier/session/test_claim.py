@@ -1,0 +1,66 @@
+"""What is said of a claim, whatever the film shows.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.provenance import FROM_FILE, Provenance
+from moireid.verifier.identity.decode import Identity
+from moireid.verifier.report.page import holder_words, words_of
+from moireid.verifier.session.claim import Claim, claim_reasons
+
+MATCH, OTHER = Identity("match", ()), Identity("mismatch", ())
+REGISTRY = Provenance("registry")
+
+
+def codes(claim: Claim, identity: Identity = MATCH) -> dict[str, str]:
+    return {reason.code: reason.level for reason in claim_reasons(claim, identity)}
+
+
+@pytest.fixture(scope="module")
+def secret() -> Badge:
+    return design_badge(Request("Ada Lovelace"), bytes.fromhex("0123456789abcdef"))
+
+
+@pytest.fixture(scope="module")
+def built(secret: Badge) -> AsBuilt:
+    figures = {name: 0.0 for name in AsBuilt.__dataclass_fields__ if name not in ("badge_id", "captures")}
+    return AsBuilt(badge_id=secret.id, captures=1, **figures)  # type: ignore[arg-type]
+
+
+def test_each_finding_has_its_cause(secret: Badge, ada: Badge, built: AsBuilt) -> None:
+    """Catches: a finding without its cause, one that changes a verdict unasked, a board taken for a person's badge."""
+    assert codes(Claim(secret, secret.id, as_built=built, provenance=REGISTRY)) == {}
+    assert codes(Claim(secret, secret.id, provenance=REGISTRY)) == {"copyable": "note"}
+    assert codes(Claim(secret, secret.id, provenance=REGISTRY), OTHER) == {}
+    assert codes(Claim(secret, secret.id, as_built=built, provenance=FROM_FILE)) == {"claim_source": "note"}
+    assert codes(Claim(ada, ada.id, as_built=built)) == {"name_derived": "note"}
+    alike = replace(REGISTRY, alike=("\u0410da (00)",))
+    assert codes(Claim(secret, secret.id, as_built=built, provenance=alike)) == {"look_alike": "note"}
+    edited = replace(REGISTRY, file_name="Grace Hopper")
+    assert codes(Claim(secret, secret.id, as_built=built, provenance=edited), OTHER) == {"name": "fail"}
+    assert codes(Claim(ada, provenance=FROM_FILE)) == {}
+
+
+def test_the_original_is_required_where_it_is_known(secret: Badge, built: AsBuilt) -> None:
+    """Catches: a default that asks every badge for a film of it, and a wish that is overruled."""
+    assert Claim(secret, secret.id, as_built=built).original_required
+    assert not Claim(secret, secret.id).original_required
+    assert not Claim(secret, secret.id, as_built=built, require_original=False).original_required
+    assert Claim(secret, secret.id, require_original=True).original_required
+
+
+def test_a_file_s_name_is_never_an_accepted_person() -> None:
+    """Catches: a headline that says of a file's name what only a registry's may be said of."""
+    assert words_of("accept", "accept", "match", "registry") == words_of("accept", "accept", "match")
+    of_file = words_of("accept", "accept", "match", "file")
+    assert "badge of the file" in of_file and "Nobody vouches" in of_file
+    assert words_of("reject", "reject", "match", "file") == words_of("reject", "reject", "match")
+    assert holder_words("Ada", "00", "registry") == "Ada (00)"
+    assert "from a file, not from a registry" in holder_words("Ada", "00", "file")
+    assert not holder_words("Ada", "00", "file").startswith("Ada")
