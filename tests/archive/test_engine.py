@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import random
@@ -97,6 +98,8 @@ def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone
     killer.start()
     try:
         # Dask's own fifteen seconds would need a worker that is killed again just then.
+        # Loaded before its settings are set, or else all of them go with the one that is taken back here.
+        importlib.import_module("distributed")
         with dask.config.set({"distributed.deploy.lost-worker-timeout": "10ms"}):
             found = outcomes(stubs(log, 30, 0.1), workers=2)
     finally:

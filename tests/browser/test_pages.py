@@ -128,7 +128,7 @@ def test_a_genuine_and_a_forged_film(visitor: Visitor, films: Path, tmp_path: Pa
     visitor.look("verify")
     for film, verdict in (("genuine_1.0m.mp4", "Accepted"), ("forged_reversed_1.0m.mp4", "Rejected")):
         visitor.go("/verify")
-        page.get_by_label("The film").set_input_files(films / film)
+        page.get_by_label("The film", exact=True).set_input_files(films / film)
         page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")
         page.get_by_role("button", name="Verify").focus()
         page.keyboard.press("Enter")
@@ -155,7 +155,7 @@ def test_without_script_the_same(served: tuple[str, str], browser: Browser, film
     page.get_by_label("Token").fill(secret)
     page.get_by_role("button", name="Sign in").click()
     page.wait_for_url("**/verify")
-    page.get_by_label("The film").set_input_files(films / "forged_drift_1.0m.mp4")
+    page.get_by_label("The film", exact=True).set_input_files(films / "forged_drift_1.0m.mp4")
     page.get_by_label("or the badge's own file").set_input_files(films / "badge.json")
     page.get_by_role("button", name="Verify").click()
     expect(page.get_by_role("heading", level=1)).to_contain_text("Rejected", timeout=PATIENCE_MS)
@@ -188,7 +188,7 @@ def test_whose_badge_it_is(
     guest.page.wait_for_url("**/verify")
     guest.faults.clear()  # The console tells of the page that asked for the token.
     for title, film in shown.items():
-        guest.page.get_by_label("The film").set_input_files(film)
+        guest.page.get_by_label("The film", exact=True).set_input_files(film)
         guest.page.get_by_label("Find out whose it is").check()
         guest.page.get_by_role("button", name="Verify").click()
         expect(guest.page.get_by_role("heading", level=1)).to_have_text(title)
@@ -203,7 +203,7 @@ def test_what_is_no_film_is_told(visitor: Visitor, tmp_path: Path) -> None:
     page = visitor.page
     (tmp_path / "film.mp4").write_text("no film")
     visitor.go("/verify")
-    page.get_by_label("The film").set_input_files(tmp_path / "film.mp4")
+    page.get_by_label("The film", exact=True).set_input_files(tmp_path / "film.mp4")
     page.get_by_label("Name or id").fill("Ada Lovelace")
     page.get_by_role("button", name="Verify").click()
     expect(page.get_by_role("alert")).to_contain_text("none of the films that are taken")
