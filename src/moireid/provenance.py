@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from moireid.asbuilt import AsBuilt
+from moireid.badge import Badge
+
 Source = Literal["registry", "file"]
 
 
@@ -24,3 +27,25 @@ class Provenance:
 
 #: What is known of a badge.json that somebody hands over.
 FROM_FILE = Provenance("file")
+
+
+@dataclass(frozen=True)
+class Claimed:
+    """A claimed badge, with what a check needs of it.
+
+    Attributes
+    ----------
+    badge : Badge
+        As it was issued.
+    as_built : AsBuilt or None
+        Its figures as measured at enrolment; None where it was never measured.
+    revoked : str or None
+        Why it was revoked; None where it was not.
+    provenance : Provenance
+        Whether the registry vouches for it, or a file names it.
+    """
+
+    badge: Badge
+    as_built: AsBuilt | None = None
+    revoked: str | None = None
+    provenance: Provenance = FROM_FILE

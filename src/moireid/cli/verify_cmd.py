@@ -183,11 +183,13 @@ def verify_command(
 def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> Claimed:
     """The badge that is claimed; of a file the registry's own where one is given that holds it."""
     from moireid.badge import load_badge
-    from moireid.registry import Claimed, claimed, claimed_by_file, open_registry
+    from moireid.provenance import Claimed
 
     badge = load_badge(badge_json) if badge_json is not None else None
     if badge is not None and registry_url is None:
         return Claimed(badge)
+    from moireid.registry import claimed, claimed_by_file, open_registry
+
     with open_registry(registry_url, create=False) as registry:
         return claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
 

@@ -9,37 +9,15 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from moireid.asbuilt import AsBuilt, as_built_from_json
+from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import FROM_FILE, Provenance
+from moireid.provenance import Claimed, Provenance
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
 #: So many people of names that look alike are named.
 MOST_ALIKE = 3
-
-
-@dataclass(frozen=True)
-class Claimed:
-    """A claimed badge, with what a check needs of it.
-
-    Attributes
-    ----------
-    badge : Badge
-        As it was issued.
-    as_built : AsBuilt or None
-        Its figures as measured at enrolment; None where it was never measured.
-    revoked : str or None
-        Why it was revoked; None where it was not.
-    provenance : Provenance
-        Whether the registry vouches for it, or a file names it.
-    """
-
-    badge: Badge
-    as_built: AsBuilt | None = None
-    revoked: str | None = None
-    provenance: Provenance = FROM_FILE
 
 
 def claimed(registry: Registry, claim: str) -> Claimed:

@@ -215,7 +215,7 @@ def _instead(estimator: str) -> Iterator[None]:
     """Replace a step of the verifier for a while; it has no option for this, because no user should choose it."""
     patches: list[tuple[Any, str, Any]] = []
     if estimator == "poses not smoothed":
-        patches = [(measure, "smooth_camera", lambda camera_mm, times_s, error, vague: camera_mm)]
+        patches = [(measure, "smooth_camera", lambda camera_mm, *_: camera_mm)]
     elif estimator == "nothing solved":
         patches = [(FilmWide, "solve", lambda film: None)]
     before = [getattr(owner, name) for owner, name, _ in patches]
