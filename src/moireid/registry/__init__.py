@@ -19,9 +19,10 @@ audit.py       checks the whole log and all records; lists what an audit cannot 
 transfer/      a registry to a JSON file, and back
 """
 
+from moireid.provenance import Claimed
 from moireid.registry.audit import Audit, Finding
 from moireid.registry.batch import Batch
-from moireid.registry.claimed import Claimed, People, claimed, claimed_by_file
+from moireid.registry.claimed import People, claimed, claimed_by_file
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
 from moireid.registry.transfer.merge import Import
