@@ -116,6 +116,7 @@ def test_workers_killed_at_any_time_lose_no_row_and_repeat_their_own_films_alone
     assert again <= own and own.total() == len(set(kills)), (again, own, kills)
 
 
+@pytest.mark.slow
 def test_a_child_takes_nothing_from_the_present_folder_and_leaves_nothing(tmp_path: Path, monkeypatch):
     """Catches: a module that lies where the program was called, run in its place; files of a child that was killed;
     Dask's early return of memory, by which each film costs half as much again.

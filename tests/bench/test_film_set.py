@@ -43,6 +43,7 @@ def ran(*words: str | Path) -> Result:
     return CliRunner().invoke(moireid, [str(word) for word in words], standalone_mode=False)
 
 
+@pytest.mark.slow
 def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_reads(plan: Path, tmp_path: Path):
     """Catches: a column that is read and not handed on, a course that the worker cannot find, a label that is wrong."""
     made = ran("film-set", plan, "--out", tmp_path / "set", "--workers", "1", "--json")
@@ -78,6 +79,7 @@ def test_a_plan_becomes_the_films_that_simulate_makes_and_a_list_that_evaluate_r
     assert all(one.claimed.badge.name == "Ada Lovelace" for one in entries)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path, tmp_path: Path):
     """Catches: films made again that are there; films kept that the plan now asks for otherwise."""
@@ -103,6 +105,7 @@ def test_a_set_goes_on_where_it_stopped_and_replaces_nothing_unasked(plan: Path,
     assert ran(*command, "--overwrite").exit_code == 0 and "forged:drift" in (folder / "films.csv").read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_path: Path):
     """Catches: half a film that is taken for one; a truth without its film that stands in the way for ever."""
@@ -119,6 +122,7 @@ def test_what_a_run_that_was_broken_off_has_left_is_completed(plan: Path, tmp_pa
     assert ran(*command).exit_code == 0 and (folder / "true.mp4.truth.csv").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("here")
 def test_the_users_own_files_stay(plan: Path, tmp_path: Path, ada: Badge):
     """Catches: badges of a set written over those of its plan."""

@@ -610,6 +610,7 @@ def test_the_programs_themselves_fail_in_one_sentence(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_terminal_that_knows_no_such_letters_is_no_error(tmp_path: Path, people: None) -> None:
     """Catches: UnicodeEncodeError after the work is done, on a pipe in Latin-1 (Windows), and JSON in that encoding."""
     done = program("moireid", "registry", "list", "--registry", REGISTRY, folder=tmp_path, PYTHONIOENCODING="latin-1")

@@ -9,10 +9,12 @@ import sys
 from pathlib import Path
 
 import httpx
+import pytest
 
 SERVE = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
 
 
+@pytest.mark.slow
 def test_the_studio_starts_in_a_fresh_place(tmp_path: Path) -> None:
     """Catches: a first `moireid serve --no-auth` that asks for a registry, and a second that trips over the first's."""
     environment = {name: word for name, word in os.environ.items() if not name.startswith("MOIREID_")}

@@ -375,6 +375,7 @@ def test_films_of_one_kind_alone_have_no_roc_but_the_rest(tmp_path: Path):
     assert len(write_plots(document, tmp_path)) == len(PLOTS)
 
 
+@pytest.mark.slow
 def test_a_collection_is_scored_by_both_pipelines(films: Path, tmp_path: Path):
     """Catches: labels swapped on the way, a broken film that ends the run, a second run that scores again."""
     first_frames(films / "genuine_1.0m.mp4", tmp_path / "true.mp4", 70)

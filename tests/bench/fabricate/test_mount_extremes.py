@@ -130,6 +130,7 @@ def tray(thick: Badge, tmp_path_factory: pytest.TempPathFactory) -> Any:
     return manifold3d.Manifold(manifold3d.Mesh(mesh.vertices.astype(np.float32), mesh.faces.astype(np.uint32)))
 
 
+@pytest.mark.slow
 def test_thick_sheet_is_held_and_hides_nothing(thick: Badge, tray: Any) -> None:
     """Catches: a rim as high as the sheet beside the markers, lips that reach down to them, a sheet that falls out."""
     half = thick.markers.size_mm / 2

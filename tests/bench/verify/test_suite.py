@@ -106,6 +106,7 @@ def test_rows_that_are_kept_are_not_measured_again(tmp_path, monkeypatch):
     assert len(shot) == 5
 
 
+@pytest.mark.slow
 def test_the_bench_measures_the_verifier_on_a_film_made_outside(films, prototype):
     """Catches: signs of phase or gain turned, a step put aside for good, other estimators than were asked for."""
     frames = list(Film(films / "genuine_1.0m.mp4").frames())[:90]

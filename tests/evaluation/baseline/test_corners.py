@@ -87,6 +87,7 @@ def judged(film: Path, badge: Path, *more: str) -> tuple[int, dict]:
     return ran.exit_code, json.loads(ran.stdout)
 
 
+@pytest.mark.slow
 def test_our_pipeline_leaves_a_film_open_whose_corners_it_would_need(films: Path, mostly_gone: Path):
     """Catches: an accept of what was mostly not looked at, and corners that are passed over without a word."""
     code, report = judged(mostly_gone, films / "badge.json", "--cover", "0", "--corners", CORNERS)
@@ -97,6 +98,7 @@ def test_our_pipeline_leaves_a_film_open_whose_corners_it_would_need(films: Path
     assert judged(mostly_gone, films / "badge.json", "--cover", "0")[1]["verdict"] == "accept"
 
 
+@pytest.mark.slow
 def test_a_row_of_a_collection_says_so_too(films: Path, mostly_gone: Path, prototype: Badge):
     """Catches: an accepted row of a film that the command leaves open."""
     manifest = mostly_gone.with_name("films.csv")

@@ -67,6 +67,7 @@ def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, 
     return place, package.print_badge(ada, place, mount="clip", figures=figures, progress=told.append), told
 
 
+@pytest.mark.slow
 def test_every_promised_file_is_there(folder: tuple[Path, package.Printed, list[str]]) -> None:
     """Catches: a file of the contract left out, left over, or told of under another name."""
     place, printed, told = folder

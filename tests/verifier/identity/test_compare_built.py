@@ -58,6 +58,7 @@ def test_paper_that_drifted_is_still_the_original(ada):
     assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "copy"
 
 
+@pytest.mark.slow
 def test_films_of_one_badge_agree_and_of_a_copy_do_not(ada):
     """The whole way, on three small films: enrolled, filmed again in other motion, assembled anew."""
     payload = bytes.fromhex("0123456789abcdef")

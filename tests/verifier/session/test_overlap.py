@@ -74,6 +74,7 @@ def watched(
     return watch, verifier, verifier.finish(), seen
 
 
+@pytest.mark.slow
 def test_a_true_badge_before_the_face_is_told_with_its_time(watched):
     """Catches: an overlap reported where there is none, too long, or lost while the badge hides the face."""
     watch, verifier, chapters, _ = watched
@@ -85,6 +86,7 @@ def test_a_true_badge_before_the_face_is_told_with_its_time(watched):
     assert overlap.agreeing == 1.0 and len(overlap.overlaps.spans) == 1
 
 
+@pytest.mark.slow
 def test_the_face_is_found_where_it_is_and_carried_while_it_is_hidden(watched):
     """Catches: boxes of the shrunken picture; a face that is lost as soon as the badge covers it."""
     _, _, _, seen = watched
@@ -95,6 +97,7 @@ def test_the_face_is_found_where_it_is_and_carried_while_it_is_hidden(watched):
     assert all(face is not None for face in held) and held[-1].seen_s < 4.2
 
 
+@pytest.mark.slow
 def test_the_law_is_held_frame_by_frame(watched):
     """Catches: a lie while the badge is before the face, drowned in a true film."""
     _, _, chapters, _ = watched
@@ -153,6 +156,7 @@ def test_without_the_package_it_is_told_what_to_install(monkeypatch):
         FaceFollower()
 
 
+@pytest.mark.slow
 def test_a_recorded_call_is_judged_with_its_overlap(badge, films_of_calls, tmp_path):
     """Catches: `--overlap` that changes no verdict; a report without it; a film whose lie the overlap passes."""
     report = verify(films_of_calls["true"], Claim(badge, badge.id), overlap=True)

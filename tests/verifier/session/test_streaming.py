@@ -99,6 +99,7 @@ def test_badges_that_change_within_a_film_are_told(whole, prototype):
     assert [reason.level for reason in several.reasons] == ["fail"]
 
 
+@pytest.mark.slow
 def test_a_film_in_chapters_is_judged_as_the_whole_is(films, prototype, monkeypatch):
     """Catches: frames lost between chapters, pictures kept of all of them, a verdict of the last one alone."""
     monkeypatch.setattr(stream, "CHAPTER_FRAMES", 110)

@@ -86,6 +86,7 @@ def both(shots, tmp_path_factory) -> Path:
 # Which badge is judged.
 
 
+@pytest.mark.slow
 def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
     """Catches: the first badge judged whatever is claimed; two badges read as one; a neighbour that rejects."""
     for badge, left in ((ada, True), (bob, False)):
@@ -102,6 +103,7 @@ def test_each_of_two_badges_bears_out_its_own_claim(both, ada, bob):
         assert (bob if left else ada).id in note["text"] and badge.id not in note["text"]
 
 
+@pytest.mark.slow
 def test_a_stranger_s_claim_is_rejected_and_without_one_the_larger_is_judged(both, ada, bob):
     """Catches: a claim that no badge in view confirms left open, or confirmed by any badge."""
     stranger = design_badge(Request("Eve Moneypenny"), payload_for_name("Eve Moneypenny"))
@@ -118,6 +120,7 @@ def judged(pictures, badge: Badge):
     return worst(list(reasons_of(verifier.finish()))), running[-1].verdict, verifier
 
 
+@pytest.mark.slow
 def test_a_forged_badge_is_not_excused_by_a_true_one(shots, ada, bob):
     """Catches: the best of several tracks taken; a forgery that rejects the true badge of another person."""
     verdict, running, verifier = judged(beside(shots["forged left"], shots["ada right"]), ada)
@@ -131,6 +134,7 @@ def test_a_forged_badge_is_not_excused_by_a_true_one(shots, ada, bob):
 # Cuts.
 
 
+@pytest.mark.slow
 def test_a_badge_that_leaves_and_comes_back_elsewhere_is_followed_again(shots, ada):
     """Catches: a track that ends at a cut; a second track for the one badge of a film."""
     view = SceneTracker(ada)
@@ -175,6 +179,7 @@ def test_pieces_that_were_given_up_are_judged_and_told_of(with_cuts, ada):
     assert note.measured == 5.0 and note.level == "note"
 
 
+@pytest.mark.slow
 def test_in_a_mirrored_film_the_region_is_told_as_the_film_shows_it(shots, ada):
     """Catches: corners of the picture that was turned back; a film mirrored for one badge and not for the other."""
     view = SceneTracker(ada)
@@ -188,6 +193,7 @@ def test_in_a_mirrored_film_the_region_is_told_as_the_film_shows_it(shots, ada):
         assert corners[0, 0] - corners[1, 0] > 60 and corners[3, 1] - corners[0, 1] > 60
 
 
+@pytest.mark.slow
 def test_a_badge_that_comes_in_later_is_taken_up_within_two_seconds(shots, ada):
     """Catches: others looked for in the first frame alone, or never while a badge is seen."""
     view, empty = SceneTracker(ada), np.full((HEIGHT, WIDTH), 200, np.uint8)
