@@ -465,3 +465,20 @@ def test_a_codec_that_shows_fringes_a_frame_late_is_no_forger_and_a_longer_delay
     assert ontime.expected_error_rad < 1.1 * math.hypot(PHASE_SD, POSE_SD) < 0.9 * lagging.expected_error_rad
     assert judged(late(0.030)).verdict == "accept" and judged(late(0.2)).verdict == "reject"
     assert delayed.score < -3 < 0.8 < lagging.score
+
+
+@pytest.mark.parametrize(("gain", "verdict"), [(1.0, "inconclusive"), (0.5, "reject")])
+def test_what_covers_a_badge_excuses_a_residual_and_no_gain(gain, verdict):
+    """Catches: a hand before a true badge called a forgery; half a gain excused by a caption."""
+    predicted = course(1)
+    measured = gain * predicted + 0.2 * jitter(predicted)
+    assert judged(signal(predicted, measured)).verdict == "reject"
+    covered = replace(signal(predicted, measured), covered_share=0.2)
+    assert judged(covered).verdict == verdict
+
+
+@pytest.mark.parametrize(("name", "share"), [("covered_share", 0.6), ("stray_share", 0.2)])
+def test_too_many_parts_or_frames_left_out_leave_a_film_open(name, share):
+    """Catches: a lie in frames that nobody looks at, or under a cover, and the rest accepted."""
+    assert judged(replace(genuine(), **{name: share})).verdict == "inconclusive"
+    assert judged(replace(genuine(), **{name: 0.04})).verdict == "accept"
