@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.limits import (
     ACCEPTED_LOG10,
@@ -36,7 +37,7 @@ from moireid.verifier.limits import (
     RESIDUAL_FLOOR_RAD,
     RESIDUAL_MOTION_SHARE,
 )
-from moireid.verifier.motion.figures import Figures, figures_of
+from moireid.verifier.motion.figures import Figures, figures_of, pearson
 from moireid.verifier.motion.likelihood import KINDS
 from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_drift
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
@@ -210,6 +211,12 @@ def _without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
 
 def _would_pass(signal: GratingSignal) -> bool:
     """Whether a grating's fringes would be taken for a real badge's, its course aside."""
+    used = np.isfinite(signal.phase_sd_rad)
+    measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
+    stretch = signal.stretch[used]
+    # Most delays fail by this alone, and all other figures take a hundred times as long.
+    if abs(pearson(within_stretches(measured, stretch), within_stretches(predicted, stretch))) < MIN_CORRELATION:
+        return False
     found = figures_of(signal)
     excitation, expected = found.excitation_rad, found.expected_error_rad
     reasons = [
