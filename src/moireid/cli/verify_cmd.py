@@ -84,6 +84,12 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     help="Share of the film that the verdict must be of, 0 to 1; with less it is inconclusive.  [default: 0.5]",
 )
 @click.option(
+    "--photographs",
+    type=click.IntRange(0),
+    help="So many photographs of the badge a forger must need to make such a film; with fewer it is inconclusive. "
+    "[default: 0]",
+)
+@click.option(
     "--pipeline",
     type=click.Choice(["moireid", "published"]),
     default="moireid",
@@ -120,6 +126,7 @@ def verify_command(
     require_original: bool | None,
     overlap: bool,
     cover_share: float | None,
+    photographs: int | None,
     pipeline: str,
     corners_given: str | None,
     overwrite: bool,
@@ -140,6 +147,8 @@ def verify_command(
         raise SpecError("--pipeline published cannot check --overlap; leave one of them out")
     if pipeline == "published" and cover_share is not None:
         raise SpecError("--pipeline published cannot check --cover; leave one of them out")
+    if pipeline == "published" and photographs is not None:
+        raise SpecError("--pipeline published cannot check --photographs; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     found = _claimed(claim, badge_json, registry_url)
@@ -155,7 +164,7 @@ def verify_command(
 
     corners = corners_from(corners_given) if corners_given is not None else None
     least = MIN_COVER_SHARE if cover_share is None else cover_share
-    held = Claim(badge, badge.id, focal_px, found.as_built, require_original, found.provenance, least)
+    held = Claim(badge, badge.id, focal_px, found.as_built, require_original, found.provenance, least, photographs or 0)
     with progress_bar("reading the film") as progress:
         if pipeline == "published":
             report = verify_published(video, held, corners=corners, progress=progress)

@@ -168,6 +168,20 @@ MAX_STRIP_WANDER_RAD = 0.1
 MAX_UNSEEN_CHANCE = 0.01
 DELAYS_S = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 
+#: Spacing of the fringes against distance (`motion.photographs`): a film whose gain differs from a badge's by more
+#: than the first is inconclusive.  Derived: half of the way to a table of photographs, whose gain is 0.  Error bars
+#: beyond the second: 99.7 % of a normal distribution.
+MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS = 0.5, 3.0
+#: Errors along a strip that last all film long, root mean square.  Set by hand: 0.003 px where a fringe is
+#: 19 px, as at 2 m; films of two renderers, coded by H.264, show 0.0002 to 0.0015.
+SPACING_FLOOR_RAD = 0.001
+#: A waveform that changes with parallax within this many radians of phase ripples; at most so much of it, in contrasts,
+#: is a badge's.  Set by hand: three outside films show 0.0020 to 0.0021, those of this project up to 0.0016.
+RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
+#: Share of a cross-fade's ripple that is left in a film, as coding and blending in coded brightness take some away.
+#: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
+RIPPLE_LEFT_SHARE = 0.33
+
 # --- How much likelier is the film with a genuine badge than with a forged one? --------------------------------------
 
 #: Standard deviation of a genuine badge's gain.  Derived: half of `GAIN_TOLERANCE_SHARE`, by which commercial sheets

@@ -8,6 +8,7 @@ import pytest
 from moireid.verifier.fringes.block_motion import BLOCKS, places_apart_rad
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.strip_phase import StripPhase
+from moireid.verifier.fringes.strip_shape import strip_shape
 
 FRAMES, SAMPLES, FRINGES = 180, 160, 3.2
 TIMES = np.arange(FRAMES) / 30.0
@@ -25,7 +26,7 @@ def seen(deviation: np.ndarray | float = 0.0, *, noise: float = 0.0, dirt: np.nd
     law = StripLaw(np.zeros(wave.shape), per_frequency, np.zeros(FRAMES), np.zeros(FRAMES))
     sd = np.full(FRAMES, 0.01)
     found = StripPhase(COURSE, sd, np.full(FRAMES, contrast), np.full(FRAMES, level), 1.0, 0.0)
-    return places_apart_rad(profiles, law, found, TIMES)
+    return places_apart_rad(strip_shape(profiles, law, found), TIMES)
 
 
 def patches(size_rad: float, count: int, hz: float = 0.3) -> np.ndarray:
@@ -57,6 +58,6 @@ def test_frames_that_cannot_be_read_do_not_count():
     law = StripLaw(np.zeros((9, 40)), np.zeros((9, 40)), np.zeros(9), np.zeros(9))
     none = np.zeros(9)
     blank = StripPhase(none, np.full(9, np.inf), none, none, 1.0, 0.0)
-    assert places_apart_rad(np.full((9, 40), 100.0), law, blank, np.arange(9) / 30) == 0.0
+    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, blank), np.arange(9) / 30) == 0.0
     flat = StripPhase(none, none, none, none, 1.0, 0.0)
-    assert places_apart_rad(np.full((9, 40), 100.0), law, flat, np.arange(9) / 30) == 0.0
+    assert places_apart_rad(strip_shape(np.full((9, 40), 100.0), law, flat), np.arange(9) / 30) == 0.0

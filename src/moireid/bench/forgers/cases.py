@@ -80,14 +80,19 @@ def moving(shoot: Shoot) -> Motion:
     return lambda times_s: hand(times_s + start)
 
 
-def photographs(count: int, **how: Any) -> Make:
-    """Photographs in place of the fringes, on a hand's motion."""
+def level(shoot: Shoot) -> Motion:
+    """Sideways to and fro at one distance, which tells nothing of the fringes' spacing: the forger's best course."""
+    return shoot.motion("linear")
+
+
+def photographs(count: int, *, course: Callable[[Shoot], Motion] = moving, **how: Any) -> Make:
+    """Photographs in place of the fringes, on a hand's motion or another."""
 
     def make(shoot: Shoot) -> Filming:
         taken = replace(Photographs(count), **how)
         if taken.distance_mm is not None:
             taken = replace(taken, distance_mm=taken.distance_mm * shoot.distance_mm)
-        return Filming(moving(shoot), taken.shown)
+        return Filming(course(shoot), taken.shown)
 
     return make
 
@@ -234,6 +239,14 @@ def cases() -> list[Case]:
             Case(f"{count} photographs, cross-faded, from 1.4 times as far", False, photographs(count, distance_mm=1.4))
             for count in (12, 24, 48)
         ),
+        *(
+            Case(f"{count} photographs from each of two distances, cross-faded", False, photographs(count, distances=2))
+            for count in (3, 5, 8, 12, 18, 24, 36)
+        ),
+        *(
+            Case(f"{count} photographs, cross-faded, level course", False, photographs(count, course=level))
+            for count in (3, 5, 8, 12, 18, 24, 36)
+        ),
         Case("24 photographs, cross-faded, 1.5 frames late", False, photographs(24, late_s=0.05)),
         *(
             Case(f"frozen for {share:.0%} of the frames, markers shifted", False, frozen_in_spells(share, 0.8))
@@ -260,6 +273,7 @@ def cases() -> list[Case]:
     honest = [
         Case("plain", True, lambda shoot: Filming(moving(shoot))),
         Case("plain, two axes", True, lambda shoot: Filming(moving(shoot)), "xy"),
+        Case("level course", True, lambda shoot: Filming(level(shoot))),
         Case("one sweep", True, lambda shoot: Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s))),
         Case("a hand over 60 % for 0.4 s", True, hand(0.6, 0.4)),
         Case("a hand over 60 % for 1.5 s", True, hand(0.6, 1.5)),

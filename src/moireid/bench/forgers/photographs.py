@@ -35,7 +35,8 @@ class Photographs:
     count: photographs, evenly spaced over the course that is to be shown; blend: cross-fade two neighbours in coded
     brightness, as editing programs do, else show the nearest; distance_mm: from which they were taken, None for the
     course's mean; late_s: how late the picture is laid over the film; by_grating: each grating's region is taken from
-    the photograph that suits its own axis.
+    the photograph that suits its own axis; distances: from how many distances the photographs were taken, evenly over
+    those of the course, so that there are `count` from each.
     """
 
     count: int
@@ -43,17 +44,32 @@ class Photographs:
     distance_mm: float | None = None
     late_s: float = 0.0
     by_grating: bool = False
+    distances: int = 1
 
     def shown(self, scene: Scene, motion: Motion, camera_mm: Array, fps: float) -> Shown:
         """The film that these photographs make of a course."""
         true = camera_mm[:, :2] / np.abs(camera_mm[:, 2:])
         late = motion(np.arange(len(camera_mm)) / fps - self.late_s).camera_mm
         wanted = late[:, :2] / np.abs(late[:, 2:])
-        distance = self.distance_mm or float(np.abs(camera_mm[:, 2]).mean())
-        table = Table(scene, true, self.count, distance)
-        show = table.by_grating if self.by_grating else table.whole
+        away = np.abs(camera_mm[:, 2])
+        distance = self.distance_mm or float(away.mean())
+        taken = np.linspace(away.min(), away.max(), self.distances) if self.distances > 1 else np.array([distance])
+        tables = [Table(scene, true, self.count, each) for each in taken.tolist()]
+        # Spacing goes with one over the distance, so the shares of two distances do.
+        level = np.interp(-1 / away, -1 / taken, np.arange(len(taken)))
         held = np.column_stack([wanted * distance, np.full(len(wanted), -distance)])
-        return Shown(held, camera_mm, picture=lambda frame: show(wanted[frame], blend=self.blend))
+
+        def show(frame: int) -> Picture:
+            nearer = min(int(level[frame]), max(len(tables) - 2, 0))
+            share = np.float32(level[frame] - nearer if self.blend else round(level[frame] - nearer))
+            some = [(1 - share, tables[nearer]), *([(share, tables[nearer + 1])] if share else [])]
+            pictures = [weight * self._of(table, wanted[frame]) for weight, table in some]
+            return np.asarray(sum(pictures[1:], start=pictures[0]) ** 2, np.float32)
+
+        return Shown(held, camera_mm, picture=show)
+
+    def _of(self, table: Table, wanted: Array) -> Picture:
+        return (table.by_grating if self.by_grating else table.whole)(wanted, blend=self.blend)
 
 
 class Table:
@@ -71,17 +87,17 @@ class Table:
         self._scene = scene
 
     def whole(self, wanted: Array, *, blend: bool) -> Picture:
-        """One picture for the parallax (2,), by its share along x."""
-        return self._at(float(wanted[0]), 0, blend) ** 2
+        """One picture, in coded brightness, for the parallax (2,), by its share along x."""
+        return self._at(float(wanted[0]), 0, blend)
 
     def by_grating(self, wanted: Array, *, blend: bool) -> Picture:
-        """A picture whose gratings are each from the photographs that suit their own axis."""
+        """A picture, in coded brightness, whose gratings are each from the photographs that suit their own axis."""
         picture = self._at(float(wanted[0]), 0, blend).copy()
         for grating in self._scene.badge.gratings:
             if grating.axis == "y":
                 region = self._region(grating, picture.shape)
                 picture[region] = self._at(float(wanted[1]), 1, blend)[region]
-        return picture**2
+        return picture
 
     def _at(self, wanted: float, axis: int, blend: bool) -> Picture:
         places = self.places[:, axis]

@@ -19,9 +19,12 @@ from moireid.badge import Badge, Grating
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
+from moireid.verifier.fringes.beyond_phase import BeyondPhase, mean_overtone
 from moireid.verifier.fringes.block_motion import places_apart_rad
+from moireid.verifier.fringes.depth_law import DepthLaw, depth_law
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
+from moireid.verifier.fringes.strip_shape import strip_shape
 from moireid.verifier.fringes.unwrap import joined_frames, numbered, unwrap
 from moireid.verifier.limits import (
     COVERED_CORRELATION,
@@ -55,7 +58,8 @@ class GratingSignal:
     camera's parallax along the other axis, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
-    frames whose markers do not lie as on a flat page, so that their poses are left out.
+    frames whose markers do not lie as on a flat page, so that their poses are left out; beyond: what the film shows
+    beside the phase, None if it is not known.
     """
 
     measured_rad: Array
@@ -71,12 +75,26 @@ class GratingSignal:
     rounding_rad: float = 0.0
     covered_share: float = 0.0
     stray_share: float = 0.0
+    beyond: BeyondPhase | None = None
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
         """One stretch, where none are given."""
         if not len(self.stretch):
             object.__setattr__(self, "stretch", np.zeros(len(self.times_s), np.int64))
+
+    def part(self, frames: NDArray[np.int64] | slice) -> GratingSignal:
+        """The signal in some frames."""
+        return replace(
+            self,
+            measured_rad=self.measured_rad[frames],
+            stretch=self.stretch[frames],
+            predicted_rad=self.predicted_rad[frames],
+            phase_sd_rad=self.phase_sd_rad[frames],
+            times_s=self.times_s[frames],
+            covariates=None if self.covariates is None else self.covariates[frames],
+            beyond=None if self.beyond is None else self.beyond.part(frames),
+        )
 
 
 @dataclass(frozen=True)
@@ -140,11 +158,12 @@ def page_covered(correlations: Array) -> NDArray[np.bool_]:
 
 @dataclass(frozen=True)
 class _Strip:
-    """One uniform strip: measured phase, predicted phase (T,), and deviation of places along it, rad."""
+    """One uniform strip: measured phase, predicted phase (T,), deviation of places along it, rad, and the depth law."""
 
     phase: StripPhase
     predicted_rad: Array
     place_residual_rad: float
+    depth: DepthLaw
 
 
 @dataclass(frozen=True)
@@ -177,8 +196,11 @@ def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) ->
     band = search_band_per_mm(badge, badge.gratings[strip.grating], strip.cells[0])
     profiles = track.profiles[index].astype(float)
     found = measure_strip(profiles, law, strip.length_mm, band)
-    apart = places_apart_rad(profiles, law, found, track.times_s)
-    return _Strip(found, law.middle_phase_rad(found.frequency_per_mm), apart)
+    shape = strip_shape(profiles, law, found)
+    apart = places_apart_rad(shape, track.times_s)
+    parallax = camera_mm[:, strip.axis] / np.abs(camera_mm[:, 2])
+    depth = depth_law(shape, law, found, parallax, strip.length_mm)
+    return _Strip(found, law.middle_phase_rad(found.frequency_per_mm), apart, depth)
 
 
 def _grating_signal(
@@ -209,6 +231,21 @@ def _grating_signal(
         rounding_rad=rounding,
         covered_share=1 - clear / max(len(every), 1),
         stray_share=poses.stray_share,
+        beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
+    )
+
+
+def _beyond(strips: list[_Strip], known: NDArray[np.bool_], homographies: Array, page_mm: Array) -> BeyondPhase:
+    """What the film shows beside the phase; known (T,): frames with a good pose."""
+    depth = strips[0].depth
+    for strip in strips[1:]:
+        depth = depth + strip.depth
+    place = homographies @ np.append(page_mm.mean(axis=0), 1.0)
+    return BeyondPhase(
+        np.mean([strip.predicted_rad for strip in strips], axis=0),
+        DepthLaw(*(np.where(known, values, 0.0) for values in (depth.score, depth.information, depth.power))),
+        mean_overtone([strip.phase for strip in strips]),
+        place[:, :2] / place[:, 2:],
     )
 
 

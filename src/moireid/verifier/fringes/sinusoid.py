@@ -54,14 +54,24 @@ def fit_rows(values: Array, argument_rad: Array, harmonics: int, background: Arr
     Parameters: values, argument_rad (..., N), rad; background (B, N).
     Convention and source: module docstring.
     """
+    found, gram, left = _fitted(values, argument_rad, harmonics, background)
+    first = len(background)
+    turns = found[..., first::2] - 1j * found[..., first + 1 :: 2]
+    return Fit(found[..., :first], turns, (left**2).sum(axis=-1), gram, values.shape[-1])
+
+
+def left_of_rows(values: Array, argument_rad: Array, harmonics: int, background: Array) -> Array:
+    """What the fit of every row by itself leaves, (..., N); parameters as `fit_rows`."""
+    return _fitted(values, argument_rad, harmonics, background)[2]
+
+
+def _fitted(values: Array, argument_rad: Array, harmonics: int, background: Array) -> tuple[Array, Array, Array]:
+    """Coefficients (..., K), normal matrices (..., K, K) and what is left (..., N)."""
     columns = fit_columns(argument_rad, harmonics, background)
     rows = columns.swapaxes(-1, -2)
     gram = columns @ rows
     solved = _solve(gram, columns @ values[..., None], values.shape[-1])
-    left = ((values - (rows @ solved)[..., 0]) ** 2).sum(axis=-1)
-    found, first = solved[..., 0], len(background)
-    turns = found[..., first::2] - 1j * found[..., first + 1 :: 2]
-    return Fit(found[..., :first], turns, left, gram, values.shape[-1])
+    return solved[..., 0], gram, np.asarray(values - (rows @ solved)[..., 0])
 
 
 def fit_series(values: Array, argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0) -> Complex:

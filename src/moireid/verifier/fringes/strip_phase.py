@@ -20,6 +20,7 @@ from moireid.verifier.limits import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RAT
 from moireid.verifier.tracking.profiles import CODING_POWER
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 #: Frames used to search and to refine the frequency, which is one figure for the whole film.
 SEARCH_FRAMES = 32
 REFINE_FRAMES = 64
@@ -36,7 +37,8 @@ class StripPhase:
 
     frequency_per_mm is |f| with the sign of the search range; frequency_sd its standard deviation;
     covered (T,): where something that is no fringe lies over a part of the strip (`covered_frames`), which tells no
-    phase; misfit: what fringes leave unexplained in a middling frame, as a share of the contrast.
+    phase; misfit: what fringes leave unexplained in a middling frame, as a share of the contrast; overtone (T,),
+    complex: the third harmonic in contrasts, its phase less three times the fundamental's; 0 where it is not fitted.
     """
 
     phase_rad: Array
@@ -47,6 +49,7 @@ class StripPhase:
     frequency_sd: float
     covered: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
     misfit: float = 0.0
+    overtone: Complex = field(default_factory=lambda: np.zeros(0, complex))
 
 
 def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm: tuple[float, float]) -> StripPhase:
@@ -67,7 +70,7 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
         if len(block) >= 4
     ]
     spread = float(np.std(apart, ddof=1) / np.sqrt(len(apart))) if len(apart) > 1 else np.inf
-    harmonics = 3 if abs(frequency) * length_mm >= 1.5 else 1
+    harmonics = harmonics_of(frequency, length_mm)
     # In pieces, because the columns of the fit take some twenty times the memory of the profiles.
     pieces = [
         _fit(profiles[some], _part(law, some).phase_rad(frequency), harmonics)
@@ -83,7 +86,27 @@ def measure_strip(profiles: Array, law: StripLaw, length_mm: float, band_per_mm:
     covered = covered_frames(misfit, contrast)
     sd = np.where(covered, np.inf, np.nan_to_num(sd, nan=np.inf))
     usual = float(np.median(misfit) / max(np.median(contrast), 1e-9))
-    return StripPhase(np.angle(fringe), sd, contrast, level, frequency, spread, covered, usual)
+    overtone = np.concatenate([_overtone(piece) for piece in pieces])
+    return StripPhase(np.angle(fringe), sd, contrast, level, frequency, spread, covered, usual, overtone)
+
+
+def _overtone(fit: Fit) -> Complex:
+    """The third harmonic of each frame, (T,), turned to the fundamental's phase, in contrasts; 0 where not fitted."""
+    fundamental = fit.harmonics[:, 0]
+    if fit.harmonics.shape[1] < 3:
+        return np.zeros(len(fundamental), complex)
+    size = np.maximum(np.abs(fundamental), 1e-9)
+    return np.asarray(fit.harmonics[:, 2] * (np.conj(fundamental) / size) ** 3 / size)
+
+
+def harmonics_of(frequency_per_mm: float, length_mm: float) -> int:
+    """Harmonics that a strip can tell apart: three where it shows one and a half fringes, else one."""
+    return 3 if abs(frequency_per_mm) * length_mm >= 1.5 else 1
+
+
+def level_and_slope(samples: int) -> Array:
+    """The background of a strip's fit, (2, N): a level and a slope."""
+    return np.stack([np.ones(samples), np.linspace(-1, 1, samples)])
 
 
 def covered_frames(misfit: Array, contrast: Array) -> NDArray[np.bool_]:
@@ -151,5 +174,4 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
 
 def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:
     """Fit each profile (T, N) with fringes on a level and a slope."""
-    count = profiles.shape[1]
-    return fit_rows(profiles, phase_rad, harmonics, np.stack([np.ones(count), np.linspace(-1, 1, count)]))
+    return fit_rows(profiles, phase_rad, harmonics, level_and_slope(profiles.shape[1]))

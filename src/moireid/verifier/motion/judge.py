@@ -39,7 +39,8 @@ from moireid.verifier.limits import (
 )
 from moireid.verifier.motion.figures import Figures, figures_of, pearson
 from moireid.verifier.motion.likelihood import KINDS
-from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_drift
+from moireid.verifier.motion.photographs import no_photographs
+from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_drift, chance_of_place
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
@@ -104,7 +105,8 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     if reasons[0].level == "pass":
         reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
         reasons = _without_hand_s_blame(reasons)
-        reasons += _course_tells([signal for signal, f in zip(signals, figures, strict=True) if f in moved])
+        moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
+        reasons += [*_course_tells(moving), *no_photographs(signals, moving, _would_pass)]
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -161,17 +163,26 @@ def _held_against_law(
 
 
 def _course_tells(moved: Sequence[GratingSignal]) -> list[Reason]:
-    """Whether the course is such that fringes which merely drift, or come late, would show; of the best grating."""
+    """Whether on this course fringes would show that drift, come late, or go with a place; of the best grating."""
     chances = []
     for signal in moved:
-        drift, delay = chance_of_drift(signal, _would_pass), chance_of_delay(signal, _would_pass)
-        chances.append(max((drift, "drift at some constant speed"), (delay, "come late by up to a second")))
+        chances.append(
+            max(
+                (chance_of_drift(signal, _would_pass), "drift at some constant speed"),
+                (chance_of_delay(signal, _would_pass), "come late by up to a second"),
+                (chance_of_place(signal, _would_pass), "move with the badge's place in the picture"),
+            )
+        )
     if not chances:
         return []
     chance, what = min(chances)
     level: Level = "pass" if chance <= MAX_UNSEEN_CHANCE else "undecided"
     text = f"On this course, fringes that merely {what} would pass in {100 * chance:.0f} of 100 cases"
-    text += "." if level == "pass" else "; film again, and move the badge or the camera to and fro."
+    text += (
+        "."
+        if level == "pass"
+        else "; film again, move the badge or the camera to and fro, and turn it a little as well."
+    )
     return [Reason("steady", level, chance, MAX_UNSEEN_CHANCE, "share", text)]
 
 

@@ -6,13 +6,12 @@ Convention: a segment is judged by the same limits as a film; one with little mo
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from moireid.verifier.fringes.signals import GratingSignal, Measurement
+from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.limits import SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.motion.judge import judge_signals
 from moireid.verifier.reasons import Verdict, json_number
@@ -51,23 +50,10 @@ def judge_segments(measurement: Measurement, first: int = 0) -> tuple[Segment, .
         if len(frames) < WINDOW_FRAMES:
             found.append(Segment(start, end, len(frames), "inconclusive"))
             continue
-        judged = judge_signals(tuple(part_of(signal, frames) for signal in measurement.gratings))
+        judged = judge_signals(tuple(signal.part(frames) for signal in measurement.gratings))
         found.append(
             Segment(
                 start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio, judged.excitation_rad
             )
         )
     return tuple(found)
-
-
-def part_of(signal: GratingSignal, frames: NDArray[np.int64] | slice) -> GratingSignal:
-    """The signal in some frames."""
-    return replace(
-        signal,
-        measured_rad=signal.measured_rad[frames],
-        stretch=signal.stretch[frames],
-        predicted_rad=signal.predicted_rad[frames],
-        phase_sd_rad=signal.phase_sd_rad[frames],
-        times_s=signal.times_s[frames],
-        covariates=None if signal.covariates is None else signal.covariates[frames],
-    )

@@ -1,16 +1,19 @@
-"""Fringes that drift, or come late: how often would they pass on this film's own course?
+"""Fringes that drift, come late, or follow the badge's place: how often would they pass on this film's own course?
 
 On a course that goes steadily one way a delay is but a constant, which assembly decides, and a drift at the right speed
-is the law itself.  So the chance is counted that a forger passes who knows neither speed nor delay: forged signals are
-made on the film's own course, with no other fault, and judged as the film is.
+is the law itself.  Where nothing turns, the badge's place in the picture says as much as its parallax, and a generator
+may have learnt to move fringes with the place.  So the chance is counted that a forger passes who knows neither speed,
+nor delay, nor how far: forged signals are made on the film's own course, with no other fault, and judged as the film
+is.
 
-Convention: a drift goes at one speed all film long, and its ratio to the best-fitting speed is any between
-`FORGED_GAIN_MIN_RATIO` and `FORGED_GAIN_MAX_RATIO` alike; a delay is any of `DELAYS_S` alike.  Each stretch has a phase
-constant of its own.
+Convention: a drift goes at one speed all film long.  Its ratio to the best-fitting speed is any between
+`FORGED_GAIN_MIN_RATIO` and `FORGED_GAIN_MAX_RATIO` alike, and so is that of fringes which follow a place.  A delay is
+any of `DELAYS_S` alike.  Each stretch has a phase constant of its own.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -37,17 +40,27 @@ Passes = Callable[[GratingSignal], bool]
 
 def chance_of_drift(signal: GratingSignal, passes: Passes) -> float:
     """How often fringes that drift at an unknown constant speed would pass; passes: whether a forged signal would."""
-    clock = within_stretches(signal.times_s, signal.stretch)
+    return _chance_of_ratio(signal, signal.times_s[:, None], passes)
+
+
+def chance_of_place(signal: GratingSignal, passes: Passes) -> float:
+    """How often fringes that move with the badge's place in the picture, to an unknown degree, would pass."""
+    return _chance_of_ratio(signal, signal.beyond.place_px, passes) if signal.beyond is not None else 0.0
+
+
+def _chance_of_ratio(signal: GratingSignal, patterns: Array, passes: Passes) -> float:
+    """How often the best-fitting sum of patterns (T, P), times an unknown ratio, would pass."""
+    table = np.column_stack([within_stretches(pattern, signal.stretch) for pattern in patterns.T])
     course = within_stretches(signal.predicted_rad, signal.stretch)
-    power = float(clock @ clock)
-    speed = float(clock @ course) / power if power > 0 else 0.0
-    alike = float(np.sqrt(speed**2 * power / max(float(course @ course), 1e-12)))
+    power = float(course @ course)
+    best = table @ np.linalg.lstsq(table, course, rcond=1e-9)[0]
+    alike = math.sqrt(max(float(best @ course), 0.0) / power) if power > 0 else 0.0
     if alike < MIN_CORRELATION:
         return 0.0
-    # Regressed on the course, a drift of ratio r has a gain of r times the square of how alike they are.
+    # Regressed on the course, ratio r has a gain of r times the square of how alike they are.
     ratios = np.arange(FORGED_GAIN_MIN_RATIO, FORGED_GAIN_MAX_RATIO + RATIO_STEP / 2, RATIO_STEP)
     near = ratios[np.abs(ratios * alike**2 - 1) <= GAIN_TOLERANCE_SHARE]
-    return sum(passes(replace(signal, measured_rad=ratio * speed * clock)) for ratio in near) / len(ratios)
+    return sum(passes(replace(signal, measured_rad=ratio * best)) for ratio in near) / len(ratios)
 
 
 def chance_of_delay(signal: GratingSignal, passes: Passes) -> float:

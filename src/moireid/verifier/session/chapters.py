@@ -17,12 +17,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from moireid.verifier.fringes.beyond_phase import joined_in_time
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
 from moireid.verifier.identity.compare_built import compare_built, measure_built
 from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MIN_FRAMES
 from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals
-from moireid.verifier.motion.segments import Segment, judge_segments, part_of
+from moireid.verifier.motion.segments import Segment, judge_segments
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans
@@ -104,7 +105,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     identity = judge_identity(track, measurement, claimed_id=claim.badge_id)
     stages["identity"] = time.perf_counter() - clock
     identity, built_reasons = _judge_built(track, measurement, invariant, identity, claim)
-    signals = tuple(part_of(signal, slice(repeated, None)) for signal in measurement.gratings)
+    signals = tuple(signal.part(slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
         track.frames_read,
         track.tracked - repeated,
@@ -176,6 +177,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         rounding_rad=float(np.mean([signal.rounding_rad for signal in signals])),
         stray_share=float(np.mean([signal.stray_share for signal in signals])),
         covered_share=float(np.mean([signal.covered_share for signal in signals])),
+        beyond=joined_in_time([signal.beyond for signal in signals]),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
@@ -10,7 +10,7 @@ from moireid.idcodes import is_name_derived
 from moireid.provenance import Provenance
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.reasons import Reason
+from moireid.verifier.reasons import Level, Reason
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Claim:
         Where the claim comes from; None where a program makes it of its own.
     cover_share : float
         Share of the film, 0 to 1, that the verdict must be of; with less it is inconclusive.
+    photographs : int
+        So many photographs of the badge a forger must need to make such a film; with fewer it is inconclusive.
     """
 
     badge: Badge
@@ -42,6 +44,7 @@ class Claim:
     require_original: bool | None = None
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
+    photographs: int = 0
 
     @property
     def original_required(self) -> bool:
@@ -55,6 +58,22 @@ def claim_reasons(claim: Claim, identity: Identity) -> tuple[Reason, ...]:
         return ()
     found = [_source(claim), _name(claim), _look_alike(claim), _name_derived(claim), _copyable(claim, identity)]
     return tuple(reason for reason in found if reason is not None)
+
+
+def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, ...]:
+    """The findings, of which the count of photographs decides where at least one is asked for."""
+    if least == 0:
+        return reasons
+    found = next((reason for reason in reasons if reason.code == "photographs"), None)
+    if found is None:
+        text = f"The film does not show how many photographs would make it; {least} are asked for."
+        return (*reasons, Reason("photographs", "undecided", None, float(least), "photographs", text))
+    assert isinstance(found.measured, float)
+    level: Level = "pass" if found.measured >= least else "undecided"
+    text = f"{found.text} Asked for: {least}."
+    text += "" if level == "pass" else " Film longer ways sideways, and to and from the camera too."
+    held = replace(found, level=level, limit=float(least), text=text)
+    return tuple(held if reason is found else reason for reason in reasons)
 
 
 def _source(claim: Claim) -> Reason | None:

@@ -28,7 +28,7 @@ from moireid.badge import Badge
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
-from moireid.verifier.session.claim import Claim, claim_reasons
+from moireid.verifier.session.claim import Claim, claim_reasons, with_photographs
 from moireid.verifier.session.cover import cover_finding
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
@@ -86,7 +86,13 @@ def verify(
     seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
-    reasons = invariant.reasons + identity.reasons + built_reasons + seen.verifier.others + seen.verifier.restarts
+    reasons = (
+        with_photographs(invariant.reasons, claim.photographs)
+        + identity.reasons
+        + built_reasons
+        + seen.verifier.others
+        + seen.verifier.restarts
+    )
     judged = seen.verifier.judged
     overlapped = seen.watch.judge(judged.tracker, seen.chapters) if seen.watch else None
     if overlapped:

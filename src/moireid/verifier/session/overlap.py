@@ -41,7 +41,6 @@ from moireid.verifier.limits import (
 )
 from moireid.verifier.motion.figures import figures_of
 from moireid.verifier.motion.judge import judge_signals
-from moireid.verifier.motion.segments import part_of
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 from moireid.verifier.session.chapters import Chapter
 from moireid.verifier.session.faces import Face, FaceFollower
@@ -181,7 +180,7 @@ def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[fl
     around = np.flatnonzero(np.abs(times - middle) <= half)
     if len(around) < WINDOW_FRAMES:
         return None
-    judged = judge_signals([part_of(signal, around) for signal in signals])
+    judged = judge_signals([signal.part(around) for signal in signals])
     why = next((reason for reason in judged.reasons if reason.level == "fail"), None)
     if why is None:
         return None

@@ -1,0 +1,245 @@
+"""What a handful of photographs cannot show: could this film be a table of pictures, indexed by parallax?
+
+The picture of a badge with one axis depends on one parallax, and weakly on distance.  So a forger with some photographs
+can lay the fitting one over each frame, or cross-fade two.  Two things give that away:
+
+- *spacing*: the fringes stand closer where the camera is nearer (`fringes.depth_law`);
+- *waveform*: two cross-faded pictures, apart by a phase d, keep (1 - w) + w exp(i h d) of harmonic h, so the third one
+  dips nine times as deep between two photographs as the first.  On a badge the waveform changes slowly with parallax.
+
+A zoom within the film, or a shadow that moves, can do the same to a true badge, so neither rejects a film.
+
+Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square
+of what depends on parallax finely.
+Source: complex amplitudes of a sum of two shifted waves; regression on B-splines (Eilers and Marx 1996).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import (
+    INDEPENDENT_PER_S,
+    MAX_RIPPLE_CONTRASTS,
+    MAX_SPACING_ERROR_RATIO,
+    PHOTOGRAPH_SDS,
+    RIPPLE_LEFT_SHARE,
+    RIPPLE_STEP_RAD,
+    SPACING_FLOOR_RAD,
+)
+from moireid.verifier.reasons import Level, Reason
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Passes = Callable[[GratingSignal], bool]
+#: Knots of the fine regression, at least and at most; frames for each of its unknowns.
+KNOTS_RANGE, FRAMES_PER_UNKNOWN = (8, 80), 3
+#: More photographs than this are not counted.
+MOST_PHOTOGRAPHS = 100
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """Change of the fringes' spacing with distance, seen over predicted (1 on a badge), and its standard deviation."""
+
+    gain: float
+    sd: float
+
+    @property
+    def tested(self) -> bool:
+        """Whether the distance changed enough to tell a badge from photographs."""
+        return PHOTOGRAPH_SDS * self.sd <= 1.0
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it contradicts a badge."""
+        return abs(self.gain - 1) > max(MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS * self.sd)
+
+
+def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSignal], passes: Passes) -> list[Reason]:
+    """The findings on spacing and waveform, and how many photographs would make such a film.
+
+    Parameters: moved: those of the signals that moved enough; passes: whether a signal would pass all else.
+    Source: module docstring.
+    """
+    spacing = spacing_of(signals)
+    waveforms = [found for found in (waveform_of(signal, passes) for signal in moved) if found is not None]
+    reasons = [] if spacing is None else [_spaced(spacing)]
+    if not waveforms:
+        return reasons
+    worst = max(waveforms, key=lambda found: found.ripple / found.limit)
+    count = max(found.photographs for found in waveforms)
+    return [*reasons, _even(worst), _needed(count, from_two=spacing is not None and spacing.tested)]
+
+
+def _spaced(spacing: Spacing) -> Reason:
+    level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
+    seen = f"As the distance changes, the spacing of the fringes changes {spacing.gain:.2f} ± {spacing.sd:.2f} times as"
+    text = {
+        "undecided": f"{seen} the optics say: as on photographs laid over a film, or under a zoom. Film without zoom.",
+        "pass": f"{seen} the optics say, which photographs from one distance do not.",
+        "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
+    }[level]
+    return Reason("spacing", level, spacing.gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
+
+
+def _even(waveform: Waveform) -> Reason:
+    level: Level = "pass" if waveform.ripple <= waveform.limit else "undecided"
+    text = f"The shape of the fringes changes by {waveform.ripple:.4f} of their contrast from place to place"
+    text += (
+        f"; up to {waveform.limit:.4f} is a badge's."
+        if level == "pass"
+        else f", where {waveform.limit:.4f} would be a badge's: as between cross-faded photographs. Film in even light."
+    )
+    return Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
+
+
+def _needed(count: int, *, from_two: bool) -> Reason:
+    least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
+    text = f"To make this film of photographs, a forger would need {least} of the badge along its course"
+    text += ", from each of two distances." if from_two else "."
+    return Reason("photographs", "note", float(2 * count if from_two else count), None, "photographs", text)
+
+
+def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
+    """The spacing's gain, of all gratings together; None if the distance does not change at all.
+
+    Source: the error bar is the scatter of sums over times that a hand's motion makes independent
+        (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.
+    """
+    depths = [signal.beyond.depth for signal in signals if signal.beyond is not None]
+    if not depths:
+        return None
+    score, information = (sum(getattr(depth, name) for depth in depths) for name in ("score", "information"))
+    whole = float(np.sum(information))
+    if not whole > 0:
+        return None
+    error = float(np.sum(score)) / whole
+    piece = np.floor((signals[0].times_s - signals[0].times_s[0]) * INDEPENDENT_PER_S).astype(int)
+    scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
+    change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
+    return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)))
+
+
+class Course:
+    """What a grating's waveform is regressed on: place, distance and time, and the place finely."""
+
+    def __init__(self, signal: GratingSignal) -> None:
+        beyond = signal.beyond
+        assert beyond is not None
+        self.used = np.isfinite(signal.phase_sd_rad)
+        self.law_rad = beyond.law_rad[self.used]
+        place, time = _standard(self.law_rad), _standard(signal.times_s[self.used])
+        columns = [np.vander(place, 5), time[:, None] ** np.arange(1, 4)]
+        if signal.covariates is not None:
+            near = _standard(signal.covariates[self.used, 1])
+            columns.append(np.column_stack([near, near * place, near**2]))
+        self._smooth = np.linalg.qr(np.column_stack(columns))[0]
+        knots = int(np.clip(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, *KNOTS_RANGE))
+        bumps = _bumps(self.law_rad, knots)
+        bumps -= self._smooth @ (self._smooth.T @ bumps)
+        turned, sizes, _ = np.linalg.svd(bumps, full_matrices=False)
+        self._fine = turned[:, sizes > 1e-6 * sizes.max(initial=1e-12)]
+
+    @property
+    def told(self) -> bool:
+        """Whether there are frames enough."""
+        return bool(len(self.law_rad) >= FRAMES_PER_UNKNOWN * (self._smooth.shape[1] + self._fine.shape[1]))
+
+    def ripple2(self, overtone: Complex) -> tuple[float, float]:
+        """Square of the ripple, and its standard deviation, for the used frames.
+
+        Source: analysis of variance; noise that lasts over frames counts by its correlation with the frame before.
+        """
+        square = variance = 0.0
+        unknowns = self._fine.shape[1]
+        for part in (overtone.real, overtone.imag):
+            rough = part - self._smooth @ (self._smooth.T @ part)
+            along = self._fine.T @ rough
+            left = rough - self._fine @ along
+            noise = float(left @ left) / (len(part) - self._smooth.shape[1] - unknowns)
+            lasting = float(np.clip(left[1:] @ left[:-1] / max(float(left @ left), 1e-30), 0.0, 0.9))
+            noise *= (1 + lasting) / (1 - lasting)
+            square += (float(along @ along) - unknowns * noise) / len(part)
+            variance += 2 * unknowns * (noise / len(part)) ** 2
+        return square, math.sqrt(variance)
+
+
+@dataclass(frozen=True)
+class Waveform:
+    """Ripple of the waveform and what is allowed, contrasts; and how many photographs would stay below that.
+
+    photographs: evenly spaced over the course, cross-faded, and right in phase by the law.
+    """
+
+    ripple: float
+    limit: float
+    photographs: int
+
+
+def waveform_of(signal: GratingSignal, passes: Passes) -> Waveform | None:
+    """The waveform over a grating's course; None where it cannot be told.
+
+    Parameters: passes: whether a signal would pass all else.
+    """
+    if signal.beyond is None or np.isfinite(signal.phase_sd_rad).sum() < 10:
+        return None
+    course = Course(signal)
+    if not course.told:
+        return None
+    seen = signal.beyond.overtone[course.used]
+    square, sd = course.ripple2(seen)
+    limit = math.hypot(MAX_RIPPLE_CONTRASTS, math.sqrt(PHOTOGRAPH_SDS * sd))
+    typical = float(np.median(np.abs(seen)))
+    # If even the law itself would not pass with this film's other faults, the phase tells no photographs apart.
+    judge = passes if passes(replace(signal, measured_rad=signal.predicted_rad)) else _any_passes
+    count = next((n for n in range(2, MOST_PHOTOGRAPHS) if _hidden(n, signal, course, typical, limit, judge)), None)
+    return Waveform(math.sqrt(max(square, 0.0)), limit, count or MOST_PHOTOGRAPHS)
+
+
+def _any_passes(_: GratingSignal) -> bool:
+    return True
+
+
+def _hidden(count: int, signal: GratingSignal, course: Course, typical: float, limit: float, passes: Passes) -> bool:
+    """Whether so many photographs, cross-faded along this film's own course, would stay unseen."""
+    first, third = cross_faded(course.law_rad, count)
+    size = np.maximum(np.abs(first), 1e-9)
+    square, _ = course.ripple2(typical * third * (np.conj(first) / size) ** 3 / size)
+    if RIPPLE_LEFT_SHARE * math.sqrt(max(square, 0.0)) > limit:
+        return False
+    late = np.zeros(len(signal.measured_rad))
+    late[course.used] = np.angle(first * np.exp(-1j * course.law_rad))
+    shown = within_stretches(signal.predicted_rad + late, signal.stretch)
+    return passes(replace(signal, measured_rad=shown))
+
+
+def cross_faded(law_rad: Array, count: int) -> tuple[Complex, Complex]:
+    """First and third harmonic, each (T,), of 1 at best, that `count` cross-faded photographs show for phases (T,)."""
+    nodes = np.linspace(law_rad.min(), law_rad.max(), count)
+    place = np.interp(law_rad, nodes, np.arange(count))
+    before = np.minimum(place.astype(int), count - 2)
+    share = place - before
+    first, third = (
+        (1 - share) * np.exp(1j * h * nodes[before]) + share * np.exp(1j * h * nodes[before + 1]) for h in (1, 3)
+    )
+    return first, third
+
+
+def _standard(series: Array) -> Array:
+    return np.asarray((series - series.mean()) / max(float(series.std()), 1e-12))
+
+
+def _bumps(places: Array, knots: int) -> Array:
+    """Cubic B-splines on an even grid over all places, (T, knots + 3)."""
+    low, high = float(places.min()), float(places.max())
+    grid = np.concatenate([[low] * 3, np.linspace(low, high, knots + 1), [high] * 3])
+    return np.asarray(BSpline.design_matrix(np.clip(places, low, high), grid, 3).toarray())
