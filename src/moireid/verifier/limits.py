@@ -281,6 +281,11 @@ INDEPENDENT_PER_S = 2.0
 #: Limits in standard deviations: original within the first, a copy beyond the second, between them not known.  Set by
 #: hand.
 ORIGINAL_SDS, COPY_SDS = 3.5, 6.0
+#: A stretch has an offset of its own from this length on.  Set by hand: a second holds two independent samples.
+LEAST_STRETCH_S = 1.0
+#: On a steady course the badge as built speaks for a film if gain and offset agree within this many standard
+#: deviations.  Derived: 95 % of a normal distribution; a wider window would let a delay of 0.2 s through on a sweep.
+KNOWN_SDS = 2.0
 
 # --- Does the badge pass in front of the face? -----------------------------------------------------------------------
 

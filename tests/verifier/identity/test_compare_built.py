@@ -6,12 +6,16 @@ import json
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from moireid.asbuilt import AsBuilt, as_built_from_json, merge
 from moireid.bench.identity.clips import Clip, read_clip
 from moireid.errors import SpecError
-from moireid.verifier.identity.compare_built import compare_built
+from moireid.verifier.fringes.beyond_phase import BeyondPhase
+from moireid.verifier.fringes.depth_law import DepthLaw
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.identity.compare_built import _worst_stretch, compare_built
 from moireid.verifier.limits import PAPER_DRIFT_SHARE
 
 ONE = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
@@ -56,6 +60,52 @@ def test_paper_that_drifted_is_still_the_original(ada):
     moved = replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + drift, offset_rad=ONE.offset_rad - 0.6)
     assert compare_built(moved, ONE, ada).built == "original"
     assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "copy"
+
+
+def test_a_stretch_whose_sheet_lies_elsewhere_leaves_the_film_open(ada):
+    """Catches: a stretch of another badge, or of late fringes, hidden in the film's mean."""
+    assert compare_built(ONE, ONE, ada, apart_rad=0.15, apart_sd=0.05).built == "original"
+    apart = compare_built(ONE, ONE, ada, apart_rad=0.3, apart_sd=0.05)
+    assert apart.built == "not_known"
+    assert [reason.code for reason in apart.reasons if reason.measured == 0.3] == ["as_built_stretches"]
+
+
+def test_the_worst_stretch_is_told_from_a_gain_that_is_not_quite_one():
+    """Catches: a stretch seen from aside taken for a moved sheet because the gain is 0.95; a moved one overlooked."""
+    times = np.arange(300) / 30.0
+    law = np.where(times < 5, 0.2, 1.8) + 0.3 * np.sin(2 * np.pi * 0.5 * times)
+    none = np.zeros(300)
+    depth = DepthLaw(none, none, none)
+    signal = GratingSignal(
+        law,
+        law,
+        np.full(300, 0.01),
+        0.01,
+        np.array([0.01]),
+        times,
+        beyond=BeyondPhase(law, depth, none.astype(complex), np.zeros((300, 2))),
+        stretch=(times >= 5).astype(np.int64),
+    )
+    built = replace(ONE, gain_ratio=0.95, gain_sd=0.01)
+    apart, sd = _worst_stretch(-0.05 * (law - law.mean()), signal, built)
+    assert apart < 0.01 < sd
+    moved = np.where(times < 5, -0.15, 0.15)
+    apart, sd = _worst_stretch(-0.05 * (law - law.mean()) + moved, signal, built)
+    assert apart == pytest.approx(0.15, abs=0.01)
+    assert apart > 2 * sd
+    assert _worst_stretch(moved, replace(signal, stretch=np.zeros(300, np.int64)), built)[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("found", "known"),
+    [(ONE, True), (replace(ONE, offset_rad=2.8), False), (replace(ONE, gain_ratio=1.05), False)],
+    ids=["as enrolled", "offset off", "gain off"],
+)
+def test_the_badge_speaks_for_a_steady_film_only_where_gain_and_offset_agree_closely(ada, found, known):
+    """Catches: the wide limits of an original used where a delay must be told."""
+    outcome = compare_built(found, ONE, ada)
+    assert outcome.built == "original"
+    assert (outcome.known is not None) == known
 
 
 @pytest.mark.slow

@@ -3,6 +3,8 @@
 A copy made from the same files has the same identity, but its sheet lies differently over the lines: another offset,
 another twist, and another beat if it was printed again.  Paper grows and shrinks with humidity.  That changes the beat
 too, so the tolerance of the offset grows with the measured change of the beat.
+
+The sheet lies in one place all film long, so the offset must be the same in every stretch.
 """
 
 from __future__ import annotations
@@ -12,15 +14,18 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
-from moireid.verifier.fringes.signals import Measurement
+from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import (
     COPY_SDS,
     INDEPENDENT_PER_S,
+    KNOWN_SDS,
+    LEAST_STRETCH_S,
     MIN_FREQUENCY_SD_PER_MM,
     OFFSET_REPEATS_RAD,
     ORIGINAL_SDS,
@@ -29,25 +34,45 @@ from moireid.verifier.limits import (
     TWIST_REPEATS_RAD,
 )
 from moireid.verifier.motion.judge import Invariant
+from moireid.verifier.motion.steady_course import KnownBuilt
 from moireid.verifier.reasons import Reason
 from moireid.verifier.tracking.track import Track
 
+Array = NDArray[np.float64]
 Built = Literal["original", "copy", "not_known"]
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Outcome of comparing a film's figures with those of enrolment."""
+    """Outcome of comparing a film's figures with those of enrolment; known: what that says of the fringes, if it is
+    the original.
+    """
 
     built: Built
     reasons: tuple[Reason, ...]
+    known: KnownBuilt | None = None
+
+
+@dataclass(frozen=True)
+class Filmed:
+    """What a film shows of a badge as built; apart_rad: how far the offset in its worst stretch is from that of the
+    film, and apart_sd its standard deviation, rad; 0 and 1 where there is one stretch.
+    """
+
+    as_built: AsBuilt
+    apart_rad: float = 0.0
+    apart_sd: float = 1.0
 
 
 def measure_built(track: Track, measurement: Measurement, invariant: Invariant) -> AsBuilt:
+    """The as-built figures of one film, for enrolment; as `filmed_built`."""
+    return filmed_built(track, measurement, invariant).as_built
+
+
+def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -> Filmed:
     """The as-built figures measured from one film.
 
     Convention: as `AsBuilt`.
-    Returns: AsBuilt.
     Raises: DesignError for a board that carries no identity.
     Source: `cell_phase.uniform_fields` of the first grating that carries a code.  The offset is the mean of measured
         less predicted phase; its error comes from the scatter over time and from the gain's error times the mean phase.
@@ -69,7 +94,7 @@ def measure_built(track: Track, measurement: Measurement, invariant: Invariant) 
     offset_sd = math.hypot(wander / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0)), off_centre * invariant.gain_sd)
     height = badge.gratings[index].rect_mm
     span = (height[3] - height[1]) if badge.gratings[index].axis == "x" else (height[2] - height[0])
-    return AsBuilt(
+    as_built = AsBuilt(
         badge_id=badge.id,
         beat_frequency_per_mm=reference.frequency_per_mm,
         beat_frequency_sd=reference.frequency_sd,
@@ -80,10 +105,39 @@ def measure_built(track: Track, measurement: Measurement, invariant: Invariant) 
         gain_ratio=invariant.gain_ratio,
         gain_sd=invariant.gain_sd,
     )
+    apart = np.angle(clock * np.conj(mean_turn))
+    return Filmed(as_built, *_worst_stretch(apart, measurement.gratings[index], as_built))
 
 
-def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge) -> Comparison:
+def _worst_stretch(apart_rad: Array, signal: GratingSignal, as_built: AsBuilt) -> tuple[float, float]:
+    """The offset of the worst stretch less that of the film, and its standard deviation, rad.
+
+    Parameters: apart_rad (T,): measured less predicted phase, less its mean over the film.
+    Convention: what the film's own gain explains is taken away.
+    """
+    if signal.beyond is None or signal.stretch[0] == signal.stretch[-1]:
+        return 0.0, 1.0
+    used = np.isfinite(signal.phase_sd_rad)
+    aside = signal.beyond.law_rad - float(signal.beyond.law_rad[used].mean())
+    apart = apart_rad - (as_built.gain_ratio - 1) * aside
+    worst = 0.0, 1.0
+    for number in np.unique(signal.stretch[used]):
+        part = used & (signal.stretch == number)
+        seconds = float(np.ptp(signal.times_s[part]))
+        if seconds < LEAST_STRETCH_S:
+            continue
+        scatter = float(apart[part].std()) / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0))
+        sd = math.hypot(scatter, abs(float(aside[part].mean())) * as_built.gain_sd, OFFSET_REPEATS_RAD)
+        worst = max(worst, (abs(float(apart[part].mean())), sd), key=lambda found: found[0] / found[1])
+    return worst
+
+
+def compare_built(
+    found: AsBuilt, enrolled: AsBuilt, badge: Badge, *, apart_rad: float = 0.0, apart_sd: float = 1.0
+) -> Comparison:
     """Whether the film shows the very badge that was enrolled.
+
+    Parameters: apart_rad, apart_sd: of the worst stretch, as in `Filmed`.
 
     Convention: differences are found less enrolled.
     Returns: Comparison; "not_known" lies between the limits of original and copy.
@@ -113,5 +167,18 @@ def compare_built(found: AsBuilt, enrolled: AsBuilt, badge: Badge) -> Comparison
         levels.append(level)
         text = f"The {words} differs from enrolment by {difference:.4g} {unit}; known errors explain {limit:.4g}."
         reasons.append(Reason(code, "note", difference, limit, unit, text))
+    if apart_rad > ORIGINAL_SDS * apart_sd:
+        levels.append("not_known")
+        limit = ORIGINAL_SDS * apart_sd
+        text = (
+            f"Between parts of the film the position of the sheet differs by {apart_rad:.4g} rad; known errors "
+            f"explain {limit:.4g}."
+        )
+        reasons.append(Reason("as_built_stretches", "note", apart_rad, limit, "rad", text))
     built: Built = "copy" if "copy" in levels else "not_known" if "not_known" in levels else "original"
-    return Comparison(built, tuple(reasons))
+    if built != "original":
+        return Comparison(built, tuple(reasons))
+    gain_sd = math.hypot(found.gain_sd, enrolled.gain_sd)
+    known = KnownBuilt(enrolled.gain_ratio, KNOWN_SDS * gain_sd, slide_rad + KNOWN_SDS * offset_sd)
+    sure = abs(found.gain_ratio - known.gain) <= known.gain_room and offset <= known.offset_room_rad
+    return Comparison(built, tuple(reasons), known if sure else None)

@@ -40,7 +40,7 @@ from moireid.verifier.limits import (
 from moireid.verifier.motion.figures import Figures, figures_of, pearson
 from moireid.verifier.motion.likelihood import KINDS
 from moireid.verifier.motion.photographs import no_photographs
-from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_drift, chance_of_place
+from moireid.verifier.motion.steady_course import KnownBuilt, chance_of_delay, chance_of_drift, chance_of_place
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
@@ -162,15 +162,15 @@ def _held_against_law(
     ]
 
 
-def _course_tells(moved: Sequence[GratingSignal]) -> list[Reason]:
+def _course_tells(moved: Sequence[GratingSignal], known: KnownBuilt | None = None) -> list[Reason]:
     """Whether on this course fringes would show that drift, come late, or go with a place; of the best grating."""
     chances = []
     for signal in moved:
         chances.append(
             max(
-                (chance_of_drift(signal, _would_pass), "drift at some constant speed"),
-                (chance_of_delay(signal, _would_pass), "come late by up to a second"),
-                (chance_of_place(signal, _would_pass), "move with the badge's place in the picture"),
+                (chance_of_drift(signal, _would_pass, known), "drift at some constant speed"),
+                (chance_of_delay(signal, _would_pass, known), "come late by up to a second"),
+                (chance_of_place(signal, _would_pass, known), "move with the badge's place in the picture"),
             )
         )
     if not chances:
@@ -178,12 +178,31 @@ def _course_tells(moved: Sequence[GratingSignal]) -> list[Reason]:
     chance, what = min(chances)
     level: Level = "pass" if chance <= MAX_UNSEEN_CHANCE else "undecided"
     text = f"On this course, fringes that merely {what} would pass in {100 * chance:.0f} of 100 cases"
-    text += (
-        "."
-        if level == "pass"
-        else "; film again, move the badge or the camera to and fro, and turn it a little as well."
-    )
+    if level == "undecided":
+        text += "; film again, move the badge or the camera to and fro, and turn it a little as well."
+    else:
+        text += "." if known is None else ", as the badge was measured when it was enrolled."
     return [Reason("steady", level, chance, MAX_UNSEEN_CHANCE, "share", text)]
+
+
+def steady_as_built(invariant: Invariant, signals: Sequence[GratingSignal], known: KnownBuilt | None) -> Invariant:
+    """The outcome with what is known of the badge as built, where only a steady course leaves the film open."""
+    if known is None or open_codes(invariant.reasons) != {"steady"}:
+        return invariant
+    moved = [signal for signal in signals if _moved_enough(signal)]
+    (again,) = _course_tells(moved, known)
+    reasons = tuple(again if reason.code == "steady" else reason for reason in invariant.reasons)
+    return replace(invariant, verdict=worst(list(reasons)), reasons=reasons)
+
+
+def open_codes(reasons: Sequence[Reason]) -> set[str]:
+    """Codes of the findings that keep a film from being accepted."""
+    return {reason.code for reason in reasons if reason.level in ("undecided", "fail")}
+
+
+def _moved_enough(signal: GratingSignal) -> bool:
+    figures = figures_of(signal)
+    return _enough_motion(figures.excitation_rad, figures.expected_error_rad).level == "pass"
 
 
 def _explained_frames(share: float) -> list[Reason]:

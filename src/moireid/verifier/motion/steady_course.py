@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,18 +38,37 @@ RATIO_STEP = 0.05
 Passes = Callable[[GratingSignal], bool]
 
 
-def chance_of_drift(signal: GratingSignal, passes: Passes) -> float:
-    """How often fringes that drift at an unknown constant speed would pass; passes: whether a forged signal would."""
-    return _chance_of_ratio(signal, signal.times_s[:, None], passes)
+@dataclass(frozen=True)
+class KnownBuilt:
+    """What is known of a badge as built that the film agrees with: its gain, and the room of gain and of offset, rad.
+
+    A forger who does not know the gain and the offset must meet both by chance.
+    """
+
+    gain: float
+    gain_room: float
+    offset_room_rad: float
 
 
-def chance_of_place(signal: GratingSignal, passes: Passes) -> float:
+def chance_of_drift(signal: GratingSignal, passes: Passes, known: KnownBuilt | None = None) -> float:
+    """How often fringes that drift at an unknown constant speed would pass.
+
+    Parameters: passes: whether a forged signal would; known: of the badge as built.
+    """
+    return _chance_of_ratio(signal, signal.times_s[:, None], passes, known)
+
+
+def chance_of_place(signal: GratingSignal, passes: Passes, known: KnownBuilt | None = None) -> float:
     """How often fringes that move with the badge's place in the picture, to an unknown degree, would pass."""
-    return _chance_of_ratio(signal, signal.beyond.place_px, passes) if signal.beyond is not None else 0.0
+    return _chance_of_ratio(signal, signal.beyond.place_px, passes, known) if signal.beyond is not None else 0.0
 
 
-def _chance_of_ratio(signal: GratingSignal, patterns: Array, passes: Passes) -> float:
-    """How often the best-fitting sum of patterns (T, P), times an unknown ratio, would pass."""
+def _chance_of_ratio(signal: GratingSignal, patterns: Array, passes: Passes, known: KnownBuilt | None) -> float:
+    """How often the best-fitting sum of patterns (T, P), times an unknown ratio, would pass.
+
+    Source: regressed on the course, ratio r has a gain of r times the square of how alike pattern and course are.  The
+        offset of such fringes is any, so of known badges as built a share of room / pi agrees.
+    """
     table = np.column_stack([within_stretches(pattern, signal.stretch) for pattern in patterns.T])
     course = within_stretches(signal.predicted_rad, signal.stretch)
     power = float(course @ course)
@@ -57,15 +76,29 @@ def _chance_of_ratio(signal: GratingSignal, patterns: Array, passes: Passes) -> 
     alike = math.sqrt(max(float(best @ course), 0.0) / power) if power > 0 else 0.0
     if alike < MIN_CORRELATION:
         return 0.0
-    # Regressed on the course, ratio r has a gain of r times the square of how alike they are.
     ratios = np.arange(FORGED_GAIN_MIN_RATIO, FORGED_GAIN_MAX_RATIO + RATIO_STEP / 2, RATIO_STEP)
     near = ratios[np.abs(ratios * alike**2 - 1) <= GAIN_TOLERANCE_SHARE]
-    return sum(passes(replace(signal, measured_rad=ratio * best)) for ratio in near) / len(ratios)
+    share = sum(passes(replace(signal, measured_rad=ratio * best)) for ratio in near) / len(ratios)
+    if known is None:
+        return share
+    narrow = 2 * known.gain_room / alike**2 / (FORGED_GAIN_MAX_RATIO - FORGED_GAIN_MIN_RATIO)
+    return min(share, narrow) * min(1.0, known.offset_room_rad / math.pi)
 
 
-def chance_of_delay(signal: GratingSignal, passes: Passes) -> float:
+def chance_of_delay(signal: GratingSignal, passes: Passes, known: KnownBuilt | None = None) -> float:
     """How often fringes that come late by an unknown time would pass."""
-    return sum(passes(replace(signal, measured_rad=_delayed(signal, delay))) for delay in DELAYS_S) / len(DELAYS_S)
+    return sum(_late_passes(signal, delay, passes, known) for delay in DELAYS_S) / len(DELAYS_S)
+
+
+def _late_passes(signal: GratingSignal, delay_s: float, passes: Passes, known: KnownBuilt | None) -> bool:
+    late = _delayed(signal, delay_s)
+    shift = late - signal.predicted_rad
+    if known is not None:
+        # Fringes that come late on a steady course stand aside all the time, by more than the sheet may lie aside.
+        aside = [abs(float(shift[signal.stretch == number].mean())) for number in np.unique(signal.stretch)]
+        if max(aside) > known.offset_room_rad:
+            return False
+    return passes(replace(signal, measured_rad=within_stretches(late, signal.stretch)))
 
 
 def _delayed(signal: GratingSignal, delay_s: float) -> Array:
@@ -80,4 +113,4 @@ def _delayed(signal: GratingSignal, delay_s: float) -> Array:
         if early > 0:
             rate = (course[early] - course[0]) / (clock[early] - clock[0])
             shown[part] += rate * np.minimum(wanted - clock[0], 0.0)
-    return within_stretches(shown, signal.stretch)
+    return shown

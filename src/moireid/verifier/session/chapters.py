@@ -19,11 +19,12 @@ import numpy as np
 
 from moireid.verifier.fringes.beyond_phase import joined_in_time
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
-from moireid.verifier.identity.compare_built import compare_built, measure_built
+from moireid.verifier.identity.compare_built import compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MIN_FRAMES
-from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals
+from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals, open_codes, steady_as_built
 from moireid.verifier.motion.segments import Segment, judge_segments
+from moireid.verifier.motion.steady_course import KnownBuilt
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, judged_spans
@@ -51,7 +52,7 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
-    its frames, None once they are dropped.
+    its frames, None once they are dropped; known: of the badge as built, if the chapter shows that badge.
     """
 
     frames_read: int
@@ -66,6 +67,7 @@ class Chapter:
     track: Track | None
     measurement: Measurement | None
     judged_s: tuple[Span, ...] = ()
+    known: KnownBuilt | None = None
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
@@ -104,7 +106,8 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     clock = time.perf_counter()
     identity = judge_identity(track, measurement, claimed_id=claim.badge_id)
     stages["identity"] = time.perf_counter() - clock
-    identity, built_reasons = _judge_built(track, measurement, invariant, identity, claim)
+    identity, built_reasons, known = _judge_built(track, measurement, invariant, identity, claim)
+    invariant = steady_as_built(invariant, measurement.gratings, known)
     signals = tuple(signal.part(slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
         track.frames_read,
@@ -119,6 +122,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         track,
         measurement,
         judged_spans(signals),
+        known,
     )
 
 
@@ -131,10 +135,19 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     if len(seen) <= 1:
         return (seen or list(chapters))[0].invariant
     joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
-    whole = judge_signals(joined)
+    whole = steady_as_built(judge_signals(joined), joined, _known_to_all(seen))
     broken = [chapter for chapter in seen if chapter.invariant.verdict == "reject"]
     reasons = tuple(_broken_chapter(chapter) for chapter in broken)
     return replace(whole, verdict="reject" if broken else whole.verdict, reasons=whole.reasons + reasons)
+
+
+def _known_to_all(chapters: Sequence[Chapter]) -> KnownBuilt | None:
+    """What is known of the badge as built, with the widest room; None unless every chapter shows that badge."""
+    known = [chapter.known for chapter in chapters if chapter.known is not None]
+    if len(known) < len(chapters):
+        return None
+    gain_room, offset_room = max(one.gain_room for one in known), max(one.offset_room_rad for one in known)
+    return replace(known[0], gain_room=gain_room, offset_room_rad=offset_room)
 
 
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
@@ -201,23 +214,27 @@ def _broken_chapter(chapter: Chapter) -> Reason:
 
 def _judge_built(
     track: Track, measurement: Measurement, invariant: Invariant, identity: Identity, claim: Claim
-) -> tuple[Identity, tuple[Reason, ...]]:
-    """The identity with the comparison to the badge as enrolled, and the findings on it."""
+) -> tuple[Identity, tuple[Reason, ...], KnownBuilt | None]:
+    """The identity compared with the badge as enrolled, the findings on that, and what it says of the fringes."""
     as_built = claim.as_built
     if as_built is not None:
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
-    if as_built is not None and identity.verdict == "match" and invariant.verdict == "accept":
-        comparison = compare_built(measure_built(track, measurement, invariant), as_built, track.badge)
+    known = None
+    if as_built is not None and identity.verdict == "match" and open_codes(invariant.reasons) <= {"steady"}:
+        filmed = filmed_built(track, measurement, invariant)
+        apart = {"apart_rad": filmed.apart_rad, "apart_sd": filmed.apart_sd}
+        comparison = compare_built(filmed.as_built, as_built, track.badge, **apart)
         identity, reasons = replace(identity, built=comparison.built), comparison.reasons
+        known = comparison.known if claim.original_required else None
     if not claim.original_required or identity.verdict != "match":
-        return identity, reasons
+        return identity, reasons, known
     level: Level = "pass" if identity.built == "original" else "fail" if identity.built == "copy" else "undecided"
     text = {
         "original": "This is the badge that was enrolled, and not a copy of it.",
         "copy": "This is a copy of the enrolled badge, and the original is required.",
     }.get(identity.built, NOT_TOLD if as_built else NOT_ENROLLED)
-    return identity, (*reasons, Reason("built", level, identity.built, "original", "", text))
+    return identity, (*reasons, Reason("built", level, identity.built, "original", "", text)), known
 
 
 def _badge_absent(track: Track) -> Reason:
