@@ -28,6 +28,8 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "gain_sd": ("double", "its standard error"),
     "phase_residual_rad": ("double", "what is left over, radians"),
     "excitation_rad": ("double", "standard deviation of the predicted phase, radians"),
+    "cover": ("double", "share of the film that the verdict is of, 0 to 1; null in published"),
+    "photographs": ("double", "so many photographs of the badge would make the film; null in published"),
     "frames": ("int64", "frames read"),
     "tracked": ("int64", "frames in which the badge was followed"),
     "seconds": ("double", "that scoring took, on one processor, fetching apart"),

@@ -44,7 +44,7 @@ FIGURES = (
     "excitation_rad",
 )
 #: Format of a row; raise it if the content of rows changes.
-FORMAT = 3
+FORMAT = 4
 Row = dict[str, Any]
 #: Temporary faults: the next run tries such a film again.
 PASSING: frozenset[Fault] = frozenset({"fetch", "worker", "program"})
@@ -76,6 +76,8 @@ def score_film(job: Job, film: str) -> Row:
         "motion": report.invariant.verdict,
         "identity": report.identity.verdict,
         **figures,
+        "cover": json_number(report.cover.share) if report.cover else None,
+        "photographs": next((r.measured for r in report.reasons if r.code == "photographs"), None),
         "frames": report.frames["read"],
         "tracked": report.frames["tracked"],
         "seconds": round(time.perf_counter() - begun, 2),
@@ -94,7 +96,7 @@ def failed_row(lost: Lost) -> Row:
         "verdict": "failed",
         "motion": None,
         "identity": None,
-        **dict.fromkeys(FIGURES),
+        **dict.fromkeys((*FIGURES, "cover", "photographs")),
         "frames": None,
         "tracked": None,
         "seconds": round(lost.seconds, 2),

@@ -12,6 +12,7 @@ from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.lenticule import view_law
 from moireid.registry import Claimed, Registry, claimed, claimed_by_file
+from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.page import holder_words
 from moireid.web.auth.roles import Visitor
 from moireid.web.jobs.queue import Job
@@ -24,7 +25,9 @@ from moireid.web.uploads import receive
 FOCAL_PX = (50.0, 100_000.0)
 #: The kinds of jobs that judge a film.
 KINDS = ("verify", "identify")
-VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original")
+VERIFY_FIELDS = ("claim", "badge", "focal_px", "require_original", "cover", "photographs")
+#: The most photographs that may be asked for.
+MOST_PHOTOGRAPHS = 1000
 #: At most this many laws are given to a film's process: those of a claimed badge, or of the registry's layouts.
 MOST_LAWS = 8
 IDENTIFY_FIELDS = ("focal_px",)
@@ -61,6 +64,8 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
             found=found,
             focal_px=focal_px,
             require_original=_truth(given.get("require_original")),
+            cover_share=_number(given, "cover", 0, 1, MIN_COVER_SHARE),
+            photographs=int(_number(given, "photographs", 0, MOST_PHOTOGRAPHS, 0)),
             report=report,
             laws=laws,
         )
@@ -103,14 +108,19 @@ def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]
 
 
 def _focal(text: str | None) -> float | None:
-    if text is None:
-        return None
+    return None if text is None else _number({"focal_px": text}, "focal_px", *FOCAL_PX, 0.0)
+
+
+def _number(given: dict[str, str], name: str, least: float, most: float, otherwise: float) -> float:
+    """A number of the form.  Raises: Refusal where it is none, or out of its range."""
+    if name not in given:
+        return otherwise
     try:
-        value = float(text)
+        value = float(given[name])
     except ValueError:
         value = math.nan
-    if not FOCAL_PX[0] <= value <= FOCAL_PX[1]:
-        raise Refusal(422, "fields", f"focal_px is a number of pixels from {FOCAL_PX[0]:g} to {FOCAL_PX[1]:g}.")
+    if not least <= value <= most:
+        raise Refusal(422, "fields", f"{name} is a number from {least:g} to {most:g}.")
     return value
 
 

@@ -33,6 +33,18 @@ FIELDS: dict[str, dict[str, Any]] = {
         "type": "boolean",
         "description": "whether to reject a copy; if absent, where the badge was enrolled with a film",
     },
+    "cover": {
+        "type": "number",
+        "minimum": 0,
+        "maximum": 1,
+        "description": "share of the film that the verdict must be of; 0.5 if absent",
+    },
+    "photographs": {
+        "type": "integer",
+        "minimum": 0,
+        "maximum": 1000,
+        "description": "so many photographs of the badge a forger must need to make such a film; 0 if absent",
+    },
     "kind": {"enum": ["verify", "identify"], "default": "verify"},
 }
 

@@ -20,6 +20,7 @@ import matplotlib.figure  # noqa: F401 - loaded ahead
 from moireid.lenticule import know_law
 from moireid.registry import Claimed, People
 from moireid.sandbox.child import Talk
+from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.page import pictures_of, write_report
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
@@ -40,12 +41,23 @@ def verify_film(
     found: Claimed,
     focal_px: float | None = None,
     require_original: bool | None = None,
+    cover_share: float = MIN_COVER_SHARE,
+    photographs: int = 0,
     report: bool = False,
     laws: Sequence[Law] = (),
 ) -> None:
     """What `moireid verify --json` prints; with `report` also the files of `moireid verify --report`, and the plots."""
     _know(laws)
-    claim = Claim(found.badge, found.badge.id, focal_px, found.as_built, require_original, found.provenance)
+    claim = Claim(
+        found.badge,
+        found.badge.id,
+        focal_px,
+        found.as_built,
+        require_original,
+        found.provenance,
+        cover_share,
+        photographs,
+    )
     made = verify(video, claim, revoked=found.revoked, progress=progress)
     tell({"result": made.to_json()})
     if not report:
