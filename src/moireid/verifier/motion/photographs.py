@@ -143,7 +143,8 @@ class Course:
             near = _standard(signal.covariates[self.used, 1])
             columns.append(np.column_stack([near, near * place, near**2]))
         self._smooth = np.linalg.qr(np.column_stack(columns))[0]
-        knots = int(np.clip(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, *KNOTS_RANGE))
+        most = len(self.law_rad) / FRAMES_PER_UNKNOWN - self._smooth.shape[1] - 3
+        knots = int(np.clip(min(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, most), *KNOTS_RANGE))
         bumps = _bumps(self.law_rad, knots)
         bumps -= self._smooth @ (self._smooth.T @ bumps)
         turned, sizes, _ = np.linalg.svd(bumps, full_matrices=False)
