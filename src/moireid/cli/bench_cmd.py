@@ -31,6 +31,11 @@ from moireid.cli.rate import scheduler_option, workers_option
     show_default=True,
     help="Seed of everything random.",
 )
+@click.option(
+    "--only",
+    metavar="REGEX",
+    help="Only the cases whose name holds this regular expression (forgers).",
+)
 @workers_option
 @scheduler_option
 @overwrite_option
@@ -42,6 +47,7 @@ def bench_command(
     quick: bool,
     clips: int | None,
     seed: int,
+    only: str | None,
     workers: int | None,
     scheduler: str | None,
     overwrite: bool,
@@ -73,6 +79,8 @@ def bench_command(
 
     if suite in ("fabricate", "simulate") and (workers or scheduler):
         fail(f"{suite} has no films to share out; leave out --workers and --scheduler")
+    if only is not None and suite != "forgers":
+        fail(f"--only chooses cases of forgers, and {suite} has none; leave it out")
     where = Where(scheduler, workers)
     planned(outputs(folder, suite), overwrite=overwrite)
     with progress_bar("clips") as progress:
@@ -95,7 +103,9 @@ def bench_command(
             from moireid.bench.forgers import suite as forgers
 
             kept = folder / "forgers.jsonl"
-            result = forgers.run(quick=quick, seed=seed, clips=clips, kept=kept, where=where, progress=progress)
+            result = forgers.run(
+                quick=quick, seed=seed, clips=clips, only=only, kept=kept, where=where, progress=progress
+            )
         elif suite == "published":
             from moireid.bench.published import suite as published
 

@@ -7,9 +7,11 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge
 from moireid.bench.forgers.edits import (
+    Decoy,
     ShiftedMarkers,
     caption,
     caption_on,
@@ -21,7 +23,7 @@ from moireid.bench.forgers.motions import in_turns, one_way, seen_only, with_jum
 from moireid.bench.forgers.photographs import Photographs, still
 from moireid.simulate.filming import Edit, Show
 from moireid.simulate.forgeries.shown import Shown
-from moireid.simulate.motion import Motion, motion_named
+from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Scene
 
 Make = Callable[["Shoot"], "Filming"]
@@ -163,6 +165,25 @@ def short_of_film(seconds: float, times: float) -> Make:
     return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), frames_times=times)
 
 
+def decoy(shoot: Shoot) -> Filming:
+    """A true badge for six tenths of the film; then it stands elsewhere, frozen and its code greyed, beside a decoy."""
+    cut = round(0.6 * shoot.frames)
+    true = moving(shoot)
+    aside = Rotation.from_euler("y", 15.0, degrees=True).as_matrix()
+
+    def motion(times_s: Any) -> Poses:
+        poses = true(times_s)
+        after = np.asarray(times_s) * FPS >= cut - 0.5
+        return Poses(poses.camera_mm, np.where(after[:, None, None], aside @ poses.rotation, poses.rotation))
+
+    def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+        held = camera_mm.copy()
+        held[cut:] = held[cut]
+        return Shown(held, camera_mm)
+
+    return Filming(motion, show, Decoy(shoot.badge, cut))
+
+
 def late_on_sweep(seconds: float) -> Make:
     """Fringes that come late, on one steady sweep."""
 
@@ -254,6 +275,7 @@ def cases() -> list[Case]:
         ),
         *(Case(f"frozen for {seconds:g} s", False, spell(seconds)) for seconds in (0.5, 1.0, 2.0)),
         Case("2 s of badge in a film five times as long", False, short_of_film(2.0, 2.5)),
+        Case("a frozen badge beside a decoy after a true spell", False, decoy),
         Case("half a second late on one sweep", False, late_on_sweep(0.5)),
         Case("drift on one sweep", False, drift_on_sweep),
         *(

@@ -7,6 +7,7 @@ built.
 from __future__ import annotations
 
 import itertools
+import re
 import tempfile
 import time
 from collections.abc import Callable
@@ -17,6 +18,7 @@ from moireid.badge import Badge
 from moireid.bench.forgers.cases import FPS, Case, Shoot, cases
 from moireid.bench.rows import Where, made_rows
 from moireid.designer import Request, design_badge
+from moireid.errors import SpecError
 from moireid.simulate.filming import film
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import Claim, Report, verify
@@ -81,17 +83,24 @@ def run(
     quick: bool,
     seed: int,
     clips: int | None,
+    only: str | None = None,
     kept: Path | None,
     where: Where = HERE,
     progress: Callable[[int, int | None], None],
 ) -> dict[str, Any]:
-    """All cases as one JSON object."""
+    """All cases as one JSON object, or those whose name holds the regular expression `only`.
+
+    Raises: SpecError where no case is left.
+    """
     count = clips or (2 if quick else 100)
-    jobs = [
-        (f"{case.name}|{number}", (case.name, number, FRAMES))
-        for case in cases()
-        for number in range(seed, seed + count)
-    ]
+    try:
+        chosen = [case.name for case in cases() if only is None or re.search(only, case.name)]
+    except re.error as error:
+        raise SpecError(f"--only {only!r} is no regular expression ({error}); give a part of a case's name") from error
+    if not chosen:
+        raise SpecError(f"no case's name holds {only!r}; leave out --only to see all names in the table")
+    # Film after film of all cases, so that an interrupted run has some of each.
+    jobs = [(f"{name}|{number}", (name, number, FRAMES)) for number in range(seed, seed + count) for name in chosen]
     done = itertools.count(1)
     rows = made_rows(run_case, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(jobs)))
     return {"suite": "forgers", "seed": seed, "rows": rows}

@@ -11,9 +11,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from moireid.verifier.limits import SPELL_S
 from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of, invariant_of, judge_chapter
 from moireid.verifier.session.claim import Claim
+from moireid.verifier.session.cover import Span, outside
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 
 #: If several badges carry the claimed identity, a rejected one counts first, then an accepted one, then an open one.
@@ -61,6 +63,13 @@ class Line:
         """Identities that any chapter reads."""
         return {chapter.identity.decoded_id for chapter in self.chapters if chapter.identity.decoded_id}
 
+    def breaking(self) -> tuple[Span, ...]:
+        """When this badge breaks the law and reads no identity, s: it may be the claimed one with its code hidden."""
+        if self.read():
+            return ()
+        broken = [chapter for chapter in self.chapters if chapter.invariant.verdict == "reject"]
+        return tuple(span for chapter in broken for span in chapter.judged_s)
+
     def region(self) -> dict[str, Any] | None:
         """First frame that shows the badge, and the corners of its board there, film px; None if no frame shows it.
 
@@ -98,6 +107,23 @@ def others_note(count: int, read: set[str], region: dict[str, Any] | None) -> tu
         f"about one badge only: the one first seen in frame {region['frame']} near ({x:.0f}, {y:.0f}) px."
     )
     return (Reason("others", "note", float(count), None, "badges", text),)
+
+
+def breaking_finding(breaking: Sequence[Span], judged: Sequence[Span]) -> tuple[Reason, ...]:
+    """Whether a badge without identity breaks the law while the judged one is not to be judged; empty if none does.
+
+    Convention: a lie shorter than `SPELL_S` is not counted, as in the judged badge itself.
+    """
+    alone = [part for span in breaking for part in outside(span, judged)]
+    seconds = sum(end - start for start, end in alone)
+    if seconds < SPELL_S:
+        return ()
+    start, end = max(alone, key=lambda span: span[1] - span[0])
+    text = (
+        f"Between {start:.0f} and {end:.0f} s a badge is seen whose fringes break the law and whose code cannot be "
+        "read, and the judged badge is not to be seen; both may be one."
+    )
+    return (Reason("others_break", "undecided", seconds, SPELL_S, "s", text),)
 
 
 def _plot_order(chapter: Chapter) -> tuple[bool, bool, int]:

@@ -73,6 +73,15 @@ def cover_of(spans: Sequence[Span], first_s: float, last_s: float, frames: int) 
     return Cover(min(judged / whole, 1.0) if whole > 0 else 0.0, tuple(joined), max(gaps))
 
 
+def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
+    """The parts of a span that lie in none of the others."""
+    left: list[Span] = [span]
+    for start, end in spans:
+        left = [part for one in left for part in ((one[0], min(one[1], start)), (max(one[0], end), one[1]))]
+        left = [part for part in left if part[1] > part[0]]
+    return tuple(left)
+
+
 def cover_finding(cover: Cover, least: float) -> Reason:
     """Whether enough of the film is judged; least: share, 0 to 1."""
     level: Level = "pass" if cover.share >= least else "undecided"

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from moireid.verifier.limits import FOCAL_KEPT_SHARE, MIN_FRAMES, WINDOW_FRAMES
 from moireid.verifier.reasons import Reason, Verdict, worst
-from moireid.verifier.session.badge_session import Line, others_note, rank_of, reasons_of
+from moireid.verifier.session.badge_session import Line, breaking_finding, others_note, rank_of, reasons_of
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.session.cover import Cover, cover_of
+from moireid.verifier.session.cover import Cover, Span, cover_of
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -99,6 +99,7 @@ class Verifier:
         self._lines = [Line(claim, self._view.trackers[0])]
         #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
         self._gone, self._gone_read = 0, set[str]()
+        self._gone_breaking: list[tuple[BadgeTracker, tuple[Span, ...]]] = []
         self._kept: Line | None = None
         self._due_s: float | None = None
         self._focal_px, self._focal_frames = claim.focal_px, 0
@@ -121,11 +122,15 @@ class Verifier:
 
     @property
     def others(self) -> tuple[Reason, ...]:
-        """A note on the badges that the verdict is not of, where there are any."""
+        """Findings on the badges that the verdict is not of, where there are any."""
         judged = self.judged
         beside = [line for line in self._lines if line is not judged and line.tracker.course.first is not None]
         read = set[str]().union(self._gone_read, *(line.read() for line in beside))
-        return others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
+        breaking = [span for line in beside for span in line.breaking()]
+        breaking += [span for tracker, spans in self._gone_breaking if tracker is not judged.tracker for span in spans]
+        spans = [span for chapter in judged.chapters for span in chapter.judged_s]
+        note = others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
+        return note + breaking_finding(breaking, spans)
 
     @property
     def cover(self) -> Cover:
@@ -212,6 +217,7 @@ class Verifier:
         for tracker in self._view.given_up:
             line = next(line for line in self._lines if line.tracker is tracker).finish()
             self._lines.remove(line)
+            self._gone_breaking.append((tracker, line.breaking()))
             self._gone, self._gone_read = self._gone + 1, self._gone_read | set(sorted(line.read())[:1])
             self._kept = min([line, *([self._kept] if self._kept else [])], key=Line.rank)
         self._view.given_up.clear()
