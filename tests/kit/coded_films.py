@@ -9,8 +9,16 @@ import av
 import numpy as np
 
 
-def written(path: Path, pictures: list[np.ndarray], codec: str, pixels: str, *, full_range: bool = False) -> Path:
-    """A film of grey pictures, coded without visible loss."""
+def written(
+    path: Path,
+    pictures: list[np.ndarray],
+    codec: str,
+    pixels: str,
+    *,
+    full_range: bool = False,
+    aspect: Fraction | None = None,
+) -> Path:
+    """A film of grey pictures, coded without visible loss; aspect: width of a pixel over its height, as a flag."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=Fraction(30))
         stream.height, stream.width = pictures[0].shape
@@ -18,6 +26,8 @@ def written(path: Path, pictures: list[np.ndarray], codec: str, pixels: str, *, 
         stream.options = {"crf": "1", "preset": "ultrafast", "x265-params": "log-level=none"}
         if full_range:
             stream.codec_context.color_range = 2
+        if aspect is not None:
+            stream.codec_context.sample_aspect_ratio = aspect
         for picture in pictures:
             frame = av.VideoFrame.from_ndarray(np.repeat(picture[..., None], 3, axis=2), format="rgb24")
             container.mux(stream.encode(frame.reformat(format=pixels, dst_color_range=2 if full_range else 1)))

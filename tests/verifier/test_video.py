@@ -10,6 +10,7 @@ import sys
 import threading
 import time
 import zlib
+from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -73,6 +74,24 @@ def decoders() -> list[threading.Thread]:
     return [thread for thread in threading.enumerate() if thread.name.startswith("decode")]
 
 
+@pytest.mark.parametrize(
+    ("aspect", "size"),
+    [(Fraction(4, 3), (256, 96)), (Fraction(3, 4), (192, 128)), (Fraction(1), (192, 96)), (Fraction(9, 1), (192, 96))],
+)
+def test_pixels_that_are_not_square_are_made_so(tmp_path, aspect, size):
+    """Catches: a flag that is not obeyed, which makes a wrong parallax; an absurd one that is; a picture shrunk."""
+    picture = np.zeros((96, 192), np.uint8)
+    picture[24:48, 48:96] = 200
+    film = Film(written(tmp_path / "wide.mp4", [picture] * 4, "libx264", "yuv420p", aspect=aspect))
+    assert (film.width, film.height) == size == (film.described()["width"], film.described()["height"])
+    luma = next(iter(film.frames())).luma
+    assert luma.shape == size[::-1]
+    rows, columns = np.nonzero(luma > 100)
+    across, down = size[0] / 192, size[1] / 96
+    assert np.allclose([columns.min(), columns.max() + 1], [48 * across, 96 * across], atol=1)
+    assert np.allclose([rows.min(), rows.max() + 1], [24 * down, 48 * down], atol=1)
+
+
 def test_frames_ahead_are_the_frames(films: Path):
     """Catches: frames out of order, lost or doubled at the end; memory of one picture used for the next."""
     film = Film(films / "rendered_path_1.4m.mp4")
@@ -112,7 +131,7 @@ def test_an_error_of_the_decoder_comes_at_its_frame(films: Path, tmp_path):
     """Catches: an error that is lost in the thread, or raised before the frames ahead of it were given out."""
     picture = np.zeros((64, 64), np.uint8)
     film = Film(written(tmp_path / "a.mp4", [picture] * 5, "libx264", "yuv420p"))
-    film.height += 2
+    film._coded = 64, 66
     frames = film.frames_ahead()
     with pytest.raises(MediaError, match="picture size"):
         next(frames)

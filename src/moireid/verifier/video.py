@@ -9,6 +9,7 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -42,6 +43,8 @@ PLANAR_DEPTH = {
 #: Luma runs from 16 to 235 in video (ITU-R BT.601 and 709), unless the file says that it uses the full range.
 VIDEO_RANGE = np.clip(np.rint((np.arange(256) - 16) * (255 / 219)), 0, 255).astype(np.uint8)
 FULL_RANGE = 2
+#: Pixels further from square than this are a fault of the file, and nearer ones make no difference of a pixel.
+MOST_ASPECT, LEAST_ASPECT = 4.0, 2e-4
 #: Frames that are decoded ahead; 17 MB at 1080p.
 AHEAD_FRAMES = 8
 #: Called while a film is read: frames read, and frames expected (None if the file does not say).
@@ -83,7 +86,8 @@ class Film:
     Notes
     -----
     Convention: the file is opened once.  All that is read of it or told of it is of that file, whatever its path names
-    later.  Rows stay as they were coded: a phone's rotation flag is not followed.
+    later.  Rows stay as they were coded: a phone's rotation flag is not followed.  Pixels that the file calls wide or
+    tall are made square, as a player shows them; width and height are those of the square ones.
     Source: FFmpeg by PyAV.
     """
 
@@ -109,7 +113,8 @@ class Film:
                 stream = container.streams.video[0]
                 if stream.codec_context is None:
                     raise MediaError(f"{path} is coded in a way that no decoder here knows; {ADVICE}")
-                self.width, self.height = stream.codec_context.width, stream.codec_context.height
+                self._coded = stream.codec_context.width, stream.codec_context.height
+                self.width, self.height = _squared(self._coded, stream.sample_aspect_ratio)
                 self.fps = float(stream.average_rate or stream.guessed_rate or 30)
                 self.frames_expected = int(stream.frames) or None
         except (av.error.FFmpegError, OSError, ValueError) as error:
@@ -164,11 +169,13 @@ class Film:
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
                     luma = luma_of(picture)
-                    if luma.shape != (self.height, self.width):
+                    if luma.shape != self._coded[::-1]:
                         raise MediaError(
-                            f"{self.path} changes its picture size from {self.width} x {self.height} to "
+                            f"{self.path} changes its picture size from {self._coded[0]} x {self._coded[1]} to "
                             f"{luma.shape[1]} x {luma.shape[0]} at frame {count}; export it anew at one size"
                         )
+                    if self._coded != (self.width, self.height):
+                        luma = np.asarray(cv2.resize(luma, (self.width, self.height)), np.uint8)
                     yield Frame(count, time_s, luma)
                     count += 1
         except (av.error.FFmpegError, OSError, ValueError) as error:
@@ -207,6 +214,14 @@ class Film:
             finally:
                 worker.shutdown(wait=True, cancel_futures=True)
                 frames.close()
+
+
+def _squared(coded: tuple[int, int], aspect: Fraction | None) -> tuple[int, int]:
+    """Width and height of a picture once its pixels are square, none smaller than coded; aspect: width over height."""
+    wide = float(aspect) if aspect else 1.0
+    if not 1 / MOST_ASPECT <= wide <= MOST_ASPECT or abs(wide - 1) < LEAST_ASPECT:
+        return coded
+    return (round(coded[0] * wide), coded[1]) if wide > 1 else (coded[0], round(coded[1] / wide))
 
 
 def one_thread() -> bool:

@@ -190,6 +190,15 @@ def test_a_focal_length_far_from_the_prior_is_found_too(focal, seed):
     assert abs(fit.focal_px - focal) < 2 * fit.focal_sd_px and fit.focal_sd_px < 0.02 * focal
 
 
+def test_a_stretched_picture_has_no_focal_length():
+    """Catches: the border of the search given as a solution; a true film's called a border."""
+    rng = np.random.default_rng(3)
+    times = np.arange(90) / FPS
+    points = rolled(Course(rng, 1600.0, tilt_deg=14.0, sway_mm=220.0), times, 1450.0, 0.010)
+    assert not fitted(registered(points, rng, 0.08), times).focal_at_limit
+    assert fitted(registered(points * [0.7, 1.0], rng, 0.08), times).focal_at_limit
+
+
 def test_without_perspective_the_prior_decides_and_says_so():
     """Catches: a small error bar of an undetermined focal length; a given one that is ignored."""
     times = np.arange(30) / FPS

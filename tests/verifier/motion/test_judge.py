@@ -482,3 +482,10 @@ def test_too_many_parts_or_frames_left_out_leave_a_film_open(name, share):
     """Catches: a lie in frames that nobody looks at, or under a cover, and the rest accepted."""
     assert judged(replace(genuine(), **{name: share})).verdict == "inconclusive"
     assert judged(replace(genuine(), **{name: 0.04})).verdict == "accept"
+
+
+def test_a_focal_length_that_no_search_found_leaves_a_film_open():
+    """Catches: a stretched picture, in which half a gain looks whole, accepted at the border of the search."""
+    outcome = judged(replace(genuine(), focal_at_limit=True))
+    assert outcome.verdict == "inconclusive"
+    assert [reason.code for reason in outcome.reasons if reason.level == "undecided"] == ["focal"]

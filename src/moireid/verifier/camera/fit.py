@@ -17,10 +17,13 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.plane_pose import PlanePoses, tangent_error
 from moireid.verifier.camera.self_calibration import FilmWide
+from moireid.verifier.limits import FOCAL_RANGE_RATIO
 
 Array = NDArray[np.float64]
 #: Change of the focal length's logarithm, and of the distortion, to measure their effect on the poses.
 PROBE = 0.003
+#: A focal length this near to the border of its search, as a share, is at it.
+AT_LIMIT_SHARE = 0.01
 
 
 @dataclass(frozen=True)
@@ -30,7 +33,8 @@ class CameraFit:
     reprojection_px: root mean square over corners, (T,); focal_sd_px: standard deviation, 0 where the focal length
     was given; shutter_s: time from first to last row; tangent_sd: error of the spread of the parallax coordinates along
     x and y from focal length and distortion, as a share; tangent_error: standard deviation of one frame's parallax
-    coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion.
+    coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion;
+    focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution.
     """
 
     camera_mm: Array
@@ -43,6 +47,7 @@ class CameraFit:
     tangent_error: tuple[float, float]
     bend_k1: float = 0.0
     bend_sd: float = 0.0
+    focal_at_limit: bool = False
 
 
 def fit_camera(
@@ -82,7 +87,13 @@ def fit_camera(
         tangent_error(final, film.plane, film.focal),
         film.bend_k1,
         film.bend_k1_sd,
+        focal_px is None and _at_limit(film.focal / max(image_px)),
     )
+
+
+def _at_limit(ratio: float) -> bool:
+    least, most = FOCAL_RANGE_RATIO
+    return not least * (1 + AT_LIMIT_SHARE) < ratio < most * (1 - AT_LIMIT_SHARE)
 
 
 def _choose(poses: PlanePoses) -> tuple[Array, Array]:

@@ -58,7 +58,8 @@ class GratingSignal:
     camera's parallax along the other axis, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
-    frames whose markers do not lie as on a flat page, so that their poses are left out; beyond: what the film shows
+    frames whose markers do not lie as on a flat page, so that their poses are left out;
+    focal_at_limit: as in `CameraFit`; beyond: what the film shows
     beside the phase, None if it is not known.
     """
 
@@ -75,6 +76,7 @@ class GratingSignal:
     rounding_rad: float = 0.0
     covered_share: float = 0.0
     stray_share: float = 0.0
+    focal_at_limit: bool = False
     beyond: BeyondPhase | None = None
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
@@ -231,6 +233,7 @@ def _grating_signal(
         rounding_rad=rounding,
         covered_share=1 - clear / max(len(every), 1),
         stray_share=poses.stray_share,
+        focal_at_limit=poses.camera.focal_at_limit,
         beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
     )
 

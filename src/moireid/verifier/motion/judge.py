@@ -44,6 +44,10 @@ from moireid.verifier.motion.steady_course import KnownBuilt, chance_of_delay, c
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
+FOCAL_AT_LIMIT = (
+    "No focal length fits this film: its picture looks stretched, or cut out of a larger one. Give the film as it was "
+    "taken, or its focal length with --focal-px."
+)
 #: If there are several findings of one kind, the worst is reported.
 ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
 
@@ -102,6 +106,8 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     reasons = [_enough_motion(whole.excitation_rad, whole.expected_error_rad)]
     reasons += _explained_frames(max(signal.stray_share for signal in signals))
     reasons += _uncovered(max(signal.covered_share for signal in signals))
+    if any(signal.focal_at_limit for signal in signals):
+        reasons.append(Reason("focal", "undecided", None, None, "", FOCAL_AT_LIMIT))
     if reasons[0].level == "pass":
         reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
         reasons = _without_hand_s_blame(reasons)
