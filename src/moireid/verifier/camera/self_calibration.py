@@ -16,6 +16,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
@@ -23,6 +24,7 @@ from moireid.verifier.camera.map_search import Unknown, minimise, minimise_toget
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
+from moireid.verifier.camera.stretches import AROUND
 from moireid.verifier.limits import (
     DISTORTION_MAX_K1,
     DISTORTION_PRIOR_SD_K1,
@@ -30,6 +32,8 @@ from moireid.verifier.limits import (
     FOCAL_PRIOR_RATIO,
     FOCAL_PRIOR_SD_LOG,
     FOCAL_RANGE_RATIO,
+    JUMP_NOISE_SDS,
+    MAX_PICTURE_JUMP,
     SHUTTER_MAX_S,
     SHUTTER_PRIOR_S,
     SHUTTER_PRIOR_SD_S,
@@ -64,7 +68,7 @@ class FilmWide:
         self._points, self._times = points_px, times_s
         self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
-        self._velocity = _velocity_px_s(points_px, times_s)
+        self._velocity = _velocity_px_s(points_px, times_s, focal_px or FOCAL_PRIOR_RATIO * max(image_px))
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
         # Programs rotate films, so the shutter may run down, right, up or left.
         self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
@@ -199,14 +203,15 @@ class FilmWide:
         return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
 
 
-def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
-    """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, 0 beside gaps.
+def _velocity_px_s(points_px: Array, times_s: Array, focal_px: float) -> Array:
+    """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, not across cuts, and 0
+    beside gaps.
 
     Registered points are exact to some hundredths of a pixel, so they are interpolated and not smoothed: smoothing
     would flatten a hand's tremor, and the shutter time would be overestimated.
     """
     velocity = np.zeros_like(points_px)
-    for stretch in unbroken(times_s, GAP_S):
+    for stretch in unbroken(times_s, GAP_S, np.cumsum(_cuts(points_px / focal_px))):
         if len(stretch) < 4:
             continue
         clock = times_s[stretch]
@@ -215,6 +220,21 @@ def _velocity_px_s(points_px: Array, times_s: Array) -> Array:
             spline = CubicSpline(clock[kept], points_px[stretch][kept])
             velocity[stretch] = spline(np.clip(clock, clock[kept[0]], clock[kept[-1]]), 1)
     return velocity
+
+
+def _cuts(points: Array) -> NDArray[np.bool_]:
+    """Frames before which the points (T, N, 2), in focal lengths, jump, (T,).
+
+    Source: third differences, in which a jump counts twice at its place, and a hand's motion hardly at all.
+    """
+    found = np.zeros(len(points), bool)
+    if len(points) < AROUND:
+        return found
+    jerk = np.abs(np.diff(points, 3, axis=0)).max(axis=(1, 2))
+    usual = median_filter(jerk, AROUND, mode="nearest")
+    sudden = (jerk > np.maximum(2 * MAX_PICTURE_JUMP, JUMP_NOISE_SDS * usual)) & (jerk == maximum_filter1d(jerk, 3))
+    found[2:-1] = sudden
+    return found
 
 
 def _apart(clock: Array, least_s: float) -> list[int]:
