@@ -19,11 +19,10 @@ def test_every_case_can_be_filmed():
     for axes in ("x", "xy"):
         badge = badge_of(axes)
         assert {grating.axis for grating in badge.gratings} == set(axes)
-        for case in (case for case in cases() if case.axes == axes):
-            for seed in (0, 1):
-                filming = case.make(Shoot(badge, 1000.0, seed, 240))
-                camera = filming.motion(np.arange(8) / 30).camera_mm
-                assert camera.shape == (8, 3) and (camera[:, 2] < -500).all(), case.name
+        for seed, case in enumerate(case for case in cases() if case.axes == axes):
+            filming = case.make(Shoot(badge, 1000.0, seed, 240))
+            camera = filming.motion(np.arange(8) / 30).camera_mm
+            assert camera.shape == (8, 3) and (camera[:, 2] < -500).all(), case.name
 
 
 def test_a_film_has_the_frames_and_the_edit_of_its_case(tmp_path: Path):
