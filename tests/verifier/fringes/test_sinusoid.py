@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.sinusoid import PIECE_SAMPLES, fit_columns, fit_rows, fit_series, series, series_slope
+from moireid.verifier.fringes.sinusoid import (
+    PIECE_SAMPLES,
+    fit_columns,
+    fit_rows,
+    fit_series,
+    left_of_rows,
+    series,
+    series_slope,
+)
 
 SAMPLES = 200
 LINE = np.linspace(-1, 1, SAMPLES)
@@ -54,6 +62,7 @@ def test_what_is_left_is_what_numpy_s_own_least_squares_leaves(rng):
         columns = np.stack([*BACKGROUND, np.cos(angle), np.sin(angle), np.cos(2 * angle), np.sin(2 * angle)], axis=1)
         solved, left = np.linalg.lstsq(columns, own, rcond=None)[:2]
         assert found.left[row] == pytest.approx(left[0], rel=1e-9)
+        assert left_of_rows(values, argument, 2, BACKGROUND)[row] == pytest.approx(own - columns @ solved, abs=1e-6)
         assert found.harmonics[row, 1] == pytest.approx(solved[4] - 1j * solved[5], abs=1e-6)
 
 

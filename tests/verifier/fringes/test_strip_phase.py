@@ -113,6 +113,17 @@ def test_the_view_s_own_stretch_is_taken_out(rng):
     assert abs(blind.frequency_per_mm - BEAT) > 5e-4
 
 
+def test_the_overtone_is_the_third_harmonic_turned_to_the_fundamental(rng):
+    """Catches: an overtone that turns with the fringes, is in counts, or is that of the second harmonic."""
+    phase = wandering(rng)
+    one, two = (measured(fringes(phase, contrast=contrast)) for contrast in (30.0, 10.0))
+    # The fit's own error, as in the phase: a slope is not orthogonal to fringes that are no whole number.
+    assert np.abs(one.overtone - 0.12 * np.exp(-1.1j)).max() < 0.01
+    assert np.abs(one.overtone - two.overtone).max() < 0.01
+    short = measure_strip(fringes(phase), straight(), 30.0, BAND)
+    assert short.overtone.shape == (FRAMES,) and not short.overtone.any()
+
+
 # With noise: unbiased, and honest about itself.
 
 

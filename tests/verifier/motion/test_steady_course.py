@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.fringes.beyond_phase import BeyondPhase
+from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import FORGED_GAIN_MAX_RATIO, FORGED_GAIN_MIN_RATIO, GAIN_TOLERANCE_SHARE
 from moireid.verifier.motion.judge import judge_signals
-from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_drift
+from moireid.verifier.motion.steady_course import chance_of_delay, chance_of_drift, chance_of_place
 
 TIMES = np.arange(240) / 30.0
 SWEEP = 0.4 * (TIMES - TIMES.mean())
@@ -66,3 +71,53 @@ def test_a_true_badge_on_one_sweep_is_left_open(course, level):
     outcome = judge_signals([signal(course, course - course.mean())])
     assert {reason.code: reason.level for reason in outcome.reasons}["steady"] == level
     assert outcome.verdict == ("accept" if level == "pass" else "inconclusive")
+
+
+def placed(course: np.ndarray, x_px: np.ndarray, stretch: np.ndarray | None = None) -> GratingSignal:
+    """A true badge whose middle is at x_px in the picture, and trembles up and down."""
+    y_px = 360 + 3 * np.random.default_rng(2).standard_normal(240)
+    beyond = BeyondPhase(course, DepthLaw(*np.zeros((3, 240))), np.zeros(240, complex), np.column_stack([x_px, y_px]))
+    made = signal(course, course - course.mean(), stretch)
+    return replace(made, predicted_rad=within_stretches(made.predicted_rad, made.stretch), beyond=beyond)
+
+
+#: Turning the badge moves the fringes and leaves its place: 0.7 rad to and fro at another pace.
+TURN = 0.7 * np.sin(2 * np.pi * 0.55 * TIMES + 1.0)
+#: By a shift before a still camera of 1150 px focal length, 1 rad is 180 px.
+SHIFTED_PX = 640 + 180 * SWAY
+
+
+def test_a_badge_that_only_shifts_sideways_can_be_told_by_its_place():
+    """Catches: a place in page millimetres, a slope that must be right in pixels, one direction of two alone."""
+    window = 2 * GAIN_TOLERANCE_SHARE / (FORGED_GAIN_MAX_RATIO - FORGED_GAIN_MIN_RATIO)
+    for x_px in (SHIFTED_PX, 1280 - SHIFTED_PX, 0.3 * SHIFTED_PX):
+        assert chance_of_place(placed(SWAY, x_px), as_the_law) == pytest.approx(window, rel=0.25)
+    upright = placed(SWAY, SHIFTED_PX)
+    assert upright.beyond is not None
+    swapped = replace(upright, beyond=replace(upright.beyond, place_px=upright.beyond.place_px[:, ::-1]))
+    assert chance_of_place(swapped, as_the_law) == pytest.approx(window, rel=0.25)
+
+
+def test_a_badge_that_turns_too_or_a_camera_that_follows_it_cannot():
+    """Catches: a place that is fitted frame by frame, and so tells everything."""
+    assert chance_of_place(placed(SWAY + TURN, SHIFTED_PX), as_the_law) == 0.0
+    assert chance_of_place(placed(SWAY, 640 + 60 * TURN), as_the_law) == 0.0
+    assert chance_of_place(placed(SWAY, np.full(240, 640.0)), as_the_law) == 0.0
+    assert chance_of_place(signal(SWAY), as_the_law) == 0.0
+
+
+def test_places_after_a_cut_have_a_constant_of_their_own():
+    """Catches: a take from elsewhere that seems to take fringes away from the badge's place."""
+    stretch = (TIMES >= 4).astype(np.int64)
+    elsewhere = placed(SWAY, SHIFTED_PX + 300 * stretch, stretch)
+    assert chance_of_place(elsewhere, as_the_law) == chance_of_place(placed(SWAY, SHIFTED_PX, stretch), as_the_law) > 0
+
+
+@pytest.mark.parametrize(("turned", "level"), [(0.0, "undecided"), (1.0, "pass")])
+def test_a_shift_alone_is_left_open_with_the_advice_to_turn(turned, level):
+    """Catches: a chance that is counted and not acted upon; a badge left open that turns as a hand's does."""
+    outcome = judge_signals([placed(SWAY + turned * TURN, SHIFTED_PX)])
+    (steady,) = [reason for reason in outcome.reasons if reason.code == "steady"]
+    assert steady.level == level and ("turn it a little" in steady.text) == (level == "undecided")
+    assert outcome.verdict == ("accept" if level == "pass" else "inconclusive")
+    assert level == "pass" or "place in the picture" in steady.text

@@ -231,7 +231,7 @@ def row_caption(shoot: Shoot) -> Filming:
 
 
 def sticker(shoot: Shoot) -> Filming:
-    """A round sticker on the badge."""
+    """A sticker on the badge."""
     x0, y0, x1, y1 = field_of(shoot.badge)
     x, y = shoot.rng.uniform(0.2, 0.8, 2) * (x1 - x0, y1 - y0) + (x0, y0)
     rect = (x - 9, y - 6, x + 9, y + 6)
@@ -270,7 +270,7 @@ def cases() -> list[Case]:
         ),
         Case("24 photographs, cross-faded, 1.5 frames late", False, photographs(24, late_s=0.05)),
         *(
-            Case(f"frozen for {share:.0%} of the frames, markers shifted", False, frozen_in_spells(share, 0.8))
+            Case(f"frozen for {100 * share:.0f} % of the frames, markers shifted", False, frozen_in_spells(share, 0.8))
             for share in (0.25, 0.5)
         ),
         *(Case(f"frozen for {seconds:g} s", False, spell(seconds)) for seconds in (0.5, 1.0, 2.0)),

@@ -114,7 +114,8 @@ class ShiftedMarkers:
         if not self.within(frame):
             return luma
         out = luma.copy()
-        reach = 0.68 * self.badge.markers.size_mm
+        # With a part of the white around it, and no fringes.
+        reach = 0.65 * self.badge.markers.size_mm
         for number, (x, y) in enumerate(self.badge.markers.centers_mm):
             square = np.array(
                 [[[x + a * reach, y + b * reach]] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], float
@@ -122,13 +123,13 @@ class ShiftedMarkers:
             left, top, width, height = cv2.boundingRect(
                 np.round(cv2.perspectiveTransform(square, homography)).astype(np.int32)
             )
-            part = luma[top : top + height, left : left + width]
+            # A marker at the picture's edge is moved as far as it is seen; a negative index would count from the end.
+            seen = slice(max(top, 0), max(top + height, 0)), slice(max(left, 0), max(left + width, 0))
+            part = luma[seen]
             if not part.size:
                 continue
             moved = np.array([[1, 0, self.shift_px if number in (0, 2) else -self.shift_px], [0, 1, 0]], float)
-            out[top : top + height, left : left + width] = cv2.warpAffine(
-                part, moved, (part.shape[1], part.shape[0]), borderMode=cv2.BORDER_REPLICATE
-            )
+            out[seen] = cv2.warpAffine(part, moved, (part.shape[1], part.shape[0]), borderMode=cv2.BORDER_REPLICATE)
         return out
 
 

@@ -46,9 +46,10 @@ def in_turns(distance_mm: float, seed: int, *, tangents: Array, hold_s: float, g
     def poses(times_s: Array) -> Poses:
         hand = sway(times_s)
         turn_s = hold_s + gap_s
-        number = np.floor(times_s / turn_s).astype(int)
-        gone = times_s - number * turn_s >= hold_s
-        angle = np.arctan(np.asarray(tangents)[number % len(tangents)])
+        # Many frames lie on a cut, and rounding must not put some before it and some behind.
+        number, within_s = np.divmod(times_s + 1e-6, turn_s)
+        gone = within_s >= hold_s
+        angle = np.arctan(np.asarray(tangents)[number.astype(int) % len(tangents)])
         small = hand.camera_mm * [0.1, 0.1, 0.0] + [0.0, 0.0, -distance_mm]
         cos, sin = np.cos(angle), np.sin(angle)
         camera = np.column_stack(

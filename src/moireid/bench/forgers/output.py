@@ -5,16 +5,20 @@ from __future__ import annotations
 from collections import Counter
 from typing import Any
 
-VERDICTS = ("accept", "inconclusive", "reject")
-COLOURS = {"accept": "#2e7d4f", "inconclusive": "#8a97a6", "reject": "#c0392b"}
+import numpy as np
+
+VERDICTS = {"accept": "accept", "inconclusive": "open", "reject": "reject"}
+#: None looks like praise or alarm: an accepted forgery is a failure, an accepted badge none.
+COLOURS = {"accept": "#22577a", "inconclusive": "#d3dae2", "reject": "#d98a3d"}
+HEADINGS = {False: "forged", True: "genuine, as hands and editors spoil it"}
 
 
 def forgers_table(result: dict[str, Any]) -> str:
     """Verdicts of each case, and why those that were not accepted were not."""
-    lines = [f"{'forged':<58}{'accept':>8}{'open':>6}{'reject':>8}  s a film  most frequent reason"]
+    lines = [f"{HEADINGS[False]:<58}{'accept':>8}{'open':>6}{'reject':>8}  s a film  most frequent reason"]
     for genuine in (False, True):
         if genuine:
-            lines += ["", "genuine, as hands and editors spoil it"]
+            lines += ["", HEADINGS[True]]
         lines += [_line(name, rows) for name, rows in by_case(result, genuine).items()]
     return "\n".join(lines)
 
@@ -43,17 +47,23 @@ def forgers_plot(result: dict[str, Any]) -> Any:
     from matplotlib.backends.backend_svg import FigureCanvasSVG
     from matplotlib.figure import Figure
 
-    cases = [(name, rows) for genuine in (False, True) for name, rows in by_case(result, genuine).items()][::-1]
-    figure = Figure(figsize=(8, 0.22 * len(cases) + 1), layout="constrained")
+    groups = {genuine: by_case(result, genuine) for genuine in (False, True)}
+    # A row for each case, and an empty one with the heading of each group, from the top.
+    rows = [row for genuine, cases in groups.items() if cases for row in ((HEADINGS[genuine], []), *cases.items())]
+    figure = Figure(figsize=(8, 0.18 * len(rows) + 1), layout="constrained")
     FigureCanvasSVG(figure)
     axes = figure.add_subplot()
-    begins = [0.0] * len(cases)
-    for verdict in VERDICTS:
-        shares = [sum(row["verdict"] == verdict for row in rows) / len(rows) for _, rows in cases]
-        axes.barh(range(len(cases)), shares, left=begins, color=COLOURS[verdict], label=verdict)
-        begins = [begin + share for begin, share in zip(begins, shares, strict=True)]
-    axes.set_yticks(range(len(cases)), [name for name, _ in cases], fontsize=7)
-    axes.set_xlabel("share of films")
+    begins = np.zeros(len(rows))
+    for verdict, label in VERDICTS.items():
+        shares = [sum(film["verdict"] == verdict for film in films) / max(len(films), 1) for _, films in rows]
+        axes.barh(range(len(rows)), shares, left=begins, color=COLOURS[verdict], label=label)
+        begins += shares
+    axes.set_yticks(range(len(rows)), [name for name, _ in rows], fontsize=7)
+    for mark, (_, films) in zip(axes.get_yticklabels(), rows, strict=True):
+        mark.set_fontweight("normal" if films else "bold")
+    axes.set(xlabel="share of films", xlim=(0, 1), ylim=(len(rows) - 0.5, -0.5))
+    axes.tick_params(axis="y", length=0)
+    axes.xaxis.set_major_formatter(lambda share, _: f"{100 * share:.0f} %")
     axes.legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
-    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["top", "right", "left"]].set_visible(False)
     return figure
