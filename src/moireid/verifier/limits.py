@@ -81,6 +81,9 @@ DISTORTION_PRIOR_SD_K1, DISTORTION_MAX_K1 = 0.02, 0.3
 #: A frame counts as misregistered from this reprojection error on, over the film's median and in pixels.  Derived: by
 #: chance, two residuals of a frame exceed ten medians with a probability of 1e-30.
 STRAY_MEDIANS_RATIO, STRAY_PX = 10.0, 0.5
+#: A stretch whose predicted phase spreads by less than this shows a badge at rest, which says nothing, as a print could
+#: lie there.  Set by hand: as `RESIDUAL_FLOOR_RAD`, what light and codec explain.
+REST_RAD = 0.05
 #: At most this share of the frames may be left out as outliers, as nobody knows what they show.  Set by hand.
 MAX_STRAY_SHARE = 0.05
 #: Smoothing may remove this many times the estimated error of the poses.  Ray-traced films: coded pictures have up to
@@ -264,6 +267,9 @@ RIVAL_SD_RAD = 0.3
 #: Ray-traced films: genuine ones give 0.96 and more, a still picture of cells 0.  Derived: a third of the cells may be
 #: covered.
 CELLS_MOVE_RATIO, CELLS_STAND_RATIO = 0.6, 0.4
+#: Above this the film is inconclusive: cells change more than their rows do.  Ray-traced films: genuine ones give up to
+#: 1.04, cross-faded photographs with rows smoothed by 3 to 5 mm 1.3 to 2.2.
+CELLS_MOST_RATIO = 1.25
 #: Least mean square of the expected change for this test.  Set by hand.
 MIN_CELL_CHANGE_CONTRASTS2 = 0.005
 

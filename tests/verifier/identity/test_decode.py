@@ -19,7 +19,7 @@ from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.cell_phase import uniform_fields
-from moireid.verifier.identity.decode import Identity, judge_identity, read_identity
+from moireid.verifier.identity.decode import Identity, _cells_move, judge_identity, read_identity
 from moireid.verifier.tracking.track import Track
 
 
@@ -314,3 +314,13 @@ def test_a_finger_over_a_row_never_makes_another_of_the_wearer(ada, ada_track, s
     profiles[uniform[row]] = covered
     outcome = judged(replace(ada_track, profiles=tuple(profiles)), ada, ada.id)
     assert outcome.verdict in ("match", "unreadable") and outcome.decoded_id in (ada.id, None)
+
+
+@pytest.mark.parametrize(
+    ("motion", "level"), [(0.3, "fail"), (0.5, "undecided"), (0.98, "pass"), (1.1, "pass"), (1.5, "undecided")]
+)
+def test_cells_move_as_far_as_their_rows_and_no_further(motion, level):
+    """Catches: rows that were smoothed until cross-faded photographs look even, their cells left as they were."""
+    (reason,) = _cells_move(motion, "0123456789abcdef")
+    assert reason.level == level and f"{motion:.2f}" in reason.text
+    assert _cells_move(motion, None) == _cells_move(None, "0123456789abcdef") == ()

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.session.cover import cover_finding, cover_of, judged_spans
+from moireid.verifier.session.cover import cover_finding, cover_of, judged_spans, outside
 
 STEP = 1 / 30
 
@@ -14,7 +16,8 @@ STEP = 1 / 30
 def signal(times_s: np.ndarray, unread: slice = slice(0, 0)) -> GratingSignal:
     sd = np.full(len(times_s), 0.01)
     sd[unread] = np.inf
-    return GratingSignal(np.zeros(len(times_s)), np.zeros(len(times_s)), sd, 0.01, np.zeros(1), times_s)
+    sway = 0.4 * np.sin(2 * np.pi * 0.5 * times_s)
+    return GratingSignal(sway, sway, sd, 0.01, np.zeros(1), times_s)
 
 
 def test_a_badge_all_film_long_covers_it():
@@ -41,6 +44,25 @@ def test_unread_frames_are_not_covered():
     spans = judged_spans([signal(times, slice(100, 190))])
     cover = cover_of(spans, times[0], times[-1], 300)
     assert len(spans) == 2 and cover.share == pytest.approx(0.7) and cover.longest_gap_s == pytest.approx(3.0)
+
+
+def test_a_badge_at_rest_after_a_cut_covers_nothing():
+    """Catches: a print that lies still for hours after two seconds of a true badge, counted as judged."""
+    times = np.arange(300) * STEP
+    moving = signal(times)
+    stretch = (times >= 6.0).astype(np.int64)
+    rest = np.where(stretch == 1, 0.01, 1.0) * moving.predicted_rad
+    one, two = replace(moving, predicted_rad=rest), replace(moving, predicted_rad=rest, stretch=stretch)
+    assert cover_of(judged_spans([two]), 0.0, times[-1], 300).share == pytest.approx(0.6, abs=0.01)
+    # Without a cut the same badge is followed from its motion into its rest.
+    assert cover_of(judged_spans([one]), 0.0, times[-1], 300).share == pytest.approx(1.0)
+
+
+def test_what_lies_outside_of_spans_is_found_on_both_sides():
+    """Catches: a part that lies before, between or after the others lost, or counted twice."""
+    assert outside((0.0, 10.0), [(2.0, 3.0), (5.0, 20.0)]) == ((0.0, 2.0), (3.0, 5.0))
+    assert outside((0.0, 1.0), [(2.0, 3.0)]) == ((0.0, 1.0),)
+    assert outside((2.0, 3.0), [(1.0, 4.0)]) == ()
 
 
 def test_chapters_that_overlap_count_once():

@@ -14,6 +14,7 @@ from moireid.optics import beat_period_mm
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
 from moireid.verifier.limits import (
+    CELLS_MOST_RATIO,
     CELLS_MOVE_RATIO,
     CELLS_STAND_RATIO,
     MAX_VAGUENESS_RATIO,
@@ -142,13 +143,18 @@ def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | 
 
 
 def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
-    """Whether the fringes of the cells move; a still picture of cells between genuine rows is a forgery."""
+    """Whether the fringes of the cells move; a still picture of cells between genuine rows is a forgery.
+
+    Cells that change more than their rows do lie beside rows that were smoothed, as cross-faded photographs may be.
+    """
     if motion is None or found is None:
         return ()
-    level: Level = "pass" if motion >= CELLS_MOVE_RATIO else "fail" if motion <= CELLS_STAND_RATIO else "undecided"
+    level: Level = "fail" if motion <= CELLS_STAND_RATIO else "undecided"
+    if CELLS_MOVE_RATIO <= motion <= CELLS_MOST_RATIO:
+        level = "pass"
     text = (
-        f"The fringes in the code cells move {motion:.2f} times as far as the motion of their rows demands; at least "
-        f"{CELLS_MOVE_RATIO:g} is needed."
+        f"The fringes in the code cells move {motion:.2f} times as far as the motion of their rows demands; "
+        f"{CELLS_MOVE_RATIO:g} to {CELLS_MOST_RATIO:g} is a badge's."
     )
     return (Reason("cells_move", level, motion, CELLS_MOVE_RATIO, "", text),)
 

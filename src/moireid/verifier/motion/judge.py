@@ -177,11 +177,12 @@ def _course_tells(moved: Sequence[GratingSignal], known: KnownBuilt | None = Non
                 (chance_of_drift(signal, _would_pass, known), "drift at some constant speed"),
                 (chance_of_delay(signal, _would_pass, known), "come late by up to a second"),
                 (chance_of_place(signal, _would_pass, known), "move with the badge's place in the picture"),
+                key=lambda one: one[0],
             )
         )
     if not chances:
         return []
-    chance, what = min(chances)
+    chance, what = min(chances, key=lambda one: one[0])
     level: Level = "pass" if chance <= MAX_UNSEEN_CHANCE else "undecided"
     text = f"On this course, fringes that merely {what} would pass in {100 * chance:.0f} of 100 cases"
     if level == "undecided":

@@ -41,7 +41,9 @@ Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Passes = Callable[[GratingSignal], bool]
 #: Knots of the fine regression, at least and at most; frames for each of its unknowns.
-KNOTS_RANGE, FRAMES_PER_UNKNOWN = (8, 80), 3
+KNOTS_RANGE, FRAMES_PER_UNKNOWN = (4, 80), 2
+#: A film with fewer frames is too short for a smooth course of many parts.
+SHORT_FRAMES = 120
 #: More photographs than this are not counted.
 MOST_PHOTOGRAPHS = 100
 
@@ -88,23 +90,23 @@ def _spaced(spacing: Spacing) -> Reason:
         "pass": f"{seen} the optics say, which photographs from one distance do not.",
         "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
     }[level]
-    return Reason("spacing", level, spacing.gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
+    gain = None if level == "note" else spacing.gain
+    return Reason("spacing", level, gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
 
 
 def _even(waveform: Waveform) -> Reason:
     level: Level = "pass" if waveform.ripple <= waveform.limit else "undecided"
-    text = f"The shape of the fringes changes by {waveform.ripple:.4f} of their contrast from place to place"
-    text += (
-        f"; up to {waveform.limit:.4f} is a badge's."
-        if level == "pass"
-        else f", where {waveform.limit:.4f} would be a badge's: as between cross-faded photographs. Film in even light."
-    )
+    seen, most = 100 * waveform.ripple, 100 * waveform.limit
+    text = f"The shape of the fringes changes by {seen:.3f} % of their contrast from place to place"
+    text += f"; up to {most:.3f} % is a badge's."
+    if level == "undecided":
+        text += " So it does between cross-faded photographs. Film in even light."
     return Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
 def _needed(count: int, *, from_two: bool) -> Reason:
     least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
-    text = f"To make this film of photographs, a forger would need {least} of the badge along its course"
+    text = f"Of photographs that are laid over the film unchanged, a forger would need {least} along its course"
     text += ", from each of two distances." if from_two else "."
     return Reason("photographs", "note", float(2 * count if from_two else count), None, "photographs", text)
 
@@ -138,10 +140,11 @@ class Course:
         self.used = np.isfinite(signal.phase_sd_rad)
         self.law_rad = beyond.law_rad[self.used]
         place, time = _standard(self.law_rad), _standard(signal.times_s[self.used])
-        columns = [np.vander(place, 5), time[:, None] ** np.arange(1, 4)]
+        short = len(place) < SHORT_FRAMES
+        columns = [np.vander(place, 4 if short else 5), time[:, None] ** np.arange(1, 2 if short else 4)]
         if signal.covariates is not None:
             near = _standard(signal.covariates[self.used, 1])
-            columns.append(np.column_stack([near, near * place, near**2]))
+            columns.append(np.column_stack([near] if short else [near, near * place, near**2]))
         self._smooth = np.linalg.qr(np.column_stack(columns))[0]
         most = len(self.law_rad) / FRAMES_PER_UNKNOWN - self._smooth.shape[1] - 3
         knots = int(np.clip(min(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, most), *KNOTS_RANGE))

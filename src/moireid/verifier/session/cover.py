@@ -1,7 +1,7 @@
 """Of which seconds of a film does the verdict speak?
 
-A verdict is of the frames in which the badge was seen and its fringes could be read.  Two seconds of a badge are no
-proof of a film of thirty.
+A verdict is of the frames in which the badge was seen, its fringes could be read, and it moved between one cut and the
+next.  Two seconds of a badge are no proof of a film of thirty.
 
 Convention: seconds of the film's own time, as `Verifier.now_s`; each frame counts for the usual time between frames.
 """
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from moireid.verifier.camera.smoothing import unbroken
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import REST_RAD
 from moireid.verifier.reasons import Level, Reason, json_number
 
 Array = NDArray[np.float64]
@@ -41,16 +42,29 @@ class Cover:
 
 
 def judged_spans(signals: Sequence[GratingSignal]) -> tuple[Span, ...]:
-    """Runs of frames in which a grating's fringes were read, first and last time of each, s."""
+    """Runs of frames in which a grating's fringes were read and moved, first and last time of each, s.
+
+    Convention: a stretch in which the badge rests counts for nothing, as it says nothing (`REST_RAD`).
+    """
     if not signals:
         return ()
     times = signals[0].times_s
-    read = np.any([np.isfinite(signal.phase_sd_rad) for signal in signals], axis=0)
+    read = np.any([_told(signal) for signal in signals], axis=0)
     if not read.any():
         return ()
     longest = longest_step_s(times)
     runs = unbroken(times[read], longest)
     return tuple((float(times[read][run[0]]), float(times[read][run[-1]])) for run in runs)
+
+
+def _told(signal: GratingSignal) -> NDArray[np.bool_]:
+    """Frames that are read, of stretches that move, (T,)."""
+    told = np.isfinite(signal.phase_sd_rad)
+    for number in np.unique(signal.stretch[told]):
+        part = told & (signal.stretch == number)
+        if signal.predicted_rad[part].std() < REST_RAD:
+            told[part] = False
+    return told
 
 
 def cover_of(spans: Sequence[Span], first_s: float, last_s: float, frames: int) -> Cover:
