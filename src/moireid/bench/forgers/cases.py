@@ -99,6 +99,23 @@ def photographs(count: int, *, course: Callable[[Shoot], Motion] = moving, **how
     return make
 
 
+def slid(course: Callable[[Shoot], Motion] = moving) -> Make:
+    """One photograph whose rows are slid by the law for each frame, cells included; their spacing stays.
+
+    This is the best that such a forger does: no seam, no blur.  Whoever stretches the rows by the distance too has a
+    film that obeys the law, and no rule here can tell it.
+    """
+
+    def make(shoot: Shoot) -> Filming:
+        def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            away = np.abs(camera_mm[:, 2:])
+            return Shown(camera_mm / away * away.mean(), camera_mm)
+
+        return Filming(course(shoot), show)
+
+    return make
+
+
 def still_in_turns(gap_s: float) -> Make:
     """One photograph shown at two views a whole turn of fringe phase apart."""
 
@@ -264,6 +281,8 @@ def cases() -> list[Case]:
             Case(f"{count} photographs from each of two distances, cross-faded", False, photographs(count, distances=2))
             for count in (3, 5, 8, 12, 18, 24, 36)
         ),
+        Case("one photograph, slid by the law", False, slid()),
+        Case("one photograph, slid by the law, level course", False, slid(level)),
         *(
             Case(f"{count} photographs, cross-faded, level course", False, photographs(count, course=level))
             for count in (3, 5, 8, 12, 18, 24, 36)
