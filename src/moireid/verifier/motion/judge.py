@@ -39,7 +39,7 @@ from moireid.verifier.limits import (
 )
 from moireid.verifier.motion.figures import Figures, figures_of, pearson
 from moireid.verifier.motion.likelihood import KINDS
-from moireid.verifier.motion.photographs import no_photographs
+from moireid.verifier.motion.photographs import no_photographs, spacing_of
 from moireid.verifier.motion.steady_course import KnownBuilt, chance_of_delay, chance_of_drift, chance_of_place
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
@@ -112,7 +112,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
         reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
         reasons = _without_hand_s_blame(reasons)
         moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
-        reasons += [*_course_tells(moving), *no_photographs(signals, moving, _would_pass)]
+        reasons += [*_course_tells(signals, moving), *no_photographs(signals, moving, _would_pass)]
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -168,15 +168,24 @@ def _held_against_law(
     ]
 
 
-def _course_tells(moved: Sequence[GratingSignal], known: KnownBuilt | None = None) -> list[Reason]:
-    """Whether on this course fringes would show that drift, come late, or go with a place; of the best grating."""
+def _course_tells(
+    signals: Sequence[GratingSignal], moved: Sequence[GratingSignal], known: KnownBuilt | None = None
+) -> list[Reason]:
+    """Whether on this course fringes would show that drift, come late, or go with a place; of the best grating.
+
+    Parameters: moved: those of the signals that moved enough; known: of the badge as built.
+    Convention: fringes that merely go with a place keep their spacing, so where the spacing speaks against that, their
+        chance is as much smaller.
+    """
+    spacing = spacing_of(signals)
+    flat = 1.0 if spacing is None else spacing.of_pictures
     chances = []
     for signal in moved:
         chances.append(
             max(
                 (chance_of_drift(signal, _would_pass, known), "drift at some constant speed"),
                 (chance_of_delay(signal, _would_pass, known), "come late by up to a second"),
-                (chance_of_place(signal, _would_pass, known), "move with the badge's place in the picture"),
+                (flat * chance_of_place(signal, _would_pass, known), "move with the badge's place in the picture"),
                 key=lambda one: one[0],
             )
         )
@@ -197,7 +206,7 @@ def steady_as_built(invariant: Invariant, signals: Sequence[GratingSignal], know
     if known is None or open_codes(invariant.reasons) != {"steady"}:
         return invariant
     moved = [signal for signal in signals if _moved_enough(signal)]
-    (again,) = _course_tells(moved, known)
+    (again,) = _course_tells(signals, moved, known)
     reasons = tuple(again if reason.code == "steady" else reason for reason in invariant.reasons)
     return replace(invariant, verdict=worst(list(reasons)), reasons=reasons)
 

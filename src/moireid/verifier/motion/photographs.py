@@ -61,6 +61,14 @@ class Spacing:
         return PHOTOGRAPH_SDS * self.sd <= 1.0
 
     @property
+    def of_pictures(self) -> float:
+        """How much less likely the gain is where the spacing stays than on a badge, at most 1.
+
+        Source: ratio of two normal densities, about 0 and about 1.
+        """
+        return math.exp(-max(0.0, (self.gain**2 - (self.gain - 1) ** 2) / 2 / self.sd**2))
+
+    @property
     def wrong(self) -> bool:
         """Whether it contradicts a badge."""
         return abs(self.gain - 1) > max(MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS * self.sd)
