@@ -75,6 +75,12 @@ FOCAL_KEPT_SHARE = 0.03
 #: Prior of the shutter's time from first to last row.  Derived: phone sensors take 5 to 20 ms.  The maximum is set by
 #: hand: one frame at 30 a second.
 SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, SHUTTER_MAX_S = 0.010, 0.010, 0.033
+#: Prior of the place of the optical axis, in long sides of the picture from its middle.  Set by hand: phones centre
+#: theirs within a hundredth; a crop or a tile of a call may move it anywhere, and the tails are heavy for that.
+AXIS_PRIOR_SD_SHARE, AXIS_MAX_SHARE = 0.007, 0.7
+#: Prior of a pixel's width over its height, as a logarithm.  Derived: sensors have square pixels; programs round a
+#: picture's width to whole or even pixels, which is 0.05 to 0.1 %, and some stretch it by any amount: heavy tails.
+STRETCH_PRIOR_SD_LOG, STRETCH_MAX_LOG = 0.0005, 1.0
 #: Prior of the radial distortion k1 (`camera.distortion`), which has no unit.  Derived: most phones correct theirs to
 #: 0.02, some webcams leave 0.1.  If it is not estimated, 0.1 makes the fringes' gain 9 % wrong.
 DISTORTION_PRIOR_SD_K1, DISTORTION_MAX_K1 = 0.02, 0.3

@@ -1,8 +1,9 @@
-"""Where the camera was, from the page's corners alone: focal length, shutter, distortion, and one pose per frame.
+"""Where the camera was, from the page's corners alone: focal length, axis, shutter, distortion, and a pose per frame.
 
 plane_pose.py        both poses of a plane, all frames at once   fast_poses.py   the same near known poses, faster
 distortion.py        radial lens distortion                      map_search.py   maximum a posteriori search
-self_calibration.py  focal length, shutter and distortion of a film
+closed_form.py       axis, focal length and aspect of a crop or of a stretched picture, without a search
+self_calibration.py  focal length, axis, shutter and distortion of a film
 steady_path.py       the focal length from a steady path         smoothing.py    the camera's path, smoothed
 stretches.py         runs of frames without a break
 fit.py               the camera over a film

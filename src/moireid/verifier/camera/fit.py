@@ -10,6 +10,7 @@ of the page is u = Cx / |Cz| with Cx counted from the point looked at.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +35,9 @@ class CameraFit:
     was given; shutter_s: time from first to last row; tangent_sd: error of the spread of the parallax coordinates along
     x and y from focal length and distortion, as a share; tangent_error: standard deviation of one frame's parallax
     coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion;
-    focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution.
+    focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
+    axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
+    and focal length are in px of the height.
     """
 
     camera_mm: Array
@@ -48,6 +51,8 @@ class CameraFit:
     bend_k1: float = 0.0
     bend_sd: float = 0.0
     focal_at_limit: bool = False
+    axis_px: tuple[float, float] = (0.0, 0.0)
+    aspect: float = 1.0
 
 
 def fit_camera(
@@ -61,16 +66,15 @@ def fit_camera(
     """Poses of all frames, with focal length (unless given), rolling shutter and distortion estimated over the film.
 
     Parameters: points_px (T, N, 2) pictures of page_mm (N, 2); image_px: width, height; times_s (T,), rising.
-    Convention: module docstring; the principal point is the picture's centre.
+    Convention: module docstring.
     Returns: CameraFit with T frames.
     Source: maximum a posteriori over reprojection error; the plane's two poses by `plane_pose`.
     """
-    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px)
-    film.solve()
+    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px).solve()
     final = film.all_poses()
     camera, errors = _choose(final)
     # Errors of focal length and distortion are correlated: one mostly cancels the other.
-    probes = PROBE * np.eye(2)
+    probes = PROBE * np.eye(6)
     stretch = np.column_stack(
         [np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes]
     )
@@ -88,6 +92,8 @@ def fit_camera(
         film.bend_k1,
         film.bend_k1_sd,
         focal_px is None and _at_limit(film.focal / max(image_px)),
+        (float(film.axis[0]) * max(image_px), float(film.axis[1]) * max(image_px)),
+        math.exp(film.stretch),
     )
 
 

@@ -11,21 +11,27 @@ Source: maximum a posteriori over reprojection error.
 
 from __future__ import annotations
 
+import copy
 import math
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import maximum_filter1d, median_filter
 
+from moireid.verifier.camera.closed_form import ClosedForm, closed_form
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
-from moireid.verifier.camera.map_search import Unknown, minimise, minimise_together, posterior
+from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, minimise_together, posterior
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
 from moireid.verifier.camera.stretches import AROUND
 from moireid.verifier.limits import (
+    AXIS_MAX_SHARE,
+    AXIS_PRIOR_SD_SHARE,
     DISTORTION_MAX_K1,
     DISTORTION_PRIOR_SD_K1,
     FOCAL_FAR_SDS,
@@ -37,6 +43,8 @@ from moireid.verifier.limits import (
     SHUTTER_MAX_S,
     SHUTTER_PRIOR_S,
     SHUTTER_PRIOR_SD_S,
+    STRETCH_MAX_LOG,
+    STRETCH_PRIOR_SD_LOG,
 )
 
 Array = NDArray[np.float64]
@@ -45,6 +53,15 @@ Array = NDArray[np.float64]
 NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
 #: Within this change of the focal length's logarithm, refined poses are still near.
 NEARBY_ZOOM = 0.15
+SHUTTER = Unknown(0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, 0.003)
+BEND = Unknown(-DISTORTION_MAX_K1, DISTORTION_MAX_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
+ASIDE = Unknown(-AXIS_MAX_SHARE, AXIS_MAX_SHARE, 0.0, AXIS_PRIOR_SD_SHARE, 0.03, heavy=True)
+STRETCH = Unknown(-STRETCH_MAX_LOG, STRETCH_MAX_LOG, 0.0, STRETCH_PRIOR_SD_LOG, 0.005, heavy=True)
+#: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
+#: much, and if it leaves at most so many times what the search from the middle left.
+AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
+#: A focal length is near the guessed one up to this change of its logarithm.
+USUAL_ZOOM = 0.1
 #: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
 
@@ -52,8 +69,9 @@ SOLVE_FRAMES = 300
 class FilmWide:
     """The film-wide unknowns of registered pages.
 
-    focal: px; shutter_s: time from first to last row; bend: distortion in units of the guessed focal length; covariance
-    (2, 2): of the focal length's logarithm (0 if it was given) and the distortion.
+    focal: px; shutter_s: time from first to last row; bend: distortion in units of the guessed focal length; axis (2,):
+    place of the optical axis; stretch: logarithm of a pixel's width over its height; covariance (6, 6): of the focal
+    length's logarithm, shutter, distortion, axis and stretch; 0 for what was given or is fixed.
     """
 
     def __init__(
@@ -66,7 +84,13 @@ class FilmWide:
     ) -> None:
         """Parameters: as `fit.fit_camera`."""
         self._points, self._times = points_px, times_s
-        self._centre = ((image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0)
+        self._middle = (image_px[0] - 1) / 2.0, (image_px[1] - 1) / 2.0
+        #: Where the optical axis meets the picture, from its middle, in long sides of the picture.
+        self.axis = np.zeros(2)
+        #: Logarithm of a pixel's width over its height; points are made square with it.
+        self.stretch, self._stretched = 0.0, False
+        #: Whether the focal length is that of a steady path.
+        self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         self._velocity = _velocity_px_s(points_px, times_s, focal_px or FOCAL_PRIOR_RATIO * max(image_px))
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
@@ -80,7 +104,14 @@ class FilmWide:
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
-        self.covariance = np.zeros((2, 2))
+        self.covariance = np.zeros((6, 6))
+
+    @property
+    def _centre(self) -> tuple[float, float]:
+        return self._placed(self.axis)
+
+    def _placed(self, axis: Array) -> tuple[float, float]:
+        return self._middle[0] + float(axis[0]) * self._long_side, self._middle[1] + float(axis[1]) * self._long_side
 
     @property
     def focal_sd(self) -> float:
@@ -95,9 +126,89 @@ class FilmWide:
     @property
     def bend_k1_sd(self) -> float:
         """Standard deviation of `bend_k1`."""
-        return math.sqrt(self.covariance[1, 1]) * (self.focal / self._guess) ** 2
+        return math.sqrt(self.covariance[2, 2]) * (self.focal / self._guess) ** 2
 
-    def solve(self) -> None:
+    def solve(self) -> FilmWide:
+        """The likeliest of the solutions from the picture's middle and from the closed forms."""
+        self._solve_from_the_middle()
+        tried = [self, *(found for camera in self._other_starts() if (found := self._solved_from(camera)) is not None)]
+        scale = min(float(np.median(film._errors())) for film in tried) or 1e-9
+        return min(tried, key=lambda film: film._cost(scale))
+
+    def _other_starts(self) -> list[ClosedForm]:
+        """Cameras to search from again: the guess, and those of the closed form that leave little, if they are far."""
+        points = (self._flat(slice(None), bend=0.0, stretch=0.0) - self._middle) / self._long_side
+        found = [closed_form(points, self.plane[:, :2], square=square) for square in (True, False)]
+        most = NEARLY_AS_GOOD * float(np.median(self._errors()))
+        # The focal length was first searched alone, with the axis in the middle, and may be caught in a valley there.
+        caught = not self._steadied and abs(math.log(self.focal / self._guess)) > USUAL_ZOOM
+        starts = [ClosedForm(np.zeros(2), self._guess / self._long_side, 1.0)] if caught else []
+        for camera in found:
+            if camera is not None and self._far(camera):
+                # With a free aspect, noise shortens the closed form's focal length; the guess may be nearer.
+                usual = replace(camera, focal=self._guess / self._long_side)
+                start = min((camera, usual), key=self._left_by)
+                starts += [start] if self._left_by(start) < most else []
+        return starts
+
+    def _solved_from(self, camera: ClosedForm) -> FilmWide:
+        """Another solution, searched from a camera."""
+        film = copy.copy(self)
+        film.axis, film.stretch, film.focal = camera.axis, math.log(camera.aspect), self._guess
+        film._stretched = abs(film.stretch) > STRETCH_FAR_LOG
+        if not self._given:
+            least, most = (ratio * self._long_side for ratio in FOCAL_RANGE_RATIO)
+            film.focal = float(np.clip(camera.focal * self._long_side, least, most))
+        film.shutter_s, film.bend, film.covariance = SHUTTER_PRIOR_S, 0.0, np.zeros((6, 6))
+        film._start = start_poses(film.plane, film._flat(film._chosen), film.focal, film._centre)
+        film._start_focal, film._near = film.focal, NearPoses(film.plane, film._start)
+        # Where the camera is not yet right, the direction of the shutter is told badly, so it is tested again.
+        for _ in range(2):
+            before, film._rows = film._rows, film._likeliest_rows()
+            film._solve_together()
+            if film._rows is before:
+                break
+        return film
+
+    def _cost(self, scale_px: float) -> float:
+        """Twice the negative logarithm of the posterior, as the joint search has it."""
+        misfit = SPARE_PER_FRAME * float(np.sum(np.log1p((self._errors() / scale_px) ** 2)))
+        free, at = self._free(), self._at()
+        return misfit + sum(float(self._unknowns()[k].cost(at[k])) for k in free)
+
+    def _unknowns(self) -> list[Unknown]:
+        """All that a joint search may solve: focal length, shutter, distortion, axis x and y, stretch."""
+        return [self._zoom(), SHUTTER, BEND, ASIDE, ASIDE, STRETCH]
+
+    def _free(self, *, zoom: bool = True) -> list[int]:
+        """Which of the unknowns are solved: not a focal length that was given, nor square pixels."""
+        return [*([0] if zoom and not self._given else []), 1, 2, 3, 4, *([5] if self._stretched else [])]
+
+    def _at(self) -> Array:
+        """The unknowns as they are estimated now, (6,)."""
+        return np.array([math.log(self.focal), self.shutter_s, self.bend, *self.axis, self.stretch])
+
+    def _far(self, camera: ClosedForm) -> bool:
+        """Whether a camera is far from a usual one, and possible."""
+        aside, stretch = float(np.abs(camera.axis).max()), abs(math.log(camera.aspect))
+        return (
+            (aside > AXIS_FAR_SHARE or stretch > STRETCH_FAR_LOG)
+            and aside < AXIS_MAX_SHARE
+            and stretch < STRETCH_MAX_LOG
+        )
+
+    def _left_by(self, camera: ClosedForm) -> float:
+        """Median reprojection error with a camera, px."""
+        points = self._flat(self._chosen, bend=0.0, stretch=math.log(camera.aspect))
+        poses = start_poses(self.plane, points, camera.focal * self._long_side, self._placed(camera.axis))
+        return float(np.median(poses.least_error_px))
+
+    def _zoom(self) -> Unknown:
+        """The focal length's logarithm."""
+        least, most = (math.log(ratio * self._long_side) for ratio in FOCAL_RANGE_RATIO)
+        return Unknown(least, most, math.log(self._guess), FOCAL_PRIOR_SD_LOG, 0.06)
+
+    def _solve_from_the_middle(self) -> None:
         """Steps 1 to 4."""
         shutter = (0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
         middle = math.log(self._guess)
@@ -108,39 +219,44 @@ class FilmWide:
         if not self._given:
             log_focal, _ = minimise(lambda x: self._errors(log_focal=x), *zoom)
             self.focal = math.exp(log_focal)
-            if abs(log_focal - middle) > 0.1:
+            if abs(log_focal - middle) > USUAL_ZOOM:
                 # Far from the guessed focal length all shutter directions look alike, so the direction is tested again.
                 self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
-        self._solve_together([] if self._given else [Unknown(*zoom, 0.06)], Unknown(*shutter, 0.003))  # 3
+        self._solve_together()  # 3
         if not self._given and abs(math.log(self.focal) - middle) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG:
-            self._solve_steadily(zoom, Unknown(*shutter, 0.003))  # 4
+            self._solve_steadily(zoom)  # 4
 
-    def _solve_together(self, zoom: list[Unknown], shutter: Unknown) -> None:
-        """Estimate shutter, distortion and, if unknown, focal length, by repeated joint searches."""
-        bend = Unknown(-DISTORTION_MAX_K1, DISTORTION_MAX_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
-        unknowns, k = (*zoom, shutter, bend), len(zoom)
-
-        def residuals(at: Array) -> Array:
-            focal = math.exp(at[0]) if zoom else self.focal
-            points = self._flat(self._chosen, shutter_s=float(at[k]), bend=float(at[k + 1]))
-            return self._near.residuals_px(points, focal / self._start_focal, focal, self._centre)
-
+    def _solve_together(self, *, zoom: bool = True) -> None:
+        """Estimate all unknowns by repeated joint searches; zoom: the focal length too, if it was not given."""
+        free = self._free(zoom=zoom)
+        unknowns = [self._unknowns()[k] for k in free]
         for _ in range(MOST_SETTLED):
             self._settle()
-            before = np.array([math.log(self.focal)] * k + [self.shutter_s, self.bend])
+            before = self._at()
+
             usual = float(np.median(self._errors())) or 1e-9
-            near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before, strict=True)]
-            place, covariance = minimise_together(residuals, before, near, usual)
-            if zoom:
+            near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before[free], strict=True)]
+            found, covariance = minimise_together(partial(self._residuals, before, free), before[free], near, usual)
+            place = before.copy()
+            place[free] = found
+            if 0 in free:
                 self.focal = math.exp(place[0])
-                self.covariance = covariance[np.ix_([0, 2], [0, 2])]
-            else:
-                self.covariance[1, 1] = covariance[1, 1]
-            self.shutter_s, self.bend = float(place[k]), float(place[k + 1])
-            if np.all(np.abs(place - before) < [SETTLED * one.step for one in near]):
+            self.shutter_s, self.bend = float(place[1]), float(place[2])
+            self.axis, self.stretch = place[3:5], float(place[5])
+            self.covariance = np.zeros((6, 6))
+            self.covariance[np.ix_(free, free)] = covariance
+            if np.all(np.abs(found - before[free]) < [SETTLED * one.step for one in near]):
                 break
 
-    def _solve_steadily(self, zoom: tuple[float, float, float, float], shutter: Unknown) -> None:
+    def _residuals(self, before: Array, free: list[int], places: Array) -> Array:
+        """Residuals of the chosen frames, (T, 2 N) px, with these places of the free unknowns."""
+        at = before.copy()
+        at[free] = places
+        focal = math.exp(at[0])
+        points = self._flat(self._chosen, shutter_s=float(at[1]), bend=float(at[2]), stretch=float(at[5]))
+        return self._near.residuals_px(points, focal / self._start_focal, focal, self._placed(at[3:5]))
+
+    def _solve_steadily(self, zoom: tuple[float, float, float, float]) -> None:
         """Estimate the focal length on a steady path; if it changes, estimate the rest again."""
         found = math.log(self.focal)
 
@@ -152,8 +268,8 @@ class FilmWide:
         log_focal, log_sd = posterior(errors, *zoom, SPARE)
         if abs(log_focal - found) < FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG:
             return
-        self.focal = math.exp(log_focal)
-        self._solve_together([], shutter)
+        self.focal, self._steadied = math.exp(log_focal), True
+        self._solve_together(zoom=False)
         self.covariance[0], self.covariance[:, 0] = 0.0, 0.0
         self.covariance[0, 0] = log_sd**2
 
@@ -164,16 +280,27 @@ class FilmWide:
     def moved(self, poses: PlanePoses, off: Array) -> PlanePoses:
         """The poses if the parameters of `covariance`, in its order, changed by `off`."""
         zoom = math.exp(off[0])
-        points = self._flat(slice(None), bend=self.bend + off[1])
-        return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._centre)
+        points = self._flat(
+            slice(None), shutter_s=self.shutter_s + off[1], bend=self.bend + off[2], stretch=self.stretch + off[5]
+        )
+        return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._placed(self.axis + off[3:5]))
 
     def _flat(
-        self, frames: NDArray[np.int64] | slice, *, shutter_s: float | None = None, bend: float | None = None
+        self,
+        frames: NDArray[np.int64] | slice,
+        *,
+        shutter_s: float | None = None,
+        bend: float | None = None,
+        stretch: float | None = None,
     ) -> Array:
-        """Points as seen by a pinhole camera without a rolling shutter."""
+        """Points as seen by a pinhole camera without a rolling shutter, with square pixels."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds
-        return np.asarray(self._points[frames] - self._bends.px(bent, frames) - rolled)
+        points = self._points[frames] - self._bends.px(bent, frames) - rolled
+        points[..., 0] += (points[..., 0] - self._middle[0]) * math.expm1(
+            -(self.stretch if stretch is None else stretch)
+        )
+        return np.asarray(points)
 
     def _errors(
         self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None

@@ -114,6 +114,8 @@ class Report:
                 "shutter_s": json_number(camera.shutter_s),
                 "distortion_k1": json_number(camera.bend_k1),
                 "distortion_sd": json_number(camera.bend_sd),
+                "axis_px": [json_number(place) for place in camera.axis_px],
+                "pixel_aspect": json_number(camera.aspect),
             }
             if camera
             else None,
