@@ -49,9 +49,9 @@ MAX_MISSING_FRAMES, MIN_GAP_S, MAX_GAP_S = 2.5, 0.05, 0.3
 #: squared.  Derived: wrists reach some 50 rad/s^2 in quick everyday moves, an arm 3 g (30 m/s^2, the same at 0.5 m).
 #: What is faster within one frame, and this many times the usual scatter of poses, is a cut.
 MAX_TURN_PER_S2, JUMP_NOISE_SDS = 60.0, 8.0
-#: A corner of the badge jumps in the picture from this on, in focal lengths.  Set by hand: 3.5 px in a 720p film.  To
+#: A corner of the badge jumps in the picture from this on, in focal lengths.  Set by hand: 0.6 px in a 720p film.  To
 #: take a jerk for a cut does no harm: its speed is then taken from one side.
-MAX_PICTURE_JUMP = 0.003
+MAX_PICTURE_JUMP = 0.0005
 #: Derived: beyond half a turn (pi) between two frames the direction is ambiguous; this stays three error bars of an
 #: uncertain phase below.
 MAX_STEP_RAD = 2.5

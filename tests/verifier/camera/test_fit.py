@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
+from moireid.verifier.camera.self_calibration import _cuts
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.limits import AXIS_PRIOR_SD_SHARE
 
@@ -522,3 +523,32 @@ def test_a_misregistered_frame_drags_no_other_along():
     assert list(np.flatnonzero(~good)) == [30]
     assert mended == pytest.approx(course, abs=1.5)
     assert np.array_equal(without_outliers(course, np.full(60, 0.3), times)[0], course)
+
+
+def across_a_cut(kind: str) -> np.ndarray:
+    """Points in focal lengths of 80 frames; from frame 40 on another take, frame 40 exposed in both where so asked."""
+    times = np.arange(80) / FPS
+    sway = 0.1 * np.sin(2 * np.pi * 0.6 * times)
+    points = np.stack([sway, 0.5 * sway], axis=1)[:, None] + np.array([[0.0, 0.0], [0.05, 0.02]])
+    points += 2e-5 * np.random.default_rng(5).standard_normal(points.shape)
+    if kind != "none":
+        points[40:] += [0.02, -0.01]
+    if kind == "blended":
+        points[40] -= [0.009, -0.005]
+    return points
+
+
+@pytest.mark.parametrize(("kind", "before"), [("none", []), ("clean", [40]), ("blended", [40, 41])])
+def test_cuts_are_found_in_the_picture(kind, before):
+    """Catches: a cut found a frame early or late; a frame exposed across it joined to either take; a sway cut up."""
+    assert np.flatnonzero(_cuts(across_a_cut(kind))).tolist() == before
+
+
+def test_nothing_is_interpolated_from_one_take_to_another():
+    """Catches: a stray frame beside a cut put halfway between two takes, from where it bends the smoothed path."""
+    camera = np.column_stack([np.repeat([0.0, 400.0], 10), np.zeros(20), np.full(20, -1000.0)])
+    camera[9, 0], error = 150.0, np.full(20, 0.05)
+    error[9] = 5.0
+    times, numbers = np.arange(20) / FPS, np.repeat([0, 1], 10)
+    assert without_outliers(camera, error, times)[0][9, 0] == pytest.approx(200.0)
+    assert without_outliers(camera, error, times, numbers)[0][9, 0] == pytest.approx(0.0)

@@ -19,7 +19,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
-from scipy.ndimage import maximum_filter1d, median_filter
+from scipy.ndimage import median_filter
 
 from moireid.verifier.camera.closed_form import ClosedForm, closed_form
 from moireid.verifier.camera.distortion import TakenIn
@@ -352,15 +352,18 @@ def _velocity_px_s(points_px: Array, times_s: Array, focal_px: float) -> Array:
 def _cuts(points: Array) -> NDArray[np.bool_]:
     """Frames before which the points (T, N, 2), in focal lengths, jump, (T,).
 
-    Source: third differences, in which a jump counts twice at its place, and a hand's motion hardly at all.
+    Source: third differences, in which a jump counts once, twice and once, and a hand's motion hardly at all.
     """
     found = np.zeros(len(points), bool)
     if len(points) < AROUND:
         return found
     jerk = np.abs(np.diff(points, 3, axis=0)).max(axis=(1, 2))
-    usual = median_filter(jerk, AROUND, mode="nearest")
-    sudden = (jerk > np.maximum(2 * MAX_PICTURE_JUMP, JUMP_NOISE_SDS * usual)) & (jerk == maximum_filter1d(jerk, 3))
-    found[2:-1] = sudden
+    sudden = jerk > np.maximum(MAX_PICTURE_JUMP, JUMP_NOISE_SDS * median_filter(jerk, AROUND, mode="nearest"))
+    edges = np.diff(np.concatenate([[0], sudden, [0]]).astype(int))
+    for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
+        # A cut shows in three differences.  A frame that was exposed across the cut makes it four, and stands alone.
+        places = (first + 3, end) if end - first >= 3 else (first + int(np.argmax(jerk[first:end])) + 2,)
+        found[list(places)] = True
     return found
 
 

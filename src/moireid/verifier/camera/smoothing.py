@@ -42,11 +42,14 @@ def _rising(times_s: Array) -> Array:
     return np.asarray(np.maximum.accumulate(times_s) + 1e-7 * np.arange(len(times_s)))
 
 
-def without_outliers(camera_mm: Array, reprojection_px: Array, times_s: Array) -> tuple[Array, NDArray[np.bool_]]:
+def without_outliers(
+    camera_mm: Array, reprojection_px: Array, times_s: Array, numbers: NDArray[np.int64] | None = None
+) -> tuple[Array, NDArray[np.bool_]]:
     """Camera centres (T, 3) with those of misregistered frames interpolated, and which frames are good.
 
     A page that is registered one module off, for example in a shaken frame, has a far larger reprojection error than
     others; smoothing would spread its error to its neighbours.
+    Parameters: numbers: as `stretches`, if they are known; then nothing is interpolated from one stretch to another.
     Convention: a frame is good if its error is at most `STRAY_MEDIANS_RATIO` medians, or `STRAY_PX`.
     """
     good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS_RATIO * float(np.median(reprojection_px)))
@@ -54,8 +57,13 @@ def without_outliers(camera_mm: Array, reprojection_px: Array, times_s: Array) -
         return camera_mm, good
     clock = _rising(times_s)
     tangents = camera_mm[:, :2] / camera_mm[:, 2:]
-    columns = [np.interp(clock, clock[good], column[good]) for column in (*tangents.T, camera_mm[:, 2])]
-    return np.column_stack([columns[0] * columns[2], columns[1] * columns[2], columns[2]]), good
+    columns = np.column_stack([tangents, camera_mm[:, 2]])
+    for stretch in [np.arange(len(clock))] if numbers is None else unbroken(times_s, np.inf, numbers):
+        own = stretch[good[stretch]]
+        if len(own):
+            for k in range(3):
+                columns[stretch, k] = np.interp(clock[stretch], clock[own], columns[own, k])
+    return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]]), good
 
 
 def slow_part(series: Array, times_s: Array, spread_s: float, numbers: NDArray[np.int64] | None = None) -> Array:

@@ -134,6 +134,7 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     covered = page_covered(track.correlations)
     good &= ~covered
     numbers = stretch_numbers(track.times_s, raw_mm[:, :2] / raw_mm[:, 2:])
+    raw_mm, _ = without_outliers(camera.camera_mm, camera.reprojection_px, track.times_s, numbers)
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague, numbers)
     posed = time.perf_counter()
     strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
