@@ -60,3 +60,11 @@ def test_means_are_those_of_each_stretch():
     numbers = np.array([4, 4, 7, 7, 7])
     left = within_stretches(np.array([1.0, 3.0, 10.0, 20.0, 30.0]), numbers)
     assert left == pytest.approx([-1, 1, -10, 0, 10])
+
+
+def test_a_cut_that_hardly_turns_the_view_ends_a_stretch_too():
+    """Catches: two takes of one view joined, so that a path smoothed across the cut is wrong on both sides."""
+    times = np.arange(40) / 30.0
+    still, cuts = np.zeros((40, 2)), np.arange(40) == 20
+    assert stretch_numbers(times, still).tolist() == [0] * 40
+    assert stretch_numbers(times, still, cuts).tolist() == [0] * 20 + [1] * 20

@@ -11,7 +11,7 @@ of the page is u = Cx / |Cz| with Cx counted from the point looked at.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,7 +37,7 @@ class CameraFit:
     coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion;
     focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
-    and focal length are in px of the height.
+    and focal length are in px of the height; cuts (T,): frames before which the picture jumps.
     """
 
     camera_mm: Array
@@ -53,6 +53,7 @@ class CameraFit:
     focal_at_limit: bool = False
     axis_px: tuple[float, float] = (0.0, 0.0)
     aspect: float = 1.0
+    cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
 
 def fit_camera(
@@ -94,6 +95,7 @@ def fit_camera(
         focal_px is None and _at_limit(film.focal / max(image_px)),
         (float(film.axis[0]) * max(image_px), float(film.axis[1]) * max(image_px)),
         math.exp(film.stretch),
+        film.cuts,
     )
 
 

@@ -92,7 +92,9 @@ class FilmWide:
         #: Whether the focal length is that of a steady path.
         self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
-        self._velocity = _velocity_px_s(points_px, times_s, focal_px or FOCAL_PRIOR_RATIO * max(image_px))
+        #: Frames before which the picture jumps, (T,).
+        self.cuts = _cuts(points_px / (focal_px or FOCAL_PRIOR_RATIO * max(image_px)))
+        self._velocity = _velocity_px_s(points_px, times_s, self.cuts)
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
         # Programs rotate films, so the shutter may run down, right, up or left.
         self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
@@ -330,7 +332,7 @@ class FilmWide:
         return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
 
 
-def _velocity_px_s(points_px: Array, times_s: Array, focal_px: float) -> Array:
+def _velocity_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_]) -> Array:
     """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, not across cuts, and 0
     beside gaps.
 
@@ -338,7 +340,7 @@ def _velocity_px_s(points_px: Array, times_s: Array, focal_px: float) -> Array:
     would flatten a hand's tremor, and the shutter time would be overestimated.
     """
     velocity = np.zeros_like(points_px)
-    for stretch in unbroken(times_s, GAP_S, np.cumsum(_cuts(points_px / focal_px))):
+    for stretch in unbroken(times_s, GAP_S, np.cumsum(cuts)):
         if len(stretch) < 4:
             continue
         clock = times_s[stretch]

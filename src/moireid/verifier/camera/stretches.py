@@ -23,13 +23,17 @@ Numbers = NDArray[np.int64]
 SIDE, AROUND = 3, 31
 
 
-def stretch_numbers(times_s: Array, tangents: Array) -> Numbers:
+def stretch_numbers(times_s: Array, tangents: Array, cuts: NDArray[np.bool_] | None = None) -> Numbers:
     """The number of each frame's stretch, (T,).
 
-    Convention: a stretch ends where more than one frame is missing, and where the camera's direction jumps (`jumps`).
+    Parameters: cuts (T,): frames before which the picture jumps, if that is known.
+    Convention: a stretch ends where more than one frame is missing, and where the picture or the camera's direction
+        jumps (`jumps`).
     """
     ends = np.zeros(len(times_s), bool)
     ends[1:] = (np.diff(times_s) > longest_step_s(times_s)) | jumps(times_s, tangents)
+    if cuts is not None:
+        ends |= cuts
     return np.cumsum(ends)
 
 
