@@ -87,7 +87,11 @@ def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSign
         return reasons
     worst = max(waveforms, key=lambda found: found.ripple / found.limit)
     count = max(found.photographs for found in waveforms)
-    return [*reasons, _even(worst), _needed(count, from_two=spacing is not None and spacing.tested)]
+    return [
+        *reasons,
+        _even(worst),
+        _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong),
+    ]
 
 
 def _spaced(spacing: Spacing) -> Reason:
