@@ -25,10 +25,10 @@ def pictures(
 @pytest.mark.parametrize("axis", [(0.0, 0.0), (0.3, -0.1), (-0.6, 0.5)])
 @pytest.mark.parametrize("aspect", [1.0, 0.75, 1.34])
 def test_exact_pictures_give_the_camera(axis, aspect):
-    """Catches: axis and aspect exchanged or of the wrong sign; a focal length in units of the plane."""
+    """Catches: axis and aspect exchanged or of the wrong sign; an axis that is stretched with the picture."""
     found = closed_form(pictures(0.8, axis, aspect), PLANE, square=aspect == 1.0)
     assert found is not None
-    assert np.allclose(found.axis, axis, atol=1e-6)
+    assert np.allclose(found.axis, np.divide(axis, (aspect, 1.0)), atol=1e-6)
     assert found.focal == pytest.approx(0.8, rel=1e-6) and found.aspect == pytest.approx(aspect, rel=1e-6)
 
 

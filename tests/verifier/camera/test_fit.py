@@ -221,6 +221,19 @@ def test_a_crop_s_optical_axis_is_found_wherever_it_is(aside):
     assert np.polyfit(tangents(true)[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0] == pytest.approx(1.0, abs=0.02)
 
 
+def test_a_crop_that_is_stretched_too_is_solved():
+    """Catches: an axis in pixels of the stretched picture, from which the search does not come back."""
+    rng = np.random.default_rng(6)
+    times = np.arange(90) / FPS
+    course = Course(rng, 1600.0, tilt_deg=14.0, sway_mm=220.0)
+    middle = np.array([(size - 1) / 2 for size in SIZE])
+    aside = rolled(course, times, 1450.0, 0.010) + np.array([600.0, -200.0])
+    fit = fitted(registered((aside - middle) * [0.75, 1.0] + middle, rng, 0.08), times)
+    assert fit.aspect == pytest.approx(0.75, rel=4e-3)
+    assert np.allclose(fit.axis_px, (600.0, -200.0), atol=15.0)
+    assert fit.focal_px == pytest.approx(1450.0, rel=0.03)
+
+
 def test_a_usual_picture_keeps_its_middle_and_its_square_pixels():
     """Catches: noise that moves the axis or stretches pixels where nothing asks for it."""
     for seed in range(4):

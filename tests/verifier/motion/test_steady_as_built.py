@@ -14,7 +14,7 @@ from moireid.verifier.motion.steady_course import KnownBuilt, chance_of_delay, c
 from moireid.verifier.reasons import worst
 
 TIMES = np.arange(240) / 30.0
-KNOWN = KnownBuilt(gain=1.0, gain_room=0.03, offset_room_rad=0.1)
+KNOWN = KnownBuilt(gain_room=0.03, offset_room_rad=0.1)
 
 
 def sweep(rad_per_s: float, stretches: int = 1) -> GratingSignal:

@@ -5,7 +5,8 @@ outside of it; or it may be stretched.  A search from the middle does not find t
 plane gives two linear equations of the image of the absolute conic.
 
 Convention: lengths are in long sides of the picture, the axis from the picture's middle, x right, y down; aspect is the
-focal length along x over that along y, 1 for square pixels, below 1 in a picture that was squeezed.
+focal length along x over that along y, 1 for square pixels, below 1 in a picture that was squeezed.  Axis and focal
+length are those of the picture once its pixels are square.
 Source: Zhang, A flexible new technique for camera calibration, 2000, section 3.1; frames that fit
     badly, as some are shaken, get Geman and McClure's weight.
 """
@@ -53,7 +54,8 @@ def closed_form(points: Array, plane: Array, *, square: bool) -> ClosedForm | No
     power = (rest - both_x**2 / along - both_y**2 / across) / across
     if not power > 0:
         return None
-    return ClosedForm(axis, float(np.sqrt(power)), float(np.sqrt(across / along)))
+    aspect = float(np.sqrt(across / along))
+    return ClosedForm(axis / [aspect, 1.0], float(np.sqrt(power)), aspect)
 
 
 def _homographies(points: Array, plane: Array) -> Array:

@@ -91,6 +91,11 @@ class Unknown:
     step: float
     heavy: bool = False
 
+    @property
+    def alone(self) -> tuple[float, float, float, float]:
+        """Bounds and prior, as `minimise` and `posterior` take them."""
+        return self.low, self.high, self.prior, self.prior_sd
+
     def near(self, place: float, steps: float) -> Unknown:
         """The same unknown, bounded to `steps` of its steps around `place`."""
         reach = steps * self.step

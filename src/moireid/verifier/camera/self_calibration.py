@@ -212,12 +212,9 @@ class FilmWide:
 
     def _solve_from_the_middle(self) -> None:
         """Steps 1 to 4."""
-        shutter = (0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S)
-        middle = math.log(self._guess)
-        least, most = (math.log(ratio * self._long_side) for ratio in FOCAL_RANGE_RATIO)
-        zoom = (least, most, middle, FOCAL_PRIOR_SD_LOG)
+        middle, zoom = math.log(self._guess), self._zoom().alone
         self._rows = self._likeliest_rows()  # 1
-        self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *shutter)  # 2
+        self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *SHUTTER.alone)  # 2
         if not self._given:
             log_focal, _ = minimise(lambda x: self._errors(log_focal=x), *zoom)
             self.focal = math.exp(log_focal)

@@ -179,6 +179,6 @@ def compare_built(
     if built != "original":
         return Comparison(built, tuple(reasons))
     gain_sd = math.hypot(found.gain_sd, enrolled.gain_sd)
-    known = KnownBuilt(enrolled.gain_ratio, KNOWN_SDS * gain_sd, slide_rad + KNOWN_SDS * offset_sd)
-    sure = abs(found.gain_ratio - known.gain) <= known.gain_room and offset <= known.offset_room_rad
+    known = KnownBuilt(KNOWN_SDS * gain_sd, slide_rad + KNOWN_SDS * offset_sd)
+    sure = abs(found.gain_ratio - enrolled.gain_ratio) <= known.gain_room and offset <= known.offset_room_rad
     return Comparison(built, tuple(reasons), known if sure else None)

@@ -40,12 +40,11 @@ Passes = Callable[[GratingSignal], bool]
 
 @dataclass(frozen=True)
 class KnownBuilt:
-    """What is known of a badge as built that the film agrees with: its gain, and the room of gain and of offset, rad.
+    """What is known of a badge as built that the film agrees with: the room of its gain, and of its offset, rad.
 
     A forger who does not know the gain and the offset must meet both by chance.
     """
 
-    gain: float
     gain_room: float
     offset_room_rad: float
 

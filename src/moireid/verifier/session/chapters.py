@@ -147,7 +147,7 @@ def _known_to_all(chapters: Sequence[Chapter]) -> KnownBuilt | None:
     if len(known) < len(chapters):
         return None
     gain_room, offset_room = max(one.gain_room for one in known), max(one.offset_room_rad for one in known)
-    return replace(known[0], gain_room=gain_room, offset_room_rad=offset_room)
+    return KnownBuilt(gain_room, offset_room)
 
 
 def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ...]]:
