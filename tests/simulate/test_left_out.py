@@ -151,8 +151,15 @@ def test_bounces_and_hidden_face_change_less_than_mitsuba_s_own_error() -> None:
     for row in rows.values():
         # With few strips the error's own scatter is wide; what is wrong by more than noise is wrong by far more.
         assert row["phase_rad"] < 2 * row["bar_rad"], row
-    bounces, off = rows["bounces, and the hidden face"], rows["pixels off the badge (4 rays)"]
-    assert bounces["with_s"] > 1.2 * bounces["without_s"] and off["with_s"] > 1.5 * off["without_s"]
+    # How long they take is the benchmark's to print; here the face must be one more shape of each grating.
+    from moireid.simulate.mitsuba.renderer import MitsubaRenderer
+
+    more, less = (
+        MitsubaRenderer(replace(scene, need=Need(bounces=bounces)), samples=4, segments=2) for bounces in (True, False)
+    )
+    assert len(more._world.shapes()) == len(less._world.shapes()) + len(scene.badge.gratings)
+    pictures = [less.render(instant, crop=crop) for crop in (None, (0, 0, scene.camera.width, scene.camera.height))]
+    assert pictures[1].radiance.size > 1.5 * pictures[0].radiance.size
     assert all(what in "\n".join(left_out_table(list(rows.values()))) for what in rows)
     with pytest.raises(SpecError, match="mitsuba"):
         AnalyticRenderer(replace(scene, need=Need(bounces=True)))
