@@ -87,6 +87,11 @@ DISTORTION_PRIOR_SD_K1, DISTORTION_MAX_K1 = 0.02, 0.3
 #: A frame counts as misregistered from this reprojection error on, over the film's median and in pixels.  Derived: by
 #: chance, two residuals of a frame exceed ten medians with a probability of 1e-30.
 STRAY_MEDIANS_RATIO, STRAY_PX = 10.0, 0.5
+#: What one camera may leave of the corners over many frames, px.  Ray-traced films: up to 0.026 where a badge turns, as
+#: registration errs alike at one turn; 0.03 to 0.2 where the picture is zoomed or reframed.
+MAX_LASTING_PX = 0.03
+#: The most by which a picture is zoomed within a film.  Set by hand; parallaxes are wrong by that factor at most.
+MOST_ZOOM = 2.0
 #: A stretch whose predicted phase spreads by less than this shows a badge at rest, which says nothing, as a print could
 #: lie there.  Set by hand: as `RESIDUAL_FLOOR_RAD`, what light and codec explain.
 REST_RAD = 0.05

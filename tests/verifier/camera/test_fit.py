@@ -14,7 +14,7 @@ from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.self_calibration import _cuts
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
-from moireid.verifier.limits import AXIS_PRIOR_SD_SHARE
+from moireid.verifier.limits import AXIS_PRIOR_SD_SHARE, MAX_LASTING_PX
 
 SIZE = (1920, 1080)
 CENTRE = np.array([959.5, 539.5])
@@ -206,6 +206,21 @@ def test_a_stretched_picture_is_judged_as_it_was_taken(aspect):
     assert abs(fit.focal_px - 1450.0) < 4 * fit.focal_sd_px < 0.1 * 1450.0
     true = course.pose(times)[0]
     assert np.polyfit(tangents(true)[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0] == pytest.approx(1.0, abs=0.02)
+
+
+@pytest.mark.parametrize(
+    ("zoom", "aside_px", "shows"), [(1.0, 0.0, False), (1.015, 0.0, False), (1.4, 0.0, True), (1.0, 90.0, True)]
+)
+def test_a_picture_that_is_zoomed_or_reframed_shows_in_errors_that_last(zoom, aside_px, shows):
+    """Catches: noise taken for a zoom; a zoom that hides because the poses took it up; a focus that breathes blamed."""
+    rng = np.random.default_rng(8)
+    times = np.arange(150) / FPS
+    points = rolled(Course(rng, 1200.0, tilt_deg=14.0, sway_mm=220.0), times, 1450.0, 0.010)
+    share = (0.5 - 0.5 * np.cos(2 * np.pi * times / times[-1]))[:, None, None]
+    changed = CENTRE + (points - CENTRE) * zoom**share + aside_px * share
+    for noise_px in (0.05, 0.2):
+        fit = fitted(registered(changed, rng, noise_px), times)
+        assert (fit.lasting_px > MAX_LASTING_PX) == shows
 
 
 @pytest.mark.parametrize("aside", [(300.0, 0.0), (-500.0, -250.0), (900.0, 100.0)])

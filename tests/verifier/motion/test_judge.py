@@ -477,6 +477,20 @@ def test_what_covers_a_badge_excuses_a_residual_and_no_gain(gain, verdict):
     assert judged(covered).verdict == verdict
 
 
+@pytest.mark.parametrize("gain", [0.6, 1.7, 0.0])
+def test_a_camera_that_changes_excuses_poses_and_no_strip(gain):
+    """Catches: a zoomed or reframed film called a forgery; rows that move by themselves excused by it; a good film
+    that is left open for it.
+    """
+    predicted = 1.2 * course()
+    wrong = signal(predicted, gain * predicted + 0.2 * jitter(predicted))
+    assert judged(wrong).verdict == "reject" and judged(replace(wrong, lasting_px=0.02)).verdict == "reject"
+    outcome = judged(replace(wrong, lasting_px=0.06))
+    assert outcome.verdict == "inconclusive" and levels(outcome)["camera"] == "undecided"
+    assert judged(replace(wrong, lasting_px=0.06, strip_residual_rad=np.array([0.1, 0.5]))).verdict == "reject"
+    assert judged(replace(genuine(), lasting_px=0.06)).verdict == "accept"
+
+
 @pytest.mark.parametrize(("name", "share"), [("covered_share", 0.6), ("stray_share", 0.2)])
 def test_too_many_parts_or_frames_left_out_leave_a_film_open(name, share):
     """Catches: a lie in frames that nobody looks at, or under a cover, and the rest accepted."""

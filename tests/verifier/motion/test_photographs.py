@@ -387,3 +387,12 @@ def test_the_worst_waveform_is_told_and_the_best_count():
     assert both["waveform"].level == "undecided"
     assert both["waveform"].measured == found_in(bad)["waveform"].measured
     assert both["photographs"].measured == max(found_in(one)["photographs"].measured for one in (good, bad))
+
+
+@pytest.mark.parametrize(("gain", "verdict"), [(0.7, "inconclusive"), (0.4, "reject"), (-0.8, "reject")])
+def test_fringes_that_tell_of_a_zoom_excuse_a_gain_that_a_zoom_makes(gain, verdict):
+    """Catches: a film that was zoomed slowly called a forgery; photographs that stand or turn round excused by it."""
+    course = LAW - LAW.mean()
+    zoomed = signal(depth=depth_of(0.0, change_rad=0.02), measured=gain * course)
+    assert judge_signals([zoomed]).verdict == verdict
+    assert judge_signals([signal(measured=gain * course)]).verdict == "reject"

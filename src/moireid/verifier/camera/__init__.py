@@ -6,5 +6,6 @@ closed_form.py       axis, focal length and aspect of a crop or of a stretched p
 self_calibration.py  focal length, axis, shutter and distortion of a film
 steady_path.py       the focal length from a steady path         smoothing.py    the camera's path, smoothed
 stretches.py         runs of frames without a break
+one_camera.py        does one camera explain the film, or was its picture zoomed, reframed or stabilised?
 fit.py               the camera over a film
 """

@@ -37,7 +37,8 @@ class CameraFit:
     coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion;
     focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
-    and focal length are in px of the height; cuts (T,): frames before which the picture jumps.
+    and focal length are in px of the height; lasting_px: error that one camera leaves over many frames (`one_camera`);
+    cuts (T,): frames before which the picture jumps.
     """
 
     camera_mm: Array
@@ -53,6 +54,7 @@ class CameraFit:
     focal_at_limit: bool = False
     axis_px: tuple[float, float] = (0.0, 0.0)
     aspect: float = 1.0
+    lasting_px: float = 0.0
     cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
 
 
@@ -95,6 +97,7 @@ def fit_camera(
         focal_px is None and _at_limit(film.focal / max(image_px)),
         (float(film.axis[0]) * max(image_px), float(film.axis[1]) * max(image_px)),
         math.exp(film.stretch),
+        film.lasting_error_px(final),
         film.cuts,
     )
 

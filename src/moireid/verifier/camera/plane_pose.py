@@ -43,6 +43,14 @@ class PlanePoses:
         """Error of the better pose of each frame, (T,)."""
         return np.asarray(self.error_px.min(axis=1))
 
+    def residuals_px(self, plane: Array, points_px: Array, focal: float, centre: tuple[float, float]) -> Array:
+        """What the better pose of each frame leaves of points (T, N, 2), (T, 2 N) px."""
+        frames, better = np.arange(len(self.error_px)), self.error_px.argmin(axis=1)
+        turned = np.einsum("tij,nj->tni", self.rotation[frames, better], plane)
+        local = turned + self.translation[frames, better][:, None]
+        seen = focal * local[..., :2] / local[..., 2:] + np.array(centre)
+        return np.asarray((seen - points_px).reshape(len(frames), -1))
+
 
 def start_poses(plane: Array, points_px: Array, focal: float, centre: tuple[float, float]) -> PlanePoses:
     """Both poses of every frame without a start value, refined; points_px (T, N, 2)."""

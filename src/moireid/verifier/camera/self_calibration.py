@@ -25,6 +25,7 @@ from moireid.verifier.camera.closed_form import ClosedForm, closed_form
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, minimise_together, posterior
+from moireid.verifier.camera.one_camera import lasting_error_px
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
@@ -275,6 +276,11 @@ class FilmWide:
     def all_poses(self) -> PlanePoses:
         """Poses of all frames with the estimated parameters."""
         return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre)
+
+    def lasting_error_px(self, poses: PlanePoses) -> float:
+        """As `one_camera`, of the poses of all frames."""
+        residuals = poses.residuals_px(self.plane, self._flat(slice(None)), self.focal, self._centre)
+        return lasting_error_px(residuals, self._times, np.cumsum(self.cuts))
 
     def moved(self, poses: PlanePoses, off: Array) -> PlanePoses:
         """The poses if the parameters of `covariance`, in its order, changed by `off`."""

@@ -59,7 +59,7 @@ class GratingSignal:
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
     frames whose markers do not lie as on a flat page, so that their poses are left out;
-    focal_at_limit: as in `CameraFit`; beyond: what the film shows
+    focal_at_limit, lasting_px: as in `CameraFit`; beyond: what the film shows
     beside the phase, None if it is not known.
     """
 
@@ -77,6 +77,7 @@ class GratingSignal:
     covered_share: float = 0.0
     stray_share: float = 0.0
     focal_at_limit: bool = False
+    lasting_px: float = 0.0
     beyond: BeyondPhase | None = None
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
@@ -235,6 +236,7 @@ def _grating_signal(
         covered_share=1 - clear / max(len(every), 1),
         stray_share=poses.stray_share,
         focal_at_limit=poses.camera.focal_at_limit,
+        lasting_px=poses.camera.lasting_px,
         beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
     )
 

@@ -9,7 +9,7 @@ ratio weighs all figures together.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -25,12 +25,14 @@ from moireid.verifier.limits import (
     GAIN_TOLERANCE_SHARE,
     MAX_COVERED_SHARE,
     MAX_GAIN_SD_SHARE,
+    MAX_LASTING_PX,
     MAX_STRAY_SHARE,
     MAX_STRIP_WANDER_RAD,
     MAX_UNSEEN_CHANCE,
     MIN_CORRELATION,
     MIN_EXCITATION_RAD,
     MIN_EXCITATION_TO_ERROR_RATIO,
+    MOST_ZOOM,
     POSSIBLE_ERROR_RATIO,
     POSSIBLE_RESIDUAL_RATIO,
     REJECTED_LOG10,
@@ -113,6 +115,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
         reasons = _without_hand_s_blame(reasons)
         moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
         reasons += [*_course_tells(signals, moving), *no_photographs(signals, moving, _would_pass)]
+        reasons = _without_camera_s_blame(reasons, max(signal.lasting_px for signal in signals))
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -253,6 +256,38 @@ def _without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
         replace(reason, level="undecided") if reason.level == "fail" and reason.code in disturbed else reason
         for reason in reasons
     ]
+
+
+def _without_camera_s_blame(reasons: list[Reason], lasting_px: float) -> list[Reason]:
+    """Findings without a failure that a zoom, a moving crop or a stabiliser may have caused.
+
+    These make poses wrong, and so all that is held against them.  Strips share the pose, so they still must agree.  A
+    zoom about the picture's middle hardly shows in the poses, but by the fringes' spacing, and scales the motion.
+    """
+    blamed = {"correlation", "gain", "likelihood", "residual"}
+    failed = [reason for reason in reasons if reason.level == "fail" and reason.code in blamed]
+    if lasting_px > MAX_LASTING_PX:
+        why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
+    elif _looks_zoomed({reason.code: reason for reason in reasons}):
+        why = "The fringes' spacing does not follow the distance"
+    else:
+        return reasons
+    if not failed:
+        return reasons
+    text = (
+        f"{why}, so the picture may have been zoomed, reframed or stabilised. Give the film as the camera took it, or "
+        "film again with such functions off."
+    )
+    doubt = Reason("camera", "undecided", lasting_px, MAX_LASTING_PX, "px", text)
+    return [*(replace(reason, level="undecided") if reason in failed else reason for reason in reasons), doubt]
+
+
+def _looks_zoomed(codes: Mapping[str, Reason]) -> bool:
+    """Whether fringes tell of another distance than the page's size, and move as far as after a zoom."""
+    spacing, gain = codes.get("spacing"), codes.get("gain")
+    if spacing is None or spacing.level != "undecided" or gain is None or not isinstance(gain.measured, float):
+        return False
+    return 1 / MOST_ZOOM < gain.measured < MOST_ZOOM
 
 
 def _would_pass(signal: GratingSignal) -> bool:
