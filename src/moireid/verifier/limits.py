@@ -136,6 +136,10 @@ MAX_COVERED_SHARE = 0.5
 #: out, as they lie on a plateau of the fringe. Set by hand; `EXPECTED["places"]` was fitted with them.
 PLACE_CLEAR_RAD, PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE = 0.3, 0.5, 0.15
 
+#: How far contrast may dip with motion (`fringes.mixed_frames`).  Derived: an exposure that lasts all frame long.
+#: Below its regression by so many standard deviations: 99.7 % of a normal distribution.
+MAX_MIXED_SHARE, MIXED_SDS = 1 / 12, 3.0
+
 # --- Which deviations from the law occur on a genuine badge? ---------------------------------------------------------
 
 #: A bent sheet, light from one side, and a pose error that depends on tilt cause deviations that follow the camera's

@@ -83,7 +83,7 @@ def test_the_worst_stretch_is_told_from_a_gain_that_is_not_quite_one():
         0.01,
         np.array([0.01]),
         times,
-        beyond=BeyondPhase(law, depth, none.astype(complex), np.zeros((300, 2))),
+        beyond=BeyondPhase(law, depth, none.astype(complex), np.zeros((300, 2)), none),
         stretch=(times >= 5).astype(np.int64),
     )
     built = replace(ONE, gain_ratio=0.95, gain_sd=0.01)

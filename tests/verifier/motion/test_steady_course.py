@@ -76,7 +76,8 @@ def test_a_true_badge_on_one_sweep_is_left_open(course, level):
 def placed(course: np.ndarray, x_px: np.ndarray, stretch: np.ndarray | None = None) -> GratingSignal:
     """A true badge whose middle is at x_px in the picture, and trembles up and down."""
     y_px = 360 + 3 * np.random.default_rng(2).standard_normal(240)
-    beyond = BeyondPhase(course, DepthLaw(*np.zeros((3, 240))), np.zeros(240, complex), np.column_stack([x_px, y_px]))
+    none = np.zeros(240)
+    beyond = BeyondPhase(course, DepthLaw(none, none, none), none.astype(complex), np.column_stack([x_px, y_px]), none)
     made = signal(course, course - course.mean(), stretch)
     return replace(made, predicted_rad=within_stretches(made.predicted_rad, made.stretch), beyond=beyond)
 

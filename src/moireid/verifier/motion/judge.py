@@ -26,6 +26,7 @@ from moireid.verifier.limits import (
     MAX_COVERED_SHARE,
     MAX_GAIN_SD_SHARE,
     MAX_LASTING_PX,
+    MAX_MIXED_SHARE,
     MAX_STRAY_SHARE,
     MAX_STRIP_WANDER_RAD,
     MAX_UNSEEN_CHANCE,
@@ -115,7 +116,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
         reasons = _without_hand_s_blame(reasons)
         moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
         reasons += [*_course_tells(signals, moving), *no_photographs(signals, moving, _would_pass)]
-        reasons = _without_camera_s_blame(reasons, max(signal.lasting_px for signal in signals))
+        reasons = _without_blame_of_camera_or_editor(reasons, signals)
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -258,28 +259,49 @@ def _without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
     ]
 
 
-def _without_camera_s_blame(reasons: list[Reason], lasting_px: float) -> list[Reason]:
-    """Findings without a failure that a zoom, a moving crop or a stabiliser may have caused.
+def _without_blame_of_camera_or_editor(reasons: list[Reason], signals: Sequence[GratingSignal]) -> list[Reason]:
+    """Findings without a failure that a zoom, a moving crop, a stabiliser or mixed frames may have caused.
 
-    These make poses wrong, and so all that is held against them.  Strips share the pose, so they still must agree.  A
-    zoom about the picture's middle hardly shows in the poses, but by the fringes' spacing, and scales the motion.
+    These make poses and phases wrong, and so all that compares the two.  Strips share them, so they still must agree.
     """
     blamed = {"correlation", "gain", "likelihood", "residual"}
     failed = [reason for reason in reasons if reason.level == "fail" and reason.code in blamed]
+    doubt = _frames_mixed(max(signal.mixed_share for signal in signals)) or _camera_changed(
+        max(signal.lasting_px for signal in signals), {reason.code: reason for reason in reasons}
+    )
+    if doubt is None or not failed:
+        return reasons
+    return [*(replace(reason, level="undecided") if reason in failed else reason for reason in reasons), doubt]
+
+
+def _frames_mixed(share: float) -> Reason | None:
+    """The finding where fringes fade with motion as in frames that are mixed with their neighbours."""
+    if share <= MAX_MIXED_SHARE:
+        return None
+    text = (
+        "The fringes fade where they move, as in frames that are mixed with their neighbours (temporal noise "
+        "reduction, a changed frame rate), and then show no exact phase. Film again with such functions off, or from "
+        "nearer."
+    )
+    return Reason("mixed_frames", "undecided", share, MAX_MIXED_SHARE, "share", text)
+
+
+def _camera_changed(lasting_px: float, codes: Mapping[str, Reason]) -> Reason | None:
+    """The finding where no single camera explains the film.
+
+    A zoom about the picture's middle hardly shows in the poses, but by the fringes' spacing, and scales the motion.
+    """
     if lasting_px > MAX_LASTING_PX:
         why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
-    elif _looks_zoomed({reason.code: reason for reason in reasons}):
+    elif _looks_zoomed(codes):
         why = "The fringes' spacing does not follow the distance"
     else:
-        return reasons
-    if not failed:
-        return reasons
+        return None
     text = (
         f"{why}, so the picture may have been zoomed, reframed or stabilised. Give the film as the camera took it, or "
         "film again with such functions off."
     )
-    doubt = Reason("camera", "undecided", lasting_px, MAX_LASTING_PX, "px", text)
-    return [*(replace(reason, level="undecided") if reason in failed else reason for reason in reasons), doubt]
+    return Reason("camera", "undecided", lasting_px, MAX_LASTING_PX, "px", text)
 
 
 def _looks_zoomed(codes: Mapping[str, Reason]) -> bool:

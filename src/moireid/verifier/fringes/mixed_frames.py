@@ -1,0 +1,69 @@
+"""Are frames mixed with their neighbours, as temporal noise reduction or a change of the frame rate does?
+
+Fringes are printed on nothing: at one pixel they move with the page and with the parallax.  A frame that holds a share
+w of the one before adds, at each pixel, two fringes that are apart by the angle `turn` by which that pixel's fringe
+turned meanwhile.  Their phase is wrong, and no pose can put it right; but their contrast tells, as it dips with the
+turn:
+
+    |1 - w + w exp(i turn)|^2 = 1 - 2 w (1 - w) (1 - cos turn).
+
+A long exposure blurs in the same way: open all frame long, the mean over a turn keeps 1 - turn^2 / 24, as w (1 - w) of
+a twelfth does.  More than that is mixed.
+
+Convention: angles in rad; a series has one entry per frame, (T,).
+Source: sum of two waves; linear regression of the contrast's logarithm, first order in w (1 - w).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.camera.stretches import longest_step_s
+from moireid.verifier.limits import MAX_STEP_RAD, MIXED_SDS
+
+Array = NDArray[np.float64]
+#: Fewer frames than this tell no regression of five unknowns.
+LEAST_FRAMES = 50
+
+
+def carried_rad(homographies: Array, middle_mm: Array, axis: int, frequency_per_mm: float, times_s: Array) -> Array:
+    """By how much the page, at rest to the camera's parallax, turned the fringe at one pixel since the frame before.
+
+    Parameters: homographies (T, 3, 3): page -> picture; middle_mm (2,): of the grating, whose pixel is meant.
+    Convention: 2 pi f times how far on the page that pixel lay before; 0 for the first frame and after a missing one.
+    Returns: (T,).
+    """
+    seen = homographies[1:] @ np.append(middle_mm, 1.0)
+    before = np.linalg.solve(homographies[:-1], seen[..., None])[..., 0]
+    moved_mm = before[:, axis] / before[:, 2] - middle_mm[axis]
+    moved_mm[np.diff(times_s) > longest_step_s(times_s)] = 0.0
+    return np.asarray(np.concatenate([[0.0], 2 * np.pi * frequency_per_mm * moved_mm]))
+
+
+def mixed_share(contrast: Array, carried_rad: Array, predicted_rad: Array) -> float:
+    """The least w (1 - w) that explains how contrast dips with the turn, within `MIXED_SDS`; 0 where none is told.
+
+    Parameters: contrast (T,): not a number where it is not known; predicted_rad (T,): the parallax turns the fringe
+        too, and contrast depends on it, and so on this phase and its square.
+    """
+    turn_rad = carried_rad - np.diff(predicted_rad, prepend=predicted_rad[0])
+    used = np.isfinite(contrast) & (contrast > 0) & (np.abs(turn_rad) < MAX_STEP_RAD)
+    if used.sum() < LEAST_FRAMES:
+        return 0.0
+    law = predicted_rad[used] - predicted_rad[used].mean()
+    table = np.column_stack([1 - np.cos(turn_rad[used]), np.ones(used.sum()), law, law**2])
+    told = np.log(contrast[used])
+    found, *_ = np.linalg.lstsq(table, told, rcond=None)
+    left = told - table @ found
+    try:
+        variance = float(np.linalg.inv(table.T @ table)[0, 0])
+    except np.linalg.LinAlgError:
+        return 0.0
+    sd = float(np.sqrt(left @ left / (len(left) - table.shape[1]) * variance))
+    return max(-float(found[0]) - MIXED_SDS * sd, 0.0)
+
+
+def most_mixed(share: float) -> float:
+    """The weight w of the frame before, at most a half, from w (1 - w)."""
+    return 0.5 * (1.0 - float(np.sqrt(max(1.0 - 4.0 * share, 0.0))))
