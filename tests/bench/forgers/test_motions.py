@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.bench.forgers.cases import Shoot, drift_on_sweep, late_on_sweep, spell, turn_tangent
+from moireid.bench.forgers.cases import LEAST_SPAN, Shoot, drift_on_sweep, late_on_sweep, spell, turn_tangent
 from moireid.bench.forgers.motions import in_turns, one_way, seen_only, with_jump
 from moireid.lenticule import view_law
 from moireid.simulate.motion import Poses, motion_named
@@ -91,6 +91,8 @@ def test_a_spell_freezes_its_frames_alone(ada):
     held = (shown != true).any(axis=1)
     first = int(np.argmax(held))
     assert held.sum() == 29 and held[first : first + 29].all()
+    parallax = true[first - 1 : first + 29, 0] / true[first - 1 : first + 29, 2]
+    assert np.ptp(parallax) >= LEAST_SPAN
     assert (shown[first - 1 : first + 29] == true[first - 1]).all()
 
 

@@ -28,6 +28,8 @@ from moireid.simulate.scene import Scene
 
 Make = Callable[["Shoot"], "Filming"]
 FPS = 30.0
+#: Span of the parallax in a spell of frozen fringes: 5 cm at 1 m, by which the default badge's turn by 0.36 rad.
+LEAST_SPAN = 0.05
 
 
 @dataclass(frozen=True)
@@ -162,14 +164,20 @@ def frozen_in_spells(share: float, shift_px: float) -> Make:
 
 
 def spell(seconds: float) -> Make:
-    """Fringes that stand still for some seconds within a true film."""
+    """Fringes that stand still for some seconds within a true film, while they should move.
+
+    The seconds are drawn from those whose parallax spans `LEAST_SPAN`; where the badge rests, a frozen picture is true.
+    """
 
     def make(shoot: Shoot) -> Filming:
-        first = int(shoot.rng.uniform(0.2, 0.8) * (shoot.frames - seconds * FPS))
-
         def show(scene: Scene, motion: Motion, camera_mm: Any, fps: float) -> Shown:
+            frames = round(seconds * FPS)
+            parallax = np.lib.stride_tricks.sliding_window_view(camera_mm[:, 0] / camera_mm[:, 2], frames)
+            span = np.ptp(parallax, axis=1)
+            moving_ones = np.flatnonzero(span >= min(LEAST_SPAN, span.max()))
+            first = int(shoot.rng.choice(moving_ones))
             held = camera_mm.copy()
-            held[first : first + round(seconds * FPS)] = held[first]
+            held[first : first + frames] = held[first]
             return Shown(held, camera_mm)
 
         return Filming(moving(shoot), show)
