@@ -28,7 +28,7 @@ from moireid.simulate.scene import Scene
 
 Make = Callable[["Shoot"], "Filming"]
 FPS = 30.0
-#: Span of the parallax in a spell of frozen fringes: 5 cm at 1 m, by which the default badge's turn by 0.36 rad.
+#: Span of the parallax in a spell of frozen fringes: 5 cm at 1 m turn the default badge's by 0.36 rad.
 LEAST_SPAN = 0.05
 
 

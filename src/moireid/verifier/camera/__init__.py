@@ -3,6 +3,7 @@
 plane_pose.py        both poses of a plane, all frames at once   fast_poses.py   the same near known poses, faster
 distortion.py        radial lens distortion                      map_search.py   maximum a posteriori search
 closed_form.py       axis, focal length and aspect of a crop or of a stretched picture, without a search
+zoom_course.py       the course of a zoom within a film
 self_calibration.py  focal length, axis, shutter and distortion of a film
 steady_path.py       the focal length from a steady path         smoothing.py    the camera's path, smoothed
 stretches.py         runs of frames without a break

@@ -16,13 +16,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.camera.one_camera import lasting_error_px
 from moireid.verifier.camera.plane_pose import PlanePoses, tangent_error
 from moireid.verifier.camera.self_calibration import FilmWide
-from moireid.verifier.limits import FOCAL_RANGE_RATIO
+from moireid.verifier.camera.zoom_course import unzoomed, zoom_course
+from moireid.verifier.limits import FOCAL_RANGE_RATIO, MAX_LASTING_PX
 
 Array = NDArray[np.float64]
 #: Change of the focal length's logarithm, and of the distortion, to measure their effect on the poses.
 PROBE = 0.003
+#: A zoom is looked for from this lasting error on, px.  Set by hand: a third of what is blamed on the camera.
+SUSPECT_PX = 0.01
+#: The first course is found with the camera of the whole zoomed film, the second with that of the first.
+ROUNDS = 2
 #: A focal length this near to the border of its search, as a share, is at it.
 AT_LIMIT_SHARE = 0.01
 
@@ -38,7 +44,8 @@ class CameraFit:
     focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
     and focal length are in px of the height; lasting_px: error that one camera leaves over many frames (`one_camera`);
-    cuts (T,): frames before which the picture jumps.
+    log_zoom (T,): logarithm of the zoom within the film, over its mean; cuts (T,): frames before which the picture
+    jumps.
     """
 
     camera_mm: Array
@@ -55,7 +62,13 @@ class CameraFit:
     axis_px: tuple[float, float] = (0.0, 0.0)
     aspect: float = 1.0
     lasting_px: float = 0.0
+    log_zoom: Array = field(default_factory=lambda: np.zeros(0))
     cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
+
+    @property
+    def zoom(self) -> float:
+        """How far the picture is zoomed within the film, greatest over least; 1 where no zoom was found."""
+        return math.exp(float(np.ptp(self.log_zoom))) if len(self.log_zoom) else 1.0
 
 
 def fit_camera(
@@ -73,8 +86,7 @@ def fit_camera(
     Returns: CameraFit with T frames.
     Source: maximum a posteriori over reprojection error; the plane's two poses by `plane_pose`.
     """
-    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px).solve()
-    final = film.all_poses()
+    film, final, lasting_px, log_zoom = _solved(points_px, page_mm, times_s, image_px, focal_px)
     camera, errors = _choose(final)
     # Errors of focal length and distortion are correlated: one mostly cancels the other.
     probes = PROBE * np.eye(6)
@@ -97,9 +109,41 @@ def fit_camera(
         focal_px is None and _at_limit(film.focal / max(image_px)),
         (float(film.axis[0]) * max(image_px), float(film.axis[1]) * max(image_px)),
         math.exp(film.stretch),
-        film.lasting_error_px(final),
+        lasting_px,
+        log_zoom,
         film.cuts,
     )
+
+
+def _solved(
+    points_px: Array, page_mm: Array, times_s: Array, image_px: tuple[int, int], focal_px: float | None
+) -> tuple[FilmWide, PlanePoses, float, Array]:
+    """The film's camera, all poses, the error that lasts, px, and the zoom's logarithm, (T,), 0 where there is none.
+
+    A zoom is looked for only where one camera leaves errors that last, and kept only where it explains them.
+    """
+    film = FilmWide(points_px, page_mm, times_s, image_px, focal_px).solve()
+    poses, none = film.all_poses(), np.zeros(len(points_px))
+    lasting, noise = lasting_error_px(film.residuals_px(poses), times_s, np.cumsum(film.cuts))
+    if focal_px is not None or lasting <= SUSPECT_PX:
+        return film, poses, lasting, none
+    # A homography has two residuals more than a pose, which share the noise of all its points.
+    frame_px = noise * math.sqrt(len(page_mm) / 2)
+    middle = ((image_px[0] - 1) / 2, (image_px[1] - 1) / 2)
+    best, log_zoom = film, none
+    for _ in range(ROUNDS):
+
+        def film_of(course: Array, camera: FilmWide = best) -> FilmWide:
+            return camera.of_points(unzoomed(points_px, course, middle))
+
+        course = zoom_course(film_of, film.chosen, times_s, film.cuts, frame_px)
+        if course is None:
+            return film, poses, lasting, none
+        log_zoom = course
+        best = FilmWide(unzoomed(points_px, log_zoom, middle), page_mm, times_s, image_px, None).solve()
+    again = best.all_poses()
+    left, _ = lasting_error_px(best.residuals_px(again), times_s, np.cumsum(best.cuts))
+    return (film, poses, lasting, none) if left > MAX_LASTING_PX else (best, again, left, log_zoom)
 
 
 def _at_limit(ratio: float) -> bool:

@@ -28,8 +28,8 @@ LASTING_S = 0.25
 NOISE_LEFT_SHARE = 0.45
 
 
-def lasting_error_px(residuals_px: Array, times_s: Array, numbers: NDArray[np.int64]) -> float:
-    """Reprojection error that lasts longer than noise does, root mean square over points, px.
+def lasting_error_px(residuals_px: Array, times_s: Array, numbers: NDArray[np.int64]) -> tuple[float, float]:
+    """Reprojection error that lasts longer than noise does, and the noise, root mean squares over points, px.
 
     Parameters: numbers (T,): as `stretches`.
     Convention: module docstring; misregistered frames count as bounded.
@@ -37,7 +37,7 @@ def lasting_error_px(residuals_px: Array, times_s: Array, numbers: NDArray[np.in
     size = np.sqrt((residuals_px**2).mean(axis=1))
     known = np.flatnonzero(np.isfinite(size))
     if len(known) < 2:
-        return 0.0
+        return 0.0, 0.0
     most = STRAY_MEDIANS_RATIO * float(np.median(size[known]))
     errors = residuals_px[known] * np.minimum(1.0, most / np.maximum(size[known], 1e-12))[:, None]
     clock, numbers = times_s[known], numbers[known]
@@ -46,4 +46,4 @@ def lasting_error_px(residuals_px: Array, times_s: Array, numbers: NDArray[np.in
     steps = np.concatenate([np.diff(errors[run], axis=0) for run in runs]) if runs else errors
     # The square of a point's error is the sum of those of its two coordinates.
     lasting, noise = 2 * float((slow**2).mean()), float((steps**2).mean())
-    return math.sqrt(max(lasting - NOISE_LEFT_SHARE**2 * noise, 0.0))
+    return math.sqrt(max(lasting - NOISE_LEFT_SHARE**2 * noise, 0.0)), math.sqrt(noise)

@@ -25,11 +25,11 @@ from moireid.verifier.camera.closed_form import ClosedForm, closed_form
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, minimise_together, posterior
-from moireid.verifier.camera.one_camera import lasting_error_px
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
 from moireid.verifier.camera.stretches import AROUND
+from moireid.verifier.camera.zoom_course import unzoomed
 from moireid.verifier.limits import (
     AXIS_MAX_SHARE,
     AXIS_PRIOR_SD_SHARE,
@@ -63,6 +63,8 @@ STRETCH = Unknown(-STRETCH_MAX_LOG, STRETCH_MAX_LOG, 0.0, STRETCH_PRIOR_SD_LOG, 
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
 #: A focal length is near the guessed one up to this change of its logarithm.
 USUAL_ZOOM = 0.1
+#: Change of the zoom's logarithm to measure its effect on the residuals.
+ZOOM_STEP = 0.002
 #: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
 
@@ -115,6 +117,11 @@ class FilmWide:
 
     def _placed(self, axis: Array) -> tuple[float, float]:
         return self._middle[0] + float(axis[0]) * self._long_side, self._middle[1] + float(axis[1]) * self._long_side
+
+    @property
+    def chosen(self) -> NDArray[np.int64]:
+        """The frames from which the unknowns are estimated."""
+        return self._chosen
 
     @property
     def focal_sd(self) -> float:
@@ -277,10 +284,30 @@ class FilmWide:
         """Poses of all frames with the estimated parameters."""
         return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre)
 
-    def lasting_error_px(self, poses: PlanePoses) -> float:
-        """As `one_camera`, of the poses of all frames."""
-        residuals = poses.residuals_px(self.plane, self._flat(slice(None)), self.focal, self._centre)
-        return lasting_error_px(residuals, self._times, np.cumsum(self.cuts))
+    def residuals_px(self, poses: PlanePoses) -> Array:
+        """What the poses of all frames leave, (T, 2 N) px."""
+        return poses.residuals_px(self.plane, self._flat(slice(None)), self.focal, self._centre)
+
+    def zoom_told(self) -> tuple[Array, Array]:
+        """What the chosen frames tell of a zoom: the residual along a zoom's direction, px, and its slope, (n,) each.
+
+        Convention: residual = slope times (the zoom's logarithm that is missing).
+        """
+        points = self._flat(self._chosen)
+        zoomed = unzoomed(points, np.full(len(points), ZOOM_STEP), self._middle)
+        left, moved = (self._near.residuals_px(seen, 1.0, self.focal, self._centre) for seen in (points, zoomed))
+        slopes = (moved - left) / ZOOM_STEP
+        size = np.linalg.norm(slopes, axis=1)
+        return -(slopes * left).sum(axis=1) / np.maximum(size, 1e-12), size
+
+    def of_points(self, points_px: Array) -> FilmWide:
+        """The same camera for other points (T, N, 2)."""
+        film = copy.copy(self)
+        film._points, film._velocity = points_px, _velocity_px_s(points_px, self._times, self.cuts)
+        film._bends = TakenIn(points_px, self._guess, self._centre)
+        film._start = start_poses(self.plane, film._flat(self._chosen), self.focal, self._centre)
+        film._start_focal, film._near = self.focal, NearPoses(self.plane, film._start)
+        return film
 
     def moved(self, poses: PlanePoses, off: Array) -> PlanePoses:
         """The poses if the parameters of `covariance`, in its order, changed by `off`."""
