@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from moireid.cli.main import SECTIONS, moireid
-from moireid.cli.simulate_cmd import FORGERIES, LIGHT_NAMES, simulate_command
+from moireid.cli.simulate_cmd import EFFECTS, FORGERIES, LIGHT_NAMES, simulate_command
 
 
 def commands(group: click.Group = moireid, path: tuple[str, ...] = ()) -> Iterator[tuple[str, ...]]:
@@ -34,7 +34,7 @@ def test_every_command_stands_in_one_section() -> None:
     assert sorted(map(str, listed)) == sorted(moireid.commands)
 
 
-def test_the_kinds_of_forgeries_and_lights_are_explained() -> None:
+def test_the_kinds_of_forgeries_effects_and_lights_are_explained() -> None:
     """Catches: a kind that was added to the option and not to the table above the options."""
     words = (simulate_command.help or "").replace(",", " ").split()
-    assert set(FORGERIES) | set(LIGHT_NAMES) <= set(words)
+    assert set(FORGERIES) | set(LIGHT_NAMES) | set(EFFECTS) <= set(words)

@@ -13,6 +13,7 @@ from moireid.bench.fabricate.output import fabricate_plot, fabricate_table
 from moireid.bench.forgers.output import forgers_plot, forgers_table
 from moireid.bench.identity.output import identity_plot, identity_table
 from moireid.bench.published.output import published_plot, published_table
+from moireid.bench.reality.output import reality_plot, reality_table
 from moireid.bench.simulate.output import simulate_plot, simulate_table
 from moireid.bench.stability.output import stability_plot, stability_table
 from moireid.bench.verify.output import verify_plot, verify_table
@@ -43,6 +44,7 @@ TABLES = {
     "simulate": simulate_table,
     "verify": verify_table,
     "forgers": forgers_table,
+    "reality": reality_table,
     "published": published_table,
 }
 PLOTS = {
@@ -52,5 +54,6 @@ PLOTS = {
     "simulate": simulate_plot,
     "verify": verify_plot,
     "forgers": forgers_plot,
+    "reality": reality_plot,
     "published": published_plot,
 }

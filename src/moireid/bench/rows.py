@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from typing import Any
 
 from moireid.archive.engine import Task, run_tasks
 from moireid.archive.isolated import Limits, Lost
-from moireid.errors import MoireIdError
+from moireid.errors import MoireIdError, SpecError
 from moireid.kept import keep_row, kept_rows
 
 Row = dict[str, Any]
@@ -24,6 +25,17 @@ class Where:
 
     scheduler: str | None = None
     workers: int | None = None
+
+
+def chosen_names(names: Sequence[str], only: str | None) -> list[str]:
+    """The names that hold the regular expression `only`; all without one.  Raises: SpecError where none is left."""
+    try:
+        chosen = [name for name in names if only is None or re.search(only, name)]
+    except re.error as error:
+        raise SpecError(f"--only {only!r} is no regular expression ({error}); give a part of a case's name") from error
+    if not chosen:
+        raise SpecError(f"no case's name holds {only!r}; leave out --only to see all names in the table")
+    return chosen
 
 
 def made_rows(

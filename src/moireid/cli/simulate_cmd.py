@@ -32,11 +32,60 @@ FORGERIES = (
     "screen",
 )
 CAMERAS = ("phone", "sharpened", "webcam", "wide", "dim", "bright", "ideal")
+EFFECT_CAMERAS = ("eis", "tnr", "zoom", "autoframe", "breathing", "hlg", "call-tile")
+EFFECTS = (
+    "zoom",
+    "zoom-step",
+    "autoframe",
+    "autoframe-zoom",
+    "breathing",
+    "crop",
+    "tile",
+    "stretch",
+    "anamorphic",
+    "eis",
+    "jello",
+    "shutter",
+    "shutter-up",
+    "tnr",
+    "tnr-mc",
+    "blend",
+    "repeat",
+    "freeze",
+    "skip",
+    "jitter",
+    "slow-motion",
+    "clahe",
+    "tone-map",
+    "halos",
+    "exposure",
+    "glare",
+    "hlg",
+    "pq",
+    "call",
+    "crf",
+)
+STRENGTHS = ("light", "ordinary", "strong")
 CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
 MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle")
 LIGHT_NAMES = ("even", "softbox", "window", "lamp")
 PARTS = ("background", "page", "shutter", "glare")
+
+
+class EffectName(click.ParamType[str]):
+    """NAME or NAME:STRENGTH."""
+
+    name = "effect"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        """The name as it was given.  Raises: click.BadParameter."""
+        kind, colon, strength = str(value).partition(":")
+        if kind not in EFFECTS:
+            self.fail(f"{kind!r} is not one of {', '.join(EFFECTS)}", param, ctx)
+        if colon and strength not in STRENGTHS:
+            self.fail(f"{strength!r} is no strength; choose {', '.join(STRENGTHS)}", param, ctx)
+        return str(value)
 
 
 @click.command("simulate")
@@ -88,7 +137,21 @@ PARTS = ("background", "page", "shutter", "glare")
     metavar="KIND",
     help="Forge the film in one thing; the kinds stand above.",
 )
-@click.option("--camera", type=click.Choice(CAMERAS), default="phone", show_default=True, help="Kind of camera.")
+@click.option(
+    "--camera",
+    type=click.Choice((*CAMERAS, *EFFECT_CAMERAS)),
+    default="phone",
+    show_default=True,
+    help="Kind of camera; those from eis on are a phone with the effect of that name (call-tile: tile).",
+)
+@click.option(
+    "--effect",
+    "effects",
+    type=EffectName(),
+    multiple=True,
+    metavar="NAME[:STRENGTH]",
+    help="What the world does to the film: light, ordinary (default) or strong; may be given several times.",
+)
 @click.option("--mirror", is_flag=True, help="Swap left and right, as a self-view does.")
 @click.option(
     "--blur", type=FiniteRange(0, 50), metavar="PX", help="Put the film out of focus: sigma of the blur, in pixels."
@@ -145,6 +208,24 @@ def simulate_command(
     splice, wobble       they move as in another film, or tremble as well
     patchy, generative   they differ from place to place, or are made up
     photo, screen        the badge is a printed photo, or a film on a screen
+
+    \b
+    Kinds of --effect, each light, ordinary or strong:
+    zoom, zoom-step            a digital zoom, slowly or at once
+    autoframe, autoframe-zoom  a window that follows the badge, also zooming
+    breathing                  refocusing changes the focal length
+    crop, tile                 cut off on the right; a tile of a recorded call
+    stretch, anamorphic        wider pixels, without and with a flag that says so
+    eis, jello                 a stabiliser; rows that wobble
+    shutter, shutter-up        rows read one by one, from the top or the bottom
+    tnr, tnr-mc                mixed with the picture before; motion compensated
+    blend, repeat              of fewer frames: mixed, or shown again
+    freeze, skip, jitter       standstill; frames lost; times that are off
+    slow-motion                filmed faster than it is played
+    clahe, tone-map, halos     contrast, brightness and edges by an editor
+    exposure, glare            exposure that follows the fringes; a lamp
+    hlg, pq                    10-bit high dynamic range
+    call, crf                  a call of changing size; coded too small
 
     \b
     Kinds of --light; an even sky gives the other 30 to 40 % of the light:
@@ -219,6 +300,7 @@ def wish_of(
     crf: int | None,
     recipe: str | None,
     unneeded: tuple[str, ...],
+    effects: tuple[str, ...],
     seed: int,
 ) -> Wish:
     """The film that the options ask for."""
@@ -240,6 +322,7 @@ def wish_of(
         crf=crf,
         recipe=recipe,
         leave_out=unneeded,
+        effects=effects,
         seed=seed,
     )
 

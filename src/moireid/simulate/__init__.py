@@ -8,9 +8,12 @@ analytic/     rays traced in closed form through the true lenses
 mitsuba/      the same scene as geometry for Mitsuba 3
 recording/    what a camera and a codec make of a picture
 forgeries/    what a forged film shows
+effects/      what phones, editors, calls and services do to a film
 truth.py      the ground truth beside a film
 compiled.py   numba's compiler, with types
 left_out.py   what a film does not show, and the time saved by that
+shots.py      the camera's pictures, one by one, with their effects
+timed.py      encoding beside the rendering, and seconds by stage
 filming.py    the whole film: frames, file and truth
 wish.py       the wish for a film, in names and numbers
 """

@@ -31,7 +31,8 @@ class Camera:
     focal_px : float
         Focal length, px.
     shutter_s : float
-        From the first row's exposure to the last one's, s, 0 to 1; 0 for a global shutter.
+        From the first row's exposure to the last one's, s, -1 to 1; 0 for a global shutter, negative where the last row
+        comes first.
     noise_counts : float
         Standard deviation of the noise at mid grey, in 8-bit counts.
     distortion : (float, float, float, float)
@@ -82,7 +83,7 @@ class Camera:
             "width": (2, 16384),
             "height": (2, 16384),
             "focal_px": (1.0, 1e6),
-            "shutter_s": (0.0, 1.0),
+            "shutter_s": (-1.0, 1.0),
             "noise_counts": (0.0, 128.0),
             "exposure_s": (0.0, 1.0),
             "exposure": (0.0, 1e3),

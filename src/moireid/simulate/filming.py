@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import math
-import time
-from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -16,24 +13,24 @@ from numpy.typing import NDArray
 from moireid.errors import SpecError
 from moireid.files import planned, whole_file
 from moireid.simulate.analytic.estimate import Estimate, cheapest, estimate_error
-from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.simulate.analytic.renderer import AnalyticRenderer
+from moireid.simulate.effects.effect import Effect, begun, timing_of
 from moireid.simulate.forgeries.shown import Shown, shown_in
 from moireid.simulate.left_out import LeftOut, left_out
-from moireid.simulate.motion import Motion, Poses
+from moireid.simulate.motion import Motion
 from moireid.simulate.recording.encode import FilmWriter, kept_frames, recipe_for
 from moireid.simulate.recording.sensor import Sensor
-from moireid.simulate.recording.shutter import averaged, opened
+from moireid.simulate.recording.shutter import opened
 from moireid.simulate.scene import Instant, Scene
+from moireid.simulate.shots import Edit, Render, Shots, take_of
+from moireid.simulate.timed import Aside, Stages
 from moireid.simulate.truth import TRUTH_COLUMNS, Truth
 
 __all__ = ["TRUTH_COLUMNS", "FilmReport", "film", "truth_path"]
 
 Array = NDArray[np.float64]
-Render = Callable[[Instant], Rendered | None]
 #: What a film shows, of scene, motion, camera centres (T, 3) and frames a second.
 Show = Callable[[Scene, Motion, Array, float], Shown]
-#: A finished picture changed: frame, picture (height, width), homography page mm -> px of the middle row.
-Edit = Callable[[int, NDArray[np.uint8], Array], NDArray[np.uint8]]
 
 
 @dataclass(frozen=True)
@@ -103,6 +100,7 @@ def film(
     forge: str | None = None,
     show: Show | None = None,
     edit: Edit | None = None,
+    effects: Sequence[Effect] = (),
     seed: int = 0,
     codec: str = "h264",
     crf: int | None = None,
@@ -130,6 +128,8 @@ def film(
         A kind of `forgeries.courses.KINDS`; None for a true film.
     show, edit : Show, Edit, optional
         A forgery of the caller's own, in place of `forge`; and what is done to each finished picture.
+    effects : sequence of Effect
+        What the world does to the film, one after the other, of `effects.table`.
     seed : int
         Of all that chance decides.
     codec : str
@@ -166,71 +166,56 @@ def film(
     """
     if not (2 <= frames <= 1_000_000 and 1 <= fps <= 1000):
         raise SpecError(f"{frames} frames at {fps:g} per second is no film; give 2 or more frames at 1 to 1000 fps")
+    for effect in effects:
+        scene = effect.scene(scene) if effect.scene else scene
     way = recipe_for(recipe, codec, crf)
+    for effect in effects:
+        way = effect.recipe(way) if effect.recipe else way
+    timing = timing_of(effects, frames, fps, seed)
     _check_backend(scene, backend, forge)
     planned([video, truth_path(video)], overwrite=overwrite)
-    places = motion(np.arange(frames) / fps).camera_mm
+    poses = motion(np.arange(timing.count) / timing.fps)
+    places = poses.camera_mm
     if places[:, 2].max() > -2 * scene.badge.lens.thickness_mm:
         # Behind the badge the truth's phase and parallax would be those of a camera before it, and on it nan.
         raise SpecError("the camera touches the badge or comes behind it; give a greater distance or another motion")
-    shown = show(scene, motion, places, fps) if show else shown_in(forge, scene, motion, places, fps, seed)
+    shown = (
+        show(scene, motion, places, timing.fps) if show else shown_in(forge, scene, motion, places, timing.fps, seed)
+    )
     kept = kept_frames(way, frames, seed)
     camera, label = scene.camera, f"forged:{forge}" if forge else "genuine"
-    stages = _Stages()
+    stages = Stages()
     stages.begin()
-    instants = _some_instants(motion, frames / fps)
+    instants = _some_instants(motion, timing.count / timing.fps)
     estimate = _estimate(scene, instants, backend, error_rad, seed)
     stages.end("estimate")
     render, sensor = _renderer(scene, backend, seed, estimate), Sensor(camera, seed, need=scene.need)
-    shutter = camera if scene.need.shutter else replace(camera, shutter_s=0.0, exposure_s=0.0)
+    steps, behind = begun(effects, take_of(scene, poses, timing.fps, seed))
+    longest_s = 1 / min(fps, timing.fps)
+    shots = Shots(scene, motion, shown, timing.fps, longest_s, render, sensor, steps, edit, stages)
     stages.end("set up")
     with whole_file(truth_path(video)) as truth_file, whole_file(video) as video_file:
         with (
             truth_file.open("w", encoding="utf-8", newline="") as stream,
-            FilmWriter(video_file, video.name, (camera.width, camera.height), fps, way) as writer,
-            _Aside() as aside,
+            FilmWriter(video_file, video.name, behind.size, fps, way) as writer,
+            Aside() as aside,
         ):
             truth = Truth(stream, scene.badge, label)
             for row, frame in enumerate(kept.tolist()):
+                picture, number, shot = shots.mixed(timing.parts[frame])
                 stages.begin()
-                middle, opening = opened(motion, shutter, scene.board_half_mm, frame / fps, fps)
-                board, field = _seen(render, opening, shown, frame)
-                stages.end("render")
-                picture = sensor.expose(board, middle.rotation[0], frame / fps)
-                if edit:
-                    picture = edit(frame, picture, page_homography(scene, middle))
-                stages.end("sensor")
                 aside.run(partial(writer.write, picture, frame))
                 stages.end("encode")
-                truth.add(row, frame / fps, middle, shown.camera_mm[frame], shown.sight_mm[frame], field)
+                place, sight = shown.camera_mm[number], shown.sight_mm[number]
+                truth.add(row, frame / fps, shot.pose, place, sight, shot.field)
                 if progress:
                     progress(row + 1, len(kept))
             stages.begin()
             aside.finish()
         stages.end("encode")
-    exposed = opened(motion, camera, scene.board_half_mm, frames / fps / 2, fps)[1]
+    exposed = opened(motion, camera, scene.board_half_mm, timing.count / timing.fps / 2, 1 / longest_s)[1]
     unseen = left_out(scene, backend, estimate, instants[1], instants=len(exposed), sensor_s=stages.least["sensor"])
     return FilmReport(video, truth_path(video), len(kept), label, writer.size, stages.seconds, unseen, estimate)
-
-
-def page_homography(scene: Scene, pose: Poses) -> Array:
-    """Page mm -> px of one pose, (3, 3), by the camera without distortion."""
-    centre, scale = scene.board_centre_mm, scene.build.print_scale
-    board = np.array([[scale, 0, -scale * centre[0]], [0, scale, -scale * centre[1]], [0, 0, 1.0]])
-    rotation = pose.rotation[0]
-    seen = np.column_stack([rotation[:, 0], rotation[:, 1], -rotation @ pose.camera_mm[0]])
-    return np.asarray(scene.camera.matrix @ seen @ board)
-
-
-def _seen(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:
-    """What one frame sees of the board, gathered over its exposure, and the forged field."""
-    field, picture = shown.field(frame), shown.picture(frame)
-    parts = []
-    for poses in opening:
-        # True fringes move with the camera while it is open; forged ones stand still for a frame.
-        place = poses.camera_mm[1] if shown.camera_mm is shown.sight_mm else shown.camera_mm[frame]
-        parts.append(render(Instant(_one(poses, 0), _one(poses, 2), place, field, picture)))
-    return averaged(parts), field
 
 
 def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
@@ -250,7 +235,7 @@ def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
 def _some_instants(motion: Motion, length_s: float) -> list[Instant]:
     """The first, the middle and the last frame, each at one instant."""
     poses = motion(np.array([0.0, 0.5, 1.0]) * length_s)
-    return [Instant(_one(poses, k), _one(poses, k), poses.camera_mm[k]) for k in range(3)]
+    return [Instant(poses.one(k), poses.one(k), poses.camera_mm[k]) for k in range(3)]
 
 
 def _estimate(scene: Scene, instants: list[Instant], backend: str, error_rad: float | None, seed: int) -> Estimate:
@@ -274,52 +259,3 @@ def _renderer(scene: Scene, backend: str, seed: int, estimate: Estimate) -> Rend
     from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 
     return MitsubaRenderer(scene, samples=estimate.rays[0], segments=estimate.segments, seed=seed).render
-
-
-class _Aside:
-    """Encodes a frame while the next one is rendered; never more than one waits, so that memory stays flat."""
-
-    def __init__(self) -> None:
-        self._worker, self._last = ThreadPoolExecutor(1), Future[None]()
-        self._last.set_result(None)
-
-    def __enter__(self) -> _Aside:
-        """Return itself."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Wait for the frame that is being encoded, whatever became of it."""
-        self._worker.shutdown()
-
-    def run(self, work: Callable[[], None]) -> None:
-        """Begin some work when the work before is done.  Raises: what that raised."""
-        self._last.result()
-        self._last = self._worker.submit(work)
-
-    def finish(self) -> None:
-        """Wait for the last of it.  Raises: what that raised."""
-        self._last.result()
-
-
-class _Stages:
-    """Seconds by stage; encoding is done beside the rest, and what is waited for it counts."""
-
-    def __init__(self) -> None:
-        self.seconds = dict.fromkeys(("estimate", "set up", "render", "sensor", "encode"), 0.0)
-        self.least: dict[str, float] = {}
-        self._clock = 0.0
-
-    def begin(self) -> None:
-        """Start the clock."""
-        self._clock = time.perf_counter()
-
-    def end(self, stage: str) -> None:
-        """Count the time since the last call to a stage."""
-        now = time.perf_counter()
-        self.seconds[stage] += now - self._clock
-        self.least[stage] = min(now - self._clock, self.least.get(stage, math.inf))
-        self._clock = now
-
-
-def _one(poses: Poses, k: int) -> Poses:
-    return Poses(poses.camera_mm[k : k + 1], poses.rotation[k : k + 1])

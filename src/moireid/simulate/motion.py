@@ -45,6 +45,10 @@ class Poses:
     camera_mm: Array
     rotation: Array
 
+    def one(self, k: int) -> Poses:
+        """The pose at place k alone."""
+        return Poses(self.camera_mm[k : k + 1], self.rotation[k : k + 1])
+
 
 Motion = Callable[[Array], Poses]
 """The camera's course: from times (T,), s, to the poses at these times."""

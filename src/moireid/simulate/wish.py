@@ -8,6 +8,8 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.simulate.cameras import camera_named
+from moireid.simulate.effects.table import CAMERAS as EFFECT_CAMERAS
+from moireid.simulate.effects.table import effect_named
 from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import motion_named
@@ -18,7 +20,8 @@ from moireid.simulate.scene import Build, Need, Scene
 class Wish:
     """One film; each field is an option of `moireid simulate`; None where other fields or defaults decide.
 
-    motion: a name, or the path of a CSV file; leave_out: fields of `scene.Need` that are not needed.
+    motion: a name, or the path of a CSV file; leave_out: fields of `scene.Need` that are not needed;
+    effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after that of the camera.
     """
 
     motion: str = "handheld"
@@ -36,6 +39,7 @@ class Wish:
     crf: int | None = None
     recipe: str | None = None
     leave_out: tuple[str, ...] = ()
+    effects: tuple[str, ...] = ()
     seed: int = 0
 
 
@@ -44,7 +48,9 @@ def scene_of(badge: Badge, wish: Wish) -> Scene:
     return Scene(
         badge,
         Build.typical(wish.seed),
-        camera_named(wish.camera, mirror=wish.mirror, focus_blur_px=wish.blur_px),
+        camera_named(
+            "phone" if wish.camera in EFFECT_CAMERAS else wish.camera, mirror=wish.mirror, focus_blur_px=wish.blur_px
+        ),
         light=light_named(wish.light) if wish.light else None,
         need=Need(**dict.fromkeys(wish.leave_out, False)),
     )
@@ -59,6 +65,7 @@ def filmed(
     progress: Callable[[int, int], None] | None = None,
 ) -> FilmReport:
     """Film the scene as wished; as `filming.film`, with its errors."""
+    named = [EFFECT_CAMERAS[wish.camera]] if wish.camera in EFFECT_CAMERAS else []
     course = motion_named(wish.motion, distance_mm=1000.0 * wish.distance_m, seed=wish.seed)
     return film(
         scene,
@@ -67,6 +74,7 @@ def filmed(
         frames=wish.frames,
         fps=wish.fps,
         forge=wish.forge,
+        effects=[effect_named(name) for name in (*named, *wish.effects)],
         seed=wish.seed,
         codec=wish.codec,
         crf=wish.crf,

@@ -12,6 +12,7 @@ from moireid.cli import simulate_cmd
 from moireid.cli.simulate_cmd import FORGERIES
 from moireid.errors import SpecError
 from moireid.simulate.cameras import CAMERAS
+from moireid.simulate.effects import table
 from moireid.simulate.forgeries.courses import COURSES, GAIN_HIGH, GAIN_LOW, KINDS, LATE_S, WOBBLE, false_camera
 from moireid.simulate.motion import NAMED, motion_named
 from moireid.simulate.recording.encode import CODECS, RECIPES
@@ -174,3 +175,5 @@ def test_the_command_line_offers_the_same_names():
     assert simulate_cmd.CODECS == CODECS
     assert tuple(RECIPES) == simulate_cmd.RECIPES
     assert set(simulate_cmd.MOTIONS) == set(NAMED)
+    assert tuple(table.KINDS) == simulate_cmd.EFFECTS and table.STRENGTHS == simulate_cmd.STRENGTHS
+    assert tuple(table.CAMERAS) == simulate_cmd.EFFECT_CAMERAS

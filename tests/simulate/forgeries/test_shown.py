@@ -12,7 +12,7 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.lenticule import view_law
 from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
-from moireid.simulate.filming import _seen, film, truth_path
+from moireid.simulate.filming import film, truth_path
 from moireid.simulate.forgeries.courses import FIELDS, KINDS
 from moireid.simulate.forgeries.flat import PHOTO_PX_PER_MM, SquaredUp, held_frames
 from moireid.simulate.forgeries.patches import CLOCK_S, PATCHES, Generative, OwnClocks, parallax
@@ -20,6 +20,7 @@ from moireid.simulate.forgeries.shown import Shown, shown_in
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.shutter import opened
 from moireid.simulate.scene import Build, Camera, Instant, Scene
+from moireid.simulate.shots import gathered
 from moireid.simulate.truth import shown_phase_rad
 
 FPS = 30.0
@@ -42,7 +43,7 @@ def seen(badge: Badge, kind: str | None, *frames: int) -> tuple[list[Rendered], 
     render, boards = AnalyticRenderer(scene).render, []
     for frame in frames:
         opening = opened(frontal_swing, NEAR, scene.board_half_mm, frame / FPS, FPS)[1]
-        board, _ = _seen(render, opening, shown, frame)
+        board, _ = gathered(render, opening, shown, frame)
         assert board is not None
         boards.append(board)
     return boards, shown

@@ -21,10 +21,11 @@ from moireid.bench.forgers.edits import (
 )
 from moireid.bench.forgers.motions import in_turns, one_way, seen_only, with_jump
 from moireid.bench.forgers.photographs import Photographs, still
-from moireid.simulate.filming import Edit, Show
+from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.shown import Shown
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.scene import Scene
+from moireid.simulate.shots import Edit
 
 Make = Callable[["Shoot"], "Filming"]
 FPS = 30.0

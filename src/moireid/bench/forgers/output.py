@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-VERDICTS = {"accept": "accept", "inconclusive": "open", "reject": "reject"}
-#: None looks like praise or alarm: an accepted forgery is a failure, an accepted badge none.
-COLOURS = {"accept": "#22577a", "inconclusive": "#d3dae2", "reject": "#d98a3d"}
+from moireid.bench.verdicts import COLOURS, VERDICTS
+
 HEADINGS = {False: "forged", True: "genuine, as hands and editors spoil it"}
 
 

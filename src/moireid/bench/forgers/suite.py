@@ -7,7 +7,6 @@ built.
 from __future__ import annotations
 
 import itertools
-import re
 import tempfile
 import time
 from collections.abc import Callable
@@ -16,12 +15,12 @@ from typing import Any
 
 from moireid.badge import Badge
 from moireid.bench.forgers.cases import FPS, Case, Shoot, cases
-from moireid.bench.rows import Where, made_rows
+from moireid.bench.rows import Where, chosen_names, made_rows
+from moireid.bench.verdicts import told
 from moireid.designer import Request, design_badge
-from moireid.errors import SpecError
 from moireid.simulate.filming import film
 from moireid.simulate.scene import Build, Camera, Scene
-from moireid.verifier import Claim, Report, verify
+from moireid.verifier import Claim, verify
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FRAMES = 240
@@ -65,19 +64,6 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
     return {"case": name, "genuine": case.genuine, "seed": seed, "seconds": seconds} | told(report)
 
 
-def told(report: Report) -> dict[str, Any]:
-    """What a row keeps of a report."""
-    motion = report.invariant
-    return {
-        "verdict": report.verdict,
-        "why": [reason.code for reason in report.reasons if reason.level in ("fail", "undecided")],
-        "gain": motion.gain_ratio,
-        "score": motion.score,
-        "correlation": motion.correlation,
-        "excitation_rad": motion.excitation_rad,
-    }
-
-
 def run(
     *,
     quick: bool,
@@ -93,12 +79,7 @@ def run(
     Raises: SpecError where no case is left.
     """
     count = clips or (2 if quick else 100)
-    try:
-        chosen = [case.name for case in cases() if only is None or re.search(only, case.name)]
-    except re.error as error:
-        raise SpecError(f"--only {only!r} is no regular expression ({error}); give a part of a case's name") from error
-    if not chosen:
-        raise SpecError(f"no case's name holds {only!r}; leave out --only to see all names in the table")
+    chosen = chosen_names([case.name for case in cases()], only)
     # Film after film of all cases, so that an interrupted run has some of each.
     jobs = [(f"{name}|{number}", (name, number, FRAMES)) for number in range(seed, seed + count) for name in chosen]
     done = itertools.count(1)

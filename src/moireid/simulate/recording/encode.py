@@ -9,7 +9,7 @@ from __future__ import annotations
 import contextlib
 import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 from types import TracebackType
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.recording.priority import scheduling_kept
+from moireid.simulate.recording.transfer import CURVES
 
 #: Encoders of each codec in order of preference, each with its own scale of quality: constant rate factor, options.
 ENCODERS: dict[str, tuple[tuple[str, int, dict[str, str]], ...]] = {
@@ -37,13 +38,19 @@ TO_VIDEO = np.rint(16 + np.arange(256) * 219 / 255).astype(np.uint8)
 @dataclass(frozen=True)
 class Pass:
     """One encoding: codec; crf, quality on the encoder's own scale, None for its usual one; or kbps, a bit rate, in
-    its place; height: rows to scale down to, None to keep them.
+    its place; height: rows to scale down to, None to keep them; turns: rows of spells that take turns, scaled back to
+    those of `height`; transfer: of `transfer.CURVES`, with 10 bits; aspect: width of a pixel by its height, as told.
+
+    Convention: `turns` are for passes before the last, `transfer` and `aspect` for the last.
     """
 
     codec: str = "h264"
     crf: int | None = None
     kbps: int | None = None
     height: int | None = None
+    turns: tuple[int, ...] = ()
+    transfer: str | None = None
+    aspect: Fraction | None = None
 
 
 @dataclass(frozen=True)
@@ -82,7 +89,7 @@ def recipe_for(name: str | None, codec: str, crf: int | None) -> Recipe:
     if crf is not None:
         raise SpecError(f"recipe {name} sets its own quality; leave out either --recipe or --crf")
     recipe = RECIPES[name]
-    return Recipe(tuple(Pass(codec, one.crf, one.kbps, one.height) for one in recipe.passes), recipe.dropped)
+    return replace(recipe, passes=tuple(replace(one, codec=codec) for one in recipe.passes))
 
 
 def kept_frames(recipe: Recipe, count: int, seed: int) -> NDArray[np.int64]:
@@ -108,12 +115,12 @@ class FilmWriter:
             raise SpecError(f"pictures of {size[0]} x {size[1]} cannot be encoded; give a camera of even size")
         rate = Fraction(fps).limit_denominator(1001)
         self._step, self._name = 1 / rate, name
-        self._links: list[_Link] = []
+        self._links: list[_Link | _Turns] = []
         for one in recipe.passes[:-1]:
             with self._telling():
-                self._links.append(_Link(one, size, rate))
+                self._links.append(_Turns(one, size, rate) if one.turns else _Link(one, size, rate))
             size = self._links[-1].size
-        last = recipe.passes[-1]
+        last = self._last = recipe.passes[-1]
         self.size = scaled(size, last.height)
         encoder, options = _encoder(last)
         try:
@@ -169,7 +176,8 @@ class FilmWriter:
             self._pass_on(self._links[link].feed(frames, flush=flush), link + 1, flush=flush)
             return
         for luma, number in frames:
-            self._container.mux(self._stream.encode(_frame(luma, self.size, number, self._step)))
+            frame = _frame(luma, self.size, number, self._step, self._last.transfer)
+            self._container.mux(self._stream.encode(frame))
         if flush:
             self._container.mux(self._stream.encode())
 
@@ -213,6 +221,36 @@ class _Link:
             yield rows[:, : plane.width].copy(), frame.pts
 
 
+#: Length of a spell of one picture size, s; calls change it as the line allows, at most every few seconds.
+TURN_S = 3
+
+
+class _Turns:
+    """A pass whose picture changes its size from spell to spell, as a call's does; a new encoder for each."""
+
+    def __init__(self, one: Pass, size: tuple[int, int], rate: Fraction) -> None:
+        self.size, self._one, self._rate = scaled(size, one.height), one, rate
+        self._spell, self._link = -1, _Link(one, size, rate)
+
+    def feed(
+        self, frames: Iterable[tuple[NDArray[np.uint8], int]], *, flush: bool
+    ) -> Iterator[tuple[NDArray[np.uint8], int]]:
+        """As `_Link.feed`; all frames come out at one size."""
+        for luma, number in frames:
+            spell = int(number / self._rate / TURN_S)
+            if spell != self._spell:
+                yield from self._back(self._link.feed([], flush=True))
+                rows = self._one.turns[spell % len(self._one.turns)]
+                self._spell, self._link = spell, _Link(replace(self._one, height=rows), self.size, self._rate)
+            yield from self._back(self._link.feed([(luma, number)], flush=False))
+        if flush:
+            yield from self._back(self._link.feed([], flush=True))
+
+    def _back(self, frames: Iterable[tuple[NDArray[np.uint8], int]]) -> Iterator[tuple[NDArray[np.uint8], int]]:
+        for luma, number in frames:
+            yield np.asarray(cv2.resize(luma, self.size, interpolation=cv2.INTER_LINEAR), np.uint8), number
+
+
 def scaled(size: tuple[int, int], height: int | None) -> tuple[int, int]:
     """Width and height scaled down to that many rows at the same shape, both even; as they are if that is less."""
     if height is None or height >= size[1]:
@@ -244,6 +282,11 @@ def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> N
     """Set an encoder's size, frame rate and bit rate, and start it."""
     context.width, context.height = size
     context.pix_fmt = "yuv420p"
+    if one.transfer is not None:
+        context.pix_fmt = "yuv420p10le"
+        context.color_primaries, context.color_trc, context.colorspace = CURVES[one.transfer].tags
+    if one.aspect is not None:
+        context.sample_aspect_ratio = one.aspect
     context.framerate, context.time_base = rate, 1 / rate
     if one.kbps is not None:
         context.bit_rate = 1000 * one.kbps
@@ -251,13 +294,20 @@ def _set_up(context: Any, size: tuple[int, int], rate: Fraction, one: Pass) -> N
         context.open()
 
 
-def _frame(luma: NDArray[np.uint8], size: tuple[int, int], number: int, time_base: Fraction) -> Any:
-    """A grey frame for an encoder, scaled to its size."""
+def _frame(
+    luma: NDArray[np.uint8], size: tuple[int, int], number: int, time_base: Fraction, transfer: str | None = None
+) -> Any:
+    """A grey frame for an encoder, scaled to its size; of 10 bits with a transfer curve."""
     import av
 
     if (luma.shape[1], luma.shape[0]) != size:
         luma = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
-    planes = np.concatenate([luma, np.full((size[1] // 2, size[0]), 128, np.uint8)])
-    frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
+    if transfer is None:
+        planes = np.concatenate([luma, np.full((size[1] // 2, size[0]), 128, np.uint8)])
+        frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
+    else:
+        counts = CURVES[transfer].counts[luma]
+        planes = np.concatenate([counts, np.full((size[1] // 2, size[0]), 512, np.uint16)])
+        frame = av.VideoFrame.from_ndarray(planes, format="yuv420p10le")
     frame.pts, frame.time_base = number, time_base
     return frame

@@ -1,0 +1,88 @@
+"""Films of the world: accepted, open or rejected, with gain, residual and run time.
+
+Convention: a film is judged by `verify` with the badge as claim and its identity, not known as built.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from moireid.bench.reality.cases import NOTHING, TRUE, Case, cases, usual
+from moireid.bench.rows import Where, chosen_names, made_rows
+from moireid.bench.verdicts import told
+from moireid.designer import Request, design_badge
+from moireid.simulate.effects.table import effect_named
+from moireid.simulate.filming import film
+from moireid.simulate.motion import Motion, motion_named
+from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier import Claim, verify
+
+PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
+FRAMES, FPS = 240, 30.0
+CAMERA = Camera(1280, 720, 966.7)
+HERE = Where()
+
+
+def motion_of(case: Case, seed: int) -> Motion:
+    """A body's sway before a camera on a stand, or a hand-held camera from a second that the seed draws."""
+    distance = 1000 * case.distance_m
+    if seed % 2:
+        return motion_named("sway", distance_mm=distance, seed=seed)
+    hand, start = motion_named("handheld", distance_mm=distance, seed=seed), np.random.default_rng(seed).uniform(0, 15)
+    return lambda times_s: hand(times_s + start)
+
+
+def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
+    """One film of one case, judged."""
+    name, seed, frames = job
+    case = next(case for case in cases() if case.name == name)
+    badge = design_badge(Request("Bench"), PAYLOAD)
+    with tempfile.TemporaryDirectory() as folder:
+        video = Path(folder) / "film.mp4"
+        film(
+            Scene(badge, Build.typical(seed), CAMERA),
+            motion_of(case, seed),
+            video,
+            frames=frames,
+            fps=FPS,
+            forge=None if case.badge == TRUE else case.badge,
+            effects=[] if case.effect == NOTHING else [effect_named(f"{case.effect}:{case.strength}")],
+            seed=seed,
+        )
+        clock = time.perf_counter()
+        report = verify(video, Claim(badge, badge.id))
+        seconds = time.perf_counter() - clock
+    row = {"effect": case.effect, "strength": case.strength, "distance_m": case.distance_m, "badge": case.badge}
+    motion = report.invariant
+    more = {"gain_sd": motion.gain_sd, "residual_rad": motion.phase_residual_rad, "tracked": report.frames["tracked"]}
+    return row | {"seed": seed, "frames": frames, "seconds": seconds} | told(report) | more
+
+
+def run(
+    *,
+    quick: bool,
+    seed: int,
+    clips: int | None,
+    only: str | None = None,
+    kept: Path | None,
+    where: Where = HERE,
+    progress: Callable[[int, int | None], None],
+) -> dict[str, Any]:
+    """The usual cases as one JSON object, or of all cases those whose name holds the regular expression `only`.
+
+    Raises: SpecError where no case is left.
+    """
+    chosen = chosen_names([case.name for case in cases() if only is not None or usual(case, quick=quick)], only)
+    count = clips or (1 if quick else 10)
+    # Film after film of all cases, so that an interrupted run has some of each.
+    jobs = [(f"{name}|{number}", (name, number, FRAMES)) for number in range(seed, seed + count) for name in chosen]
+    done = itertools.count(1)
+    rows = made_rows(run_case, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(jobs)))
+    return {"suite": "reality", "seed": seed, "rows": rows}

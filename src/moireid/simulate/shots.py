@@ -1,0 +1,122 @@
+"""The camera's pictures, each made once when it is asked for: rendered, exposed, and changed by every effect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.simulate.analytic.renderer import Rendered
+from moireid.simulate.effects.effect import Step, Take
+from moireid.simulate.forgeries.shown import Shown
+from moireid.simulate.motion import Motion, Poses
+from moireid.simulate.recording.sensor import Sensor
+from moireid.simulate.recording.shutter import averaged, opened
+from moireid.simulate.scene import Instant, Scene
+from moireid.simulate.timed import Stages
+
+Array = NDArray[np.float64]
+Luma = NDArray[np.uint8]
+Render = Callable[[Instant], Rendered | None]
+#: A finished picture changed: frame, picture (height, width), homography page mm -> px of the middle row.
+Edit = Callable[[int, Luma, Array], Luma]
+#: A frame of the file is mixed of this many of the camera's frames at most.
+KEPT = 2
+
+
+class Shot(NamedTuple):
+    """One picture of the camera, (height, width), the pose of its middle row, and the forged field."""
+
+    luma: Luma
+    pose: Poses
+    field: Array | None
+
+
+@dataclass
+class Shots:
+    """The camera's pictures by number, at `fps`, to be asked for in order; those asked for last are kept.
+
+    longest_s: a row's exposure at most.
+    """
+
+    scene: Scene
+    motion: Motion
+    shown: Shown
+    fps: float
+    longest_s: float
+    render: Render
+    sensor: Sensor
+    steps: Sequence[Step]
+    edit: Edit | None
+    stages: Stages
+
+    def __post_init__(self) -> None:
+        camera = self.scene.camera
+        self._shutter = camera if self.scene.need.shutter else replace(camera, shutter_s=0.0, exposure_s=0.0)
+        self._kept: dict[int, Shot] = {}
+
+    def at(self, number: int) -> Shot:
+        """The picture of this number."""
+        if number not in self._kept:
+            self._kept[number] = self._made(number)
+            if len(self._kept) > KEPT:
+                del self._kept[min(self._kept)]
+        return self._kept[number]
+
+    def mixed(self, parts: Sequence[tuple[int, float]]) -> tuple[Luma, int, Shot]:
+        """Several pictures mixed by their weights; and number and picture of the one that weighs most."""
+        shots = {number: self.at(number) for number, _ in parts}
+        heaviest = max(parts, key=lambda part: part[1])[0]
+        if len(parts) == 1:
+            return shots[heaviest].luma, heaviest, shots[heaviest]
+        total = sum(np.float32(weight) * shots[number].luma for number, weight in parts)
+        return np.asarray(np.rint(total), np.uint8), heaviest, shots[heaviest]
+
+    def _made(self, number: int) -> Shot:
+        time_s = number / self.fps
+        self.stages.begin()
+        pose, opening = opened(self.motion, self._shutter, self.scene.board_half_mm, time_s, 1 / self.longest_s)
+        board, field = gathered(self.render, opening, self.shown, number)
+        self.stages.end("render")
+        luma = self.sensor.expose(board, pose.rotation[0], time_s)
+        if self.edit:
+            luma = self.edit(number, luma, page_homographies(self.scene, pose)[0])
+        for step in self.steps:
+            luma = step(number, luma)
+        self.stages.end("sensor")
+        return Shot(luma, pose, field)
+
+
+def page_homographies(scene: Scene, poses: Poses) -> Array:
+    """Page mm -> px of each pose, (T, 3, 3), by the camera without distortion, not mirrored."""
+    centre, scale = scene.board_centre_mm, scene.build.print_scale
+    board = np.array([[scale, 0, -scale * centre[0]], [0, scale, -scale * centre[1]], [0, 0, 1.0]])
+    away = -np.einsum("tij,tj->ti", poses.rotation, poses.camera_mm)
+    local = np.stack([poses.rotation[:, :, 0], poses.rotation[:, :, 1], away], axis=-1)
+    return np.asarray(scene.camera.matrix @ local @ board)
+
+
+def take_of(scene: Scene, poses: Poses, fps: float, seed: int) -> Take:
+    """What effects may know of a film, before any of them."""
+    camera = scene.camera
+    rects = np.array([grating.rect_mm for grating in scene.badge.gratings])
+    (x0, y0), (x1, y1) = rects[:, :2].min(axis=0), rects[:, 2:].max(axis=0)
+    pages = page_homographies(scene, poses)
+    if camera.mirror:
+        pages = np.array([[-1.0, 0, camera.width - 1], [0, 1, 0], [0, 0, 1]]) @ pages
+    middle = (float(x0 + x1) / 2, float(y0 + y1) / 2)
+    return Take(pages, poses, camera.focal_px, middle, (camera.width, camera.height), fps, seed)
+
+
+def gathered(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:
+    """What one frame sees of the board, gathered over its exposure, and the forged field."""
+    field, picture = shown.field(frame), shown.picture(frame)
+    parts = []
+    for poses in opening:
+        # True fringes move with the camera while it is open; forged ones stand still for a frame.
+        place = poses.camera_mm[1] if shown.camera_mm is shown.sight_mm else shown.camera_mm[frame]
+        parts.append(render(Instant(poses.one(0), poses.one(2), place, field, picture)))
+    return averaged(parts), field
