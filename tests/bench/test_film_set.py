@@ -171,6 +171,8 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
         "crf": "30",
         "recipe": "chat",
         "camera": "dim",
+        "format": "1280x720@24",
+        "effect": "zoom",
         "backend": "mitsuba",
     }
     columns = [name for name in options if name not in told]

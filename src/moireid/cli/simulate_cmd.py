@@ -65,10 +65,11 @@ EFFECTS = (
     "call",
     "crf",
 )
+FORMATS = ("848x480@24", "1280x720@24", "1920x1080@25")
 STRENGTHS = ("light", "ordinary", "strong")
 CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
-MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle")
+MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle", "board", "both", "alike")
 LIGHT_NAMES = ("even", "softbox", "window", "lamp")
 PARTS = ("background", "page", "shutter", "glare")
 
@@ -115,7 +116,15 @@ class EffectName(click.ParamType[str]):
     help="How many frames.",
 )
 @click.option(
-    "--fps", type=FiniteRange(1, 1000), default=60.0, metavar="NUMBER", show_default=True, help="Frames per second."
+    "--fps",
+    type=FiniteRange(1, 1000),
+    metavar="NUMBER",
+    help="Frames per second; default: 60, or those of the format.",
+)
+@click.option(
+    "--format",
+    type=click.Choice(FORMATS),
+    help="Size and frames per second of a video generator's films; default: the camera's size.",
 )
 @click.option(
     "--backend",
@@ -142,7 +151,8 @@ class EffectName(click.ParamType[str]):
     type=click.Choice((*CAMERAS, *EFFECT_CAMERAS)),
     default="phone",
     show_default=True,
-    help="Kind of camera; those from eis on are a phone with the effect of that name (call-tile: tile).",
+    metavar="NAME",
+    help=f"Kind of camera: {', '.join(CAMERAS)}; or a phone with one effect: {', '.join(EFFECT_CAMERAS)}.",
 )
 @click.option(
     "--effect",
@@ -288,7 +298,8 @@ def wish_of(
     motion: str,
     distance: float,
     frames: int,
-    fps: float,
+    fps: float | None,
+    format: str | None,
     backend: str,
     error_rad: float | None,
     forge: str | None,
@@ -311,6 +322,7 @@ def wish_of(
         distance_m=distance,
         frames=frames,
         fps=fps,
+        format=format,
         backend=backend,
         error_rad=error_rad,
         forge=forge,

@@ -195,6 +195,35 @@ CAMERAS: dict[str, Camera] = {
 }
 
 
+@dataclass(frozen=True)
+class Format:
+    """Size of a picture, px, and frames a second."""
+
+    width: int
+    height: int
+    fps: float
+
+    def of(self, camera: Camera) -> Camera:
+        """The camera with pictures of this size that see as much from left to right."""
+        focal_px = camera.focal_px * self.width / camera.width
+        return replace(camera, width=self.width, height=self.height, focal_px=focal_px)
+
+
+#: What video generators make; source: those of Qing et al. 2026.
+FORMATS: dict[str, Format] = {
+    "848x480@24": Format(848, 480, 24.0),
+    "1280x720@24": Format(1280, 720, 24.0),
+    "1920x1080@25": Format(1920, 1080, 25.0),
+}
+
+
+def format_named(name: str) -> Format:
+    """One of `FORMATS`.  Raises: SpecError for another name."""
+    if name not in FORMATS:
+        raise SpecError(f"format {name!r} is not known; choose one of {', '.join(FORMATS)}")
+    return FORMATS[name]
+
+
 def camera_named(name: str, *, mirror: bool = False, focus_blur_px: float | None = None) -> Camera:
     """Give a camera by name.
 

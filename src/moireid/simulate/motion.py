@@ -108,7 +108,7 @@ def linear(distance_mm: float, seed: int) -> Motion:
     tremor = _tremor(seed, count=3, amplitude=math.radians(0.5), band_hz=(0.3, 4.0))
 
     def poses(times_s: Array) -> Poses:
-        place = 2 / math.pi * np.arcsin(np.sin(math.pi * (times_s - 1.0) / 2.0))
+        place = _to_and_fro(times_s)
         camera = np.column_stack([250.0 * place, np.zeros_like(place), np.full_like(place, -distance_mm)])
         return _aimed(camera, tremor(times_s))
 
@@ -196,6 +196,54 @@ def circle(distance_mm: float, seed: int) -> Motion:
     return poses
 
 
+def board(distance_mm: float, seed: int) -> Motion:
+    """The board moves as the linear path's camera does, half a metre to and fro, before a camera on a stand.
+
+    Source: the second of the published ways to film (Qing et al. 2026); a hand's tremor of 0.5 degrees is ours.
+    """
+    tremor = _tremor(seed, count=3, amplitude=math.radians(0.5), band_hz=(0.3, 4.0))
+
+    def poses(times_s: Array) -> Poses:
+        place = np.zeros((len(times_s), 3))
+        place[:, 0] = 250.0 * _to_and_fro(times_s)
+        camera = np.tile([0.0, 0.0, -distance_mm], (len(times_s), 1))
+        return _before_moving_board(Poses(camera, np.tile(np.eye(3), (len(camera), 1, 1))), place, tremor(times_s))
+
+    return poses
+
+
+def both(distance_mm: float, seed: int) -> Motion:
+    """Camera and board move a quarter of a metre each, against each other; the camera looks at the middle between.
+
+    Source: the third of the published ways to film (Qing et al. 2026); the tremor is ours.
+    """
+    tremor = _tremor(seed, count=6, amplitude=math.radians(0.5), band_hz=(0.3, 4.0))
+
+    def poses(times_s: Array) -> Poses:
+        shake, place = tremor(times_s), np.zeros((len(times_s), 3))
+        place[:, 0] = 125.0 * _to_and_fro(times_s)
+        return _before_moving_board(_aimed(-place - [0.0, 0.0, distance_mm], shake[:, :3]), place, shake[:, 3:])
+
+    return poses
+
+
+def alike(distance_mm: float, seed: int) -> Motion:
+    """Camera and board move alike, so that there is no parallax, however far they go; the camera's hand trembles."""
+    tremor = _tremor(seed, count=3, amplitude=math.radians(0.5), band_hz=(0.3, 4.0))
+    return lambda times_s: _aimed(np.tile([0.0, 0.0, -distance_mm], (len(times_s), 1)), tremor(times_s))
+
+
+def _to_and_fro(times_s: Array) -> Array:
+    """From -1 to 1 in two seconds at constant speed, and back."""
+    return 2 / math.pi * np.arcsin(np.sin(math.pi * (times_s - 1.0) / 2.0))
+
+
+def _before_moving_board(camera: Poses, place_mm: Array, turn_rad: Array) -> Poses:
+    """A camera in the room, before a board at places (T, 3) that is turned by (T, 3) about its own axes."""
+    turn = Rotation.from_rotvec(turn_rad)
+    return Poses(turn.inv().apply(camera.camera_mm - place_mm), camera.rotation @ turn.as_matrix())
+
+
 def measured_run(distance_mm: float) -> Motion:
     """The measured hand-held run that is shipped; longer films run it forth and back.
 
@@ -215,6 +263,9 @@ NAMED: dict[str, Callable[[float, int], Motion]] = {
     "oblique": oblique,
     "tumble": tumble,
     "circle": circle,
+    "board": board,
+    "both": both,
+    "alike": alike,
 }
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.badge import Badge
-from moireid.simulate.cameras import camera_named
+from moireid.simulate.cameras import camera_named, format_named
 from moireid.simulate.effects.table import CAMERAS as EFFECT_CAMERAS
 from moireid.simulate.effects.table import effect_named
 from moireid.simulate.filming import FilmReport, film
@@ -20,18 +20,20 @@ from moireid.simulate.scene import Build, Need, Scene
 class Wish:
     """One film; each field is an option of `moireid simulate`; None where other fields or defaults decide.
 
-    motion: a name, or the path of a CSV file; leave_out: fields of `scene.Need` that are not needed;
+    fps: None for that of the format, or 60; motion: a name, or the path of a CSV file; leave_out: fields of
+    `scene.Need` that are not needed;
     effects: NAME or NAME:STRENGTH, as `effects.table.effect_named` takes them, after that of the camera.
     """
 
     motion: str = "handheld"
     distance_m: float = 1.4
     frames: int = 300
-    fps: float = 60.0
+    fps: float | None = None
     backend: str = "analytic"
     error_rad: float | None = None
     forge: str | None = None
     camera: str = "phone"
+    format: str | None = None
     mirror: bool = False
     blur_px: float | None = None
     light: str | None = None
@@ -42,15 +44,20 @@ class Wish:
     effects: tuple[str, ...] = ()
     seed: int = 0
 
+    @property
+    def rate_fps(self) -> float:
+        """Frames a second."""
+        return self.fps or (format_named(self.format).fps if self.format else 60.0)
+
 
 def scene_of(badge: Badge, wish: Wish) -> Scene:
     """What is filmed: a typical build of the badge before the camera.  Raises: SpecError where a name is not known."""
+    name = "phone" if wish.camera in EFFECT_CAMERAS else wish.camera
+    camera = camera_named(name, mirror=wish.mirror, focus_blur_px=wish.blur_px)
     return Scene(
         badge,
         Build.typical(wish.seed),
-        camera_named(
-            "phone" if wish.camera in EFFECT_CAMERAS else wish.camera, mirror=wish.mirror, focus_blur_px=wish.blur_px
-        ),
+        format_named(wish.format).of(camera) if wish.format else camera,
         light=light_named(wish.light) if wish.light else None,
         need=Need(**dict.fromkeys(wish.leave_out, False)),
     )
@@ -72,7 +79,7 @@ def filmed(
         course,
         video,
         frames=wish.frames,
-        fps=wish.fps,
+        fps=wish.rate_fps,
         forge=wish.forge,
         effects=[effect_named(name) for name in (*named, *wish.effects)],
         seed=wish.seed,

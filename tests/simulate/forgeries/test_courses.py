@@ -11,7 +11,7 @@ import pytest
 from moireid.cli import simulate_cmd
 from moireid.cli.simulate_cmd import FORGERIES
 from moireid.errors import SpecError
-from moireid.simulate.cameras import CAMERAS
+from moireid.simulate.cameras import CAMERAS, FORMATS
 from moireid.simulate.effects import table
 from moireid.simulate.forgeries.courses import COURSES, GAIN_HIGH, GAIN_LOW, KINDS, LATE_S, WOBBLE, false_camera
 from moireid.simulate.motion import NAMED, motion_named
@@ -171,7 +171,7 @@ def test_unknown_kinds_are_refused():
 def test_the_command_line_offers_the_same_names():
     """Catches: one list grown without the other."""
     assert FORGERIES == KINDS
-    assert tuple(CAMERAS) == simulate_cmd.CAMERAS
+    assert tuple(CAMERAS) == simulate_cmd.CAMERAS and tuple(FORMATS) == simulate_cmd.FORMATS
     assert simulate_cmd.CODECS == CODECS
     assert tuple(RECIPES) == simulate_cmd.RECIPES
     assert set(simulate_cmd.MOTIONS) == set(NAMED)

@@ -12,8 +12,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from moireid.bench.reality.cases import NOTHING, TRUE, Case, cases, usual
 from moireid.bench.rows import Where, chosen_names, made_rows
 from moireid.bench.verdicts import told
@@ -26,17 +24,14 @@ from moireid.verifier import Claim, verify
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
 FRAMES, FPS = 240, 30.0
+MOTIONS = ("sway", "handheld", "linear")
 CAMERA = Camera(1280, 720, 966.7)
 HERE = Where()
 
 
 def motion_of(case: Case, seed: int) -> Motion:
-    """A body's sway before a camera on a stand, or a hand-held camera from a second that the seed draws."""
-    distance = 1000 * case.distance_m
-    if seed % 2:
-        return motion_named("sway", distance_mm=distance, seed=seed)
-    hand, start = motion_named("handheld", distance_mm=distance, seed=seed), np.random.default_rng(seed).uniform(0, 15)
-    return lambda times_s: hand(times_s + start)
+    """By the seed: a body that sways before a camera on a stand, a hand-held camera, or one moved to and fro."""
+    return motion_named(MOTIONS[seed % len(MOTIONS)], distance_mm=1000 * case.distance_m, seed=seed)
 
 
 def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
@@ -61,6 +56,8 @@ def run_case(job: tuple[str, int, int]) -> dict[str, Any]:
         seconds = time.perf_counter() - clock
     row = {"effect": case.effect, "strength": case.strength, "distance_m": case.distance_m, "badge": case.badge}
     motion = report.invariant
+    lens = report.measurement.camera if report.measurement else None
+    row |= {"focal_px": lens.focal_px, "axis_px": lens.axis_px, "aspect": lens.aspect} if lens else {}
     more = {"gain_sd": motion.gain_sd, "residual_rad": motion.phase_residual_rad, "tracked": report.frames["tracked"]}
     return row | {"seed": seed, "frames": frames, "seconds": seconds} | told(report) | more
 
