@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from moireid.errors import MediaError, SpecError
 from moireid.simulate.motion import COLUMNS, MEASURED_RUN, Poses, motion_named
 
-NAMES = ("handheld", "linear", "sway", "static", "roll", "tumble", "circle")
+NAMES = ("handheld", "linear", "sway", "static", "roll", "tumble", "circle", "board", "both", "alike")
 TIMES = np.arange(90) / 30.0 + 0.013
 
 
@@ -62,7 +62,7 @@ def test_camera_stands_before_the_board_and_looks_at_it(name):
     assert np.all(centre_seen[:, 2] > 600)
 
 
-@pytest.mark.parametrize("name", ["linear", "sway", "roll", "oblique", "tumble", "circle"])
+@pytest.mark.parametrize("name", ["linear", "sway", "roll", "oblique", "tumble", "circle", "board", "both", "alike"])
 def test_the_seed_decides_what_is_random(name):
     """Catches: a global random state; a seed that is not used."""
     one, again, other = (motion_named(name, distance_mm=900.0, seed=seed)(TIMES) for seed in (5, 5, 6))
@@ -98,6 +98,24 @@ def test_linear_goes_half_a_metre_in_two_seconds():
     assert np.allclose(np.diff(camera[:, 0]), 12.5)
     assert np.allclose(camera[:, 1:], [0.0, -1000.0])
     assert np.allclose(motion(4.0 - times).camera_mm[:, 0], camera[:, 0])
+
+
+@pytest.mark.parametrize(("name", "reach"), [("board", 250.0), ("both", 250.0), ("alike", 0.0)])
+def test_who_moves_decides_the_parallax(name, reach):
+    """Catches: both going the same way where they should part; alike with a parallax; a camera that turns with a board.
+
+    The tremor of half a degree about the board's middle moves a camera 1 m away by 9 mm root mean square.
+    """
+    times = np.linspace(0.0, 2.0, 81)
+    poses = motion_named(name, distance_mm=1000.0, seed=2)(times)
+    line = np.linspace(-reach, reach, 81) * (-1 if name != "alike" else 0)
+    off = poses.camera_mm[:, 0] - line
+    assert np.abs(off).max() < (45.0 if name != "alike" else 1e-9)
+    seen = -np.einsum("tij,tj->ti", poses.rotation, poses.camera_mm)
+    across = seen[:, 0] / seen[:, 2]
+    # A camera on a stand sees the board go by; one that looks at the middle between sees half of that.
+    wanted = {"board": 0.25, "both": 0.125, "alike": 0.0}[name]
+    assert across[-1] - across[0] == pytest.approx(2 * wanted, abs=0.05)
 
 
 def test_linear_aims_at_the_board_but_for_half_a_degree():

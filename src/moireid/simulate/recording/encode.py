@@ -230,7 +230,7 @@ class _Turns:
 
     def __init__(self, one: Pass, size: tuple[int, int], rate: Fraction) -> None:
         self.size, self._one, self._rate = scaled(size, one.height), one, rate
-        self._spell, self._link = -1, _Link(one, size, rate)
+        self._spell, self._link = -1, _Link(replace(one, height=one.turns[0]), self.size, rate)
 
     def feed(
         self, frames: Iterable[tuple[NDArray[np.uint8], int]], *, flush: bool
@@ -239,7 +239,8 @@ class _Turns:
         for luma, number in frames:
             spell = int(number / self._rate / TURN_S)
             if spell != self._spell:
-                yield from self._back(self._link.feed([], flush=True))
+                if self._spell >= 0:
+                    yield from self._back(self._link.feed([], flush=True))
                 rows = self._one.turns[spell % len(self._one.turns)]
                 self._spell, self._link = spell, _Link(replace(self._one, height=rows), self.size, self._rate)
             yield from self._back(self._link.feed([(luma, number)], flush=False))

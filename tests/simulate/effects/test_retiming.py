@@ -1,0 +1,101 @@
+"""Which of the camera's frames the file shows, and when.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import av
+import numpy as np
+import pytest
+
+from moireid.errors import SpecError
+from moireid.simulate.effects.effect import Timing, timing_of
+from moireid.simulate.effects.table import KINDS, STRENGTHS, effect_named
+from moireid.simulate.filming import film, truth_path
+from moireid.simulate.motion import motion_named
+from moireid.simulate.scene import Build, Camera, Scene
+
+FRAMES, FPS = 300, 30.0
+
+
+def timing(*names: str) -> Timing:
+    return timing_of([effect_named(name) for name in names], FRAMES, FPS, seed=4)
+
+
+def times(name: str) -> np.ndarray:
+    """The mean time that each frame of the file shows, s."""
+    made = timing(name)
+    return np.array([sum(number * weight for number, weight in part) for part in made.parts]) / made.fps
+
+
+@pytest.mark.parametrize("name", [name for name, kind in KINDS.items() if kind.make(kind.figures[0]).times])
+@pytest.mark.parametrize("strength", STRENGTHS)
+def test_times_never_run_backwards_and_weights_add_to_one(name, strength):
+    """Catches: a number below 0; a film that is too short; weights that darken a frame."""
+    made = timing(f"{name}:{strength}")
+    assert len(made.parts) == FRAMES
+    assert all(abs(sum(weight for _, weight in part) - 1) < 1e-6 for part in made.parts)
+    first = np.array([part[0][0] for part in made.parts])
+    assert first.min() >= 0 and np.all(np.diff(first) >= 0) and made.count <= first[-1] + 2
+
+
+def test_blending_keeps_the_told_times_and_repeating_lags():
+    """Catches: neighbours' weights exchanged; 24 frames a second played as 30; every frame repeated."""
+    told = np.arange(FRAMES) / FPS
+    assert times("blend") == pytest.approx(told)
+    made = timing("blend")
+    assert made.fps == pytest.approx(24)
+    assert np.array(made.parts[1]) == pytest.approx(np.array([[0, 0.2], [1, 0.8]]))
+    lag = told - times("repeat")
+    assert lag.min() == pytest.approx(0) and lag.max() == pytest.approx(4 / 5 / 24)
+    shown = np.array([part[0][0] for part in timing("repeat").parts])
+    assert np.count_nonzero(np.diff(shown) == 0) == pytest.approx(FRAMES / 5, abs=1)
+
+
+@pytest.mark.parametrize(("strength", "seconds"), [("light", 0.1), ("ordinary", 0.3), ("strong", 1.0)])
+def test_a_frozen_picture_jumps_to_where_it_would_be(strength, seconds):
+    """Catches: a film that goes on from where it stood; spells of another length; none within a second."""
+    shown = times(f"freeze:{strength}") * FPS
+    late = np.rint(np.arange(FRAMES) - shown)
+    assert late.max() == pytest.approx(seconds * FPS) and np.mean(late == 0) > 0.4
+    assert np.count_nonzero((late[1:] > 0) & (late[:-1] == 0)) == 5
+
+
+def test_lost_frames_are_closed_up_and_jitter_is_as_large_as_told():
+    """Catches: a share of frames that is kept; jitter of ms taken for frames; times that drift away."""
+    assert times("skip")[-1] * FPS / FRAMES == pytest.approx(1 / 0.95, rel=0.03)
+    off = times("jitter:strong") - np.arange(FRAMES) / FPS
+    assert off.std() == pytest.approx(0.01, rel=0.2) and abs(off.mean()) < 0.003
+
+
+def test_slow_motion_films_faster_than_it_plays():
+    """Catches: a film that runs faster."""
+    assert times("slow-motion") == pytest.approx(np.arange(FRAMES) / FPS / 4)
+
+
+def test_two_changes_of_time_are_refused():
+    """Catches: one of two that is dropped without a word."""
+    with pytest.raises(SpecError, match="2 effects change the times"):
+        timing("blend", "freeze")
+
+
+def test_a_film_shows_its_mixed_and_repeated_frames_and_the_truth_tells_them(prototype, tmp_path: Path):
+    """Catches: frames rendered twice, whose noise differs; a mix of wrong frames; truth of frames not shown."""
+    scene = Scene(prototype, Build(), Camera(480, 272, 363.0, noise_counts=3.0, exposure_drift=0.0))
+    motion = motion_named("linear", distance_mm=600.0, seed=2)
+    films = {}
+    for name, fps, effects in (("plain", 24.0, []), ("blend", 30.0, ["blend"]), ("repeat", 30.0, ["repeat"])):
+        path = tmp_path / f"{name}.mp4"
+        film(scene, motion, path, frames=8, fps=fps, seed=1, crf=1, effects=[effect_named(one) for one in effects])
+        with av.open(str(path)) as container:
+            films[name] = np.stack([frame.to_ndarray(format="gray") for frame in container.decode(video=0)]).astype(int)
+    plain = films["plain"]
+    mixed = 0.2 * plain[0] + 0.8 * plain[1]
+    assert np.abs(films["blend"][1] - mixed).mean() < 1.0 < np.abs(films["blend"][1] - plain[1]).mean()
+    assert np.abs(films["repeat"][1] - plain[0]).mean() < 1.0 and np.abs(films["repeat"][6] - plain[4]).mean() < 1.0
+    with truth_path(tmp_path / "repeat.mp4").open(encoding="utf-8") as stream:
+        truth = list(csv.DictReader(stream))
+    assert [float(row["time_s"]) for row in truth] == pytest.approx(np.arange(8) / 30, abs=1e-6)
+    shown = motion(np.floor(np.arange(8) * 0.8 + 1e-9) / 24).camera_mm[:, 0]
+    assert [float(row["camera_x_mm"]) for row in truth] == pytest.approx(shown, abs=1e-4)
