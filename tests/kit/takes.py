@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 from moireid.simulate.effects.effect import Take
 from moireid.simulate.motion import Poses
 
+OUTLINE_MM = (0.0, 0.0, 100.0, 120.0)
 SIZE, FOCAL_PX, AWAY_MM, CENTRE_MM = (640, 360), 480.0, 800.0, (50.0, 60.0)
 
 
@@ -20,7 +21,7 @@ def a_take(frames: int = 90, fps: float = 30.0, seed: int = 3) -> Take:
     lens = np.array([[FOCAL_PX, 0, (SIZE[0] - 1) / 2], [0, FOCAL_PX, (SIZE[1] - 1) / 2], [0, 0, 1]])
     board = np.array([[1, 0, -CENTRE_MM[0]], [0, 1, -CENTRE_MM[1]], [0, 0, 1.0]])
     local = np.stack([turn[:, :, 0], turn[:, :, 1], -np.einsum("tij,tj->ti", turn, camera)], axis=-1)
-    return Take(lens @ local @ board, Poses(camera, turn), FOCAL_PX, CENTRE_MM, SIZE, fps, seed)
+    return Take(lens @ local @ board, Poses(camera, turn), FOCAL_PX, CENTRE_MM, OUTLINE_MM, SIZE, fps, seed)
 
 
 def dotted(take: Take, number: int) -> np.ndarray:

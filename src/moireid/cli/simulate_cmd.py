@@ -50,6 +50,7 @@ EFFECTS = (
     "tnr",
     "tnr-mc",
     "blend",
+    "mix",
     "repeat",
     "freeze",
     "skip",
@@ -60,6 +61,7 @@ EFFECTS = (
     "halos",
     "exposure",
     "glare",
+    "backdrop",
     "hlg",
     "pq",
     "call",
@@ -230,10 +232,12 @@ def simulate_command(
     shutter, shutter-up        rows read one by one, from the top or the bottom
     tnr, tnr-mc                mixed with the picture before; motion compensated
     blend, repeat              of fewer frames: mixed, or shown again
+    mix                        the mean of some frames
     freeze, skip, jitter       standstill; frames lost; times that are off
     slow-motion                filmed faster than it is played
     clahe, tone-map, halos     contrast, brightness and edges by an editor
     exposure, glare            exposure that follows the fringes; a lamp
+    backdrop                   a virtual background that nibbles at the badge
     hlg, pq                    10-bit high dynamic range
     call, crf                  a call of changing size; coded too small
 

@@ -24,7 +24,7 @@ Render = Callable[[Instant], Rendered | None]
 #: A finished picture changed: frame, picture (height, width), homography page mm -> px of the middle row.
 Edit = Callable[[int, Luma, Array], Luma]
 #: A frame of the file is mixed of this many of the camera's frames at most.
-KEPT = 2
+KEPT = 5
 
 
 class Shot(NamedTuple):
@@ -108,7 +108,7 @@ def take_of(scene: Scene, poses: Poses, fps: float, seed: int) -> Take:
     if camera.mirror:
         pages = np.array([[-1.0, 0, camera.width - 1], [0, 1, 0], [0, 0, 1]]) @ pages
     middle = (float(x0 + x1) / 2, float(y0 + y1) / 2)
-    return Take(pages, poses, camera.focal_px, middle, (camera.width, camera.height), fps, seed)
+    return Take(pages, poses, camera.focal_px, middle, scene.badge.outline_mm, (camera.width, camera.height), fps, seed)
 
 
 def gathered(render: Render, opening: list[Poses], shown: Shown, frame: int) -> tuple[Rendered | None, Array | None]:

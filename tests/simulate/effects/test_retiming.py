@@ -35,9 +35,9 @@ def test_times_never_run_backwards_and_weights_add_to_one(name, strength):
     """Catches: a number below 0; a film that is too short; weights that darken a frame."""
     made = timing(f"{name}:{strength}")
     assert len(made.parts) == FRAMES
-    assert all(abs(sum(weight for _, weight in part) - 1) < 1e-6 for part in made.parts)
-    first = np.array([part[0][0] for part in made.parts])
-    assert first.min() >= 0 and np.all(np.diff(first) >= 0) and made.count <= first[-1] + 2
+    assert all(abs(sum(weight for _, weight in part) - 1) < 1e-5 for part in made.parts)
+    last = np.array([part[-1][0] for part in made.parts])
+    assert last.min() >= 0 and np.all(np.diff(last) >= 0) and made.count == last[-1] + 1
 
 
 def test_blending_keeps_the_told_times_and_repeating_lags():
@@ -60,6 +60,13 @@ def test_a_frozen_picture_jumps_to_where_it_would_be(strength, seconds):
     late = np.rint(np.arange(FRAMES) - shown)
     assert late.max() == pytest.approx(seconds * FPS) and np.mean(late == 0) > 0.4
     assert np.count_nonzero((late[1:] > 0) & (late[:-1] == 0)) == 5
+
+
+def test_a_mean_is_of_the_frames_up_to_its_own():
+    """Catches: frames of the future; a mean of one frame too few; a first frame that is darker."""
+    parts = timing("mix").parts
+    assert [number for number, _ in parts[7]] == [5, 6, 7] and [number for number, _ in parts[0]] == [0]
+    assert [weight for _, weight in parts[7]] == pytest.approx([1 / 3] * 3, abs=1e-5)
 
 
 def test_lost_frames_are_closed_up_and_jitter_is_as_large_as_told():

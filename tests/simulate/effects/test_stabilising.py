@@ -23,10 +23,10 @@ def test_rows_shift_against_each_other_by_the_skew_and_change_over_time(strength
     assert begin is not None
     step, after = begin(take)
     assert after is take
-    ramp = np.tile(np.clip(40 + 2.0 * (np.arange(SIZE[0]) - 270), 0, 255), (SIZE[1], 1)).astype(np.uint8)
+    ramp = np.tile(np.clip(6.0 * (np.arange(SIZE[0]) - 299), 0, 255), (SIZE[1], 1)).astype(np.uint8)
     skews, means = [], []
     for number in range(120):
-        shift = (step(number, ramp).astype(float) - ramp)[:, 300:330].mean(axis=1) / 2.0
+        shift = (step(number, ramp).astype(float) - ramp)[:, 315:326].mean(axis=1) / 6.0
         skews.append((shift[-10:].mean() - shift[:10].mean()) / SIZE[1])
         means.append(shift.mean())
     most = math.radians(KINDS["jello"].figures[STRENGTHS.index(strength)])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -65,3 +66,26 @@ def test_glare_is_a_light_in_the_scene(prototype):
     for strength, name in (("light", "softbox"), ("ordinary", "lamp"), ("strong", "window")):
         change = effect_named(f"glare:{strength}").scene
         assert change is not None and change(Scene(prototype, Build(), Camera())).light == light_named(name)
+
+
+@pytest.mark.parametrize(("strength", "most_mm"), [("light", 2.0), ("ordinary", 5.0), ("strong", 10.0)])
+def test_a_backdrop_bites_the_outline_no_deeper_than_told(strength, most_mm):
+    """Catches: bites in the middle; a mask beside the badge; bites that never change."""
+    take = a_take()
+    begin = effect_named(f"backdrop:{strength}").begin
+    assert begin is not None
+    step = begin(take)[0]
+    scale = 480 / 800
+    kept = []
+    for number in (0, 30, 60):
+        shown = step(number, np.full(SIZE[::-1], 30, np.uint8)).astype(float)
+        x0, y0, x1, y1 = take.outline_mm
+        corners = np.array([[[x0, y0]], [[x1, y0]], [[x1, y1]], [[x0, y1]]])
+        board = np.zeros(SIZE[::-1], np.uint8)
+        cv2.fillPoly(board, [np.rint(cv2.perspectiveTransform(corners, take.pages[number])).astype(np.int32)], 1)
+        depth = cv2.distanceTransform(board, cv2.DIST_L2, 5)
+        assert np.all(shown[depth > scale * most_mm + 6] < 31) and np.all(
+            shown[cv2.dilate(board, np.ones((15, 15))) == 0] == 150
+        )
+        kept.append((shown < 90)[board > 0].mean())
+    assert max(kept) < 0.99 and np.ptp(kept) > 1e-4

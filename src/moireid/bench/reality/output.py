@@ -47,8 +47,8 @@ def summary(result: dict[str, Any]) -> list[str]:
     for true in (True, False):
         verdicts = Counter(row["verdict"] for row in rows if (row["badge"] == TRUE) == true)
         if count := sum(verdicts.values()):
-            told = ", ".join(f"{verdicts[key]} {label}" for key, label in VERDICTS.items())
-            lines.append(f"{'true' if true else 'forged'} films at ordinary strength: {count}, of which {told}")
+            told = ", ".join(f"{label} {verdicts[key]}" for key, label in VERDICTS.items())
+            lines.append(f"{'true' if true else 'forged'} films at ordinary strength: {count} ({told})")
     return lines
 
 

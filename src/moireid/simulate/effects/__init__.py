@@ -7,5 +7,6 @@ stabilising.py  stabilisers, rows that wobble, rolling shutters
 mixing.py       temporal noise reduction, with and without motion compensation
 retiming.py     blended, repeated, frozen, lost and jittered frames, slow motion
 toning.py       tone mapping, sharpening halos, exposure that follows the fringes, glare
+backdrop.py     a virtual background that nibbles at the badge's outline
 coding.py       high dynamic range, calls, low quality
 """

@@ -39,9 +39,15 @@ def poor(figure: float) -> Effect:
 
 KINDS = (
     Kind(
-        "hlg", (22, 28, 34), "crf of 10-bit H.265, hybrid log-gamma", "what phones record", lambda f: dynamic("hlg", f)
+        "hlg",
+        (18, 22, 28),
+        "crf of 10-bit H.265, hybrid log-gamma",
+        "phones record at more than 20 Mbit/s, as crf 18 and better do",
+        lambda figure: dynamic("hlg", figure),
     ),
-    Kind("pq", (22, 28, 34), "crf of 10-bit H.265, perceptual quantiser", "HDR10", lambda f: dynamic("pq", f)),
+    Kind(
+        "pq", (18, 22, 28), "crf of 10-bit H.265, perceptual quantiser", "HDR10", lambda figure: dynamic("pq", figure)
+    ),
     Kind(
         "call",
         (700, 350, 200),

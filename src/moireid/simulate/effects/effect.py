@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.badge import Rect
 from moireid.errors import SpecError
 from moireid.simulate.motion import Poses
 from moireid.simulate.recording.encode import Recipe
@@ -28,13 +29,15 @@ class Take:
     """What an effect may know of a film before its first picture, for all T frames of the camera.
 
     pages (T, 3, 3): page mm -> px of the pictures that come in; poses: of the middle row; focal_px: of the camera;
-    centre_mm: the middle of the gratings, page mm; size: width and height of the pictures that come in.
+    centre_mm: the middle of the gratings, page mm; outline_mm: of the board, x0, y0, x1, y1, page mm; size: width and
+    height of the pictures that come in.
     """
 
     pages: Array
     poses: Poses
     focal_px: float
     centre_mm: tuple[float, float]
+    outline_mm: Rect
     size: tuple[int, int]
     fps: float
     seed: int

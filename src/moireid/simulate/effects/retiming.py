@@ -32,6 +32,20 @@ def blended(figure: float) -> Effect:
     return Effect(times=times)
 
 
+def averaged(figure: float) -> Effect:
+    """Each frame of the file is the mean of so many frames, the last of which is its own."""
+
+    def times(frames: int, fps: float, seed: int) -> Timing:
+        parts = []
+        for k in range(frames):
+            some = range(max(k - int(figure) + 1, 0), k + 1)
+            # The last weighs a hair more, so that the truth beside the film is its own.
+            parts.append([(j, 1 / len(some) + (1e-6 if j == k else 0.0)) for j in some])
+        return Timing(fps, parts)
+
+    return Effect(times=times)
+
+
 def repeated(figure: float) -> Effect:
     """Filmed at a share of the file's rate; each frame of the file shows the last one taken."""
 
@@ -94,6 +108,7 @@ def _starts(frames: int, fps: float, seed: int) -> list[int]:
 PULLDOWN = "25, 24 and 15 frames a second in 30"
 KINDS = (
     Kind("blend", (25 / 30, 0.8, 0.5), "rate of the camera by the file's, neighbours mixed", PULLDOWN, blended),
+    Kind("mix", (2, 3, 5), "frames of which each is the mean", "long exposures feigned by editors", averaged),
     Kind("repeat", (25 / 30, 0.8, 0.5), "rate of the camera by the file's, frames repeated", PULLDOWN, repeated),
     Kind("freeze", (0.1, 0.3, 1.0), "standstill every 2 s, s", "gaps of a wireless line", frozen),
     Kind("skip", (0.02, 0.05, 0.15), "share of frames lost, times closed up", "losses of recorders of calls", skipped),

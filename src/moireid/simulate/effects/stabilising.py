@@ -25,8 +25,8 @@ WIDTH = 1280
 SMOOTHING_S = 0.5
 #: A stabiliser that may move the picture by 25 px may turn it by a degree.
 TURN_RAD_PER_PX = math.radians(1.0) / 25
-#: Frequencies of rows that wobble: a hand's shake, and that of a lens that floats on its own stabiliser.
-WOBBLE_HZ = (0.5, 8.0)
+#: Frequencies of rows that wobble: those of a hand.
+WOBBLE_HZ = (0.5, 4.0)
 
 
 def stabilised(figure: float) -> Effect:
@@ -117,9 +117,9 @@ KINDS = (
     ),
     Kind(
         "jello",
-        (0.3, 0.75, 1.5),
-        "skew of a frame, degrees at most",
-        "turns of 1 rad/s in 14.5 ms skew 720 rows of f = 967 px by 1.1 degrees",
+        (0.2, 0.45, 1.0),
+        "skew of a frame, degrees at most; bent by half as much",
+        "a phone's f of 0.75 long sides and 14.5 ms, turned at the mean speed of TUM's fr1 xyz, desk and rpy",
         wobbling,
     ),
     Kind("shutter", (0.0014, 0.0145, 0.0336), "readout from the top, s", READOUT, rolling),
