@@ -7,6 +7,7 @@ drawn_pages.py      pictures of a page whose homography is known
 coded_films.py      films of given pictures, and short ones of long ones
 numeric_films.py    tracks of a badge, made of numbers alone
 rendered_frames.py  frames by either renderer, and their phase
+takes.py            a page before a camera, as effects know it
 drawn.py            the shapes on a PDF page
 mounting.py         mounts, and what a camera sees of them
 film_stubs.py       jobs that stand in for films

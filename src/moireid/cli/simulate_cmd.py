@@ -72,7 +72,7 @@ STRENGTHS = ("light", "ordinary", "strong")
 CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
 MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle", "board", "both", "alike")
-LIGHT_NAMES = ("even", "softbox", "window", "lamp")
+LIGHT_NAMES = ("even", "softbox", "window", "lamp", "sun")
 PARTS = ("background", "page", "shutter", "glare")
 
 
@@ -242,11 +242,12 @@ def simulate_command(
     call, crf                  a call of changing size; coded too small
 
     \b
-    Kinds of --light; an even sky gives the other 30 to 40 % of the light:
+    Kinds of --light; an even sky gives the other 20 to 40 % of the light:
     even      an overcast sky all round
     softbox   0.8 m across, 1.5 m away, 35 degrees to the left, 25 degrees up
     window    1 m2, 2.5 m away, 40 degrees to the right; the lenses mirror it
     lamp      0.25 m across, 2 m away, 45 degrees up
+    sun       40 degrees up, 30 degrees to the left, in a clear sky
     """
     from moireid.badge import load_badge
 

@@ -101,6 +101,8 @@ LIGHTS = {
     "window": Light((1607.0, 0.0, -1915.0), 560.0, 0.7),
     # A ceiling lamp, 0.25 m across, 2 m away, 45 degrees up and a little to the left.
     "lamp": Light((-300.0, -1414.0, -1382.0), 125.0, 0.6),
+    # The sun in a clear sky, half a degree across, 40 degrees up and 30 to the left; the sky gives the other fifth.
+    "sun": Light((-383_000.0, -643_000.0, -663_000.0), 4650.0, 0.8),
 }
 
 
@@ -110,7 +112,7 @@ def light_named(name: str) -> Light:
     Parameters
     ----------
     name : str
-        One of `moireid.simulate.light.LIGHTS`: "even", "softbox", "window" or "lamp".
+        One of `moireid.simulate.light.LIGHTS`: "even", "softbox", "window", "lamp" or "sun".
 
     Returns
     -------

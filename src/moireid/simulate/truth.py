@@ -1,6 +1,7 @@
 """The ground truth beside a film: pose, parallax and shown fringe phase of each frame, as CSV.
 
 frame, time_s: number and time in the file, of the picture's middle row; frames that a recipe drops have no row.
+    Where an effect retimes or mixes frames, all else is of the camera's frame that weighs most.
 camera_*_mm, r11 to r33: the true camera, board -> camera, in the board frame of `motion`; before mirroring.
 parallax_x, parallax_y: of the true camera, Cx/|Cz| and Cy/|Cz|.
 phase_rad: of the fringes as shown, forged or not, at the board's centre.  Where the parts of a forged badge disagree,

@@ -63,7 +63,7 @@ def test_exposure_follows_what_it_meters_in_steps():
 
 def test_glare_is_a_light_in_the_scene(prototype):
     """Catches: the strengths' lights exchanged."""
-    for strength, name in (("light", "softbox"), ("ordinary", "lamp"), ("strong", "window")):
+    for strength, name in (("light", "lamp"), ("ordinary", "window"), ("strong", "sun")):
         change = effect_named(f"glare:{strength}").scene
         assert change is not None and change(Scene(prototype, Build(), Camera())).light == light_named(name)
 

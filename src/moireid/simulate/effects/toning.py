@@ -23,7 +23,7 @@ BASE_SHARE, BASE_COUNTS = 0.02, 40.0
 #: Standard deviation of an editor's unsharp mask, px, wider than a camera's own.
 HALO_PX = 3.0
 #: Lights by their glare.
-LAMPS = ("softbox", "lamp", "window")
+LAMPS = ("lamp", "window", "sun")
 #: Side of the metered spot, mm on the page; time in which exposure comes two thirds of the way, s; its steps, stops.
 SPOT_MM, METERING_S, STEP_STOPS = 9.0, 0.15, 1 / 8
 
@@ -98,7 +98,7 @@ def _spot(take: Take, number: int, luma: Float) -> float:
 
 
 def glaring(figure: float) -> Effect:
-    """A lamp or window that shines on the badge and is mirrored by its lenses; the figure is its place in LAMPS."""
+    """A light that shines on the badge and is mirrored by its lenses; the figure is its place in LAMPS."""
     name = LAMPS[int(figure)]
 
     def lit(scene: Scene) -> Scene:
@@ -120,5 +120,5 @@ KINDS = (
         "1 is a spot metered by a tap on the badge",
         metered,
     ),
-    Kind("glare", (0, 1, 2), "the light: soft box, lamp, window", "`simulate --light`", glaring),
+    Kind("glare", (0, 1, 2), "the light: lamp, window, sun", "`simulate --light`", glaring),
 )
