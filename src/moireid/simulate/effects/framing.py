@@ -21,8 +21,8 @@ from moireid.simulate.recording.encode import Recipe
 Array = NDArray[np.float64]
 #: Rows of what a call program sends of a picture of 16 by 9 (854 x 480).
 FRAMED_ROWS = 480
-#: Time in which an auto-framing camera comes two thirds of the way to where the subject went, s; ours, as it is seen.
-FOLLOWING_S = 0.4
+#: Time in which an auto-framing camera lags behind the subject by twice this time, s; ours, as it is seen in calls.
+FOLLOWING_S = 0.25
 #: A contrast-driven autofocus hunts about as often, and moves the lens within so long, s.
 REFOCUS_S, FOCUS_MOVE_S = 1.5, 0.15
 #: Grey around a tile, as call programs paint it, and the share of the recording's width between its rim and the tile.
