@@ -85,9 +85,9 @@ class EffectName(click.ParamType[str]):
         """The name as it was given.  Raises: click.BadParameter."""
         kind, colon, strength = str(value).partition(":")
         if kind not in EFFECTS:
-            self.fail(f"{kind!r} is not one of {', '.join(EFFECTS)}", param, ctx)
+            self.fail(f"{kind!r} is not one of {', '.join(EFFECTS)}.", param, ctx)
         if colon and strength not in STRENGTHS:
-            self.fail(f"{strength!r} is no strength; choose {', '.join(STRENGTHS)}", param, ctx)
+            self.fail(f"{strength!r} is no strength; choose {', '.join(STRENGTHS)}.", param, ctx)
         return str(value)
 
 

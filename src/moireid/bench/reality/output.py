@@ -98,7 +98,9 @@ def reality_plot(result: dict[str, Any]) -> Any:
     for axes, label in zip(others, ("gain error", "residual, rad", "verify, s a film"), strict=True):
         axes.set(xlabel=label)
         axes.grid(axis="y", alpha=0.2)
-    others[0].legend(frameon=False, ncols=3, loc="lower left", bbox_to_anchor=(0, 1), fontsize=8)
+    figure.legend(
+        handles=others[0].lines[: len(STRENGTHS)], frameon=False, ncols=3, loc="outside upper right", fontsize=8
+    )
     return figure
 
 
