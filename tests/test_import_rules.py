@@ -21,7 +21,7 @@ from moireid.simulate.forgeries.courses import KINDS
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
 GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept"}
-GROUND |= {"lazy", "lenticule", "optics", "profiles", "provenance"}
+GROUND |= {"lazy", "lenticule", "optics", "profiles", "provenance", "sheets"}
 ROOMS = {
     "archive",
     "bench",

@@ -1,4 +1,4 @@
-"""Lens sheets and printers, by their names on the command line: nominal ones, and measured sheets.
+"""Lens sheets and printers, by their names on the command line: those sold (`sheets`), and measured sheets.
 
 A label gives nominal figures; a real sheet's pitch differs by some tenths of a percent, and its thickness by some
 percent.  A lens profile is a file with the measured figures of one sheet (`moireid calibrate` writes it), and can be
@@ -16,8 +16,8 @@ from typing import Any
 from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.files import whole_file
+from moireid.sheets import ACRYLIC_INDEX, MM_PER_INCH, PRODUCTS, sheet_lens
 
-MM_PER_INCH = 25.4
 #: Family of a pitch test sheet's grating: uniform bands and no code.
 CHART_FAMILY = "pitch-test"
 #: Format of a lens profile's file.
@@ -30,15 +30,6 @@ PROFILE_LIMITS = {"pitch_mm": (0.127, 2.54), "thickness_mm": (0.05, 20.0), "refr
 FORMS = ("dots", "vector")
 #: Paper sizes, width by height, mm (ISO 216; ANSI A).
 PAPERS_MM = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
-
-#: Lens sheets by label: lines per inch, thickness in mm, refractive index.  "50lpi" is the published prototype's
-#: sheet (Qing et al., Moiré Video Authentication, 2026); the others keep its shape, so that R / pitch is the same.
-_SHEETS = {
-    "40lpi": (40.0, 1.25, 1.56),
-    "50lpi": (50.0, 1.00, 1.56),
-    "60lpi": (60.0, 0.84, 1.56),
-    "75lpi": (75.0, 0.67, 1.56),
-}
 
 
 @dataclass(frozen=True)
@@ -83,17 +74,26 @@ def lens_named(label: str) -> Lens:
     """
     if label.lower().endswith(".json"):
         return load_lens_profile(Path(label)).lens
-    try:
-        lines_per_inch, thickness_mm, refractive_index = _SHEETS[label.lower()]
-    except KeyError as error:
+    product = PRODUCTS.get(label.lower())
+    if product is None:
         raise SpecError(
-            f"lens {label!r} is not known; choose one of {', '.join(_SHEETS)}, or give the .json file of a lens profile"
-        ) from error
-    return Lens("lenticular", MM_PER_INCH / lines_per_inch, thickness_mm, refractive_index)
+            f"lens {label!r} is not known; choose one of {', '.join(PRODUCTS)}, or give the .json file of a lens "
+            "profile"
+        )
+    return sheet_lens(product.pitch_mm, product.thickness_mm, product.refractive_index)
 
 
-#: Acrylic sheets as sold: refractive index of PMMA, and thicknesses that can serve as a mask's gap, mm.
-ACRYLIC_INDEX = 1.49
+def sheet_of_thickness(lens: Lens, thickness_mm: float) -> Lens:
+    """The same lens sheet of another thickness, as a calliper reads it.
+
+    Raises: SpecError for a line mask, or a thickness that is no sheet's.
+    """
+    if lens.kind == "mask":
+        raise SpecError("a line mask has a spacer, and no sheet of lenses; give its thickness with --gap")
+    return sheet_lens(lens.pitch_mm, thickness_mm, lens.refractive_index)
+
+
+#: Thicknesses of acrylic sheet that can serve as a mask's gap, mm.
 GAP_RANGE_MM = (0.5, 6.0)
 
 

@@ -21,7 +21,8 @@ from moireid.calibration.chart import View, check_chart, printed_dot_mm, printed
 from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.optics import front_pitch_at_match_mm
-from moireid.profiles import MM_PER_INCH, LensProfile
+from moireid.profiles import LensProfile
+from moireid.sheets import MM_PER_INCH
 
 Array = NDArray[np.float64]
 #: Least number of bands for a fit.

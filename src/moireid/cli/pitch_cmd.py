@@ -90,7 +90,7 @@ def pitch_test_command(
     from moireid.designer.chart import ChartRequest, design_chart
     from moireid.designer.request import parse_scale
     from moireid.fabrication.page.chart import print_chart
-    from moireid.profiles import MM_PER_INCH
+    from moireid.sheets import MM_PER_INCH
 
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
     chart = design_chart(ChartRequest(lens, printer_dpi, paper, distance, steps, form))
@@ -231,7 +231,7 @@ def _from_photo(
 
 def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
     """Print the result."""
-    from moireid.profiles import MM_PER_INCH
+    from moireid.sheets import MM_PER_INCH
 
     profile = made.profile
     pitch_mm, sd_mm = profile.lens.pitch_mm, profile.pitch_sd_mm

@@ -16,7 +16,8 @@ from moireid.designer.grid import DUTY
 from moireid.designer.layout import DICTIONARY, MARGIN_MM, PAPER_MARGIN_MM, QUIET_MODULES
 from moireid.errors import DesignError
 from moireid.idcodes.beats import line_up
-from moireid.profiles import CHART_FAMILY, MM_PER_INCH, PAPERS_MM, Printer, lens_named
+from moireid.profiles import CHART_FAMILY, PAPERS_MM, Printer, lens_named
+from moireid.sheets import MM_PER_INCH
 
 STEP_LPI = 0.1
 #: The field is as wide as that of the default badge, so that the sheet cut for one covers it; the labels stand beside.

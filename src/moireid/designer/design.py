@@ -25,7 +25,8 @@ from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
 from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import MM_PER_INCH, Printer, lens_named, mask_named
+from moireid.profiles import Printer, lens_named, mask_named
+from moireid.sheets import MM_PER_INCH
 
 #: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
 DESIGN_FOCAL_PX = 1450.0

@@ -22,7 +22,7 @@ from moireid.badge import Badge, Cell, Grating
 from moireid.errors import FabricationError
 from moireid.idcodes import family_named
 from moireid.idcodes.family import CellReading, Decoded
-from moireid.profiles import MM_PER_INCH
+from moireid.sheets import MM_PER_INCH
 
 Array = NDArray[np.float64]
 RASTERS = ("poppler", "poppler-grey", "ghostscript")

@@ -12,7 +12,7 @@ from moireid.badge import Badge, load_badge
 from moireid.errors import FabricationError
 from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet, write_badge_pdf
 from moireid.files import planned, write_text
-from moireid.profiles import MM_PER_INCH
+from moireid.sheets import MM_PER_INCH
 
 PDF, JSON = "pitch-test.pdf", "pitch-test.json"
 HEADING_POINTS, TEXT_POINTS, LABEL_POINTS = 15.0, 7.5, 8.5

@@ -1,0 +1,162 @@
+"""Lens sheets as they are sold, and how far fringes can move under one.
+
+A label names one product: lines per inch and thickness as its seller lists them.  These are nominal figures.  The law
+of a sheet is *traced* (`lenticule`), and what one built badge really does is measured when it is enrolled.
+
+What sellers do not list is the radius of the lenses.  A sheet for print focuses on its back, so R = g (n - 1) / n; the
+thinnest sheets of a pitch would need cylinders of less than half a circle's width for that, and are taken as half
+circles.
+
+Source of the table: no maker's data sheet was at hand.  The four labels without a thickness in their name are the
+published prototype's sheet (Qing et al., Moiré Video Authentication, 2026) and its shape scaled to other pitches; they
+are no products, and stay what they were, since badges were printed for them.  All others are products as resellers list
+them: gauge in mils (thousandths of an inch) or mm, with the viewing angle that the seller states.  Sheets of PET, PETG
+and acrylic have indices of 1.49 to 1.60 (Weissman, Lenticular Imaging: Theory and Practice); the index of each is that
+of its plastic.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import Lens
+from moireid.errors import SpecError
+from moireid.lenticule import RAYS, trace_mm
+from moireid.optics import passed_share, slab_shift_mm
+
+MM_PER_INCH, MM_PER_MIL = 25.4, 0.0254
+#: Half circles meet at a right angle to the sheet; their radius is half a pitch, and a little more, as sheets stretch.
+LEAST_RADIUS_RATIO = 0.5025
+#: Refractive indices: PET and PETG sheet as their makers list it; PMMA.
+PET_INDEX, PETG_INDEX, ACRYLIC_INDEX = 1.575, 1.57, 1.49
+RESELLERS = "as listed by resellers"
+PROTOTYPE = "Qing et al. 2026, and its shape at other pitches"
+
+
+@dataclass(frozen=True)
+class Product:
+    """One sheet as sold: lines per inch, thickness from the lenses' tops to the back, refractive index, material.
+
+    angle_deg: the viewing angle that the seller states, None if none; source: where the figures come from.
+    """
+
+    lines_per_inch: float
+    thickness_mm: float
+    refractive_index: float
+    material: str
+    angle_deg: float | None
+    source: str
+
+    @property
+    def pitch_mm(self) -> float:
+        """Width of one lens."""
+        return MM_PER_INCH / self.lines_per_inch
+
+
+PRODUCTS = {
+    "40lpi": Product(40.0, 1.25, 1.56, "PETG", None, PROTOTYPE),
+    "50lpi": Product(50.0, 1.00, 1.56, "PETG", None, PROTOTYPE),
+    "60lpi": Product(60.0, 0.84, 1.56, "PETG", None, PROTOTYPE),
+    "75lpi": Product(75.0, 0.67, 1.56, "PETG", None, PROTOTYPE),
+    "20lpi-2mm": Product(20.0, 2.0, PETG_INDEX, "PETG", 47.0, RESELLERS),
+    "30lpi-47mil": Product(30.0, 47 * MM_PER_MIL, PETG_INDEX, "PETG", 49.0, RESELLERS),
+    "40lpi-33mil": Product(40.0, 33 * MM_PER_MIL, PETG_INDEX, "PETG", 49.0, RESELLERS),
+    "40lpi-2mm": Product(40.0, 2.0, ACRYLIC_INDEX, "acrylic", 25.0, RESELLERS),
+    "60lpi-1.2mm": Product(60.0, 1.2, PETG_INDEX, "PETG", 26.0, RESELLERS),
+    "62lpi-27mil": Product(62.0, 27 * MM_PER_MIL, PETG_INDEX, "PETG", 44.0, RESELLERS),
+    "75lpi-18mil": Product(75.0, 18 * MM_PER_MIL, PET_INDEX, "PET", 49.0, RESELLERS),
+    "100lpi-14mil": Product(100.0, 14 * MM_PER_MIL, PET_INDEX, "PET", 42.0, RESELLERS),
+}
+
+
+def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) -> Lens:
+    """The lens of a sheet, focused on its back as nearly as its pitch lets it.
+
+    Convention: a sheet that can focus has the default radius of `badge.Lens`; a thinner one is of half circles.
+    Raises: SpecError where the thickness is no sheet's.
+    Source: module docstring.
+    """
+    if not 0 < thickness_mm < math.inf:
+        raise SpecError(f"thickness_mm={thickness_mm:g} is no sheet's; give what a calliper reads, in mm")
+    least_mm = LEAST_RADIUS_RATIO * pitch_mm
+    focused_mm = thickness_mm * (refractive_index - 1.0) / refractive_index
+    if thickness_mm < least_mm:
+        raise SpecError(
+            f"thickness_mm={thickness_mm:g} is less than the lenses of {pitch_mm:.4g} mm stand high; give what a "
+            f"calliper reads, in mm, {least_mm:.2g} or more",
+            least_mm=least_mm,
+        )
+    radius_mm = None if focused_mm >= least_mm else least_mm
+    return Lens("lenticular", pitch_mm, thickness_mm, refractive_index, radius_mm)
+
+
+# --- How far can fringes move under a sheet as sold? -----------------------------------------------------------------
+
+#: Sheets of one nominal pitch: 60 and 62 lines per inch are laid over each other's lines in practice.
+SAME_PITCH_SHARE = 0.04
+#: Between sheet and page: at most this much of air, or of clear adhesive (films of 25 to 200 um; index of acrylates).
+MOST_GAP_MM = 0.2
+#: Radii of one sheet that are thought possible, as multiples of the one that focuses: sellers do not list them.
+RADIUS_RATIOS = (1.0, 1.06, 1.12)
+#: The slope of the law near the axis is taken over this view tangent, as `lenticule.ViewLaw.effective_gap_mm` does.
+NEAR = 0.05
+
+
+def effective_gap_mm(lens: Lens, rear_pitch_mm: float, gap_mm: float = 0.0) -> float:
+    """Slope of the law near the axis as a length, with an air gap between sheet and page.
+
+    Convention: as `lenticule.ViewLaw.effective_gap_mm`, which is the same without a gap.
+    Source: `lenticule.trace_mm`; a ray's slope in the sheet is what a thicker sheet would add to where it lands, and
+        Snell's law turns it at the back.  Rays that the back mirrors are lost.
+    """
+    if lens.kind == "mask":
+        shift = slab_shift_mm(lens.thickness_mm, lens.refractive_index, NEAR) / NEAR
+        return float(shift) + gap_mm
+    across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
+    turned = np.angle(_response(lens, rear_pitch_mm, gap_mm, across) ** 2)
+    return float(turned) * rear_pitch_mm / (2 * math.pi * 2 * NEAR)
+
+
+def _response(lens: Lens, rear_pitch_mm: float, gap_mm: float, across: NDArray[np.float64]) -> complex:
+    """Mean over the rays of one lens, seen at the tangent `NEAR`; from the other side it is the conjugate."""
+    zero = np.zeros_like(across)
+    landed, cosine = trace_mm(lens, across, zero + NEAR, zero)
+    deeper, _ = trace_mm(replace(lens, thickness_mm=lens.thickness_mm + 1.0), across, zero + NEAR, zero)
+    weight = passed_share(lens.refractive_index, cosine)
+    if gap_mm > 0:
+        sine = lens.refractive_index * np.sin(np.arctan(deeper - landed))
+        passes = np.abs(sine) < 1
+        landed, weight = landed[passes] + gap_mm * np.tan(np.arcsin(sine[passes])), weight[passes]
+    return complex(np.sum(weight * np.exp(2j * math.pi * landed / rear_pitch_mm)))
+
+
+@cache
+def possible_gains(lens: Lens, rear_pitch_mm: float) -> tuple[float, float]:
+    """Least and greatest gain that a badge designed for this lens can have under a sheet sold for that pitch.
+
+    Convention: gain is fringe motion over that of the design.
+    Returns: two ratios around 1.
+    Source: products of that pitch (`PRODUCTS`), and the design's own sheet; the thinnest sheet of that pitch that can
+        focus, as not every product is in the table; radii by `RADIUS_RATIOS`; and up to `MOST_GAP_MM` of air.
+         An adhesive moves fringes less than air.
+    """
+    own = effective_gap_mm(lens, rear_pitch_mm)
+    sheets = [lens]
+    if lens.kind == "lenticular":
+        index, pitch = lens.refractive_index, lens.pitch_mm
+        thinnest_mm = LEAST_RADIUS_RATIO * pitch * index / (index - 1.0)
+        sold = [(p.thickness_mm, p.refractive_index) for p in PRODUCTS.values() if _same_pitch(p.pitch_mm, pitch)]
+        focused = [sheet_lens(pitch, *figures) for figures in [*sold, (thinnest_mm, index)]]
+        sheets += [replace(one, radius_mm=ratio * (one.radius_mm or 0)) for one in focused for ratio in RADIUS_RATIOS]
+    bare = [effective_gap_mm(sheet, rear_pitch_mm) for sheet in sheets]
+    apart = [effective_gap_mm(sheet, rear_pitch_mm, MOST_GAP_MM) for sheet in sheets]
+    return min(bare) / own, max(apart) / own
+
+
+def _same_pitch(one_mm: float, other_mm: float) -> bool:
+    return abs(one_mm / other_mm - 1) <= SAME_PITCH_SHARE

@@ -1,0 +1,71 @@
+"""Sheets as sold: the table, and how far fringes can move under them.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from moireid.badge import Lens
+from moireid.errors import SpecError
+from moireid.lenticule import trace_law
+from moireid.profiles import lens_named, mask_named, sheet_of_thickness
+from moireid.sheets import PRODUCTS, effective_gap_mm, possible_gains, sheet_lens
+
+OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
+
+
+def test_old_labels_mean_what_they_meant():
+    """Catches: a label that now names another sheet than the badges printed for it have."""
+    for label, thickness in OLD.items():
+        assert lens_named(label) == Lens("lenticular", 25.4 / float(label[:2]), thickness, 1.56)
+
+
+@pytest.mark.parametrize("label", PRODUCTS)
+def test_every_product_says_what_its_label_says(label):
+    """Catches: figures that slipped by a row; a sheet that cannot be traced; a product without its source."""
+    product, lens = PRODUCTS[label], lens_named(label)
+    assert label.startswith(f"{product.lines_per_inch:g}lpi") and product.source
+    if label.endswith("mil"):
+        assert lens.thickness_mm == pytest.approx(0.0254 * float(label.split("-")[1][:-3]))
+    rear = 1.02 * lens.pitch_mm
+    traced = trace_law(lens, rear).effective_gap_mm(rear)
+    # Rays that meet a half circle's flank go to the next lens in one trace, and are lost in the other.
+    assert effective_gap_mm(lens, rear) == pytest.approx(traced, rel=0.04)
+
+
+def test_a_gap_adds_its_own_depth_near_the_axis():
+    """Catches: a gap divided by the index, or added to the sheet.  Chief rays leave as they came."""
+    lens = sheet_lens(0.508, 3.0, 1.56)
+    bare, apart = (effective_gap_mm(lens, 0.52, gap) for gap in (0.0, 0.1))
+    assert apart - bare == pytest.approx(0.1, rel=0.02)
+    mask = mask_named("50lpi", 1.5)
+    assert effective_gap_mm(mask, 0.52) == pytest.approx(1.5 / 1.49, rel=2e-3)
+    assert effective_gap_mm(mask, 0.52, 0.2) - effective_gap_mm(mask, 0.52) == pytest.approx(0.2)
+
+
+def test_gains_reach_from_the_thinnest_sheet_to_the_thickest_with_a_gap():
+    """Catches: the half gain of a forger thought a sheet's; the common thin sheet or a gap of 0.1 mm left out."""
+    for label in OLD:
+        lens = lens_named(label)
+        low, high = possible_gains(lens, 1.02 * lens.pitch_mm)
+        assert 0.55 < low < 0.72 and high > 1.35
+    thin = sheet_lens(25.4 / 75, 0.457, 1.56)
+    lens = lens_named("75lpi")
+    rear = 1.02 * lens.pitch_mm
+    ratio = effective_gap_mm(thin, rear) / effective_gap_mm(lens, rear)
+    low, high = possible_gains(lens, rear)
+    assert low <= ratio and effective_gap_mm(lens, rear, 0.1) / effective_gap_mm(lens, rear) < high
+
+
+def test_a_sheet_of_another_thickness_still_meets_and_focuses():
+    """Catches: cylinders that do not meet; a thick sheet that is left out of focus; a mask taken for a sheet."""
+    lens = lens_named("75lpi")
+    thin, thick = sheet_of_thickness(lens, 0.457), sheet_of_thickness(lens, 0.8)
+    assert thin.thickness_mm == 0.457 and thin.radius_mm >= lens.pitch_mm / 2
+    assert thick.radius_mm == pytest.approx(0.8 * 0.56 / 1.56)
+    for wrong in (0.0, -1.0, 0.1, math.nan, math.inf):
+        with pytest.raises(SpecError):
+            sheet_of_thickness(lens, wrong)
+    with pytest.raises(SpecError, match="--gap"):
+        sheet_of_thickness(mask_named("50lpi", 1.5), 1.0)
