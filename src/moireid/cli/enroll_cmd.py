@@ -65,7 +65,8 @@ def enroll_command(
     BADGE_JSON is the badge.json that print-your-badge wrote. Entering the same badge again changes nothing.
 
     With --capture, the finished badge is also measured. The verifier can then tell it from a second badge that was
-    printed from the same files.
+    printed from the same files, and it knows how far the fringes move under this very sheet: from 0.5 to 1.6 times as
+    far as designed, as thin and thick sheets of one pitch are sold. Several films must agree on that.
     """
     from moireid.badge import load_badge
     from moireid.cli.issue_notes import derived_notes, look_alike_notes

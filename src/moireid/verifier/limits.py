@@ -170,6 +170,19 @@ GAIN_REJECTED_SDS = 3.0
 #: From this share of the gain on, an error bar is too wide to accept.  Derived: fringes at 1.9 times the true gain
 #: would be accepted with a probability of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
 MAX_GAIN_SD_SHARE = 0.215
+#: A badge that is known as built: its gain is accepted within the first, or within so many error bars of film or
+#: enrolment where that is more, and never beyond `GAIN_TOLERANCE_SHARE`.  Derived: focus moves the focal length by up
+#: to 2 % unseen; 20 K and wet air change thickness and index of a sheet by 0.5 %, 5 um of air another 1 to 2 %.  At 1 m
+#: an error bar is 0.03, so that a gain 7 % off is not accepted; of true ones 82 % lie within four thirds of a bar.
+BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS = 0.04, 4 / 3
+#: Gains that can be enrolled.  Set by hand: wider than all sheets of `moireid.sheets` but the extreme ones, and finite.
+ENROLLED_GAINS = (0.5, 1.6)
+#: ... if its error bar is smaller than this; otherwise a badge is expected to be as designed.  Derived: half of
+#: the square of `MAX_BUILT_GAIN_SD_SHARE`, so that the film may be as vague as the enrolment.
+ENROLLED_GAIN_SD_SHARE = 0.021
+#: Films of one enrolment whose gains differ by more than this many of their standard deviations, and by more than the
+#: room above, are of different sheets, or one of them is wrong.  Derived: 99.7 % of a normal distribution.
+GAINS_AGREE_SDS = 3.0
 #: A residual is explained by this floor (light and codec, as `MIN_EXCITATION_RAD`), by this share of the motion (the
 #: law is traced for the nominal sheet), and by this many times the error of pose and phase.  Decision set: no genuine
 #: film uses half of that.

@@ -6,7 +6,7 @@ Convention: one entry per frame, (T,), over the frames of the signal to which it
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,10 @@ class BeyondPhase:
             self.place_px[frames],
             self.carried_rad[frames],
         )
+
+    def under(self, gain: float) -> BeyondPhase:
+        """The same for a sheet that moves fringes that many times as far; as `GratingSignal.under`."""
+        return replace(self, law_rad=gain * self.law_rad, depth=self.depth.under(gain))
 
 
 def joined_in_time(parts: Sequence[BeyondPhase | None]) -> BeyondPhase | None:

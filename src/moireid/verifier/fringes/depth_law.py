@@ -44,6 +44,14 @@ class DepthLaw:
         """Both together."""
         return DepthLaw(self.score + other.score, self.information + other.information, self.power + other.power)
 
+    def under(self, gain: float) -> DepthLaw:
+        """The same where that many times the change of spacing is predicted.
+
+        Source: what is left of the picture is regressed on the pattern, which grows as the prediction does.
+        """
+        score = gain * (self.score - (gain - 1) * self.information)
+        return DepthLaw(score, gain**2 * self.information, gain**4 * self.power)
+
     def part(self, frames: NDArray[np.int64] | slice) -> DepthLaw:
         """The same in some frames."""
         return DepthLaw(self.score[frames], self.information[frames], self.power[frames])

@@ -88,6 +88,20 @@ class GratingSignal:
         if not len(self.stretch):
             object.__setattr__(self, "stretch", np.zeros(len(self.times_s), np.int64))
 
+    def under(self, gain: float) -> GratingSignal:
+        """The signal for a sheet that moves fringes `gain` times as far as this prediction.
+
+        Source: the law is proportional to the sheet's effective gap, its bend with the angle aside.
+        """
+        if gain == 1:
+            return self
+        return replace(
+            self,
+            predicted_rad=gain * self.predicted_rad,
+            pose_sd_rad=gain * self.pose_sd_rad,
+            beyond=None if self.beyond is None else self.beyond.under(gain),
+        )
+
     def part(self, frames: NDArray[np.int64] | slice) -> GratingSignal:
         """The signal in some frames."""
         return replace(
@@ -116,6 +130,10 @@ class Measurement:
     predictions_rad: tuple[Array | None, ...]
     gratings: tuple[GratingSignal, ...]
     stages_s: dict[str, float] = field(default_factory=dict)
+
+    def under(self, gain: float) -> Measurement:
+        """The same with each grating's signal under that gain; the predictions of its strips stay the design's."""
+        return replace(self, gratings=tuple(signal.under(gain) for signal in self.gratings))
 
 
 def measure(track: Track, *, focal_px: float | None = None) -> Measurement:

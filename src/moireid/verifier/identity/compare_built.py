@@ -72,10 +72,11 @@ def measure_built(track: Track, measurement: Measurement, invariant: Invariant) 
 def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -> Filmed:
     """The as-built figures measured from one film.
 
-    Convention: as `AsBuilt`.
+    Convention: as `AsBuilt`; the gain is over the design.
     Raises: DesignError for a board that carries no identity.
     Source: `cell_phase.uniform_fields` of the first grating that carries a code.  The offset is the mean of measured
-        less predicted phase; its error comes from the scatter over time and from the gain's error times the mean phase.
+        phase less the film's own gain times the predicted one; its error comes from the scatter over time and from the
+        gain's error times the mean phase.
     """
     badge = track.badge
     index = next((k for k, grating in enumerate(badge.gratings) if grating.code), None)
@@ -86,12 +87,19 @@ def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -
     code = badge.gratings[index].code
     assert code is not None
     reference = reading.cells[index][code.reference_cell]
-    clock = np.exp(1j * field.clock_rad)
+    gain, gain_sd = invariant.gain_expected * invariant.gain_ratio, invariant.gain_expected * invariant.gain_sd
+    laws = [
+        law
+        for strip, law in zip(track.strips, measurement.predictions_rad, strict=True)
+        if strip.grating == index and law is not None
+    ]
+    law_rad = np.mean(laws, axis=0)
+    clock = np.exp(1j * (field.clock_rad - (gain - 1) * law_rad))
     mean_turn = complex(clock.mean())
     wander = float(np.std(np.angle(clock / mean_turn)))
     seconds = float(measurement.times_s[-1] - measurement.times_s[0])
-    off_centre = abs(float(np.mean([p.mean() for p in measurement.predictions_rad if p is not None])))
-    offset_sd = math.hypot(wander / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0)), off_centre * invariant.gain_sd)
+    off_centre = abs(float(law_rad.mean()))
+    offset_sd = math.hypot(wander / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0)), off_centre * gain_sd)
     height = badge.gratings[index].rect_mm
     span = (height[3] - height[1]) if badge.gratings[index].axis == "x" else (height[2] - height[0])
     as_built = AsBuilt(
@@ -102,24 +110,23 @@ def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -
         offset_sd=offset_sd,
         twist_rad_per_mm=field.twist_rad_per_mm,
         twist_sd=ROW_OFFSET_SD_RAD / span,
-        gain_ratio=invariant.gain_ratio,
-        gain_sd=invariant.gain_sd,
+        gain_ratio=gain,
+        gain_sd=gain_sd,
     )
     apart = np.angle(clock * np.conj(mean_turn))
-    return Filmed(as_built, *_worst_stretch(apart, measurement.gratings[index], as_built))
+    return Filmed(as_built, *_worst_stretch(apart, law_rad, measurement.gratings[index], gain_sd))
 
 
-def _worst_stretch(apart_rad: Array, signal: GratingSignal, as_built: AsBuilt) -> tuple[float, float]:
+def _worst_stretch(apart: Array, law_rad: Array, signal: GratingSignal, gain_sd: float) -> tuple[float, float]:
     """The offset of the worst stretch less that of the film, and its standard deviation, rad.
 
-    Parameters: apart_rad (T,): measured less predicted phase, less its mean over the film.
-    Convention: what the film's own gain explains is taken away.
+    Parameters: apart (T,): measured phase less the film's own gain times the predicted one, `law_rad` (T,), less its
+        mean over the film.
     """
-    if signal.beyond is None or signal.stretch[0] == signal.stretch[-1]:
+    if signal.stretch[0] == signal.stretch[-1]:
         return 0.0, 1.0
     used = np.isfinite(signal.phase_sd_rad)
-    aside = signal.beyond.law_rad - float(signal.beyond.law_rad[used].mean())
-    apart = apart_rad - (as_built.gain_ratio - 1) * aside
+    aside = law_rad - float(law_rad[used].mean())
     worst = 0.0, 1.0
     for number in np.unique(signal.stretch[used]):
         part = used & (signal.stretch == number)
@@ -127,7 +134,7 @@ def _worst_stretch(apart_rad: Array, signal: GratingSignal, as_built: AsBuilt) -
         if seconds < LEAST_STRETCH_S:
             continue
         scatter = float(apart[part].std()) / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0))
-        sd = math.hypot(scatter, abs(float(aside[part].mean())) * as_built.gain_sd, OFFSET_REPEATS_RAD)
+        sd = math.hypot(scatter, abs(float(aside[part].mean())) * gain_sd, OFFSET_REPEATS_RAD)
         worst = max(worst, (abs(float(apart[part].mean())), sd), key=lambda found: found[0] / found[1])
     return worst
 

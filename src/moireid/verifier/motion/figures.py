@@ -16,6 +16,7 @@ from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.mixed_frames import most_mixed
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
+    GAIN_SD_RATIO,
     MAX_LAG_S,
     MAX_MIXED_SHARE,
     MAX_PLACE_SHARE,
@@ -65,8 +66,8 @@ class Figures:
         return {name: json_number(value) for name, value in asdict(self).items()}
 
 
-def figures_of(signal: GratingSignal) -> Figures:
-    """All figures of one grating.
+def figures_of(signal: GratingSignal, gain_spread: float = GAIN_SD_RATIO) -> Figures:
+    """All figures of one grating; gain_spread: as `likelihood.log10_ratio`.
 
     Source: linear regression of measured on *predicted* phase, so that the gain is a ratio at any angle.
     """
@@ -93,7 +94,14 @@ def figures_of(signal: GratingSignal) -> Figures:
     places = _places_apart(signal)
     shown = {"wander": slow, "jitter": fast, "spell": spell, "strips": strips, "places": places}
     score, suspected = log10_ratio(
-        gain, gain_sd, shown, excitation, expected, strip_sd_rad=strip_sd, rounding_rad=signal.rounding_rad
+        gain,
+        gain_sd,
+        shown,
+        excitation,
+        expected,
+        strip_sd_rad=strip_sd,
+        rounding_rad=signal.rounding_rad,
+        gain_spread=gain_spread,
     )
     return Figures(
         abs(pearson(measured, predicted)),

@@ -4,6 +4,9 @@ Correlation alone does not test how *much* the fringes move.  So four things mus
 correlation, gain, and a residual that known errors explain.  Each limit has its reason (`limits`); none was fitted to
 this project's own simulator.  The limits are wide, as every genuine film must pass them.  Within them a likelihood
 ratio weighs all figures together.
+
+A gain that is not the expected one may come from another sheet (`sheet_gain`).  Such a film is judged under its own
+gain, and must hold in all else; it is then open, or measured where a badge is being enrolled.
 """
 
 from __future__ import annotations
@@ -11,6 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,7 +28,6 @@ from moireid.verifier.limits import (
     GAIN_REJECTED_SDS,
     GAIN_TOLERANCE_SHARE,
     MAX_COVERED_SHARE,
-    MAX_GAIN_SD_SHARE,
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
     MAX_STRAY_SHARE,
@@ -43,6 +46,7 @@ from moireid.verifier.limits import (
 from moireid.verifier.motion.figures import Figures, figures_of, pearson
 from moireid.verifier.motion.likelihood import KINDS
 from moireid.verifier.motion.photographs import no_photographs, spacing_of
+from moireid.verifier.motion.sheet_gain import DESIGNED, SheetGain, gain_reason
 from moireid.verifier.motion.steady_course import KnownBuilt, chance_of_delay, chance_of_drift, chance_of_place
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
@@ -57,7 +61,11 @@ ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
 
 @dataclass(frozen=True)
 class Invariant:
-    """Outcome of the motion test; figures are None if nothing could be measured."""
+    """Outcome of the motion test; figures are None if nothing could be measured.
+
+    gain_ratio: of measured over predicted phase; gain_expected: by which the prediction was multiplied, as the badge is
+    known as built, 1 for one as designed.
+    """
 
     verdict: Verdict
     reasons: tuple[Reason, ...]
@@ -69,6 +77,7 @@ class Invariant:
     excitation_rad: float | None = None
     score: float | None = None
     gratings: tuple[dict[str, Any], ...] = ()
+    gain_expected: float = 1.0
 
     def to_json(self) -> dict[str, Any]:
         """As the `invariant` object of `verify --json`."""
@@ -77,6 +86,7 @@ class Invariant:
             "window_correlation_mean",
             "gain_ratio",
             "gain_sd",
+            "gain_expected",
             "phase_residual_rad",
             "excitation_rad",
             "score",
@@ -85,19 +95,38 @@ class Invariant:
         return {"verdict": self.verdict, **figures, "gratings": list(self.gratings)}
 
 
-def judge_invariant(measurement: Measurement) -> Invariant:
+def judge_invariant(measurement: Measurement, sheet: SheetGain = DESIGNED) -> Invariant:
     """Compare measured and predicted phase of a whole measurement; conventions and source as `judge_signals`."""
-    return judge_signals(measurement.gratings)
+    return judge_signals(measurement.gratings, sheet)
 
 
-def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
+def judge_signals(signals: Sequence[GratingSignal], sheet: SheetGain = DESIGNED) -> Invariant:
     """Compare measured and predicted phase, one signal per grating.
 
+    Parameters: signals: under the gain that `sheet` expects.
     Convention: as `figures`; the score is the decadic logarithm of the likelihood ratio, above 0 where a genuine badge
         is likelier (`likelihood`).
     Source: `figures`; gratings are combined by their Fisher information.
     """
-    figures = [figures_of(signal) for signal in signals]
+    found = _judged(signals, sheet)
+    gain, gain_sd = found.gain_ratio, found.gain_sd
+    said = next((reason for reason in found.reasons if reason.code == "gain"), None)
+    if gain is None or gain_sd is None or said is None:
+        return found
+    assert isinstance(said.measured, float)
+    other = not sheet.accepts(said.measured / sheet.expected, gain_sd) and sheet.explains(gain, gain_sd)
+    if not other and not (sheet.measured and sheet.accepts(gain, gain_sd)):
+        return found
+    again = _judged([signal.under(gain) for signal in signals], sheet.released(gain))
+    if other:
+        reasons = tuple(said if reason.code == "gain" else reason for reason in again.reasons)
+        again = replace(again, reasons=reasons, verdict=worst(list(reasons)), score=found.score)
+    return replace(again, gain_ratio=gain, gain_sd=gain_sd, gain_expected=sheet.expected)
+
+
+def _judged(signals: Sequence[GratingSignal], sheet: SheetGain) -> Invariant:
+    """As `judge_signals`, for the expected gain alone."""
+    figures = [figures_of(signal, sheet.prior_sd) for signal in signals]
     information = np.array([f.information for f in figures])
     if not information.sum() > 0:
         nothing = Reason("fringes", "undecided", 0.0, None, "", "No fringes could be read on the badge.")
@@ -112,11 +141,12 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
     if any(signal.focal_at_limit for signal in signals):
         reasons.append(Reason("focal", "undecided", None, None, "", FOCAL_AT_LIMIT))
     if reasons[0].level == "pass":
-        reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals])
+        reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals], sheet)
         reasons = _without_hand_s_blame(reasons)
         moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
-        reasons += [*_course_tells(signals, moving), *no_photographs(signals, moving, _would_pass)]
-        reasons = _without_blame_of_camera_or_editor(reasons, signals)
+        passes = partial(_would_pass, sheet=sheet)
+        reasons += [*_course_tells(signals, moving, sheet), *no_photographs(signals, moving, passes)]
+        reasons = _without_blame_of_camera_or_editor(reasons, signals, sheet)
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -128,6 +158,7 @@ def judge_signals(signals: Sequence[GratingSignal]) -> Invariant:
         whole.excitation_rad,
         decisive.score,
         tuple(f.to_json() for f in figures),
+        sheet.expected,
     )
 
 
@@ -148,6 +179,7 @@ def _held_against_law(
     moved: Sequence[Figures],
     decisive: Figures,
     tangent_sds: Sequence[float],
+    sheet: SheetGain,
 ) -> list[Reason]:
     """The finding for each limit, for a film that moved enough.
 
@@ -165,7 +197,7 @@ def _held_against_law(
     residuals = [_residual_explained(whole.wandering_rad, excitation, expected), *rested]
     return [
         _correlated(whole.correlation, excitation, expected),
-        _gain_right(wrong.gain_ratio, wrong.gain_sd),
+        gain_reason(wrong.gain_ratio, wrong.gain_sd, sheet),
         max(residuals, key=lambda reason: ORDER[reason.level]),
         _strips_agree(max(f.strip_wander_rad for f in figures), expected),
         _likely_true(decisive),
@@ -173,7 +205,10 @@ def _held_against_law(
 
 
 def _course_tells(
-    signals: Sequence[GratingSignal], moved: Sequence[GratingSignal], known: KnownBuilt | None = None
+    signals: Sequence[GratingSignal],
+    moved: Sequence[GratingSignal],
+    sheet: SheetGain,
+    known: KnownBuilt | None = None,
 ) -> list[Reason]:
     """Whether on this course fringes would show that drift, come late, or go with a place; of the best grating.
 
@@ -183,13 +218,17 @@ def _course_tells(
     """
     spacing = spacing_of(signals)
     flat = 1.0 if spacing is None else spacing.of_pictures
+    passes = partial(_would_pass, sheet=sheet)
     chances = []
     for signal in moved:
         chances.append(
             max(
-                (chance_of_drift(signal, _would_pass, known), "drift at some constant speed"),
-                (chance_of_delay(signal, _would_pass, known), "come late by up to a second"),
-                (flat * chance_of_place(signal, _would_pass, known), "move with the badge's place in the picture"),
+                (chance_of_drift(signal, passes, known, sheet.room), "drift at some constant speed"),
+                (chance_of_delay(signal, passes, known), "come late by up to a second"),
+                (
+                    flat * chance_of_place(signal, passes, known, sheet.room),
+                    "move with the badge's place in the picture",
+                ),
                 key=lambda one: one[0],
             )
         )
@@ -205,12 +244,14 @@ def _course_tells(
     return [Reason("steady", level, chance, MAX_UNSEEN_CHANCE, "share", text)]
 
 
-def steady_as_built(invariant: Invariant, signals: Sequence[GratingSignal], known: KnownBuilt | None) -> Invariant:
+def steady_as_built(
+    invariant: Invariant, signals: Sequence[GratingSignal], known: KnownBuilt | None, sheet: SheetGain = DESIGNED
+) -> Invariant:
     """The outcome with what is known of the badge as built, where only a steady course leaves the film open."""
     if known is None or open_codes(invariant.reasons) != {"steady"}:
         return invariant
     moved = [signal for signal in signals if _moved_enough(signal)]
-    (again,) = _course_tells(signals, moved, known)
+    (again,) = _course_tells(signals, moved, sheet, known)
     reasons = tuple(again if reason.code == "steady" else reason for reason in invariant.reasons)
     return replace(invariant, verdict=worst(list(reasons)), reasons=reasons)
 
@@ -259,7 +300,9 @@ def _without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
     ]
 
 
-def _without_blame_of_camera_or_editor(reasons: list[Reason], signals: Sequence[GratingSignal]) -> list[Reason]:
+def _without_blame_of_camera_or_editor(
+    reasons: list[Reason], signals: Sequence[GratingSignal], sheet: SheetGain
+) -> list[Reason]:
     """Findings without a failure that a zoom, a moving crop, a stabiliser or mixed frames may have caused.
 
     These make poses and phases wrong, and so all that compares the two.  Strips share them, so they still must agree.
@@ -267,7 +310,7 @@ def _without_blame_of_camera_or_editor(reasons: list[Reason], signals: Sequence[
     blamed = {"correlation", "gain", "likelihood", "residual"}
     failed = [reason for reason in reasons if reason.level == "fail" and reason.code in blamed]
     doubt = _frames_mixed(max(signal.mixed_share for signal in signals)) or _camera_changed(
-        max(signal.lasting_px for signal in signals), {reason.code: reason for reason in reasons}
+        max(signal.lasting_px for signal in signals), {reason.code: reason for reason in reasons}, sheet
     )
     if doubt is None or not failed:
         return reasons
@@ -286,14 +329,14 @@ def _frames_mixed(share: float) -> Reason | None:
     return Reason("mixed_frames", "undecided", share, MAX_MIXED_SHARE, "share", text)
 
 
-def _camera_changed(lasting_px: float, codes: Mapping[str, Reason]) -> Reason | None:
+def _camera_changed(lasting_px: float, codes: Mapping[str, Reason], sheet: SheetGain) -> Reason | None:
     """The finding where no single camera explains the film.
 
     A zoom about the picture's middle hardly shows in the poses, but by the fringes' spacing, and scales the motion.
     """
     if lasting_px > MAX_LASTING_PX:
         why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
-    elif _looks_zoomed(codes):
+    elif _looks_zoomed(codes, sheet):
         why = "The fringes' spacing does not follow the distance"
     else:
         return None
@@ -304,15 +347,15 @@ def _camera_changed(lasting_px: float, codes: Mapping[str, Reason]) -> Reason | 
     return Reason("camera", "undecided", lasting_px, MAX_LASTING_PX, "px", text)
 
 
-def _looks_zoomed(codes: Mapping[str, Reason]) -> bool:
+def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
     """Whether fringes tell of another distance than the page's size, and move as far as after a zoom."""
     spacing, gain = codes.get("spacing"), codes.get("gain")
     if spacing is None or spacing.level != "undecided" or gain is None or not isinstance(gain.measured, float):
         return False
-    return 1 / MOST_ZOOM < gain.measured < MOST_ZOOM
+    return 1 / MOST_ZOOM < gain.measured / sheet.expected < MOST_ZOOM
 
 
-def _would_pass(signal: GratingSignal) -> bool:
+def _would_pass(signal: GratingSignal, sheet: SheetGain) -> bool:
     """Whether a grating's fringes would be taken for a real badge's, its course aside."""
     used = np.isfinite(signal.phase_sd_rad)
     measured, predicted = signal.measured_rad[used], signal.predicted_rad[used]
@@ -320,11 +363,14 @@ def _would_pass(signal: GratingSignal) -> bool:
     # Most delays fail by this alone, and all other figures take a hundred times as long.
     if abs(pearson(within_stretches(measured, stretch), within_stretches(predicted, stretch))) < MIN_CORRELATION:
         return False
-    found = figures_of(signal)
+    found = figures_of(signal, sheet.prior_sd)
+    gain = gain_reason(found.gain_ratio, found.gain_sd, sheet)
+    if sheet.measured and gain.level == "pass":
+        found = figures_of(signal.under(found.gain_ratio), sheet.prior_sd)
     excitation, expected = found.excitation_rad, found.expected_error_rad
     reasons = [
         _correlated(found.correlation, excitation, expected),
-        _gain_right(found.gain_ratio, found.gain_sd),
+        gain,
         _residual_explained(found.wandering_rad, excitation, expected),
         _likely_true(found),
     ]
@@ -349,22 +395,6 @@ def _correlated(correlation: float, excitation: float, expected: float) -> Reaso
     level: Level = "pass" if correlation >= MIN_CORRELATION else "fail" if correlation < possible else "undecided"
     text = f"Measured and predicted fringe phase correlate by {correlation:.4f}; at least {MIN_CORRELATION} is needed."
     return Reason("correlation", level, correlation, MIN_CORRELATION, "", text)
-
-
-def _gain_right(gain: float, gain_sd: float) -> Reason:
-    """Pass within the tolerance; fail beyond it by three error bars; undecided in between."""
-    limit = GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * gain_sd
-    words = f"The fringes move {gain:.3f} ± {gain_sd:.3f} times as far as the optics predict"
-    # With so wide an error bar even a wrong gain could be estimated as 1, so the estimate does not count.
-    vague = gain_sd >= MAX_GAIN_SD_SHARE * abs(gain)
-    if abs(gain - 1) <= GAIN_TOLERANCE_SHARE and not vague:
-        return Reason(
-            "gain", "pass", gain, GAIN_TOLERANCE_SHARE, "ratio", f"{words}; 1 ± {GAIN_TOLERANCE_SHARE:g} is allowed."
-        )
-    if abs(gain - 1) > limit:
-        return Reason("gain", "fail", gain, limit, "ratio", f"{words}; a real badge gives 1 ± {limit:.2f}.")
-    advice = "give the focal length with --focal-px, or film with more motion"
-    return Reason("gain", "undecided", gain, limit, "ratio", f"{words}. This is too uncertain to decide; {advice}.")
 
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:

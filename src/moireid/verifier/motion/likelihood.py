@@ -72,15 +72,16 @@ def log10_ratio(
     *,
     strip_sd_rad: float = 0.0,
     rounding_rad: float = 0.0,
+    gain_spread: float = GAIN_SD_RATIO,
 ) -> tuple[float, str]:
     """The decadic logarithm of the likelihood ratio, and the likeliest kind of forgery.
 
     Parameters: figures: root mean squares, rad, by the names of `EXPECTED`; excitation_rad: spread of the predicted
         phase; error_rad: expected error of one frame; strip_sd_rad: error bar of one strip in one frame; rounding_rad:
-        as `strip_phase.rounding_rad`.
+        as `strip_phase.rounding_rad`; gain_spread: standard deviation of a genuine badge's gain about 1.
     Source: module docstring.
     """
-    ratios = {"gain": _gain_ratio(gain, gain_sd)}
+    ratios = {"gain": _gain_ratio(gain, gain_sd, gain_spread)}
     for name, one in expected.items():
         unit = scale_rad(one, error_rad, excitation_rad, strip_sd_rad, rounding_rad)
         ratios[name] = _share_ratio(figures[name] / unit, excitation_rad / unit, one)
@@ -90,9 +91,9 @@ def log10_ratio(
     return float(np.clip(-total / math.log(10), -MAX_CERTAINTY_LOG10, MAX_CERTAINTY_LOG10)), likeliest
 
 
-def _gain_ratio(gain: float, gain_sd: float) -> float:
+def _gain_ratio(gain: float, gain_sd: float, spread: float) -> float:
     """Logarithm of f / g of a gain; both are blurred by its error bar, so a vague gain decides nothing."""
-    sd = math.hypot(GAIN_SD_RATIO, gain_sd)
+    sd = math.hypot(spread, gain_sd)
     if not math.isfinite(sd):
         return 0.0
     gain = min(max(gain, FORGED_GAIN_MIN_RATIO), FORGED_GAIN_MAX_RATIO)

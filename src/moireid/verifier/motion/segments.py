@@ -14,6 +14,7 @@ import numpy as np
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.limits import SEGMENT_S, WINDOW_FRAMES
 from moireid.verifier.motion.judge import judge_signals
+from moireid.verifier.motion.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.reasons import Verdict, json_number
 
 
@@ -35,8 +36,8 @@ class Segment:
         return {name: json_number(getattr(self, name)) for name in names}
 
 
-def judge_segments(measurement: Measurement, first: int = 0) -> tuple[Segment, ...]:
-    """Segments of `SEGMENT_S`, one after another from tracked frame `first` on.
+def judge_segments(measurement: Measurement, first: int = 0, sheet: SheetGain = DESIGNED) -> tuple[Segment, ...]:
+    """Segments of `SEGMENT_S`, one after another from tracked frame `first` on; sheet: as `judge.judge_signals`.
 
     Returns: segments with at least one tracked frame; those with less than a window of frames are inconclusive.
     """
@@ -50,7 +51,7 @@ def judge_segments(measurement: Measurement, first: int = 0) -> tuple[Segment, .
         if len(frames) < WINDOW_FRAMES:
             found.append(Segment(start, end, len(frames), "inconclusive"))
             continue
-        judged = judge_signals(tuple(signal.part(frames) for signal in measurement.gratings))
+        judged = judge_signals(tuple(signal.part(frames) for signal in measurement.gratings), sheet)
         found.append(
             Segment(
                 start, end, len(frames), judged.verdict, judged.correlation, judged.gain_ratio, judged.excitation_rad

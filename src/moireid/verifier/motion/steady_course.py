@@ -36,6 +36,9 @@ Array = NDArray[np.float64]
 RATIO_STEP = 0.05
 
 Passes = Callable[[GratingSignal], bool]
+#: Least and greatest gain that may pass.
+Room = tuple[float, float]
+DESIGNED_ROOM = (1 - GAIN_TOLERANCE_SHARE, 1 + GAIN_TOLERANCE_SHARE)
 
 
 @dataclass(frozen=True)
@@ -49,20 +52,26 @@ class KnownBuilt:
     offset_room_rad: float
 
 
-def chance_of_drift(signal: GratingSignal, passes: Passes, known: KnownBuilt | None = None) -> float:
+def chance_of_drift(
+    signal: GratingSignal, passes: Passes, known: KnownBuilt | None = None, room: Room = DESIGNED_ROOM
+) -> float:
     """How often fringes that drift at an unknown constant speed would pass.
 
-    Parameters: passes: whether a forged signal would; known: of the badge as built.
+    Parameters: passes: whether a forged signal would; known: of the badge as built; room: gains that may pass.
     """
-    return _chance_of_ratio(signal, signal.times_s[:, None], passes, known)
+    return _chance_of_ratio(signal, signal.times_s[:, None], passes, known, room)
 
 
-def chance_of_place(signal: GratingSignal, passes: Passes, known: KnownBuilt | None = None) -> float:
+def chance_of_place(
+    signal: GratingSignal, passes: Passes, known: KnownBuilt | None = None, room: Room = DESIGNED_ROOM
+) -> float:
     """How often fringes that move with the badge's place in the picture, to an unknown degree, would pass."""
-    return _chance_of_ratio(signal, signal.beyond.place_px, passes, known) if signal.beyond is not None else 0.0
+    return _chance_of_ratio(signal, signal.beyond.place_px, passes, known, room) if signal.beyond is not None else 0.0
 
 
-def _chance_of_ratio(signal: GratingSignal, patterns: Array, passes: Passes, known: KnownBuilt | None) -> float:
+def _chance_of_ratio(
+    signal: GratingSignal, patterns: Array, passes: Passes, known: KnownBuilt | None, room: Room
+) -> float:
     """How often the best-fitting sum of patterns (T, P), times an unknown ratio, would pass.
 
     Source: regressed on the course, ratio r has a gain of r times the square of how alike pattern and course are.  The
@@ -76,7 +85,7 @@ def _chance_of_ratio(signal: GratingSignal, patterns: Array, passes: Passes, kno
     if alike < MIN_CORRELATION:
         return 0.0
     ratios = np.arange(FORGED_GAIN_MIN_RATIO, FORGED_GAIN_MAX_RATIO + RATIO_STEP / 2, RATIO_STEP)
-    near = ratios[np.abs(ratios * alike**2 - 1) <= GAIN_TOLERANCE_SHARE]
+    near = ratios[(room[0] <= ratios * alike**2) & (ratios * alike**2 <= room[1])]
     share = sum(passes(replace(signal, measured_rad=ratio * best)) for ratio in near) / len(ratios)
     if known is None:
         return share

@@ -1,17 +1,21 @@
 """Enrolment captures: films of a freshly built badge, from which its as-built figures are measured.
 
-The verifier must accept a capture as the issued badge in motion; otherwise nothing is measured from it.
+The verifier must accept a capture as the issued badge in motion; otherwise nothing is measured from it.  Only the gain
+is free, within `ENROLLED_GAINS`: it depends on the sheet that the maker bought, and on how it lies on the page.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
 from moireid.asbuilt import AsBuilt, merge
 from moireid.badge import Badge
 from moireid.errors import DesignError, MediaError
 from moireid.verifier.identity.compare_built import measure_built
+from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, GAINS_AGREE_SDS
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.video import Progress
@@ -37,9 +41,23 @@ def capture_as_built(
         raise DesignError("a board without an identity cannot be enrolled as built; print a badge with one")
     parts = []
     for video in videos:
-        report = verify(video, Claim(badge, badge.id, focal_px), progress=progress)
+        report = verify(video, Claim(badge, badge.id, focal_px, enrolling=True), progress=progress)
         if report.verdict != "accept" or report.measurement is None:
             why = next((r.text for r in report.reasons if r.level in ("fail", "undecided")), "it was not accepted")
             raise MediaError(f"capture {video} cannot be used: {why} Film the badge again, moving it sideways.")
         parts.append(measure_built(report.track, report.measurement, report.invariant))
+    _check_gains(parts, videos)
     return replace(merge(parts), measured_scale=measured_scale)
+
+
+def _check_gains(parts: list[AsBuilt], videos: list[Path]) -> None:
+    """Raise MediaError where two films do not agree on the gain of one sheet."""
+    for (one, first), (other, second) in combinations(zip(parts, videos, strict=True), 2):
+        apart = abs(one.gain_ratio - other.gain_ratio)
+        sd = math.hypot(one.gain_sd, other.gain_sd)
+        if apart > max(GAINS_AGREE_SDS * sd, BUILT_GAIN_ROOM_SHARE * one.gain_ratio):
+            raise MediaError(
+                f"captures {first} and {second} differ in how far the fringes move ({one.gain_ratio:.3f} and "
+                f"{other.gain_ratio:.3f} times the design; {GAINS_AGREE_SDS * sd:.3f} apart at most for their error "
+                "bars); film the badge again, each time with the sheet pressed flat and without zoom"
+            )

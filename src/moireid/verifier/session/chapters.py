@@ -24,6 +24,7 @@ from moireid.verifier.identity.decode import Identity, judge_identity
 from moireid.verifier.limits import MIN_FRAMES
 from moireid.verifier.motion.judge import Invariant, judge_invariant, judge_signals, open_codes, steady_as_built
 from moireid.verifier.motion.segments import Segment, judge_segments
+from moireid.verifier.motion.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.motion.steady_course import KnownBuilt
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.claim import Claim
@@ -52,7 +53,8 @@ class Chapter:
     """One chapter: what was found in it.
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
-    its frames, None once they are dropped; known: of the badge as built, if the chapter shows that badge.
+    its frames, None once they are dropped; known: of the badge as built, if the chapter shows that badge; sheet: the
+    gain that was expected, under which its signals are.
     """
 
     frames_read: int
@@ -68,6 +70,7 @@ class Chapter:
     measurement: Measurement | None
     judged_s: tuple[Span, ...] = ()
     known: KnownBuilt | None = None
+    sheet: SheetGain = DESIGNED
 
     def light(self) -> Chapter:
         """The chapter without track and measurement, which only the plots of the report need."""
@@ -97,17 +100,18 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
             track,
             None,
         )
-    measurement = measure(track, focal_px=claim.focal_px)
+    sheet = claim.sheet
+    measurement = measure(track, focal_px=claim.focal_px).under(sheet.expected)
     stages = track.stages_s | measurement.stages_s
     clock = time.perf_counter()
-    invariant = judge_invariant(measurement)
-    segments = judge_segments(measurement, repeated)
+    invariant = judge_invariant(measurement, sheet)
+    segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
     clock = time.perf_counter()
     identity = judge_identity(track, measurement, claimed_id=claim.badge_id)
     stages["identity"] = time.perf_counter() - clock
     identity, built_reasons, known = _judge_built(track, measurement, invariant, identity, claim)
-    invariant = steady_as_built(invariant, measurement.gratings, known)
+    invariant = steady_as_built(invariant, measurement.gratings, known, sheet)
     signals = tuple(signal.part(slice(repeated, None)) for signal in measurement.gratings)
     return Chapter(
         track.frames_read,
@@ -123,6 +127,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         measurement,
         judged_spans(signals),
         known,
+        sheet,
     )
 
 
@@ -135,7 +140,8 @@ def invariant_of(chapters: Sequence[Chapter]) -> Invariant:
     if len(seen) <= 1:
         return (seen or list(chapters))[0].invariant
     joined = tuple(_joined(signals) for signals in zip(*(chapter.signals for chapter in seen), strict=True))
-    whole = steady_as_built(judge_signals(joined), joined, _known_to_all(seen))
+    sheet = seen[0].sheet
+    whole = steady_as_built(judge_signals(joined, sheet), joined, _known_to_all(seen), sheet)
     broken = [chapter for chapter in seen if chapter.invariant.verdict == "reject"]
     reasons = tuple(_broken_chapter(chapter) for chapter in broken)
     return replace(whole, verdict="reject" if broken else whole.verdict, reasons=whole.reasons + reasons)
@@ -224,7 +230,7 @@ def _judge_built(
         identity = replace(identity, expected_beat_period_mm=as_built.beat_period_mm)
     reasons: tuple[Reason, ...] = ()
     known = None
-    if as_built is not None and identity.verdict == "match" and open_codes(invariant.reasons) <= {"steady"}:
+    if as_built is not None and identity.verdict == "match" and open_codes(invariant.reasons) <= {"steady", "gain"}:
         filmed = filmed_built(track, measurement, invariant)
         apart = {"apart_rad": filmed.apart_rad, "apart_sd": filmed.apart_sd}
         comparison = compare_built(filmed.as_built, as_built, track.badge, **apart)

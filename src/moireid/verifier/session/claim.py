@@ -10,6 +10,7 @@ from moireid.idcodes import is_name_derived
 from moireid.provenance import Provenance
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
+from moireid.verifier.motion.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.reasons import Level, Reason
 
 
@@ -35,6 +36,8 @@ class Claim:
         Share of the film, 0 to 1, that the verdict must be of; with less it is inconclusive.
     photographs : int
         So many photographs of the badge a forger must need to make such a film; with fewer it is inconclusive.
+    enrolling : bool
+        Measure the gain of the badge's sheet: any that a badge can be enrolled with will do.
     """
 
     badge: Badge
@@ -45,6 +48,15 @@ class Claim:
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
     photographs: int = 0
+    enrolling: bool = False
+
+    @property
+    def sheet(self) -> SheetGain:
+        """The gain that the badge's sheet is expected to have; where copies may pass, that of the design."""
+        if self.enrolling:
+            return to_measure()
+        built = self.as_built if self.original_required else None
+        return designed(self.badge) if built is None else as_built(self.badge, built)
 
     @property
     def original_required(self) -> bool:

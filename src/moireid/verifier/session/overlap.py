@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
     EXPLAINED_SDS,
-    GAIN_TOLERANCE_SHARE,
     MIN_AGREEING_SHARE,
     MIN_EXCITATION_RAD,
     MIN_OVERLAP_S,
@@ -41,6 +40,7 @@ from moireid.verifier.limits import (
 )
 from moireid.verifier.motion.figures import figures_of
 from moireid.verifier.motion.judge import judge_signals
+from moireid.verifier.motion.sheet_gain import SheetGain
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 from moireid.verifier.session.chapters import Chapter
 from moireid.verifier.session.faces import Face, FaceFollower
@@ -151,22 +151,22 @@ def law_through(interval_s: tuple[float, float], chapters: Sequence[Chapter]) ->
         own = (times >= interval_s[0]) & (times <= interval_s[1])
         if not own.any():
             continue
-        knows, holds = np.array([_held(signal, own) for signal in chapter.signals]).swapaxes(0, 1)
+        knows, holds = np.array([_held(signal, own, chapter.sheet) for signal in chapter.signals]).swapaxes(0, 1)
         known = knows.any(axis=0)
         frames, told = frames + int(own.sum()), told + int(known.sum())
         agreeing += int((known & (holds | ~knows).all(axis=0)).sum())
-        broken = broken or _broken(chapter.signals, times, interval_s)
+        broken = broken or _broken(chapter, times, interval_s)
     share = agreeing / told if told else None
     return (broken if broken is not None else _agreement(frames, told, share)), share
 
 
-def _held(signal: GratingSignal, own: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _held(signal: GratingSignal, own: NDArray[np.bool_], sheet: SheetGain) -> NDArray[np.bool_]:
     """For each frame of the interval (mask `own`): is the phase readable, and does it agree with the law? (2, N)."""
     figures = figures_of(signal)
-    # The measured gain, limited to the range of genuine badges; in a film that hardly moves it is noise.
+    # The measured gain, limited to what sheets can give; in a film that hardly moves it is noise.
     gain = 1.0
     if figures.excitation_rad >= MIN_EXCITATION_RAD:
-        gain = min(max(figures.gain_ratio, 1 - GAIN_TOLERANCE_SHARE), 1 + GAIN_TOLERANCE_SHARE)
+        gain = min(max(figures.gain_ratio, sheet.reach[0]), sheet.reach[1])
     deviation = np.abs(signal.measured_rad - gain * signal.predicted_rad)[own]
     sd = signal.phase_sd_rad[own]
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * figures.excitation_rad)
@@ -174,13 +174,13 @@ def _held(signal: GratingSignal, own: NDArray[np.bool_]) -> NDArray[np.bool_]:
     return np.array([np.isfinite(sd), deviation <= EXPLAINED_SDS * error])
 
 
-def _broken(signals: Sequence[GratingSignal], times: Array, interval_s: tuple[float, float]) -> Reason | None:
+def _broken(chapter: Chapter, times: Array, interval_s: tuple[float, float]) -> Reason | None:
     """The finding if the seconds around the interval break the law by themselves; otherwise None."""
     middle, half = sum(interval_s) / 2, max(interval_s[1] - interval_s[0], SEGMENT_S) / 2
     around = np.flatnonzero(np.abs(times - middle) <= half)
     if len(around) < WINDOW_FRAMES:
         return None
-    judged = judge_signals([signal.part(around) for signal in signals])
+    judged = judge_signals([signal.part(around) for signal in chapter.signals], chapter.sheet)
     why = next((reason for reason in judged.reasons if reason.level == "fail"), None)
     if why is None:
         return None

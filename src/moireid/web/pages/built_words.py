@@ -17,7 +17,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.designer.design import PITCH_TOLERANCE
 from moireid.fabrication.process import TWIST_DEG
-from moireid.verifier.limits import GAIN_TOLERANCE_SHARE
+from moireid.verifier.limits import ENROLLED_GAINS
 
 SD = 2.0
 
@@ -87,8 +87,7 @@ def measured_words(found: AsBuilt, badge: Badge) -> list[Measured]:
             "Gain",
             gain,
             gain_error,
-            1 - GAIN_TOLERANCE_SHARE,
-            1 + GAIN_TOLERANCE_SHARE,
+            *ENROLLED_GAINS,
             1.0,
             "",
             f"They move {gain:.3f} ± {gain_error:.3f} times as far as the optics say.",
