@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from typing import get_args
 
 import pytest
 
-from moireid.badge import Lens
+from moireid.badge import Lens, badge_from_json
+from moireid.cli.print_cmd import print_command
+from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import trace_law
 from moireid.profiles import lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import PRODUCTS, effective_gap_mm, possible_gains, sheet_lens
+from moireid.web.jobs.orders import LensLabel
 
 OLD = {"40lpi": 1.25, "50lpi": 1.00, "60lpi": 0.84, "75lpi": 0.67}
 
@@ -59,7 +63,7 @@ def test_gains_reach_from_the_thinnest_sheet_to_the_thickest_with_a_gap():
 
 
 def test_a_sheet_of_another_thickness_still_meets_and_focuses():
-    """Catches: cylinders that do not meet; a thick sheet that is left out of focus; a mask taken for a sheet."""
+    """Catches: cylinders that do not meet; a thick sheet that is left out of focus."""
     lens = lens_named("75lpi")
     thin, thick = sheet_of_thickness(lens, 0.457), sheet_of_thickness(lens, 0.8)
     assert thin.thickness_mm == 0.457 and thin.radius_mm >= lens.pitch_mm / 2
@@ -67,5 +71,19 @@ def test_a_sheet_of_another_thickness_still_meets_and_focuses():
     for wrong in (0.0, -1.0, 0.1, math.nan, math.inf):
         with pytest.raises(SpecError):
             sheet_of_thickness(lens, wrong)
-    with pytest.raises(SpecError, match="--gap"):
-        sheet_of_thickness(mask_named("50lpi", 1.5), 1.0)
+
+
+def test_the_programs_offer_every_product():
+    """Catches: a product that the studio refuses or the help forgets."""
+    assert get_args(LensLabel) == tuple(PRODUCTS)
+    assert all(label in str(print_command.help) for label in PRODUCTS)
+
+
+def test_a_badge_is_designed_for_the_sheet_that_was_measured():
+    """Catches: a thickness that is asked for and forgotten, or lost in badge.json; one given for a mask."""
+    wish = Request("Thin", lens="75lpi", lens_thickness_mm=0.457)
+    badge = design_badge(wish, bytes(8))
+    assert badge.lens == sheet_of_thickness(lens_named("75lpi"), 0.457)
+    assert badge_from_json(badge.to_json()).lens == badge.lens
+    with pytest.raises(SpecError, match="gap"):
+        design_badge(Request("Mask", front="mask", lens_thickness_mm=0.457), bytes(8))

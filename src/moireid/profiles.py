@@ -86,10 +86,8 @@ def lens_named(label: str) -> Lens:
 def sheet_of_thickness(lens: Lens, thickness_mm: float) -> Lens:
     """The same lens sheet of another thickness, as a calliper reads it.
 
-    Raises: SpecError for a line mask, or a thickness that is no sheet's.
+    Raises: SpecError for a thickness that is no sheet's.
     """
-    if lens.kind == "mask":
-        raise SpecError("a line mask has a spacer, and no sheet of lenses; give its thickness with --gap")
     return sheet_lens(lens.pitch_mm, thickness_mm, lens.refractive_index)
 
 

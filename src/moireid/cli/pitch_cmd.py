@@ -26,7 +26,7 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
     default="50lpi",
     show_default=True,
     metavar="LABEL|FILE",
-    help="What the sheet is sold as: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile (.json).",
+    help="What the sheet is sold as: a label of print-your-badge, or a lens profile (.json).",
 )
 @click.option(
     "--printer-dpi",

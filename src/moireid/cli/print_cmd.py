@@ -58,7 +58,14 @@ if TYPE_CHECKING:
     default="50lpi",
     show_default=True,
     metavar="LABEL|FILE",
-    help="The lenticular sheet: 40lpi, 50lpi, 60lpi, 75lpi, or a lens profile (.json) of moireid calibrate.",
+    help="The lenticular sheet: a label below, or a lens profile (.json) of moireid calibrate.",
+)
+@click.option(
+    "--lens-thickness",
+    "lens_thickness_mm",
+    type=FiniteRange(0.05, 20),
+    metavar="MM",
+    help="How thick the sheet is by a calliper; default: as its label says.",
 )
 @click.option(
     "--front",
@@ -152,6 +159,7 @@ def print_command(
     key_file: Path | None,
     code: str,
     lens: str,
+    lens_thickness_mm: float | None,
     front: str,
     gap_mm: float | None,
     printer_dpi: int,
@@ -180,6 +188,15 @@ def print_command(
 
     With --people, badges are made for many people: sheets with as many badges as fit, a folder for each person, and a
     summary. With --mount too, one set of mount files serves them all.
+
+    \b
+    Labels for --lens, nominal and as resellers list them; measure yours:
+    40lpi 1.25 mm, 50lpi 1.00 mm   the published prototype's shape, at
+    60lpi 0.84 mm, 75lpi 0.67 mm   four pitches
+    20lpi-2mm     47 degrees       60lpi-1.2mm   26 degrees, for depth
+    30lpi-47mil   49 degrees       62lpi-27mil   44 degrees
+    40lpi-33mil   49 degrees       75lpi-18mil   49 degrees
+    40lpi-2mm     25, for depth    100lpi-14mil  42 degrees
     """
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
@@ -192,6 +209,8 @@ def print_command(
         raise SpecError("give either the NAME of one person, or --people with a CSV file of many")
     if payload is not None and key_file is not None:
         raise SpecError("give --payload or --key, not both")
+    if lens_thickness_mm is not None and front == "mask":
+        raise SpecError("--lens-thickness is of a lens sheet; a mask has a spacer, whose thickness is --gap")
     if gap_mm is not None and front != "mask":
         raise SpecError("--gap is the spacer of a mask; give --front mask with it, or leave it out")
     kind = mount or ("lanyard" if people_csv is None else "none")
@@ -214,6 +233,7 @@ def print_command(
         form,
         front,
         Request.gap_mm if gap_mm is None else gap_mm,
+        lens_thickness_mm,
     )
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
     figures = mount_figures(pairs)

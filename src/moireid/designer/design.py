@@ -25,7 +25,7 @@ from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
 from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import Printer, lens_named, mask_named
+from moireid.profiles import Printer, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
 
 #: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
@@ -128,9 +128,12 @@ def design_badge(request: Request, payload: bytes) -> Badge:
 def _front(request: Request) -> Lens:
     """The front layer that is asked for.  Raises: SpecError for one that is none."""
     if request.front == "lens":
-        return lens_named(request.lens)
+        lens, thickness_mm = lens_named(request.lens), request.lens_thickness_mm
+        return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
     if request.front != "mask":
         raise SpecError(f"front {request.front!r} is not known; choose lens or mask")
+    if request.lens_thickness_mm is not None:
+        raise SpecError("a mask has a spacer, and no sheet of lenses; give its thickness as the gap")
     return mask_named(request.lens, request.gap_mm)
 
 

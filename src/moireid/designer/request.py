@@ -46,6 +46,8 @@ class Request:
         "lens", or "mask" for a line mask of the same pitch on an acrylic spacer.
     gap_mm : float
         Thickness of that spacer, mm.
+    lens_thickness_mm : float, optional
+        Thickness of the lens sheet by a calliper, mm; None for that of its label.
     """
 
     name: str
@@ -59,6 +61,7 @@ class Request:
     form: str = "dots"
     front: str = "lens"
     gap_mm: float = 1.5
+    lens_thickness_mm: float | None = None
 
 
 def clean_name(name: str) -> str:

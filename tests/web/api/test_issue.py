@@ -148,7 +148,7 @@ def test_the_page_refuses_in_the_command_s_own_sentence(
     [
         ({"printer_dpi": "fine"}, "printer resolution 'fine'"),
         ({"printer_dpi": "20"}, "greater than or equal to 72"),
-        ({"lens": "/etc/passwd.json"}, "'40lpi', '50lpi', '60lpi' or '75lpi'"),
+        ({"lens": "/etc/passwd.json"}, "'75lpi-18mil' or '100lpi-14mil'"),
         ({"near_m": "nan"}, "nearest camera 'nan'"),
         ({"mount": "glue"}, "mount 'glue'"),
     ],

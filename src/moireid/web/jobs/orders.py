@@ -24,7 +24,20 @@ from moireid.idcodes import is_name_derived
 from moireid.registry import Record, Registry
 
 #: Labels alone: the library would take the path of a lens profile too, and no visitor names a path.
-LensLabel = Literal["40lpi", "50lpi", "60lpi", "75lpi"]
+LensLabel = Literal[
+    "40lpi",
+    "50lpi",
+    "60lpi",
+    "75lpi",
+    "20lpi-2mm",
+    "30lpi-47mil",
+    "40lpi-33mil",
+    "40lpi-2mm",
+    "60lpi-1.2mm",
+    "62lpi-27mil",
+    "75lpi-18mil",
+    "100lpi-14mil",
+]
 Mount = Literal["lanyard", "clip", "stand", "none"]
 
 
@@ -34,6 +47,9 @@ class Wish(BaseModel):
     model_config = ConfigDict(extra="forbid")
 
     lens: LensLabel = Field("50lpi", description="Lenticular sheet, lenses per inch.")
+    lens_thickness_mm: float | None = Field(
+        None, gt=0, le=20, allow_inf_nan=False, description="Thickness of the sheet by a calliper, mm."
+    )
     printer_dpi: int = Field(1200, ge=72, le=9600, description="Printer's dots per inch.")
     paper: Literal["a4", "letter"] = "a4"
     near_m: float = Field(0.8, gt=0, le=100, allow_inf_nan=False, description="Nearest camera, metres.")
@@ -54,6 +70,7 @@ class Wish(BaseModel):
             (self.width_mm, self.height_mm),
             "spacing",
             self.axes,
+            lens_thickness_mm=self.lens_thickness_mm,
         )
 
 
@@ -160,6 +177,7 @@ def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
 #: The fields' names in messages for people.
 LABELS = {
     "lens": "lens sheet",
+    "lens_thickness_mm": "sheet thickness",
     "printer_dpi": "printer resolution",
     "near_m": "nearest camera",
     "far_m": "farthest camera",
