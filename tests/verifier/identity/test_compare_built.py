@@ -14,7 +14,7 @@ from moireid.bench.identity.clips import Clip, read_clip
 from moireid.errors import SpecError
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.identity.compare_built import _worst_stretch, compare_built
-from moireid.verifier.limits import PAPER_DRIFT_SHARE
+from moireid.verifier.limits import PAPER_GROWTH_SHARE, SHEET_GROWTH_PER_K, WEATHER_K
 
 ONE = AsBuilt("7097c67b0fafc59b", -0.0402, 2e-5, 3.0, 0.04, 0.031, 3e-4, 0.995, 0.01)
 
@@ -48,16 +48,35 @@ def test_each_figure_tells_a_copy_alone(ada):
     assert compare_built(replace(ONE, offset_rad=3.0 - 2 * math.pi + 0.02), ONE, ada).built == "original"
     assert compare_built(replace(ONE, offset_rad=2.0), ONE, ada).built == "copy"
     assert compare_built(replace(ONE, twist_rad_per_mm=0.06), ONE, ada).built == "copy"
-    assert compare_built(replace(ONE, beat_frequency_per_mm=-0.0450), ONE, ada).built == "copy"
+    assert compare_built(replace(ONE, beat_frequency_per_mm=-0.0465), ONE, ada).built == "copy"
     assert compare_built(replace(ONE, offset_rad=3.0 - 0.35), ONE, ada).built == "not_known"
 
 
-def test_paper_that_drifted_is_still_the_original(ada):
+def test_a_badge_that_weather_grew_is_still_the_original(ada):
     """Catches: a limit without room for humidity; and that room given where the beat shows no drift."""
-    drift = 0.8 * PAPER_DRIFT_SHARE / ada.lens.pitch_mm
+    drift = 0.8 * PAPER_GROWTH_SHARE["x"] / ada.lens.pitch_mm
     moved = replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + drift, offset_rad=ONE.offset_rad - 0.6)
     assert compare_built(moved, ONE, ada).built == "original"
     assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "copy"
+
+
+def test_warmth_moisture_and_both_together(ada):
+    """Catches: a warm badge called a copy; warmth and moisture that cancel; room for both given to an original; the
+    growth across the fibre given along it.
+    """
+    axis_y = replace(ada, gratings=tuple(replace(grating, axis="y") for grating in ada.gratings))
+    warmth, pitch = SHEET_GROWTH_PER_K * WEATHER_K, ada.lens.pitch_mm
+
+    def built(share, badge=ada):
+        return compare_built(
+            replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + share / pitch), ONE, badge
+        ).built
+
+    wet, wet_along = PAPER_GROWTH_SHARE["x"], PAPER_GROWTH_SHARE["y"]
+    assert built(warmth) == built(-warmth) == built(wet) == built(-wet) == "original"
+    assert built(0.97 * (warmth + wet)) == "not_known"
+    assert built(1.1 * (warmth + wet)) == "copy"
+    assert built(1.1 * (warmth + wet_along), axis_y) == "copy" != built(1.1 * (warmth + wet_along))
 
 
 def test_a_stretch_whose_sheet_lies_elsewhere_leaves_the_film_open(ada):

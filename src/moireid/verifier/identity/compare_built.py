@@ -1,8 +1,10 @@
 """The badge as built: measured at enrolment, and compared with that at verification.
 
 A copy made from the same files has the same identity, but its sheet lies differently over the lines: another offset,
-another twist, and another beat if it was printed again.  Paper grows and shrinks with humidity.  That changes the beat
-too, so the tolerance of the offset grows with the measured change of the beat.
+another twist, and another beat if it was printed again.  Weather changes the beat too: paper grows with humidity, along
+its fibre less than across, and the sheet with warmth.  A sheet that is held at an edge then slides over the lines, so
+the tolerance of the offset grows with the measured change of the beat.  An original stays within what moisture and
+warmth do independently; a copy must lie beyond both together.
 
 The sheet lies in one place all film long, so the offset must be the same in every stretch.
 """
@@ -29,9 +31,11 @@ from moireid.verifier.limits import (
     MIN_FREQUENCY_SD_PER_MM,
     OFFSET_REPEATS_RAD,
     ORIGINAL_SDS,
-    PAPER_DRIFT_SHARE,
+    PAPER_GROWTH_SHARE,
     ROW_OFFSET_SD_RAD,
+    SHEET_GROWTH_PER_K,
     TWIST_REPEATS_RAD,
+    WEATHER_K,
 )
 from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.motion.steady_course import KnownBuilt
@@ -148,7 +152,7 @@ def compare_built(
 
     Convention: differences are found less enrolled.
     Returns: Comparison; "not_known" lies between the limits of original and copy.
-    Source: module docstring; limits in standard deviations of the repeatability, plus the possible drift of paper.
+    Source: module docstring; limits in standard deviations of the repeatability, plus what weather does.
     """
     index = next(k for k, grating in enumerate(badge.gratings) if grating.code)
     rect, axis = badge.gratings[index].rect_mm, 0 if badge.gratings[index].axis == "x" else 1
@@ -156,20 +160,21 @@ def compare_built(
     lines_per_mm = 1.0 / badge.lens.pitch_mm
     beat = found.beat_frequency_per_mm - enrolled.beat_frequency_per_mm
     beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, MIN_FREQUENCY_SD_PER_MM)
-    beat_limit = PAPER_DRIFT_SHARE * lines_per_mm
-    slide_rad = 2 * math.pi * half_mm * min(abs(beat), beat_limit)
+    paper, sheet = PAPER_GROWTH_SHARE[badge.gratings[index].axis], SHEET_GROWTH_PER_K * WEATHER_K
+    usual, most = math.hypot(paper, sheet) * lines_per_mm, (paper + sheet) * lines_per_mm
+    slide_rad = 2 * math.pi * half_mm * min(abs(beat), most)
     offset = abs(math.remainder(found.offset_rad - enrolled.offset_rad, 2 * math.pi))
     offset_sd = math.hypot(found.offset_sd, enrolled.offset_sd, OFFSET_REPEATS_RAD)
     twist = abs(found.twist_rad_per_mm - enrolled.twist_rad_per_mm)
     twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * TWIST_REPEATS_RAD * lines_per_mm)
     checks = (
-        ("as_built_beat", abs(beat), beat_limit, beat_sd, "cycles/mm", "fringe frequency"),
-        ("as_built_offset", offset, slide_rad, offset_sd, "rad", "position of the sheet"),
-        ("as_built_twist", twist, 0.0, twist_sd, "rad/mm", "rotation of the sheet"),
+        ("as_built_beat", abs(beat), (usual, most), beat_sd, "cycles/mm", "fringe frequency"),
+        ("as_built_offset", offset, (slide_rad, slide_rad), offset_sd, "rad", "position of the sheet"),
+        ("as_built_twist", twist, (0.0, 0.0), twist_sd, "rad/mm", "rotation of the sheet"),
     )
     reasons, levels = [], []
-    for code, difference, room, sd, unit, words in checks:
-        limit, far = room + ORIGINAL_SDS * sd, room + COPY_SDS * sd
+    for code, difference, (room, widest), sd, unit, words in checks:
+        limit, far = room + ORIGINAL_SDS * sd, widest + COPY_SDS * sd
         level: Built = "original" if difference <= limit else "copy" if difference > far else "not_known"
         levels.append(level)
         text = f"The {words} differs from enrolment by {difference:.4g} {unit}; known errors explain {limit:.4g}."
