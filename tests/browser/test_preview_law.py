@@ -22,6 +22,7 @@ from kit.programs import needs
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
 from moireid.lenticule import view_response
+from moireid.simulate.scene import Scene
 from moireid.simulate.truth import shown_phase_rad
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.tracking.profiles import ProfileReader
@@ -148,7 +149,7 @@ def test_the_middle_moves_as_the_simulator_s_truth(page: Page, badge: Badge) -> 
     truth = []
     for camera in CAMERAS:
         eye = camera_mm(badge, *camera) - np.array([(x0 + x1) / 2, (y0 + y1) / 2, 0])
-        truth.append(shown_phase_rad(badge, grating, eye, eye, np.zeros(2)))
+        truth.append(shown_phase_rad(Scene(badge), grating, eye, eye, np.zeros(2)))
     assert np.abs((found - found[0]) - (np.array(truth) - truth[0])).max() < TOLERANCE_RAD
     assert np.ptp(truth) > 3
 

@@ -73,6 +73,7 @@ CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
 MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle", "board", "both", "alike")
 LIGHT_NAMES = ("even", "softbox", "window", "lamp", "sun")
+SHEETS = ("thin", "gap", "bowed", "warm", "jittered")
 PARTS = ("background", "page", "shutter", "glare")
 
 
@@ -148,6 +149,7 @@ class EffectName(click.ParamType[str]):
     metavar="KIND",
     help="Forge the film in one thing; the kinds stand above.",
 )
+@click.option("--sheet", type=click.Choice(SHEETS), help="A lens sheet that is not as designed; the kinds stand above.")
 @click.option(
     "--camera",
     type=click.Choice((*CAMERAS, *EFFECT_CAMERAS)),
@@ -220,6 +222,14 @@ def simulate_command(
     splice, wobble       they move as in another film, or tremble as well
     patchy, generative   they differ from place to place, or are made up
     photo, screen        the badge is a printed photo, or a film on a screen
+
+    \b
+    Kinds of --sheet, as shops sell them and weather and hands leave them:
+    thin      0.68 times as thick, as 75lpi at 0.457 in place of 0.67 mm
+    gap       0.1 mm of air between sheet and page
+    bowed     sheet and page bent to a radius of 1.5 m
+    warm      20 K warmer: the sheet is wider by 0.14 %
+    jittered  each lens wider or narrower by 0.5 %, by itself
 
     \b
     Kinds of --effect, each light, ordinary or strong:
@@ -308,6 +318,7 @@ def wish_of(
     backend: str,
     error_rad: float | None,
     forge: str | None,
+    sheet: str | None,
     camera: str,
     mirror: bool,
     blur: float | None,
@@ -331,6 +342,7 @@ def wish_of(
         backend=backend,
         error_rad=error_rad,
         forge=forge,
+        sheet=sheet,
         camera=camera,
         mirror=mirror,
         blur_px=blur,

@@ -176,7 +176,7 @@ def film(
     planned([video, truth_path(video)], overwrite=overwrite)
     poses = motion(np.arange(timing.count) / timing.fps)
     places = poses.camera_mm
-    if places[:, 2].max() > -2 * scene.badge.lens.thickness_mm:
+    if places[:, 2].max() > -2 * scene.lens.thickness_mm:
         # Behind the badge the truth's phase and parallax would be those of a camera before it, and on it nan.
         raise SpecError("the camera touches the badge or comes behind it; give a greater distance or another motion")
     shown = (
@@ -200,7 +200,7 @@ def film(
             FilmWriter(video_file, video.name, behind.size, fps, way) as writer,
             Aside() as aside,
         ):
-            truth = Truth(stream, scene.badge, label)
+            truth = Truth(stream, scene, label)
             for row, frame in enumerate(kept.tolist()):
                 picture, number, shot = shots.mixed(timing.parts[frame])
                 stages.begin()
@@ -228,6 +228,9 @@ def _check_backend(scene: Scene, backend: str, forge: str | None) -> None:
         raise SpecError("the mitsuba backend covers no part of the board; use the analytic one")
     if forge is not None:
         raise SpecError(f"the mitsuba backend films true badges alone, not {forge}; use the analytic one")
+    build = scene.build
+    if build.air_gap_mm or build.pitch_jitter or math.isfinite(build.bow_radius_m):
+        raise SpecError("the mitsuba backend builds no air gap, bow or jitter of a sheet; use the analytic one")
     if any(scene.camera.distortion) or scene.camera.principal_px is not None:
         raise SpecError("the mitsuba backend knows no lens distortion; choose another camera, or the analytic backend")
 

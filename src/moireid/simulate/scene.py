@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, Lens, Rect
+from moireid.sheets import sheet_lens
 from moireid.simulate.cameras import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
@@ -32,12 +33,24 @@ class Build:
         Printed over nominal size, about the board's centre.
     lens_scale : float
         Real over nominal pitch of the sheet, about the board's centre.
+    thickness_ratio : float
+        Real over nominal thickness of the sheet; the lenses focus on its back again, as far as their pitch lets them.
+    air_gap_mm : float
+        Air between sheet and page, mm.
+    bow_radius_m : float
+        Radius to which sheet and page are bent together along x, m; the edges lie farther from the camera.
+    pitch_jitter : float
+        Standard deviation of each lens's width, as a share of the pitch; widths are independent.
     """
 
     lens_offset_mm: float = 0.0
     twist_rad: float = 0.0
     print_scale: float = 1.0
     lens_scale: float = 1.0
+    thickness_ratio: float = 1.0
+    air_gap_mm: float = 0.0
+    bow_radius_m: float = math.inf
+    pitch_jitter: float = 0.0
 
     @staticmethod
     def typical(seed: int) -> Build:
@@ -150,13 +163,29 @@ class Scene:
     need: Need = field(default_factory=Need)
 
     @property
+    def lens(self) -> Lens:
+        """The lens sheet of its thickness as built, at its nominal pitch."""
+        nominal, ratio = self.badge.lens, self.build.thickness_ratio
+        if ratio == 1.0:
+            return nominal
+        thickness_mm = ratio * nominal.thickness_mm
+        if nominal.kind == "mask":
+            return replace(nominal, thickness_mm=thickness_mm)
+        return sheet_lens(nominal.pitch_mm, thickness_mm, nominal.refractive_index)
+
+    @property
+    def height_mm(self) -> float:
+        """From the page to the tops of the lenses."""
+        return self.lens.thickness_mm + self.build.air_gap_mm
+
+    @property
     def seen_mm(self) -> Array:
         """Rectangles that a picture must show (N, 5): x0, y0, x1, y1 and depth, board mm as built."""
         (cx, cy), (x, y) = self.board_centre_mm, np.array(self.board_half_mm) * self.build.print_scale
         if self.need.page:
             return np.array([[-x, -y, x, y, 0.0]])
         rects = np.array([grating.rect_mm for grating in self.badge.gratings]) - (cx, cy, cx, cy)
-        return np.column_stack([rects, np.full(len(rects), -self.badge.lens.thickness_mm)])
+        return np.column_stack([rects, np.full(len(rects), -self.height_mm)])
 
     @property
     def board_half_mm(self) -> tuple[float, float]:

@@ -10,6 +10,9 @@ phase_rad: of the fringes as shown, forged or not, at the board's centre.  Where
 label: "genuine", or "forged:KIND".
 shown_x, shown_y: parallax coordinates from which the fringes at the board's centre are shown; the true ones if genuine.
 phase_other_rad: as phase_rad, for the first grating of the other axis; nan where the badge has none.
+sheet_gain: how far the traced sheet moves fringes near the axis, over the badge's own; then what makes it so and what
+    else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale and
+    pitch_jitter, as in `scene.Build`.
 """
 
 from __future__ import annotations
@@ -21,9 +24,11 @@ from typing import TextIO
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge, Grating
+from moireid.badge import Grating
 from moireid.lenticule import MAX_TANGENT, view_law
+from moireid.sheets import effective_gap_mm
 from moireid.simulate.motion import Poses
+from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
 TRUTH_COLUMNS = (
@@ -48,33 +53,48 @@ TRUTH_COLUMNS = (
     "shown_x",
     "shown_y",
     "phase_other_rad",
+    "sheet_gain",
+    "sheet_thickness_mm",
+    "air_gap_mm",
+    "bow_per_m",
+    "lens_scale",
+    "pitch_jitter",
 )
 
 
-def shown_phase_rad(badge: Badge, grating: Grating, shown_mm: Array, sight_mm: Array, field: Array) -> float:
+def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: Array, field: Array) -> float:
     """Phase of a grating's fringes at the board's centre, as it is measured in a film rectified to the page's plane.
 
     Parameters: shown_mm, sight_mm (3,): as in `shown.Shown`; field (2,): parallax added at the centre.
-    Convention: phase by `lenticule.ViewLaw` for the grating's pitch, the badge as designed; nan beyond its table.
+    Convention: phase by `lenticule.ViewLaw` for the grating's pitch, with print and sheet of their nominal scale; nan
+        beyond its table.  A gap below the sheet adds what it does near the axis.
     Source: the line of sight to the page's centre crosses the lenses at -g t; the lenses show there what is seen from
         the shown place.  Where both places are equal, this is the law for the page's plane.
     """
-    lens, pitch = badge.lens, grating.pitch_mm
+    lens, pitch = scene.lens, grating.pitch_mm
     axis = 0 if grating.axis == "x" else 1
-    crossing = lens.thickness_mm * sight_mm[:2] / abs(sight_mm[2])
-    tangents = (crossing - shown_mm[:2]) / (abs(shown_mm[2]) - lens.thickness_mm) - field
+    crossing = scene.height_mm * sight_mm[:2] / abs(sight_mm[2])
+    tangents = (crossing - shown_mm[:2]) / (abs(shown_mm[2]) - scene.height_mm) - field
     if np.abs(tangents).max() > MAX_TANGENT:
         return math.nan
     lines = 1 / pitch - 1 / lens.pitch_mm
     view = float(view_law(lens, pitch).phase_rad(tangents[axis], tangents[1 - axis]))
+    if scene.build.air_gap_mm:
+        bare, apart = (effective_gap_mm(lens, pitch, air) for air in (0.0, scene.build.air_gap_mm))
+        view += 2 * math.pi * (apart - bare) * float(tangents[axis]) / pitch
     return view + 2 * math.pi * lines * float(crossing[axis])
 
 
 class Truth:
     """Writes the rows of a film's truth as its frames are made."""
 
-    def __init__(self, stream: TextIO, badge: Badge, label: str) -> None:
-        self._badge, self._label = badge, label
+    def __init__(self, stream: TextIO, scene: Scene, label: str) -> None:
+        badge, self._scene, self._label = scene.badge, scene, label
+        pitch_mm = badge.gratings[0].pitch_mm
+        moved = effective_gap_mm(scene.lens, pitch_mm, scene.build.air_gap_mm)
+        build, gain = scene.build, moved / effective_gap_mm(badge.lens, pitch_mm)
+        figures = gain, scene.lens.thickness_mm, build.air_gap_mm, 1 / build.bow_radius_m, build.lens_scale
+        self._sheet = [f"{value:.6f}" for value in (*figures, build.pitch_jitter)]
         self._gratings = [badge.gratings[0], *[g for g in badge.gratings if g.axis != badge.gratings[0].axis][:1]]
         self._writer = csv.writer(stream, lineterminator="\n")
         self._writer.writerow(TRUTH_COLUMNS)
@@ -84,7 +104,7 @@ class Truth:
         camera = pose.camera_mm[0]
         centre = np.zeros(2) if field is None else field[field.shape[0] // 2, field.shape[1] // 2]
         parallax, shown = camera[:2] / abs(camera[2]), shown_mm[:2] / abs(shown_mm[2]) + centre
-        phases = [shown_phase_rad(self._badge, g, shown_mm, sight_mm, centre) for g in self._gratings] + [math.nan]
+        phases = [shown_phase_rad(self._scene, g, shown_mm, sight_mm, centre) for g in self._gratings] + [math.nan]
         figures = [*camera, *pose.rotation[0].ravel(), *parallax, phases[0]]
         after = [*shown, phases[1]]
         self._writer.writerow(
@@ -94,5 +114,6 @@ class Truth:
                 *(f"{value:.6f}" for value in figures),
                 self._label,
                 *(f"{value:.6f}" for value in after),
+                *self._sheet,
             ]
         )

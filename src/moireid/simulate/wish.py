@@ -13,6 +13,7 @@ from moireid.simulate.effects.table import effect_named
 from moireid.simulate.filming import FilmReport, film
 from moireid.simulate.light import light_named
 from moireid.simulate.motion import motion_named
+from moireid.simulate.named_sheets import sheet_named
 from moireid.simulate.scene import Build, Need, Scene
 
 
@@ -32,6 +33,7 @@ class Wish:
     backend: str = "analytic"
     error_rad: float | None = None
     forge: str | None = None
+    sheet: str | None = None
     camera: str = "phone"
     format: str | None = None
     mirror: bool = False
@@ -54,9 +56,10 @@ def scene_of(badge: Badge, wish: Wish) -> Scene:
     """What is filmed: a typical build of the badge before the camera.  Raises: SpecError where a name is not known."""
     name = "phone" if wish.camera in EFFECT_CAMERAS else wish.camera
     camera = camera_named(name, mirror=wish.mirror, focus_blur_px=wish.blur_px)
+    build = Build.typical(wish.seed)
     return Scene(
         badge,
-        Build.typical(wish.seed),
+        build if wish.sheet is None else sheet_named(wish.sheet, build),
         format_named(wish.format).of(camera) if wish.format else camera,
         light=light_named(wish.light) if wish.light else None,
         need=Need(**dict.fromkeys(wish.leave_out, False)),

@@ -16,7 +16,9 @@ import pytest
 from moireid import optics
 from moireid.badge import Badge, Cell, Grating, load_badge
 from moireid.lenticule import view_law
-from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered
+from moireid.sheets import effective_gap_mm
+from moireid.simulate.analytic import renderer
+from moireid.simulate.analytic.renderer import AnalyticRenderer, Rendered, _wandering
 from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Build, Camera, Instant, Scene
 
@@ -52,7 +54,7 @@ class View:
 def view(badge: Badge, camera_mm, build: Build | None = None, rays=FINE, shown_mm=None) -> View:
     """The inner grating of a frame taken from straight in front, 3 mm clear of its border."""
     shot = render(badge, instant(camera_mm, shown_mm=shown_mm), build, rays)
-    depth = -camera_mm[2] - badge.lens.thickness_mm
+    depth = -camera_mm[2] - Scene(badge, build or Build()).height_mm
     columns = shot.left + np.arange(shot.radiance.shape[1])
     rows = shot.top + np.arange(shot.radiance.shape[0])
     x = (columns - (CAMERA.width - 1) / 2) / CAMERA.focal_px * depth + camera_mm[0]
@@ -187,6 +189,65 @@ def test_a_twisted_sheet_tilts_the_fringes(prototype, degrees):
     seen = view(prototype, camera, Build(twist_rad=twist))
     tilt = steepness(seen, law_phase(prototype, seen, camera), axis=0)
     assert tilt == pytest.approx(-2 * math.pi * twist / prototype.lens.pitch_mm, rel=0.02)
+
+
+def test_a_thin_sheet_moves_fringes_by_its_own_law(prototype):
+    """Catches: a thickness that stays the design's, or lenses that do not come nearer to the page with it."""
+    camera, build = (250.0, 0.0, -1001.0), Build(thickness_ratio=0.75)
+    thin = replace(prototype, lens=Scene(prototype, build).lens)
+    seen = view(prototype, camera, build)
+    assert thin.lens.thickness_mm == pytest.approx(0.75 * prototype.lens.thickness_mm)
+    assert abs(left_over(seen, law_phase(thin, seen, camera))) < 0.02
+    assert abs(left_over(seen, law_phase(prototype, seen, camera))) > 0.3
+
+
+def test_a_gap_moves_fringes_as_traced(prototype):
+    """Catches: lenses that the gap does not lift; a gap thought of glass, which would add two thirds of it."""
+    camera, gap, pitch = (150.0, 0.0, -1001.0), 0.05, prototype.gratings[0].cells[0].pitch_mm
+    seen = view(prototype, camera, Build(air_gap_mm=gap))
+    raised = (camera[0], camera[1], camera[2] + gap)
+    tan_x = (seen.x_mm - camera[0]) / (1000.0 - gap)
+    traced = [effective_gap_mm(prototype.lens, pitch, air) for air in (0.0, gap)]
+    more = 2 * math.pi * (traced[1] - traced[0]) * tan_x / pitch
+    assert abs(left_over(seen, law_phase(prototype, seen, raised) + more)) < 0.01
+    assert abs(left_over(seen, law_phase(prototype, seen, raised))) > 0.08
+
+
+def test_a_bow_turns_the_lenses_at_the_edges_outwards(prototype):
+    """Catches: the bow's sense; a page that bends and a sheet that does not.  g_eff / p_r turns for each x / R."""
+    camera, radius_m = (0.0, 0.0, -1001.0), 1.5
+    seen = view(prototype, camera, Build(bow_radius_m=radius_m))
+    pitch = prototype.gratings[0].cells[0].pitch_mm
+    gap_mm = view_law(prototype.lens, pitch).effective_gap_mm(pitch)
+    more = 2 * math.pi * gap_mm / pitch / (1000 * radius_m)
+    assert steepness(seen, law_phase(prototype, seen, camera), axis=1) == pytest.approx(more, rel=0.06)
+
+
+def test_the_widths_of_jittered_lenses_are_independent(prototype):
+    """Catches: places that jitter in place of widths; a walk that begins at the border."""
+    walk = _wandering(Scene(prototype, Build(pitch_jitter=0.01)))
+    widths = np.diff(walk) / prototype.lens.pitch_mm
+    assert widths.std() == pytest.approx(0.01, rel=0.15)
+    assert abs(np.corrcoef(widths[1:], widths[:-1])[0, 1]) < 0.15
+    assert walk[len(walk) // 2] == 0
+    assert not _wandering(Scene(prototype)).any()
+
+
+def test_each_lens_shows_its_own_place(prototype, monkeypatch):
+    """Catches: a jitter of the page; one whose sense is turned round; lenses that all move alike."""
+    camera = (0.0, 0.0, -1001.0)
+    stretched = 0.05 * np.linspace(-1, 1, 577)
+    plain = view(prototype, camera)
+    monkeypatch.setattr(renderer, "_wandering", lambda _: stretched)
+    seen = view(prototype, camera, Build(pitch_jitter=0.01))
+    half = len(seen.x_mm) // 2
+    for part in (slice(None, half), slice(-half, None)):
+        lenses = np.round(seen.x_mm[part] / prototype.lens.pitch_mm).astype(int) + len(stretched) // 2
+        aside = float(np.average(stretched[lenses], weights=np.hanning(half)))
+        own, even = (View(one.brightness[:, part], one.x_mm[part], one.y_mm) for one in (seen, plain))
+        law = law_phase(prototype, own, camera)
+        turned = left_over(own, law) - left_over(even, law)
+        assert turned == pytest.approx(2 * math.pi * aside / prototype.lens.pitch_mm, abs=0.015)
 
 
 def test_a_forged_place_moves_the_fringes_and_nothing_else(prototype):

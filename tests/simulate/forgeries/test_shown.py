@@ -89,7 +89,9 @@ def test_the_truth_s_phase_moves_as_the_picture_s(prototype, kind):
         field = shown.field(frame)
         centre = np.zeros(2) if field is None else field[field.shape[0] // 2, field.shape[1] // 2]
         told.append(
-            shown_phase_rad(prototype, prototype.gratings[0], shown.camera_mm[frame], shown.sight_mm[frame], centre)
+            shown_phase_rad(
+                Scene(prototype), prototype.gratings[0], shown.camera_mm[frame], shown.sight_mm[frame], centre
+            )
         )
     off = np.array([math.remainder(m - t, 2 * math.pi) for m, t in zip(measured, told, strict=True)])
     off = np.array([math.remainder(value - off[0], 2 * math.pi) for value in off])
@@ -265,7 +267,7 @@ def test_the_truth_says_nothing_where_the_law_is_not_traced(prototype):
     """Catches: the edge of the law's table told as the truth, with which a verifier of the same table agrees."""
     grating, centre = prototype.gratings[0], np.zeros(2)
     phases = [
-        shown_phase_rad(prototype, grating, place, place, centre)
+        shown_phase_rad(Scene(prototype), grating, place, place, centre)
         for place in (np.array([1000.0 * u, 0.0, -1000.0]) for u in (1.5, 1.8, 2.2))
     ]
     # The law still climbs by about 4 rad for each unit of the tangent there.

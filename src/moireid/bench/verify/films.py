@@ -103,7 +103,7 @@ def truth_of(badge: Badge, video: Path) -> Truth:
     with truth_path(video).open(encoding="utf-8", newline="") as stream:
         rows = list(csv.DictReader(stream))
     camera = np.array([[float(row[f"camera_{axis}_mm"]) for axis in "xyz"] for row in rows])
-    law = [shown_phase_rad(badge, badge.gratings[0], place, place, np.zeros(2)) for place in camera]
+    law = [shown_phase_rad(Scene(badge), badge.gratings[0], place, place, np.zeros(2)) for place in camera]
     times, shown = (np.array([float(row[name]) for row in rows]) for name in ("time_s", "phase_rad"))
     return Truth(times, shown, np.array(law))
 

@@ -112,13 +112,13 @@ def _places(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) -> t
     centre = instant.first.camera_mm[0] * (1 - share[..., None]) + instant.last.camera_mm[0] * share[..., None]
     sight = np.stack([columns, rows, np.ones_like(rows)], axis=-1) @ np.linalg.inv(camera.matrix).T
     way = np.einsum("...ji,...j->...i", turn, sight)
-    fall = (-scene.badge.lens.thickness_mm - centre[..., 2]) / way[..., 2]
+    fall = (-scene.height_mm - centre[..., 2]) / way[..., 2]
     return centre[..., 0] + fall * way[..., 0], centre[..., 1] + fall * way[..., 1]
 
 
 def _carrier(scene: Scene, cell: Cell, across: Array, eye_mm: Array) -> Array:
     """Phase of the fringes of a cell's lines at places of the lens plane, seen from (across, depth)."""
-    lens, build = scene.badge.lens, scene.build
+    lens, build = scene.lens, scene.build
     depth = -eye_mm[1] - lens.thickness_mm
     return optics.fringe_phase_rad(
         across,

@@ -84,6 +84,7 @@ class AnalyticRenderer:
             lamps,
             lights,
             NO_FIELD,
+            _wandering(scene),
         )
 
     def render(self, instant: Instant, *, crop: tuple[int, int, int, int] | None = None) -> Rendered | None:
@@ -130,7 +131,9 @@ class AnalyticRenderer:
 
     def _spread(self, instant: Instant) -> float:
         """The most that a lens's rays land away from its middle ray, mm; infinite where all pixels need `trace`."""
-        if self.precision == "float64" or self.scene.light is not None:
+        build = self.scene.build
+        careful = build.air_gap_mm > 0 or build.pitch_jitter > 0 or math.isfinite(build.bow_radius_m)
+        if self.precision == "float64" or self.scene.light is not None or careful:
             return math.inf
         # Nine rays through the lens, along the tangents of the board's corners, and half as much again.
         sheet, place = self._sheet, instant.shown_from_mm
@@ -179,7 +182,7 @@ def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
     lamps, tables = np.zeros((len(gratings), 10)), [np.zeros((3, 1)) for _ in gratings]
     if scene.light is None:
         return lamps, np.stack(tables)
-    build, lens = scene.build, scene.badge.lens
+    build, lens = scene.build, scene.lens
     as_built = replace(lens, pitch_mm=lens.pitch_mm * build.lens_scale)
     for k, (x0, y0, x1, y1, axis) in enumerate(gratings):
         name, twist, reach = ("x", build.twist_rad, (x0, x1)) if axis == 0 else ("y", -build.twist_rad, (y0, y1))
@@ -209,9 +212,23 @@ def _rank(turns: NDArray[Any]) -> NDArray[np.int64]:
     return np.argsort(np.argsort(turns % 1.0))
 
 
+def _wandering(scene: Scene) -> Array:
+    """How far each lens lies from its even place, mm; the middle one at the board's centre, one entry where none does.
+
+    Source: independent widths add up to a random walk, here about the board's centre.
+    """
+    share = scene.build.pitch_jitter
+    if share == 0:
+        return np.zeros(1)
+    half = math.ceil(2 * max(scene.board_half_mm) / scene.lens.pitch_mm)
+    rng = np.random.default_rng(np.random.SeedSequence([0x4A17, 2 * half + 1]))
+    walk = share * scene.lens.pitch_mm * np.cumsum(rng.standard_normal(2 * half + 1))
+    return np.asarray(walk - walk[half])
+
+
 def _sheet(scene: Scene) -> Sheet:
     """The lens sheet as built."""
-    lens, build = scene.badge.lens, scene.build
+    lens, build = scene.lens, scene.build
     pitch, radius = lens.pitch_mm * build.lens_scale, lens.radius_mm or 0.0
     if radius and pitch > 2 * radius:
         raise SpecError(f"lens_scale={build.lens_scale:g} spreads the lenses beyond their diameter; give less")
@@ -219,6 +236,9 @@ def _sheet(scene: Scene) -> Sheet:
     return Sheet(
         pitch,
         lens.thickness_mm,
+        scene.height_mm,
+        build.air_gap_mm,
+        1e-3 / build.bow_radius_m,
         lens.refractive_index,
         radius,
         build.lens_offset_mm,

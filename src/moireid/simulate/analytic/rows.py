@@ -166,12 +166,14 @@ def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: Sheet, cells: 
     x, y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
     half_x, half_y = _half_footprint(centre, turning)
     scale = sheet.print_scale
+    if sheet.curvature != 0.0:
+        return BORDER
     if abs(x) + half_x > board.half_x * scale or abs(y) + half_y > board.half_y * scale:
         return BORDER
     hidden = board.hidden
     if x + half_x >= hidden[0] and x - half_x < hidden[2] and y + half_y >= hidden[1] and y - half_y < hidden[3]:
         return BORDER
-    x, y = x - sheet.gap * tx, y - sheet.gap * ty
+    x, y = x - sheet.height * tx, y - sheet.height * ty
     for k in range(cells.gratings.shape[0]):
         x0, y0, x1, y1 = cells.gratings[k, 0], cells.gratings[k, 1], cells.gratings[k, 2], cells.gratings[k, 3]
         if x - half_x > x0 and x + half_x < x1 and y - half_y > y0 and y + half_y < y1:
@@ -204,7 +206,7 @@ def _grating_pixel(
     board: Board,
 ) -> int:  # pragma: no cover
     """Number of a grating pixel's rays that see ink by `quick`, -1 for a pixel that needs `trace`."""
-    fall = -(centre[2] + sheet.gap)
+    fall = -(centre[2] + sheet.height)
     x, y = centre[0] + fall * tx, centre[1] + fall * ty
     steps = (fall * turning[0], fall * turning[1], fall * turning[2], fall * turning[3])
     depth = fall - shown[2]

@@ -27,12 +27,17 @@ TRIES = 8
 class Sheet(NamedTuple):
     """The lens sheet as built, mm; radius is 0 for a line mask.
 
+    gap: thickness of the sheet; height: from the page to the lenses' tops; air: between sheet and page; curvature: of
+    sheet and page along x, 1/mm, positive where the edges lie farther from the camera;
     sag: how much deeper the valleys between lenses lie than their tops; steepest: tangent across the lenses up to which
     `quick` finds the first lens that a ray meets.
     """
 
     pitch: float
     gap: float
+    height: float
+    air: float
+    curvature: float
     refraction: float
     radius: float
     offset: float
@@ -47,7 +52,8 @@ class Sheet(NamedTuple):
 class Board(NamedTuple):
     """The rest of what a ray may meet: half sizes, covered part (x0, y0, x1, y1), radiances, and the picture
     of the markers, with the value of its even blocks (`page`); lens, lamps, lights: as `light_kernels.lit` wants them;
-    field: parallax added to parts of a forged badge, of one entry where there is none."""
+    field: parallax added to parts of a forged badge, of one entry where there is none; places: how far each lens lies
+    from its even place, of one entry where none does."""
 
     half_x: float
     half_y: float
@@ -62,6 +68,7 @@ class Board(NamedTuple):
     lamps: Any
     lights: Any
     field: Any
+    places: Any
 
 
 @njit(error_model="numpy")
@@ -74,7 +81,8 @@ def land(x: float, y: float, tx: float, ty: float, sheet: Sheet) -> tuple[float,
         if abs(x / pitch - math.floor(x / pitch + 0.5)) > sheet.open_fraction / 2:
             return 0.0, 0.0, False
         depth_cosine = math.sqrt(n * n * length2 - tx * tx - ty * ty)
-        return x + g * tx / depth_cosine, y + g * ty / depth_cosine, True
+        inside = g / depth_cosine + sheet.air
+        return x + inside * tx, y + inside * ty, True
     axis = math.floor(x / pitch + 0.5) * pitch
     way = 1.0 if tx >= 0 else -1.0
     a = 1.0 + tx * tx
@@ -94,7 +102,16 @@ def land(x: float, y: float, tx: float, ty: float, sheet: Sheet) -> tuple[float,
                 vx = tx / length / n + bend * nx
                 vy = ty / length / n
                 vz = 1.0 / length / n + bend * nz
-                return axis + hit + vx / vz * (g - depth), y + ty * depth + vy / vz * (g - depth), True
+                landed = axis + hit + vx / vz * (g - depth)
+                beside = y + ty * depth + vy / vz * (g - depth)
+                if sheet.air > 0.0:
+                    # The flat back bends the ray out again, or keeps it.
+                    leaving2 = 1.0 - n * n * (vx * vx + vy * vy)
+                    if leaving2 <= 0.0:
+                        return 0.0, 0.0, False
+                    run = sheet.air * n / math.sqrt(leaving2)
+                    landed, beside = landed + vx * run, beside + vy * run
+                return landed, beside, True
         axis += way * pitch
     return 0.0, 0.0, False
 
@@ -124,18 +141,27 @@ def careful_ray(
     In a forged film the fringes are those of a camera moved by `shown`; in a true film `shown` is zero.
     """
     page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
+    sunk, slope = 0.0, 0.0
+    if sheet.curvature != 0.0:
+        # The bow is shallow, so the place where the sight line meets it is found in a few steps.
+        for _ in range(4):
+            sunk = 0.5 * sheet.curvature * page_x * page_x
+            page_x = centre[0] + (sunk - centre[2]) * tx
+        page_y = centre[1] + (sunk - centre[2]) * ty
+        slope = sheet.curvature * page_x
     scale = sheet.print_scale
     if abs(page_x) > board.half_x * scale or abs(page_y) > board.half_y * scale:
         return -1.0
     hidden = board.hidden
     if hidden[0] <= page_x < hidden[2] and hidden[1] <= page_y < hidden[3]:
         return HIDDEN_RADIANCE
-    lens_x, lens_y = page_x - sheet.gap * tx, page_y - sheet.gap * ty
+    lens_x, lens_y = page_x - sheet.height * (tx + slope) / (1.0 - tx * slope), page_y - sheet.height * ty
     for k in range(cells.gratings.shape[0]):
         rect = cells.gratings[k]
         if rect[0] <= lens_x <= rect[2] and rect[1] <= lens_y <= rect[3]:
-            depth = -(centre[2] + shown[2]) - sheet.gap
-            fx, fy = (lens_x - centre[0] - shown[0]) / depth, (lens_y - centre[1] - shown[1]) / depth
+            depth = sunk - (centre[2] + shown[2]) - sheet.height
+            fx = (page_x - sheet.height * tx - centre[0] - shown[0]) / depth
+            fx, fy = (fx + slope) / (1.0 - fx * slope), (lens_y - centre[1] - shown[1]) / depth
             if board.field.size > 2:
                 i, j = field_part(page_x, page_y, scale, board)
                 fx -= board.field[i, j, 0]
@@ -165,10 +191,14 @@ def _lines_seen(
     cosine = sheet.cos_twist
     x, y = across * cosine + along * sine - sheet.offset, along * cosine - across * sine
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
-    landed, ly, through = land(x, y, tan_x, tan_y, sheet)
+    aside = 0.0
+    if board.places.size > 1:
+        number = math.floor(x / sheet.pitch + 0.5) + board.places.size // 2
+        aside = board.places[min(max(number, 0), board.places.size - 1)]
+    landed, ly, through = land(x - aside, y, tan_x, tan_y, sheet)
     if not through:
         return board.ink
-    lx = landed + sheet.offset
+    lx = landed + aside + sheet.offset
     page_across = (lx * cosine - ly * sine) / sheet.print_scale
     page_along = (ly * cosine + lx * sine) / sheet.print_scale
     cell = cell_at(grating, page_across, page_along, cells)

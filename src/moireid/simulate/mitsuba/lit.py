@@ -37,7 +37,7 @@ def lit_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     return {
         "ink": reflecting(mi, scene.ink),
         "paper": reflecting(mi, scene.paper),
-        "glass": clear(mi, scene.badge.lens.refractive_index, (0.0, 1.0, 0.0)),
+        "glass": clear(mi, scene.lens.refractive_index, (0.0, 1.0, 0.0)),
         "bars": shining(mi, scene.ink, 0.0),
         "walls": shining(mi, scene.paper, 0.0),
     }

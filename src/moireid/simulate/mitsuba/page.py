@@ -48,7 +48,7 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
             across, along = strips[:, list(ACROSS)], strips[:, [2 + k for k in ALONG]]
             largest = np.maximum(np.abs(across), np.abs(along))
             placed[name] = Strips(
-                across, along, page_depth_mm(scene.badge.lens, scene.build, largest, flat_faces=int(scene.need.bounces))
+                across, along, page_depth_mm(scene.lens, scene.build, largest, flat_faces=int(scene.need.bounces))
             )
     return placed
 
@@ -109,5 +109,5 @@ def wall_strips(scene: Scene, room: Room) -> Strips:
     )
     # Down at one corner and up at the next: in this order each side's face looks outwards.
     corners = np.array([[tops[k], feet[k], feet[(k + 1) % 4], tops[(k + 1) % 4]] for k in range(4)])
-    g = scene.badge.lens.thickness_mm
+    g = scene.lens.thickness_mm
     return Strips(corners[..., 0], corners[..., 1], np.broadcast_to(np.array([-g, 0.0, 0.0, -g]), (4, 4)))

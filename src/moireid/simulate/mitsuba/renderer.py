@@ -83,7 +83,7 @@ class MitsubaRenderer:
                 for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
             if scene.light is not None:
-                described |= lamps(mi, scene.badge.lens, scene.light)
+                described |= lamps(mi, scene.lens, scene.light)
             self._world = mi.load_dict(described)
             # Rays pass one refraction and end at what shines there; the page shines by itself, so no lamp is sampled.
             own_light = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
@@ -139,7 +139,7 @@ class MitsubaRenderer:
 def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
     """Surfaces of a page that shines by itself, so that no lamp and no bounce adds noise."""
     # Leaving the glass divides radiance by n squared, and a part is reflected; straight on, this corrects for both.
-    n = scene.badge.lens.refractive_index
+    n = scene.lens.refractive_index
     lamp = n**2 / (1.0 - ((n - 1.0) / (n + 1.0)) ** 2)
     return {
         "ink": shining(mi, lamp * scene.ink, lamp),
@@ -154,7 +154,7 @@ def _grating_meshes(
     mi: Any, scene: Scene, grating: Grating, segments: int, surfaces: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """The page's lines under one grating, the sheet over it, and its sides; each part has a surface of its own."""
-    lens, room = scene.badge.lens, sheet_room(scene, grating)
+    lens, room = scene.lens, sheet_room(scene, grating)
     build = turned_for(scene.build, grating.axis)
     parts = {name: (strips, name) for name, strips in page_strips(scene, grating).items()}
     if lens.kind == "lenticular":
