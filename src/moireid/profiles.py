@@ -134,7 +134,7 @@ def load_lens_profile(path: Path) -> LensProfile:
     name, found = document.get("name"), document.get("from", {})
     if not isinstance(name, str) or not isinstance(found, dict):
         raise SpecError(f"{path}: name must be text and from an object; {advice}")
-    return LensProfile(name, Lens("lenticular", **figures), pitch_sd_mm, found)
+    return LensProfile(name, sheet_lens(**figures), pitch_sd_mm, found)
 
 
 def save_lens_profile(profile: LensProfile, path: Path) -> None:

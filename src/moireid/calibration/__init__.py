@@ -1,8 +1,10 @@
-"""The pitch of a lens sheet, measured from pictures of a pitch test.
+"""The pitch of a lens sheet, measured from pictures of a pitch test, and its thickness, from a film of it.
 
 still.py     a photograph, or some of the first frames of a film
 chart.py     the chart in a picture: the camera's place, and the brightness of its bands
-bands.py     the lens's line frequency from each band lens_fit.py  the sheet's pitch, from the bands' beats
+bands.py     the lens's line frequency from each band
+lens_fit.py  the sheet's pitch, from the bands' beats
+thickness.py how thick the sheet is, from the fringes' motion
 """
 
 from typing import TYPE_CHECKING

@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge, Lens
+from moireid.badge import Badge
 from moireid.calibration.bands import BandReading, read_bands
 from moireid.calibration.chart import View, check_chart, printed_dot_mm, printed_frequencies
 from moireid.errors import MediaError, SpecError
 from moireid.lenticule import view_law
 from moireid.optics import front_pitch_at_match_mm
 from moireid.profiles import LensProfile
-from moireid.sheets import MM_PER_INCH
+from moireid.sheets import MM_PER_INCH, sheet_lens
 
 Array = NDArray[np.float64]
 #: Least number of bands for a fit.
@@ -289,10 +289,10 @@ def _twist_per_mm(readings: list[BandReading]) -> float | None:
 def _profile(
     chart: Badge, pitch_mm: float, pitch_sd_mm: float, found: dict[str, Any], measured_scale: float | None
 ) -> LensProfile:
-    """The lens profile; thickness and index are those of the label, as a chart cannot measure them."""
+    """The lens profile; thickness and index are those of the label, as a still chart cannot measure them."""
     scale = measured_scale or 1.0
     nominal = chart.lens
-    lens = Lens("lenticular", scale * pitch_mm, nominal.thickness_mm, nominal.refractive_index)
+    lens = sheet_lens(scale * pitch_mm, nominal.thickness_mm, nominal.refractive_index)
     unit = {"unit": "printed page"} if measured_scale is None else {"unit": "true mm", "measured_scale": measured_scale}
     name = f"{MM_PER_INCH / lens.pitch_mm:.3f} LPI, sold as {MM_PER_INCH / nominal.pitch_mm:.4g}"
     return LensProfile(name, lens, scale * pitch_sd_mm, found | unit | {"chart": chart.name})

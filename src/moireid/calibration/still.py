@@ -54,6 +54,11 @@ def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
     return [frame.luma for frame in islice(frames, 0, FILM_FRAMES * FILM_STRIDE, FILM_STRIDE)], None
 
 
+def is_film(path: Path) -> bool:
+    """Whether a file that `load_pictures` reads is a film."""
+    return _photograph(path) is None
+
+
 def _photograph(path: Path) -> tuple[NDArray[np.uint8], float | None] | None:
     """A photograph and its focal length in pixels; None if the file is not a photograph."""
     from PIL import Image, ImageOps, UnidentifiedImageError

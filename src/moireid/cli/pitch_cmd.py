@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from moireid.cli.common import FiniteRange, FolderPath, friendly, json_option, overwrite_option, say, show_json
-from moireid.errors import SpecError
+from moireid.errors import MediaError, SpecError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from moireid.badge import Badge
+    from moireid.calibration.chart import View
     from moireid.calibration.lens_fit import Calibration
 
 #: Standard deviation of the camera's distance as a share, by where it comes from: a tape measure, a focal length that
@@ -166,8 +171,9 @@ def calibrate_command(
 ) -> None:
     """Make a lens profile from a chart of `moireid pitch-test`.
 
-    Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. Then print
-    badges for that sheet: print-your-badge NAME --lens my-lens.json.
+    Give a PHOTO or a film of the chart with the sheet on it, or the number of the matching band as --band. A film that
+    is moved sideways tells the sheet's thickness too. Then print badges for that sheet: print-your-badge NAME --lens
+    my-lens.json.
     """
     from moireid.badge import load_badge
     from moireid.calibration.lens_fit import lens_from_band
@@ -199,9 +205,9 @@ def _from_photo(
     photo: Path, chart: Badge, distance_m: float | None, focal_px: float | None, scale: float | None
 ) -> Calibration:
     """Read the photo, with the best known distance of the camera."""
-    from moireid.calibration.chart import check_chart, view_chart
+    from moireid.calibration.chart import check_chart
     from moireid.calibration.lens_fit import lens_from_views
-    from moireid.calibration.still import load_pictures
+    from moireid.calibration.still import is_film, load_pictures
     from moireid.verifier.limits import FOCAL_PRIOR_RATIO
 
     check_chart(chart)
@@ -217,16 +223,44 @@ def _from_photo(
         else "a usual phone"
     )
     distance_mm = 1000 * distance_m if distance_m else None
-    views = [view_chart(picture, chart, focal_px=focal, distance_mm=distance_mm) for picture in pictures]
+    views = _views(pictures, chart, focal, distance_mm)
     made = lens_from_views(
         views, chart, distance_sd_share=DISTANCE_SD[source], distance_from=source, measured_scale=scale
     )
+    if is_film(photo):
+        made = _with_thickness(made, photo, chart, focal_px)
     if source == "a usual phone":
         say(
             f"note: the focal length is not known, so the camera's distance is guessed to be "
             f"{made.profile.found['distance_mm'] / 1000:.2f} m; give --distance or --focal-px for a smaller error"
         )
     return made
+
+
+def _views(pictures: list[NDArray[np.uint8]], chart: Badge, focal_px: float, distance_mm: float | None) -> list[View]:
+    """The chart in those pictures that show it; raises what is wrong with the first where none does."""
+    from moireid.calibration.chart import view_chart
+
+    views: list[View] = []
+    first: MediaError | None = None
+    for picture in pictures:
+        try:
+            views.append(view_chart(picture, chart, focal_px=focal_px, distance_mm=distance_mm))
+        except MediaError as wrong:
+            first = first or wrong
+    if not views and first is not None:
+        raise first
+    return views
+
+
+def _with_thickness(made: Calibration, film: Path, chart: Badge, focal_px: float | None) -> Calibration:
+    """The result with the thickness that the film tells, or a note that it tells none."""
+    from moireid.calibration.thickness import thickness_from_film, with_thickness
+
+    found = thickness_from_film(film, chart, focal_px=focal_px)
+    if found.mm is None:
+        say(f"note: the film does not tell how thick the sheet is, so its label's thickness stays: {found.why}")
+    return replace(made, profile=with_thickness(made.profile, found))
 
 
 def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
@@ -243,6 +277,8 @@ def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
                 "pitch_mm": pitch_mm,
                 "pitch_sd_mm": sd_mm,
                 "lines_per_inch": MM_PER_INCH / pitch_mm,
+                "thickness_mm": profile.lens.thickness_mm,
+                "thickness_sd_mm": profile.found.get("thickness_sd_mm"),
                 "matching_band": made.matching_band,
                 "bands": made.bands,
                 "bands_used": made.used,
@@ -254,6 +290,9 @@ def _show(made: Calibration, out: Path, *, as_json: bool) -> None:
         )
         return
     click.echo(f"{out}: pitch {pitch_mm:.5f} mm, sd {sd_mm:.5f} mm; {profile.name}")
+    if "thickness_sd_mm" in profile.found:
+        thick_mm, thick_sd_mm = profile.lens.thickness_mm, profile.found["thickness_sd_mm"]
+        click.echo(f"  {thick_mm:.3f} mm thick, sd {thick_sd_mm:.3f} mm, from the fringes' motion")
     if made.used:
         click.echo(f"  {made.used} of {made.bands} bands read; the match lies at band {made.matching_band:.2f}")
         if made.twist_deg is not None:

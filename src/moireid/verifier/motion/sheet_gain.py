@@ -77,8 +77,10 @@ class SheetGain:
 
     def span(self, half: float) -> str:
         """The room, widened to that half width, in words; over the design."""
-        middle = self.expected * (self.room[0] + self.room[1]) / 2
-        return f"{middle:.3g} ± {self.expected * half:.2g}"
+        middle = (self.room[0] + self.room[1]) / 2
+        if self.measured:
+            return f"{self.expected * (middle - half):.2g} to {self.expected * (middle + half):.2g}"
+        return f"{self.expected * middle:.3g} ± {self.expected * half:.2g}"
 
     def cause(self, gain: float) -> str:
         """What ordinary thing gives such a gain, and what to do; a sentence's end."""
