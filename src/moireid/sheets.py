@@ -90,6 +90,7 @@ def sheet_lens(pitch_mm: float, thickness_mm: float, refractive_index: float) ->
             f"thickness_mm={thickness_mm:g} is less than the lenses of {pitch_mm:.4g} mm stand high; give what a "
             f"calliper reads, in mm, {least_mm:.2g} or more",
             least_mm=least_mm,
+            most_pitch_mm=thickness_mm / LEAST_RADIUS_RATIO,
         )
     radius_mm = None if focused_mm >= least_mm else least_mm
     return Lens("lenticular", pitch_mm, thickness_mm, refractive_index, radius_mm)

@@ -171,6 +171,7 @@ def test_every_option_of_simulate_that_says_something_of_a_film_is_a_column(plan
         "crf": "30",
         "recipe": "chat",
         "camera": "dim",
+        "sheet": "thin",
         "format": "1280x720@24",
         "effect": "zoom",
         "backend": "mitsuba",

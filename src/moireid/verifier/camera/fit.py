@@ -25,8 +25,8 @@ from moireid.verifier.limits import FOCAL_RANGE_RATIO, MAX_LASTING_PX
 Array = NDArray[np.float64]
 #: Change of the focal length's logarithm, and of the distortion, to measure their effect on the poses.
 PROBE = 0.003
-#: A zoom is looked for from this lasting error on, px.  Set by hand: a third of what is blamed on the camera.
-SUSPECT_PX = 0.01
+#: A zoom must take away so much of the error that lasts; a course that fits repeated pictures leaves it.  Set by hand.
+TAKEN_SHARE = 0.5
 #: The first course is found with the camera of the whole zoomed film, the second with that of the first.
 ROUNDS = 2
 #: A focal length this near to the border of its search, as a share, is at it.
@@ -125,7 +125,7 @@ def _solved(
     film = FilmWide(points_px, page_mm, times_s, image_px, focal_px).solve()
     poses, none = film.all_poses(), np.zeros(len(points_px))
     lasting, noise = lasting_error_px(film.residuals_px(poses), times_s, np.cumsum(film.cuts))
-    if focal_px is not None or lasting <= SUSPECT_PX:
+    if focal_px is not None or lasting <= MAX_LASTING_PX:
         return film, poses, lasting, none
     # A homography has two residuals more than a pose, which share the noise of all its points.
     frame_px = noise * math.sqrt(len(page_mm) / 2)
@@ -143,7 +143,8 @@ def _solved(
         best = FilmWide(unzoomed(points_px, log_zoom, middle), page_mm, times_s, image_px, None).solve()
     again = best.all_poses()
     left, _ = lasting_error_px(best.residuals_px(again), times_s, np.cumsum(best.cuts))
-    return (film, poses, lasting, none) if left > MAX_LASTING_PX else (best, again, left, log_zoom)
+    kept = left <= min(MAX_LASTING_PX, (1 - TAKEN_SHARE) * lasting)
+    return (best, again, left, log_zoom) if kept else (film, poses, lasting, none)
 
 
 def _at_limit(ratio: float) -> bool:

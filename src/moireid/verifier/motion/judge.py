@@ -118,6 +118,8 @@ def judge_signals(signals: Sequence[GratingSignal], sheet: SheetGain = DESIGNED)
     if not other and not (sheet.measured and sheet.accepts(gain, gain_sd)):
         return found
     again = _judged([signal.under(gain) for signal in signals], sheet.released(gain))
+    if other and again.verdict == "reject" and found.verdict != "reject":
+        return found
     if other:
         reasons = tuple(said if reason.code == "gain" else reason for reason in again.reasons)
         again = replace(again, reasons=reasons, verdict=worst(list(reasons)), score=found.score)
@@ -348,9 +350,14 @@ def _camera_changed(lasting_px: float, codes: Mapping[str, Reason], sheet: Sheet
 
 
 def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
-    """Whether fringes tell of another distance than the page's size, and move as far as after a zoom."""
+    """Whether fringes tell of another distance than the page's size, and move as far as after a zoom.
+
+    A zoom by up to two scales the motion by as much, which leaves a correlation of 0.95 (Cauchy and Schwarz).
+    """
     spacing, gain = codes.get("spacing"), codes.get("gain")
     if spacing is None or spacing.level != "undecided" or gain is None or not isinstance(gain.measured, float):
+        return False
+    if codes["correlation"].level == "fail":
         return False
     return 1 / MOST_ZOOM < gain.measured / sheet.expected < MOST_ZOOM
 

@@ -67,8 +67,8 @@ class SheetGain:
         return low <= gain <= high
 
     def explains(self, gain: float, gain_sd: float) -> bool:
-        """Whether some sheet as sold gives this gain, within its error bar."""
-        if self.handled is None:
+        """Whether some sheet as sold gives this gain, within its error bar; a vague gain needs no sheet."""
+        if self.handled is None or gain_sd >= MAX_GAIN_SD_SHARE * abs(gain):
             return False
         return (
             self.handled[0] <= gain + GAIN_REJECTED_SDS * gain_sd
