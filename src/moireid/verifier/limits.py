@@ -90,6 +90,8 @@ STRAY_MEDIANS_RATIO, STRAY_PX = 10.0, 0.5
 #: What one camera may leave of the corners over many frames, px.  Ray-traced films: up to 0.026 where a badge turns, as
 #: registration errs alike at one turn; 0.03 to 0.2 where the picture is zoomed or reframed.
 MAX_LASTING_PX = 0.03
+#: From here on the camera is doubted where the gain is open too.  Set by hand: a third of that.
+SUSPECT_PX = 0.01
 #: The most by which a picture is zoomed within a film.  Set by hand; parallaxes are wrong by that factor at most.
 MOST_ZOOM = 2.0
 #: A stretch whose predicted phase spreads by less than this shows a badge at rest, which says nothing, as a print could

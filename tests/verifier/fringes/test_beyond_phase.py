@@ -21,8 +21,7 @@ def beyond(rng: np.random.Generator) -> BeyondPhase:
     """Of random numbers, no two alike."""
     depth = DepthLaw(rng.standard_normal(FRAMES), rng.random(FRAMES), rng.random(FRAMES))
     overtone = rng.standard_normal(FRAMES) + 1j * rng.standard_normal(FRAMES)
-    law, carried = rng.standard_normal((2, FRAMES))
-    return BeyondPhase(law, depth, overtone, rng.standard_normal((FRAMES, 2)), carried)
+    return BeyondPhase(rng.standard_normal(FRAMES), depth, overtone, rng.standard_normal((FRAMES, 2)))
 
 
 def series_of(beyond: BeyondPhase) -> list[np.ndarray]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share, most_mixed
+from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
 from moireid.verifier.limits import MAX_MIXED_SHARE
 
 TIMES = np.arange(200) / 30.0
@@ -25,8 +25,7 @@ def test_the_weight_of_the_frame_before_is_told_by_the_contrast(weight):
     found = mixed_share(contrast, CARRIED, LAW)
     # The first order, whose logarithm falls a little faster, less three error bars.
     assert 0.7 < found / (weight * (1 - weight)) < 1.5
-    assert found > MAX_MIXED_SHARE and most_mixed(weight * (1 - weight)) == pytest.approx(weight)
-    assert most_mixed(0.4) == 0.5
+    assert found > MAX_MIXED_SHARE
 
 
 def test_a_long_exposure_is_no_mixing():

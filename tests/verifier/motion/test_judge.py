@@ -477,18 +477,41 @@ def test_what_covers_a_badge_excuses_a_residual_and_no_gain(gain, verdict):
     assert judged(covered).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("sign", "code"),
+    [({"lasting_px": 0.06}, "camera"), ({"mixed_share": 0.2}, "mixed_frames")],
+    ids=["camera", "mixed"],
+)
 @pytest.mark.parametrize("gain", [0.6, 1.7, 0.0])
-def test_a_camera_that_changes_excuses_poses_and_no_strip(gain):
-    """Catches: a zoomed or reframed film called a forgery; rows that move by themselves excused by it; a good film
-    that is left open for it.
+def test_a_camera_or_an_editor_excuses_poses_and_no_strip(gain, sign, code):
+    """Catches: a reframed film, or one with noise reduction, called a forgery; rows that move by themselves excused by
+    it; a good film that is left open for it; a sign that makes a film pass.
     """
     predicted = 1.2 * course()
     wrong = signal(predicted, gain * predicted + 0.2 * jitter(predicted))
-    assert judged(wrong).verdict == "reject" and judged(replace(wrong, lasting_px=0.02)).verdict == "reject"
-    outcome = judged(replace(wrong, lasting_px=0.06))
-    assert outcome.verdict == "inconclusive" and levels(outcome)["camera"] == "undecided"
-    assert judged(replace(wrong, lasting_px=0.06, strip_residual_rad=np.array([0.1, 0.5]))).verdict == "reject"
-    assert judged(replace(genuine(), lasting_px=0.06)).verdict == "accept"
+    assert judged(wrong).verdict == "reject"
+    assert judged(replace(wrong, **{name: value / 3 for name, value in sign.items()})).verdict == "reject"
+    outcome = judged(replace(wrong, **sign))
+    assert outcome.verdict == "inconclusive" and levels(outcome)[code] == "undecided"
+    assert judged(replace(wrong, **sign, strip_residual_rad=np.array([0.1, 0.5]))).verdict == "reject"
+    assert judged(replace(genuine(), **sign)).verdict == "accept"
+
+
+def test_a_zoom_that_mixed_frames_may_have_feigned_leaves_a_film_open():
+    """Catches: an error bar that rests on a zoom which is none."""
+    assert judged(replace(genuine(), zoom=1.4)).verdict == "accept"
+    assert judged(replace(genuine(), zoom=1.4, mixed_share=0.2)).verdict == "inconclusive"
+
+
+def test_a_doubtful_focal_length_excuses_a_residual_where_the_gain_is_open():
+    """Catches: a short look at a badge in a crop, whose focal length is wrong, called a forgery."""
+    predicted = 1.2 * course()
+    vague = signal(predicted, 0.84 * predicted + 0.1 * jitter(predicted))
+    assert levels(judged(vague, tangent_sd=0.1))["gain"] == "undecided"
+    assert judged(vague, tangent_sd=0.1).verdict == "reject"
+    assert judged(replace(vague, lasting_px=0.02), tangent_sd=0.1).verdict == "inconclusive"
+    sure = signal(predicted, predicted + 0.1 * jitter(predicted))
+    assert judged(replace(sure, lasting_px=0.02)).verdict == "reject"
 
 
 @pytest.mark.parametrize(("name", "share"), [("covered_share", 0.6), ("stray_share", 0.2)])

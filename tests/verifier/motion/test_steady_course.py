@@ -77,7 +77,7 @@ def placed(course: np.ndarray, x_px: np.ndarray, stretch: np.ndarray | None = No
     """A true badge whose middle is at x_px in the picture, and trembles up and down."""
     y_px = 360 + 3 * np.random.default_rng(2).standard_normal(240)
     none = np.zeros(240)
-    beyond = BeyondPhase(course, DepthLaw(none, none, none), none.astype(complex), np.column_stack([x_px, y_px]), none)
+    beyond = BeyondPhase(course, DepthLaw(none, none, none), none.astype(complex), np.column_stack([x_px, y_px]))
     made = signal(course, course - course.mean(), stretch)
     return replace(made, predicted_rad=within_stretches(made.predicted_rad, made.stretch), beyond=beyond)
 

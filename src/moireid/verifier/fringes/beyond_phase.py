@@ -21,24 +21,17 @@ Array = NDArray[np.float64]
 class BeyondPhase:
     """law_rad (T,): predicted phase, with one constant for the whole film; depth: the spacing against distance;
     overtone (T,), complex: the third harmonic, as `StripPhase.overtone`; place_px (T, 2): of the badge's middle in the
-    picture; carried_rad (T,): as `mixed_frames.carried_rad`.
+    picture.
     """
 
     law_rad: Array
     depth: DepthLaw
     overtone: NDArray[np.complex128]
     place_px: Array
-    carried_rad: Array
 
     def part(self, frames: NDArray[np.int64] | slice) -> BeyondPhase:
         """The same in some frames."""
-        return BeyondPhase(
-            self.law_rad[frames],
-            self.depth.part(frames),
-            self.overtone[frames],
-            self.place_px[frames],
-            self.carried_rad[frames],
-        )
+        return BeyondPhase(self.law_rad[frames], self.depth.part(frames), self.overtone[frames], self.place_px[frames])
 
     def under(self, gain: float) -> BeyondPhase:
         """The same for a sheet that moves fringes that many times as far; as `GratingSignal.under`."""
@@ -60,7 +53,6 @@ def joined_in_time(parts: Sequence[BeyondPhase | None]) -> BeyondPhase | None:
         ),
         np.concatenate([part.overtone for part in known]),
         np.concatenate([part.place_px for part in known]),
-        np.concatenate([part.carried_rad for part in known]),
     )
 
 

@@ -2,7 +2,7 @@
 
 Fringes are printed on nothing: at one pixel they move with the page and with the parallax.  A frame that holds a share
 w of the one before adds, at each pixel, two fringes that are apart by the angle `turn` by which that pixel's fringe
-turned meanwhile.  Their phase is wrong, and no pose can put it right; but their contrast tells, as it dips with the
+turned meanwhile.  Their phase is wrong; their contrast tells, as it dips with the
 turn:
 
     |1 - w + w exp(i turn)|^2 = 1 - 2 w (1 - w) (1 - cos turn).
@@ -62,8 +62,3 @@ def mixed_share(contrast: Array, carried_rad: Array, predicted_rad: Array) -> fl
         return 0.0
     sd = float(np.sqrt(left @ left / (len(left) - table.shape[1]) * variance))
     return max(-float(found[0]) - MIXED_SDS * sd, 0.0)
-
-
-def most_mixed(share: float) -> float:
-    """The weight w of the frame before, at most a half, from w (1 - w)."""
-    return 0.5 * (1.0 - float(np.sqrt(max(1.0 - 4.0 * share, 0.0))))

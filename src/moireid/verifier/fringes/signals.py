@@ -60,7 +60,7 @@ class GratingSignal:
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
     frames whose markers do not lie as on a flat page, so that their poses are left out;
-    focal_at_limit, lasting_px: as in `CameraFit`; mixed_share: as in `mixed_frames`; beyond: what the film shows
+    focal_at_limit, lasting_px, zoom: as in `CameraFit`; mixed_share: as in `mixed_frames`; beyond: what the film shows
     beside the phase, None if it is not known.
     """
 
@@ -79,6 +79,7 @@ class GratingSignal:
     stray_share: float = 0.0
     focal_at_limit: bool = False
     lasting_px: float = 0.0
+    zoom: float = 1.0
     mixed_share: float = 0.0
     beyond: BeyondPhase | None = None
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
@@ -246,7 +247,7 @@ def _grating_signal(
         # `pose_sd_rad` is the error of a typical frame; a frame with a worse pose gets a larger error bar.
         vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
         sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
-    beyond = _beyond(own, known, track, grating, poses.page_mm) if own else None
+    beyond = _beyond(own, known, track.homographies, poses.page_mm) if own else None
     return replace(
         signal,
         phase_sd_rad=sd,
@@ -258,42 +259,37 @@ def _grating_signal(
         stray_share=poses.stray_share,
         focal_at_limit=poses.camera.focal_at_limit,
         lasting_px=poses.camera.lasting_px,
-        mixed_share=0.0 if beyond is None else _mixed(own, beyond, known),
+        zoom=poses.camera.zoom,
+        mixed_share=_mixed(own, known, track, grating) if own else 0.0,
         beyond=beyond,
     )
 
 
-def _beyond(
-    strips: list[_Strip], known: NDArray[np.bool_], track: Track, grating: Grating, page_mm: Array
-) -> BeyondPhase:
+def _beyond(strips: list[_Strip], known: NDArray[np.bool_], homographies: Array, page_mm: Array) -> BeyondPhase:
     """What the film shows beside the phase; known (T,): frames with a good pose."""
     depth = strips[0].depth
     for strip in strips[1:]:
         depth = depth + strip.depth
-    place = track.homographies @ np.append(page_mm.mean(axis=0), 1.0)
+    place = homographies @ np.append(page_mm.mean(axis=0), 1.0)
     return BeyondPhase(
         np.mean([strip.predicted_rad for strip in strips], axis=0),
         DepthLaw(*(np.where(known, values, 0.0) for values in (depth.score, depth.information, depth.power))),
         mean_overtone([strip.phase for strip in strips]),
         place[:, :2] / place[:, 2:],
-        _carried(strips, track, grating),
     )
 
 
-def _carried(strips: list[_Strip], track: Track, grating: Grating) -> Array:
-    """As `mixed_frames.carried_rad`, of a grating's middle."""
-    x0, y0, x1, y1 = grating.rect_mm
-    frequency = float(np.mean([strip.phase.frequency_per_mm for strip in strips]))
-    middle, axis = np.array([(x0 + x1) / 2, (y0 + y1) / 2]), 0 if grating.axis == "x" else 1
-    return carried_rad(track.homographies, middle, axis, frequency, track.times_s)
-
-
-def _mixed(strips: list[_Strip], beyond: BeyondPhase, known: NDArray[np.bool_]) -> float:
+def _mixed(strips: list[_Strip], known: NDArray[np.bool_], track: Track, grating: Grating) -> float:
     """As `mixed_frames.mixed_share`, of the mean of a grating's strips; known (T,): frames with a good pose."""
     phases = [strip.phase for strip in strips]
     contrast = np.mean([phase.contrast / max(float(np.median(phase.contrast)), 1e-9) for phase in phases], axis=0)
     clear = known & ~np.any([phase.covered for phase in phases], axis=0)
-    return mixed_share(np.where(clear, contrast, np.nan), beyond.carried_rad, beyond.law_rad)
+    x0, y0, x1, y1 = grating.rect_mm
+    middle, axis = np.array([(x0 + x1) / 2, (y0 + y1) / 2]), 0 if grating.axis == "x" else 1
+    frequency = float(np.mean([phase.frequency_per_mm for phase in phases]))
+    carried = carried_rad(track.homographies, middle, axis, frequency, track.times_s)
+    predicted = np.mean([strip.predicted_rad for strip in strips], axis=0)
+    return mixed_share(np.where(clear, contrast, np.nan), carried, predicted)
 
 
 def _uncovered(strips: list[_Strip]) -> list[_Strip]:

@@ -3,5 +3,5 @@
 figures.py        the figures of one grating                likelihood.py   genuine or forged: the likelihood ratio
 judge.py          the motion invariant                      segments.py     the verdict by time
 steady_course.py  would a drift or a delay show here?       photographs.py  could this be a table of photographs?
-sheet_gain.py     the gain that this badge's sheet has
+sheet_gain.py     the gain that this badge's sheet has      excuses.py      what a hand, a camera, an editor may cause
 """

@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import GAP_S, slow_part, unbroken
 from moireid.verifier.camera.stretches import within_stretches
-from moireid.verifier.fringes.mixed_frames import most_mixed
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
     GAIN_SD_RATIO,
     MAX_LAG_S,
-    MAX_MIXED_SHARE,
     MAX_PLACE_SHARE,
     MAX_VAGUENESS_RATIO,
     MIN_SPELL_FRAMES_SHARE,
@@ -78,7 +76,6 @@ def figures_of(signal: GratingSignal, gain_spread: float = GAIN_SD_RATIO) -> Fig
     # Each stretch has a phase constant of its own, so only what moves within one is evidence.
     stretch = signal.stretch[used]
     measured, predicted = within_stretches(measured, stretch), within_stretches(predicted, stretch)
-    measured, mixed = _without_mixing(measured, predicted, signal, used)
     excitation = float(predicted.std())
     power = float(predicted @ predicted)
     gain = float(predicted @ measured) / power if power > 0 else 0.0
@@ -87,7 +84,7 @@ def figures_of(signal: GratingSignal, gain_spread: float = GAIN_SD_RATIO) -> Fig
     wandering, lagging = _without_lag(wandering, predicted, signal.times_s[used], stretch)
     slow, fast = float(slow_part(wandering, signal.times_s[used], WANDER_MEAN_S, stretch).std()), float(wandering.std())
     spell = _worst_spell(wandering, signal.times_s[used], signal.phase_sd_rad[used])
-    expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad, lagging, mixed)
+    expected = math.hypot(float(np.median(signal.phase_sd_rad[used])), signal.pose_sd_rad, lagging)
     gain_sd = math.hypot(_slope_sd(residual, power), signal.tangent_sd * abs(gain))
     strips = float(signal.strip_residual_rad.max(initial=0.0))
     strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
@@ -171,26 +168,6 @@ def _without_place(residual: Array, predicted: Array, signal: GratingSignal, use
     explained = table @ np.linalg.lstsq(table, residual, rcond=1e-6)[0]
     most = MAX_PLACE_SHARE * float(predicted.std())
     return np.asarray(residual - explained * min(1.0, most / max(float(explained.std()), 1e-12)))
-
-
-def _without_mixing(
-    measured: Array, predicted: Array, signal: GratingSignal, used: NDArray[np.bool_]
-) -> tuple[Array, float]:
-    """The measured phase without what frames that are mixed with their neighbours add, where the film shows mixing.
-
-    Returns: the phase, and the error that is left, rad.
-    Convention: one share for the whole film, at most the weight that the contrast tells; of either sign, as the page
-        itself is found between its two places.
-    Source: linear regression on phase and `carried_rad`; first order in the turn.  What is left is taken for as large
-        as in `_without_lag`: frames are mixed unlike, and the turn is not small.
-    """
-    if signal.beyond is None or signal.mixed_share <= MAX_MIXED_SHARE:
-        return measured, 0.0
-    carried = within_stretches(signal.beyond.carried_rad[used], signal.stretch[used])
-    (share, _), *_ = np.linalg.lstsq(np.column_stack([carried, predicted]), measured, rcond=1e-6)
-    most = most_mixed(signal.mixed_share)
-    share = float(np.clip(share, -most, most))
-    return measured - share * carried, abs(share) * float(carried.std()) / math.sqrt(3)
 
 
 def _without_lag(residual: Array, predicted: Array, times_s: Array, numbers: NDArray[np.int64]) -> tuple[Array, float]:

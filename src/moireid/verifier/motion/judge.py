@@ -12,7 +12,7 @@ gain, and must hold in all else; it is then open, or measured where a badge is b
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
 from typing import Any
@@ -28,21 +28,19 @@ from moireid.verifier.limits import (
     GAIN_REJECTED_SDS,
     GAIN_TOLERANCE_SHARE,
     MAX_COVERED_SHARE,
-    MAX_LASTING_PX,
-    MAX_MIXED_SHARE,
     MAX_STRAY_SHARE,
     MAX_STRIP_WANDER_RAD,
     MAX_UNSEEN_CHANCE,
     MIN_CORRELATION,
     MIN_EXCITATION_RAD,
     MIN_EXCITATION_TO_ERROR_RATIO,
-    MOST_ZOOM,
     POSSIBLE_ERROR_RATIO,
     POSSIBLE_RESIDUAL_RATIO,
     REJECTED_LOG10,
     RESIDUAL_FLOOR_RAD,
     RESIDUAL_MOTION_SHARE,
 )
+from moireid.verifier.motion.excuses import without_camera_s_blame, without_hand_s_blame
 from moireid.verifier.motion.figures import Figures, figures_of, pearson
 from moireid.verifier.motion.likelihood import KINDS
 from moireid.verifier.motion.photographs import no_photographs, spacing_of
@@ -118,11 +116,12 @@ def judge_signals(signals: Sequence[GratingSignal], sheet: SheetGain = DESIGNED)
     if not other and not (sheet.measured and sheet.accepts(gain, gain_sd)):
         return found
     again = _judged([signal.under(gain) for signal in signals], sheet.released(gain))
-    if other and again.verdict == "reject" and found.verdict != "reject":
-        return found
     if other:
-        reasons = tuple(said if reason.code == "gain" else reason for reason in again.reasons)
-        again = replace(again, reasons=reasons, verdict=worst(list(reasons)), score=found.score)
+        reasons = [said if reason.code == "gain" else reason for reason in again.reasons]
+        reasons = without_camera_s_blame(reasons, signals, sheet)
+        again = replace(again, reasons=tuple(reasons), verdict=worst(reasons), score=found.score)
+        if again.verdict == "reject" and found.verdict != "reject":
+            return found
     return replace(again, gain_ratio=gain, gain_sd=gain_sd, gain_expected=sheet.expected)
 
 
@@ -144,11 +143,11 @@ def _judged(signals: Sequence[GratingSignal], sheet: SheetGain) -> Invariant:
         reasons.append(Reason("focal", "undecided", None, None, "", FOCAL_AT_LIMIT))
     if reasons[0].level == "pass":
         reasons += _held_against_law(whole, figures, moved, decisive, [signal.tangent_sd for signal in signals], sheet)
-        reasons = _without_hand_s_blame(reasons)
+        reasons = without_hand_s_blame(reasons)
         moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
         passes = partial(_would_pass, sheet=sheet)
         reasons += [*_course_tells(signals, moving, sheet), *no_photographs(signals, moving, passes)]
-        reasons = _without_blame_of_camera_or_editor(reasons, signals, sheet)
+        reasons = without_camera_s_blame(reasons, signals, sheet)
     return Invariant(
         worst(reasons),
         tuple(reasons),
@@ -286,80 +285,6 @@ def _uncovered(share: float) -> list[Reason]:
     text = f"Something covers the badge (a hand, a caption, glare): {100 * share:.0f} % of its rows are not judged"
     text += "." if level == "note" else f"; at most {100 * MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."
     return [Reason("covered", level, share, MAX_COVERED_SHARE, "share", text)]
-
-
-def _without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
-    """Findings without a failure that whatever covers the badge may have caused: such a film is open, not rejected.
-
-    A hand or a caption disturbs poses and phases; it turns no fringes round, and halves no gain.
-    """
-    if all(reason.code != "covered" for reason in reasons):
-        return reasons
-    disturbed = {"agreement", "likelihood", "residual"}
-    return [
-        replace(reason, level="undecided") if reason.level == "fail" and reason.code in disturbed else reason
-        for reason in reasons
-    ]
-
-
-def _without_blame_of_camera_or_editor(
-    reasons: list[Reason], signals: Sequence[GratingSignal], sheet: SheetGain
-) -> list[Reason]:
-    """Findings without a failure that a zoom, a moving crop, a stabiliser or mixed frames may have caused.
-
-    These make poses and phases wrong, and so all that compares the two.  Strips share them, so they still must agree.
-    """
-    blamed = {"correlation", "gain", "likelihood", "residual"}
-    failed = [reason for reason in reasons if reason.level == "fail" and reason.code in blamed]
-    doubt = _frames_mixed(max(signal.mixed_share for signal in signals)) or _camera_changed(
-        max(signal.lasting_px for signal in signals), {reason.code: reason for reason in reasons}, sheet
-    )
-    if doubt is None or not failed:
-        return reasons
-    return [*(replace(reason, level="undecided") if reason in failed else reason for reason in reasons), doubt]
-
-
-def _frames_mixed(share: float) -> Reason | None:
-    """The finding where fringes fade with motion as in frames that are mixed with their neighbours."""
-    if share <= MAX_MIXED_SHARE:
-        return None
-    text = (
-        "The fringes fade where they move, as in frames that are mixed with their neighbours (temporal noise "
-        "reduction, a changed frame rate), and then show no exact phase. Film again with such functions off, or from "
-        "nearer."
-    )
-    return Reason("mixed_frames", "undecided", share, MAX_MIXED_SHARE, "share", text)
-
-
-def _camera_changed(lasting_px: float, codes: Mapping[str, Reason], sheet: SheetGain) -> Reason | None:
-    """The finding where no single camera explains the film.
-
-    A zoom about the picture's middle hardly shows in the poses, but by the fringes' spacing, and scales the motion.
-    """
-    if lasting_px > MAX_LASTING_PX:
-        why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
-    elif _looks_zoomed(codes, sheet):
-        why = "The fringes' spacing does not follow the distance"
-    else:
-        return None
-    text = (
-        f"{why}, so the picture may have been zoomed, reframed or stabilised. Give the film as the camera took it, or "
-        "film again with such functions off."
-    )
-    return Reason("camera", "undecided", lasting_px, MAX_LASTING_PX, "px", text)
-
-
-def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
-    """Whether fringes tell of another distance than the page's size, and move as far as after a zoom.
-
-    A zoom by up to two scales the motion by as much, which leaves a correlation of 0.95 (Cauchy and Schwarz).
-    """
-    spacing, gain = codes.get("spacing"), codes.get("gain")
-    if spacing is None or spacing.level != "undecided" or gain is None or not isinstance(gain.measured, float):
-        return False
-    if codes["correlation"].level == "fail":
-        return False
-    return 1 / MOST_ZOOM < gain.measured / sheet.expected < MOST_ZOOM
 
 
 def _would_pass(signal: GratingSignal, sheet: SheetGain) -> bool:

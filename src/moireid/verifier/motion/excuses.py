@@ -1,0 +1,95 @@
+"""What excuses a failure: a hand, a caption, a camera that changes within the film, an editor that mixes its frames.
+
+Any of these makes poses or phases wrong in a true film.  Where the picture shows one of them, what it can cause does
+not fail: the film is open, with the cause named.  Nothing here lets a film pass, as forgers can do all of it too.
+A correction by what these tell would: who fades the fringes as mixed frames do could then have a delay or a wrong gain
+taken away, as the forger also chooses how the page moves in the picture.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import MAX_LASTING_PX, MAX_MIXED_SHARE, MOST_ZOOM, SUSPECT_PX
+from moireid.verifier.motion.sheet_gain import SheetGain
+from moireid.verifier.reasons import Reason
+
+#: What fails where poses or phases are wrong.  Strips share them, so they still must agree.
+POSED = {"correlation", "gain", "likelihood", "residual"}
+
+
+def without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
+    """Findings without a failure that whatever covers the badge may have caused: such a film is open, not rejected.
+
+    A hand or a caption disturbs poses and phases; it turns no fringes round, and halves no gain.
+    """
+    if all(reason.code != "covered" for reason in reasons):
+        return reasons
+    return _open(reasons, {"agreement", "likelihood", "residual"})
+
+
+def without_camera_s_blame(reasons: list[Reason], signals: Sequence[GratingSignal], sheet: SheetGain) -> list[Reason]:
+    """Findings without a failure that a zoom, a moving crop, a stabiliser or mixed frames may have caused.
+
+    Mixed frames move the page's edges too, from which a zoom is then read where there is none; such a film is open.
+    """
+    codes = {reason.code: reason for reason in reasons}
+    mixed, lasting_px = max(s.mixed_share for s in signals), max(s.lasting_px for s in signals)
+    failed = {code for code in POSED if code in codes and codes[code].level == "fail"}
+    if mixed > MAX_MIXED_SHARE and (failed or max(s.zoom for s in signals) > 1):
+        return [*_open(reasons, POSED), _mixed(mixed)]
+    if lasting_px > MAX_LASTING_PX and failed:
+        why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
+        return [*_open(reasons, POSED), _changed(why, lasting_px)]
+    if _looks_zoomed(codes, sheet) and failed:
+        why = "The fringes' spacing does not follow the distance"
+        return [*_open(reasons, POSED), _changed(why, lasting_px)]
+    if lasting_px > SUSPECT_PX and failed and failed <= {"likelihood", "residual"} and _doubtful(codes.get("gain")):
+        why = f"The focal length is doubtful, as {lasting_px:.3f} px of the badge's place last over many frames"
+        return [*_open(reasons, POSED), _changed(why, lasting_px)]
+    return reasons
+
+
+def _open(reasons: Sequence[Reason], codes: set[str]) -> list[Reason]:
+    """The findings, those of `codes` undecided where they failed."""
+    return [
+        replace(reason, level="undecided") if reason.level == "fail" and reason.code in codes else reason
+        for reason in reasons
+    ]
+
+
+def _doubtful(gain: Reason | None) -> bool:
+    return gain is not None and gain.level == "undecided"
+
+
+def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
+    """Whether fringes tell of another distance than the page's size, and move as far as after a zoom.
+
+    A zoom about the picture's middle hardly shows in the poses where the badge is seen from the front.  One by up to
+    two scales the motion by as much, which leaves a correlation of 0.95 (Cauchy and Schwarz).
+    """
+    spacing, gain = codes.get("spacing"), codes.get("gain")
+    if spacing is None or spacing.level != "undecided" or gain is None or not isinstance(gain.measured, float):
+        return False
+    if codes["correlation"].level == "fail":
+        return False
+    return 1 / MOST_ZOOM < gain.measured / sheet.expected < MOST_ZOOM
+
+
+def _mixed(share: float) -> Reason:
+    text = (
+        "The fringes fade where they move, as in frames that are mixed with their neighbours (temporal noise "
+        "reduction, a changed frame rate), and then show no exact phase. Film again with such functions off, or from "
+        "nearer."
+    )
+    return Reason("mixed_frames", "undecided", share, MAX_MIXED_SHARE, "share", text)
+
+
+def _changed(why: str, lasting_px: float) -> Reason:
+    text = (
+        f"{why}, so the picture may have been zoomed, reframed or stabilised. Give the film as the camera took it, or "
+        "film again with such functions off."
+    )
+    return Reason("camera", "undecided", lasting_px, MAX_LASTING_PX, "px", text)
