@@ -18,12 +18,15 @@ def written(
     full_range: bool = False,
     aspect: Fraction | None = None,
 ) -> Path:
-    """A film of grey pictures, coded without visible loss; aspect: width of a pixel over its height, as a flag."""
+    """A film of grey pictures, coded without visible loss; aspect: width of a pixel over its height, as a flag.
+
+    Without B-frames: of two frames, x265 would now and then make a packet that no file can hold.
+    """
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=Fraction(30))
         stream.height, stream.width = pictures[0].shape
         stream.pix_fmt = pixels
-        stream.options = {"crf": "1", "preset": "ultrafast", "x265-params": "log-level=none"}
+        stream.options = {"crf": "1", "preset": "ultrafast", "x265-params": "log-level=none:bframes=0"}
         if full_range:
             stream.codec_context.color_range = 2
         if aspect is not None:
