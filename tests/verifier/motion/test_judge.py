@@ -497,6 +497,13 @@ def test_a_camera_or_an_editor_excuses_poses_and_no_strip(gain, sign, code):
     assert judged(replace(genuine(), **sign)).verdict == "accept"
 
 
+def test_a_film_that_hardly_moves_is_told_that_its_picture_does():
+    """Catches: advice to move more, where a window that follows the badge has taken the motion away."""
+    outcome = judged(replace(genuine(0.1), lasting_px=0.06))
+    assert outcome.verdict == "inconclusive"
+    assert [code for code, level in levels(outcome).items() if level == "undecided"] == ["motion", "camera"]
+
+
 def test_a_zoom_that_mixed_frames_may_have_feigned_leaves_a_film_open():
     """Catches: an error bar that rests on a zoom which is none."""
     assert judged(replace(genuine(), zoom=1.4)).verdict == "accept"

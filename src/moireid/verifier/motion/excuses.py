@@ -38,9 +38,12 @@ def without_camera_s_blame(reasons: list[Reason], signals: Sequence[GratingSigna
     codes = {reason.code: reason for reason in reasons}
     mixed, lasting_px = max(s.mixed_share for s in signals), max(s.lasting_px for s in signals)
     failed = {code for code in POSED if code in codes and codes[code].level == "fail"}
-    if mixed > MAX_MIXED_SHARE and (failed or max(s.zoom for s in signals) > 1):
+    # Where these leave a film open by themselves, the cause is named too; a hand or a caption is named already.
+    opened = any(codes[code].level == "undecided" for code in POSED | {"motion"} if code in codes)
+    troubled = bool(failed) or (opened and "covered" not in codes)
+    if mixed > MAX_MIXED_SHARE and (troubled or max(s.zoom for s in signals) > 1):
         return [*_open(reasons, POSED), _mixed(mixed)]
-    if lasting_px > MAX_LASTING_PX and failed:
+    if lasting_px > MAX_LASTING_PX and troubled:
         why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
         return [*_open(reasons, POSED), _changed(why, lasting_px)]
     if _looks_zoomed(codes, sheet) and failed:

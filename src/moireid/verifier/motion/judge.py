@@ -118,7 +118,8 @@ def judge_signals(signals: Sequence[GratingSignal], sheet: SheetGain = DESIGNED)
     again = _judged([signal.under(gain) for signal in signals], sheet.released(gain))
     if other:
         reasons = [said if reason.code == "gain" else reason for reason in again.reasons]
-        reasons = without_camera_s_blame(reasons, signals, sheet)
+        if not open_codes(again.reasons) & {"camera", "mixed_frames"}:
+            reasons = without_camera_s_blame(reasons, signals, sheet)
         again = replace(again, reasons=tuple(reasons), verdict=worst(reasons), score=found.score)
         if again.verdict == "reject" and found.verdict != "reject":
             return found
@@ -147,7 +148,7 @@ def _judged(signals: Sequence[GratingSignal], sheet: SheetGain) -> Invariant:
         moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
         passes = partial(_would_pass, sheet=sheet)
         reasons += [*_course_tells(signals, moving, sheet), *no_photographs(signals, moving, passes)]
-        reasons = without_camera_s_blame(reasons, signals, sheet)
+    reasons = without_camera_s_blame(reasons, signals, sheet)
     return Invariant(
         worst(reasons),
         tuple(reasons),
