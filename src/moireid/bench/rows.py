@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Sequence
 from contextlib import closing
@@ -36,6 +37,25 @@ def chosen_names(names: Sequence[str], only: str | None) -> list[str]:
     if not chosen:
         raise SpecError(f"no case's name holds {only!r}; leave out --only to see all names in the table")
     return chosen
+
+
+def rows_of_cases(
+    work: Callable[[Any], Row],
+    names: Sequence[str],
+    numbers: range,
+    frames: int,
+    *,
+    kept: Path | None,
+    where: Where,
+    progress: Callable[[int, int | None], None],
+) -> list[Row]:
+    """One row for each case and seed; work: of a case's name, a seed, and the frames of its film.
+
+    Convention: film after film of all cases, so that an interrupted run has some of each.  Otherwise as `made_rows`.
+    """
+    jobs = [(f"{name}|{number}", (name, number, frames)) for number in numbers for name in names]
+    done = itertools.count(1)
+    return made_rows(work, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(jobs)))
 
 
 def made_rows(

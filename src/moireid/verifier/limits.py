@@ -87,8 +87,8 @@ DISTORTION_PRIOR_SD_K1, DISTORTION_MAX_K1 = 0.02, 0.3
 #: A frame counts as misregistered from this reprojection error on, over the film's median and in pixels.  Derived: by
 #: chance, two residuals of a frame exceed ten medians with a probability of 1e-30.
 STRAY_MEDIANS_RATIO, STRAY_PX = 10.0, 0.5
-#: What one camera may leave of the corners over many frames, px.  Ray-traced films: up to 0.026 where a badge turns, as
-#: registration errs alike at one turn; 0.03 to 0.2 where the picture is zoomed or reframed.
+#: What one camera may leave of the corners over many frames, px.  Films of this project's own simulator: up to 0.027
+#: where a badge turns, as registration errs alike at one turn; 0.04 to 0.2 in most that are zoomed or reframed.
 MAX_LASTING_PX = 0.03
 #: From here on the camera is doubted where the gain is open too.  Set by hand: a third of that.
 SUSPECT_PX = 0.01
@@ -179,9 +179,6 @@ MAX_GAIN_SD_SHARE = 0.215
 BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS = 0.04, 4 / 3
 #: Gains that can be enrolled.  Set by hand: wider than all sheets of `moireid.sheets` but the extreme ones, and finite.
 ENROLLED_GAINS = (0.5, 1.6)
-#: ... if its error bar is smaller than this; otherwise a badge is expected to be as designed.  Derived: half of
-#: the square of `MAX_BUILT_GAIN_SD_SHARE`, so that the film may be as vague as the enrolment.
-ENROLLED_GAIN_SD_SHARE = 0.021
 #: Films of one enrolment whose gains differ by more than this many of their standard deviations, and by more than the
 #: room above, are of different sheets, or one of them is wrong.  Derived: 99.7 % of a normal distribution.
 GAINS_AGREE_SDS = 3.0

@@ -44,7 +44,7 @@ def test_rows_are_kept_and_only_finds_what_is_not_usual(tmp_path: Path, monkeypa
         assert how["kept"] == tmp_path / "reality.jsonl" and all(key == f"{job[0]}|{job[1]}" for key, job in jobs)
         return []
 
-    monkeypatch.setattr(suite, "made_rows", rows)
+    monkeypatch.setattr("moireid.bench.rows.made_rows", rows)
     told = {"quick": False, "seed": 4, "kept": tmp_path / "reality.jsonl", "progress": lambda done, of: None}
     assert suite.run(clips=2, only="^zoom:strong 2 m gain_low$", **told) == {"suite": "reality", "seed": 4, "rows": []}
     assert made == [("zoom:strong 2 m gain_low", seed, suite.FRAMES) for seed in (4, 5)]

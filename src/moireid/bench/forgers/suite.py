@@ -6,7 +6,6 @@ built.
 
 from __future__ import annotations
 
-import itertools
 import tempfile
 import time
 from collections.abc import Callable
@@ -15,7 +14,7 @@ from typing import Any
 
 from moireid.badge import Badge
 from moireid.bench.forgers.cases import FPS, Case, Shoot, cases
-from moireid.bench.rows import Where, chosen_names, made_rows
+from moireid.bench.rows import Where, chosen_names, rows_of_cases
 from moireid.bench.verdicts import told
 from moireid.designer import Request, design_badge
 from moireid.simulate.filming import film
@@ -80,8 +79,6 @@ def run(
     """
     count = clips or (2 if quick else 100)
     chosen = chosen_names([case.name for case in cases()], only)
-    # Film after film of all cases, so that an interrupted run has some of each.
-    jobs = [(f"{name}|{number}", (name, number, FRAMES)) for number in range(seed, seed + count) for name in chosen]
-    done = itertools.count(1)
-    rows = made_rows(run_case, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(jobs)))
+    numbers = range(seed, seed + count)
+    rows = rows_of_cases(run_case, chosen, numbers, FRAMES, kept=kept, where=where, progress=progress)
     return {"suite": "forgers", "seed": seed, "rows": rows}

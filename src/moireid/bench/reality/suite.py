@@ -5,7 +5,6 @@ Convention: a film is judged by `verify` with the badge as claim and its identit
 
 from __future__ import annotations
 
-import itertools
 import tempfile
 import time
 from collections.abc import Callable
@@ -13,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from moireid.bench.reality.cases import NOTHING, TRUE, Case, cases, usual
-from moireid.bench.rows import Where, chosen_names, made_rows
+from moireid.bench.rows import Where, chosen_names, rows_of_cases
 from moireid.bench.verdicts import told
 from moireid.designer import Request, design_badge
 from moireid.simulate.effects.table import effect_named
@@ -78,8 +77,6 @@ def run(
     """
     chosen = chosen_names([case.name for case in cases() if only is not None or usual(case, quick=quick)], only)
     count = clips or (1 if quick else 10)
-    # Film after film of all cases, so that an interrupted run has some of each.
-    jobs = [(f"{name}|{number}", (name, number, FRAMES)) for number in range(seed, seed + count) for name in chosen]
-    done = itertools.count(1)
-    rows = made_rows(run_case, jobs, kept=kept, where=where, step=lambda: progress(next(done), len(jobs)))
+    numbers = range(seed, seed + count)
+    rows = rows_of_cases(run_case, chosen, numbers, FRAMES, kept=kept, where=where, progress=progress)
     return {"suite": "reality", "seed": seed, "rows": rows}

@@ -1,9 +1,9 @@
 """Does one camera explain all poses of a film, or was its picture zoomed, reframed or stabilised?
 
-A program that follows a face, zooms or stabilises moves the optical axis and the focal length within the film.  From
-the badge alone such a course cannot be solved: an axis that follows the badge changes poses much as another focal
-length does, and poses near the frontal one hardly at all.  But it shows.  The errors that one camera leaves are then no
-longer those of single frames, but go on over many frames.
+A program that follows a face, zooms or stabilises moves the optical axis and the focal length within the film.  A zoom
+can often be solved (`zoom_course`).  The course of an axis cannot, from the badge alone: it changes poses much as
+another focal length does.  But both show.  The errors that one camera leaves are then no longer those of single frames,
+but go on over many frames.
 
 Convention: residuals (T, 2 N) px of N points, as `PlanePoses.residuals_px`.
 Source: the slow part of the residuals, less what white noise leaves in it; noise by the difference of neighbouring

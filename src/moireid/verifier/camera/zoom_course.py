@@ -76,7 +76,7 @@ def _likeliest(
 ) -> tuple[float, Array]:
     """Logarithm of the film's probability with zooms of this spread, and the likeliest course (T,).
 
-    Convention: not searched to its end where the first step leaves the film less likely than `least`.
+    Convention: the search ends at once where a step leaves the film less likely than `least`.
     """
     clock, count = times_s[frames], len(frames)
     prior = _prior(times_s, clock, numbers, numbers[frames], spread)
@@ -98,7 +98,7 @@ def _likeliest(
     return value, course
 
 
-def _prior(times_s: Array, clock: Array, numbers: NDArray[np.int64], own: NDArray[np.int64], spread: float) -> Array:
+def _prior(times_s: Array, clock: Array, numbers: Numbers, own: Numbers, spread: float) -> Array:
     """Covariance of the course in all frames with that in the measured ones."""
     smooth = spread**2 * _alike(times_s, clock, CHANGES_S)
     jumps = np.where(numbers[:, None] == own[None], AFTER_CUT_SD**2, 0.0) if spread and numbers[-1] else 0.0

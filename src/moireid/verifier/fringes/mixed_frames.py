@@ -1,9 +1,8 @@
 """Are frames mixed with their neighbours, as temporal noise reduction or a change of the frame rate does?
 
-Fringes are printed on nothing: at one pixel they move with the page and with the parallax.  A frame that holds a share
-w of the one before adds, at each pixel, two fringes that are apart by the angle `turn` by which that pixel's fringe
-turned meanwhile.  Their phase is wrong; their contrast tells, as it dips with the
-turn:
+At one pixel the fringe's phase turns from frame to frame, as the page moves in the picture and as the parallax changes.
+A frame that holds a share w of the one before adds two fringes that are apart by this `turn`.  The phase of the sum is
+wrong, and its contrast tells so, because it dips with the turn:
 
     |1 - w + w exp(i turn)|^2 = 1 - 2 w (1 - w) (1 - cos turn).
 
@@ -23,7 +22,7 @@ from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.limits import MAX_STEP_RAD, MIXED_SDS
 
 Array = NDArray[np.float64]
-#: Fewer frames than this tell no regression of five unknowns.
+#: Fewer frames than this are too few for a regression of four unknowns.
 LEAST_FRAMES = 50
 
 

@@ -247,7 +247,6 @@ def _grating_signal(
         # `pose_sd_rad` is the error of a typical frame; a frame with a worse pose gets a larger error bar.
         vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
         sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
-    beyond = _beyond(own, known, track.homographies, poses.page_mm) if own else None
     return replace(
         signal,
         phase_sd_rad=sd,
@@ -261,7 +260,7 @@ def _grating_signal(
         lasting_px=poses.camera.lasting_px,
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, grating) if own else 0.0,
-        beyond=beyond,
+        beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
     )
 
 

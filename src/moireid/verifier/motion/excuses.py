@@ -45,14 +45,13 @@ def without_camera_s_blame(reasons: list[Reason], signals: Sequence[GratingSigna
         return [*_open(reasons, POSED), _mixed(mixed)]
     if lasting_px > MAX_LASTING_PX and troubled:
         why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
-        return [*_open(reasons, POSED), _changed(why, lasting_px)]
-    if _looks_zoomed(codes, sheet) and failed:
+    elif failed and _looks_zoomed(codes, sheet):
         why = "The fringes' spacing does not follow the distance"
-        return [*_open(reasons, POSED), _changed(why, lasting_px)]
-    if lasting_px > SUSPECT_PX and failed and failed <= {"likelihood", "residual"} and _doubtful(codes.get("gain")):
+    elif lasting_px > SUSPECT_PX and failed and failed <= {"likelihood", "residual"} and codes["gain"].level != "pass":
         why = f"The focal length is doubtful, as {lasting_px:.3f} px of the badge's place last over many frames"
-        return [*_open(reasons, POSED), _changed(why, lasting_px)]
-    return reasons
+    else:
+        return reasons
+    return [*_open(reasons, POSED), _changed(why, lasting_px)]
 
 
 def _open(reasons: Sequence[Reason], codes: set[str]) -> list[Reason]:
@@ -63,22 +62,16 @@ def _open(reasons: Sequence[Reason], codes: set[str]) -> list[Reason]:
     ]
 
 
-def _doubtful(gain: Reason | None) -> bool:
-    return gain is not None and gain.level == "undecided"
-
-
 def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
     """Whether fringes tell of another distance than the page's size, and move as far as after a zoom.
 
     A zoom about the picture's middle hardly shows in the poses where the badge is seen from the front.  One by up to
     two scales the motion by as much, which leaves a correlation of 0.95 (Cauchy and Schwarz).
     """
-    spacing, gain = codes.get("spacing"), codes.get("gain")
-    if spacing is None or spacing.level != "undecided" or gain is None or not isinstance(gain.measured, float):
+    spacing, gain = codes.get("spacing"), codes["gain"].measured
+    if spacing is None or spacing.level != "undecided" or codes["correlation"].level == "fail":
         return False
-    if codes["correlation"].level == "fail":
-        return False
-    return 1 / MOST_ZOOM < gain.measured / sheet.expected < MOST_ZOOM
+    return isinstance(gain, float) and 1 / MOST_ZOOM < gain / sheet.expected < MOST_ZOOM
 
 
 def _mixed(share: float) -> Reason:

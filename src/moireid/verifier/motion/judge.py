@@ -109,9 +109,8 @@ def judge_signals(signals: Sequence[GratingSignal], sheet: SheetGain = DESIGNED)
     found = _judged(signals, sheet)
     gain, gain_sd = found.gain_ratio, found.gain_sd
     said = next((reason for reason in found.reasons if reason.code == "gain"), None)
-    if gain is None or gain_sd is None or said is None:
+    if gain is None or gain_sd is None or said is None or not isinstance(said.measured, float):
         return found
-    assert isinstance(said.measured, float)
     other = not sheet.accepts(said.measured / sheet.expected, gain_sd) and sheet.explains(gain, gain_sd)
     if not other and not (sheet.measured and sheet.accepts(gain, gain_sd)):
         return found
