@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from moireid.simulate.motion import measured_run
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.self_calibration import _cuts
@@ -60,16 +61,18 @@ def project(camera: np.ndarray, turn: Rotation, focal: float, places: np.ndarray
     return focal * local[..., :2] / local[..., 2:] + CENTRE
 
 
-def rolled(course: Course, times: np.ndarray, focal: float, shutter_s: float) -> np.ndarray:
+def rolled(
+    course: Course, times: np.ndarray, focal: float, shutter_s: float, places: np.ndarray = PAGE_MM
+) -> np.ndarray:
     """Pictures under a rolling shutter: each corner at the moment when its own row is read, found by iteration.
 
     The frame's time is that of the picture's middle row.
     """
-    seen = project(*course.pose(times), focal)
+    seen = project(*course.pose(times), focal, places)
     for _ in range(4):
         late = shutter_s * (seen[..., 1] - CENTRE[1]) / SIZE[1]
-        for k in range(PAGE_MM.shape[0]):
-            seen[:, k] = project(*course.pose(times + late[:, k]), focal, PAGE_MM[k : k + 1])[:, 0]
+        for k in range(places.shape[0]):
+            seen[:, k] = project(*course.pose(times + late[:, k]), focal, places[k : k + 1])[:, 0]
     return seen
 
 
@@ -208,6 +211,46 @@ def test_a_stretched_picture_is_judged_as_it_was_taken(aspect):
     assert np.polyfit(tangents(true)[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0] == pytest.approx(1.0, abs=0.02)
 
 
+@pytest.mark.parametrize("aspect", [0.995, 1.002, 1.01])
+def test_a_print_of_another_aspect_is_solved(aspect):
+    """Catches: a page taken for as designed, whose gain is 10 % wrong for each thousandth; an aspect upside down; one
+    that is lost where the picture is moved by the shutter.
+    """
+    rng = np.random.default_rng(5)
+    times = np.arange(90) / FPS
+    course = Course(rng, 1600.0, tilt_deg=5.0, sway_mm=60.0)
+    points = rolled(course, times, 1450.0, 0.010, MIDDLE + (PAGE_MM - MIDDLE) * [1.0, aspect])
+    fit = fitted(registered(points, rng, 0.05), times)
+    assert fit.print_aspect == pytest.approx(aspect, abs=5e-4) and fit.aspect == 1.0
+    slope = np.polyfit(tangents(course.pose(times)[0])[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0]
+    assert abs(slope - 1) < max(0.02, 3 * fit.tangent_sd[0]) and fit.tangent_sd[0] < 0.04
+
+
+@pytest.mark.parametrize("aspect", [1.01, 1.03])
+def test_the_shutter_s_direction_is_told_where_the_aspect_is_not_yet_known(aspect):
+    """Catches: a direction that is tested before the print or the picture is made square, and kept."""
+    rng = np.random.default_rng(5)
+    times = np.arange(90) / FPS
+    course = Course(rng, 1600.0, tilt_deg=14.0, sway_mm=220.0)
+    squeezed = (rolled(course, times, 1450.0, 0.010) - CENTRE) * [aspect, 1.0] + CENTRE
+    fit = fitted(registered(squeezed, rng, 0.08), times)
+    assert fit.shutter_s == pytest.approx(0.010, abs=0.002) and abs(fit.bend_k1) < 0.03
+
+
+def test_a_long_valley_is_walked_to_its_end(rng):
+    """Catches: a search that is broken off on the way, or a prior for phones alone: 12 % from the focal length with an
+    error bar of 0.5 %.
+
+    A hand's measured path, aside of the badge, before a wide lens that bends.
+    """
+    times, size = np.arange(150) / FPS, np.array([1280, 720])
+    poses = measured_run(1000.0)(times)
+    flat = project(poses.camera_mm + np.append(MIDDLE, 0.0), Rotation.from_matrix(poses.rotation), 1.0) - CENTRE
+    bent = (size - 1) / 2 + 900.0 * flat * (1 - 0.06 * (flat**2).sum(axis=-1, keepdims=True))
+    fit = fit_camera(registered(bent, rng, 0.02), PAGE_MM, times, (1280, 720))
+    assert abs(fit.focal_px - 900.0) < 4 * fit.focal_sd_px < 60 and abs(fit.bend_k1 + 0.06) < 4 * fit.bend_sd
+
+
 def changed(zoom: np.ndarray, aside_px: np.ndarray, noise_px: float) -> tuple[CameraFit, np.ndarray, np.ndarray]:
     """The fit of five seconds whose picture is zoomed by (T,) and shifted by (T,) px, the times and the true path."""
     rng = np.random.default_rng(8)
@@ -309,7 +352,10 @@ def test_a_camera_that_moves_straight_and_does_not_turn_leaves_the_focal_length_
 
 
 def test_what_the_focal_length_does_to_the_tangents_is_told(rng):
-    """Catches: an error bar left at zero; tangents that do not feel the focal length.  Against refits by hand."""
+    """Catches: an error bar left at zero; tangents that do not feel the focal length.  Against refits by hand.
+
+    The error bar holds the other unknowns too, so it is larger, but not by far.
+    """
     times = np.arange(40) / FPS
     points = registered(project(*Course(rng, 2200.0, tilt_deg=4.0).pose(times), 1450.0), rng, 0.06)
     fit = fitted(points, times)
@@ -318,7 +364,7 @@ def test_what_the_focal_length_does_to_the_tangents_is_told(rng):
     for axis in (0, 1):
         here, there = (tangents(f.camera_mm)[:, axis] for f in (fit, other))
         by_hand = abs(np.polyfit(here - here.mean(), there, 1)[0] - 1)
-        assert fit.tangent_sd[axis] == pytest.approx(by_hand, rel=0.6, abs=2e-3)
+        assert 0.4 * by_hand - 2e-3 < fit.tangent_sd[axis] < 2.0 * by_hand + 2e-3
 
 
 # The rolling shutter.

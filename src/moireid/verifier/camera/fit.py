@@ -1,4 +1,4 @@
-"""Where the camera was relative to the badge: focal length, rolling shutter, distortion, and one pose per frame.
+"""Where the camera was relative to the badge: focal length, shutter, distortion, the print, and one pose per frame.
 
 The tilt of a plane shows only in small second differences of its corners, so the pose is the weakest part of the
 method.  Three things make it good enough: registered corners; focal length, shutter time and distortion estimated over
@@ -27,8 +27,8 @@ Array = NDArray[np.float64]
 PROBE = 0.003
 #: A zoom must take away so much of the error that lasts; a course that fits repeated pictures leaves it.  Set by hand.
 TAKEN_SHARE = 0.5
-#: The first course is found with the camera of the whole zoomed film, the second with that of the first.
-ROUNDS = 2
+#: The first course is found with the camera of the whole zoomed film, each other one with that of the course before.
+ROUNDS = 3
 #: A focal length this near to the border of its search, as a share, is at it.
 AT_LIMIT_SHARE = 0.01
 
@@ -43,9 +43,9 @@ class CameraFit:
     coordinates along x and y, from the reprojection error; bend_k1, bend_sd: radial distortion;
     focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
-    and focal length are in px of the height; lasting_px: error that one camera leaves over many frames (`one_camera`);
-    log_zoom (T,): logarithm of the zoom within the film, over its mean; cuts (T,): frames before which the picture
-    jumps.
+    and focal length are in px of the height; print_aspect: height over width of the print, over those of the design;
+    lasting_px: error that one camera leaves over many frames (`one_camera`); log_zoom (T,): logarithm of the zoom
+    within the film, over its mean; cuts (T,): frames before which the picture jumps.
     """
 
     camera_mm: Array
@@ -61,6 +61,7 @@ class CameraFit:
     focal_at_limit: bool = False
     axis_px: tuple[float, float] = (0.0, 0.0)
     aspect: float = 1.0
+    print_aspect: float = 1.0
     lasting_px: float = 0.0
     log_zoom: Array = field(default_factory=lambda: np.zeros(0))
     cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
@@ -89,7 +90,7 @@ def fit_camera(
     film, final, lasting_px, log_zoom = _solved(points_px, page_mm, times_s, image_px, focal_px)
     camera, errors = _choose(final)
     # Errors of focal length and distortion are correlated: one mostly cancels the other.
-    probes = PROBE * np.eye(6)
+    probes = PROBE * np.eye(len(film.covariance))
     stretch = np.column_stack(
         [np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes]
     )
@@ -109,6 +110,7 @@ def fit_camera(
         focal_px is None and _at_limit(film.focal / max(image_px)),
         (float(film.axis[0]) * max(image_px), float(film.axis[1]) * max(image_px)),
         math.exp(film.stretch),
+        math.exp(film.print_aspect),
         lasting_px,
         log_zoom,
         film.cuts,

@@ -1,9 +1,10 @@
-"""What is the same in all frames of a film: focal length, rolling-shutter time, and radial distortion.
+"""What is the same in all frames of a film: focal length, rolling-shutter time, distortion, and the print's shape.
 
-1. In which direction does the shutter run through the picture?  Tested at its usual time.
-2. Shutter time alone, then focal length alone, each from its prior.
-3. All together.
-4. If the focal length is far from its prior, estimate it again on a steady camera path (`steady_path`).
+1. The print's aspect alone: one of a hundredth hides all else.
+2. In which direction does the shutter run through the picture?  Tested at its usual time.
+3. Shutter time alone, then focal length alone, each from its prior.
+4. All together.
+5. If the focal length is far from its prior, estimate it again on a steady camera path (`steady_path`).
 Convention: as `fit`; distortion is estimated in units of the guessed focal length, and returned in units of the found
     one.
 Source: maximum a posteriori over reprojection error.
@@ -13,6 +14,7 @@ from __future__ import annotations
 
 import copy
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -26,6 +28,7 @@ from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, minimise_together, posterior
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
+from moireid.verifier.camera.print_aspect import lengthened_px
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
 from moireid.verifier.camera.stretches import AROUND
@@ -41,6 +44,8 @@ from moireid.verifier.limits import (
     FOCAL_RANGE_RATIO,
     JUMP_NOISE_SDS,
     MAX_PICTURE_JUMP,
+    PRINT_ASPECT_MAX_LOG,
+    PRINT_ASPECT_PRIOR_SD_LOG,
     SHUTTER_MAX_S,
     SHUTTER_PRIOR_S,
     SHUTTER_PRIOR_SD_S,
@@ -50,17 +55,20 @@ from moireid.verifier.limits import (
 
 Array = NDArray[np.float64]
 #: A joint search moves by at most this many steps from settled poses, and then starts again from its result; until it
-#: moves by less than this share of a step; most repetitions.
-NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 6
+#: moves by less than this share of a step; most repetitions: the valley of focal length and distortion is long.
+NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 12
 #: Within this change of the focal length's logarithm, refined poses are still near.
 NEARBY_ZOOM = 0.15
 SHUTTER = Unknown(0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, 0.003)
 BEND = Unknown(-DISTORTION_MAX_K1, DISTORTION_MAX_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
 ASIDE = Unknown(-AXIS_MAX_SHARE, AXIS_MAX_SHARE, 0.0, AXIS_PRIOR_SD_SHARE, 0.03, heavy=True)
 STRETCH = Unknown(-STRETCH_MAX_LOG, STRETCH_MAX_LOG, 0.0, STRETCH_PRIOR_SD_LOG, 0.005, heavy=True)
+PRINT = Unknown(-PRINT_ASPECT_MAX_LOG, PRINT_ASPECT_MAX_LOG, 0.0, PRINT_ASPECT_PRIOR_SD_LOG, 0.001, heavy=True)
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
+#: A print's aspect hides all else if the errors without it are this share of those with it, or less.
+HIDING_SHARE = 0.5
 #: A focal length is near the guessed one up to this change of its logarithm.
 USUAL_ZOOM = 0.1
 #: Change of the zoom's logarithm to measure its effect on the residuals.
@@ -73,8 +81,9 @@ class FilmWide:
     """The film-wide unknowns of registered pages.
 
     focal: px; shutter_s: time from first to last row; bend: distortion in units of the guessed focal length; axis (2,):
-    place of the optical axis; stretch: logarithm of a pixel's width over its height; covariance (6, 6): of the focal
-    length's logarithm, shutter, distortion, axis and stretch; 0 for what was given or is fixed.
+    place of the optical axis; stretch: logarithm of a pixel's width over its height; print_aspect: logarithm of the
+    page's height over that of its design, at one width; covariance (7, 7): of the focal length's logarithm, shutter,
+    distortion, axis, stretch and print aspect; 0 for what was given or is fixed.
     """
 
     def __init__(
@@ -92,6 +101,7 @@ class FilmWide:
         self.axis = np.zeros(2)
         #: Logarithm of a pixel's width over its height; points are made square with it.
         self.stretch, self._stretched = 0.0, False
+        self.print_aspect = 0.0
         #: Whether the focal length is that of a steady path.
         self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
@@ -106,10 +116,11 @@ class FilmWide:
         self._long_side, self._given = max(image_px), focal_px is not None
         self._guess = focal_px or FOCAL_PRIOR_RATIO * max(image_px)
         self._bends = TakenIn(points_px, self._guess, self._centre)
+        self._longer = lengthened_px(points_px, self.plane[:, :2])
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
-        self.covariance = np.zeros((6, 6))
+        self.covariance = np.zeros((7, 7))
 
     @property
     def _centre(self) -> tuple[float, float]:
@@ -143,7 +154,17 @@ class FilmWide:
         self._solve_from_the_middle()
         tried = [self, *(found for camera in self._other_starts() if (found := self._solved_from(camera)) is not None)]
         scale = min(float(np.median(film._errors())) for film in tried) or 1e-9
-        return min(tried, key=lambda film: film._cost(scale))
+        best = min(tried, key=_cost_at(scale))
+        # Another direction of the shutter than the usual one may have been told by what was not yet solved then.
+        told = best._steadied or best._rows is best._directions[0]
+        return best if told else min((best, best._rolled_down()), key=_cost_at(scale))
+
+    def _rolled_down(self) -> FilmWide:
+        """The solution for a shutter that runs down, searched from this one."""
+        film = copy.copy(self)
+        film._rows, film.bend, film.axis = film._directions[0], 0.0, np.zeros(2)
+        film._solve_together()
+        return film
 
     def _other_starts(self) -> list[ClosedForm]:
         """Cameras to search from again: the guess, and those of the closed form that leave little, if they are far."""
@@ -169,9 +190,14 @@ class FilmWide:
         if not self._given:
             least, most = (ratio * self._long_side for ratio in FOCAL_RANGE_RATIO)
             film.focal = float(np.clip(camera.focal * self._long_side, least, most))
-        film.shutter_s, film.bend, film.covariance = SHUTTER_PRIOR_S, 0.0, np.zeros((6, 6))
+        film.shutter_s, film.bend, film.covariance = SHUTTER_PRIOR_S, 0.0, np.zeros((7, 7))
+        film.print_aspect = 0.0
         film._start = start_poses(film.plane, film._flat(film._chosen), film.focal, film._centre)
         film._start_focal, film._near = film.focal, NearPoses(film.plane, film._start)
+        if film._stretched:
+            # The closed form's is off by some thousandths, which hides the shutter.
+            near = replace(STRETCH.near(film.stretch, NEARBY_STEPS), prior=film.stretch, prior_sd=STRETCH_MAX_LOG)
+            film.stretch, _ = minimise(lambda x: film._errors(shutter_s=0.0, stretch=x), *near.alone)
         # Where the camera is not yet right, the direction of the shutter is told badly, so it is tested again.
         for _ in range(2):
             before, film._rows = film._rows, film._likeliest_rows()
@@ -187,16 +213,20 @@ class FilmWide:
         return misfit + sum(float(self._unknowns()[k].cost(at[k])) for k in free)
 
     def _unknowns(self) -> list[Unknown]:
-        """All that a joint search may solve: focal length, shutter, distortion, axis x and y, stretch."""
-        return [self._zoom(), SHUTTER, BEND, ASIDE, ASIDE, STRETCH]
+        """All that a joint search may solve: focal length, shutter, distortion, axis x and y, stretch, print aspect."""
+        return [self._zoom(), SHUTTER, BEND, ASIDE, ASIDE, STRETCH, PRINT]
 
     def _free(self, *, zoom: bool = True) -> list[int]:
-        """Which of the unknowns are solved: not a focal length that was given, nor square pixels."""
-        return [*([0] if zoom and not self._given else []), 1, 2, 3, 4, *([5] if self._stretched else [])]
+        """Which of the unknowns are solved: not a focal length that was given.
+
+        A stretched picture and a print of another aspect look alike but where the camera rolls, so one of them is
+        solved: the picture's where it is far from square, since prints are not.
+        """
+        return [*([0] if zoom and not self._given else []), 1, 2, 3, 4, 5 if self._stretched else 6]
 
     def _at(self) -> Array:
-        """The unknowns as they are estimated now, (6,)."""
-        return np.array([math.log(self.focal), self.shutter_s, self.bend, *self.axis, self.stretch])
+        """The unknowns as they are estimated now, (7,)."""
+        return np.array([math.log(self.focal), self.shutter_s, self.bend, *self.axis, self.stretch, self.print_aspect])
 
     def _far(self, camera: ClosedForm) -> bool:
         """Whether a camera is far from a usual one, and possible."""
@@ -219,19 +249,26 @@ class FilmWide:
         return Unknown(least, most, math.log(self._guess), FOCAL_PRIOR_SD_LOG, 0.06)
 
     def _solve_from_the_middle(self) -> None:
-        """Steps 1 to 4."""
+        """Steps 1 to 5."""
         middle, zoom = math.log(self._guess), self._zoom().alone
-        self._rows = self._likeliest_rows()  # 1
-        self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *SHUTTER.alone)  # 2
+        self._unhide()  # 1
+        self._rows = self._likeliest_rows()  # 2
+        self.shutter_s, _ = minimise(lambda s: self._errors(shutter_s=s), *SHUTTER.alone)  # 3
         if not self._given:
             log_focal, _ = minimise(lambda x: self._errors(log_focal=x), *zoom)
             self.focal = math.exp(log_focal)
             if abs(log_focal - middle) > USUAL_ZOOM:
                 # Far from the guessed focal length all shutter directions look alike, so the direction is tested again.
                 self._rows, self.shutter_s = self._likeliest_rows(), SHUTTER_PRIOR_S
-        self._solve_together()  # 3
+        self._solve_together()  # 4
         if not self._given and abs(math.log(self.focal) - middle) > FOCAL_FAR_SDS * FOCAL_PRIOR_SD_LOG:
-            self._solve_steadily(zoom)  # 4
+            self._solve_steadily(zoom)  # 5
+
+    def _unhide(self) -> None:
+        """Take a print's aspect for a start that halves the errors; one that takes less away may be noise."""
+        found, _ = minimise(lambda x: self._errors(shutter_s=0.0, print_aspect=x), *PRINT.alone)
+        left, before = (float(np.median(self._errors(shutter_s=0.0, print_aspect=x))) for x in (found, 0.0))
+        self.print_aspect = found if left < HIDING_SHARE * before else 0.0
 
     def _solve_together(self, *, zoom: bool = True) -> None:
         """Estimate all unknowns by repeated joint searches; zoom: the focal length too, if it was not given."""
@@ -249,8 +286,8 @@ class FilmWide:
             if 0 in free:
                 self.focal = math.exp(place[0])
             self.shutter_s, self.bend = float(place[1]), float(place[2])
-            self.axis, self.stretch = place[3:5], float(place[5])
-            self.covariance = np.zeros((6, 6))
+            self.axis, self.stretch, self.print_aspect = place[3:5], float(place[5]), float(place[6])
+            self.covariance = np.zeros((7, 7))
             self.covariance[np.ix_(free, free)] = covariance
             if np.all(np.abs(found - before[free]) < [SETTLED * one.step for one in near]):
                 break
@@ -260,7 +297,9 @@ class FilmWide:
         at = before.copy()
         at[free] = places
         focal = math.exp(at[0])
-        points = self._flat(self._chosen, shutter_s=float(at[1]), bend=float(at[2]), stretch=float(at[5]))
+        points = self._flat(
+            self._chosen, shutter_s=float(at[1]), bend=float(at[2]), stretch=float(at[5]), print_aspect=float(at[6])
+        )
         return self._near.residuals_px(points, focal / self._start_focal, focal, self._placed(at[3:5]))
 
     def _solve_steadily(self, zoom: tuple[float, float, float, float]) -> None:
@@ -305,6 +344,7 @@ class FilmWide:
         film = copy.copy(self)
         film._points, film._velocity = points_px, _velocity_px_s(points_px, self._times, self.cuts)
         film._bends = TakenIn(points_px, self._guess, self._centre)
+        film._longer = lengthened_px(points_px, self.plane[:, :2])
         film._start = start_poses(self.plane, film._flat(self._chosen), self.focal, self._centre)
         film._start_focal, film._near = self.focal, NearPoses(self.plane, film._start)
         return film
@@ -313,7 +353,11 @@ class FilmWide:
         """The poses if the parameters of `covariance`, in its order, changed by `off`."""
         zoom = math.exp(off[0])
         points = self._flat(
-            slice(None), shutter_s=self.shutter_s + off[1], bend=self.bend + off[2], stretch=self.stretch + off[5]
+            slice(None),
+            shutter_s=self.shutter_s + off[1],
+            bend=self.bend + off[2],
+            stretch=self.stretch + off[5],
+            print_aspect=self.print_aspect + off[6],
         )
         return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._placed(self.axis + off[3:5]))
 
@@ -324,22 +368,25 @@ class FilmWide:
         shutter_s: float | None = None,
         bend: float | None = None,
         stretch: float | None = None,
+        print_aspect: float | None = None,
     ) -> Array:
-        """Points as seen by a pinhole camera without a rolling shutter, with square pixels."""
+        """Points as a pinhole camera without a rolling shutter, with square pixels, sees them of a page as designed."""
         seconds, bent = (self.shutter_s if shutter_s is None else shutter_s), (self.bend if bend is None else bend)
         rolled = self._velocity[frames] * self._rows[frames] * seconds
         points = self._points[frames] - self._bends.px(bent, frames) - rolled
+        points -= self._longer[frames] * (self.print_aspect if print_aspect is None else print_aspect)
         points[..., 0] += (points[..., 0] - self._middle[0]) * math.expm1(
             -(self.stretch if stretch is None else stretch)
         )
         return np.asarray(points)
 
-    def _errors(
-        self, *, log_focal: float | None = None, shutter_s: float | None = None, bend: float | None = None
-    ) -> Array:
-        """Reprojection errors (T,) px of the chosen frames; parameters not given keep their present estimate."""
+    def _errors(self, *, log_focal: float | None = None, **others: float) -> Array:
+        """Reprojection errors (T,) px of the chosen frames; others: as `_flat`.
+
+        What is not given keeps its present estimate.
+        """
         focal = self.focal if log_focal is None else math.exp(log_focal)
-        points = self._flat(self._chosen, shutter_s=shutter_s, bend=bend)
+        points = self._flat(self._chosen, **others)
         zoom = focal / self._start_focal
         if abs(math.log(zoom)) > NEARBY_ZOOM:
             return moved_poses(self._start, self.plane, points, zoom, focal, self._centre).least_error_px
@@ -360,6 +407,11 @@ class FilmWide:
             tried.append(self._errors(shutter_s=SHUTTER_PRIOR_S))
         scale = min(float(np.median(errors)) for errors in tried) or 1e-9
         return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
+
+
+def _cost_at(scale_px: float) -> Callable[[FilmWide], float]:
+    """The cost of a solution, to compare several."""
+    return lambda film: film._cost(scale_px)
 
 
 def _velocity_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_]) -> Array:

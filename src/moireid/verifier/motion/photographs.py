@@ -23,6 +23,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
+from scipy.special import ndtr, stdtrit
 
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.signals import GratingSignal
@@ -44,6 +45,8 @@ Passes = Callable[[GratingSignal], bool]
 KNOTS_RANGE, FRAMES_PER_UNKNOWN = (4, 80), 2
 #: A film with fewer frames is too short for a smooth course of many parts.
 SHORT_FRAMES = 120
+#: Independent times below which the scatter of the spacing says nothing.
+LEAST_PIECES = 2.0
 #: More photographs than this are not counted.
 MOST_PHOTOGRAPHS = 100
 
@@ -100,7 +103,8 @@ def _spaced(spacing: Spacing) -> Reason:
     text = {
         "undecided": f"{seen} the optics say: as on photographs laid over a film, or under a zoom. Film without zoom.",
         "pass": f"{seen} the optics say, which photographs from one distance do not.",
-        "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
+        "note": "The distance hardly changed, or not for long, so the film does not show whether the fringes' spacing "
+        "follows it.",
     }[level]
     gain = None if level == "note" else spacing.gain
     return Reason("spacing", level, gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
@@ -127,7 +131,9 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     """The spacing's gain, of all gratings together; None if the distance does not change at all.
 
     Source: the error bar is the scatter of sums over times that a hand's motion makes independent
-        (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.
+        (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.  A short film has few such times, and the scatter of few is
+        uncertain itself, so it is widened as Student's t: `PHOTOGRAPH_SDS` of it are exceeded as seldom as those of a
+        normal distribution.
     """
     depths = [signal.beyond.depth for signal in signals if signal.beyond is not None]
     if not depths:
@@ -138,9 +144,15 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
         return None
     error = float(np.sum(score)) / whole
     piece = np.floor((signals[0].times_s - signals[0].times_s[0]) * INDEPENDENT_PER_S).astype(int)
+    told = np.bincount(piece, weights=information)
+    # Times that tell nothing do not count.
+    pieces = whole**2 / float(np.sum(told**2))
+    if pieces < LEAST_PIECES:
+        return Spacing(1 + error, math.inf)
     scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
+    few = float(stdtrit(pieces - 1, ndtr(PHOTOGRAPH_SDS))) / PHOTOGRAPH_SDS * math.sqrt(pieces / (pieces - 1))
     change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
-    return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)))
+    return Spacing(1 + error, math.hypot(few * scatter, SPACING_FLOOR_RAD / max(change, 1e-12)))
 
 
 class Course:

@@ -116,6 +116,7 @@ class Report:
                 "distortion_sd": json_number(camera.bend_sd),
                 "axis_px": [json_number(place) for place in camera.axis_px],
                 "pixel_aspect": json_number(camera.aspect),
+                "print_aspect": json_number(camera.print_aspect),
                 "zoom": json_number(camera.zoom),
             }
             if camera
