@@ -1,4 +1,4 @@
-"""Lens sheets by name, and what the truth beside a film says of them.  Beside each test: what it would catch."""
+"""Sheets and pages by name, and what the truth beside a film says of them.  Beside each test: what it would catch."""
 
 from __future__ import annotations
 

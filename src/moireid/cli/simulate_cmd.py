@@ -149,7 +149,7 @@ class EffectName(click.ParamType[str]):
     metavar="KIND",
     help="Forge the film in one thing; the kinds stand above.",
 )
-@click.option("--sheet", type=click.Choice(SHEETS), help="A lens sheet that is not as designed; the kinds stand above.")
+@click.option("--sheet", type=click.Choice(SHEETS), help="A sheet or page not as designed; the kinds stand above.")
 @click.option(
     "--camera",
     type=click.Choice((*CAMERAS, *EFFECT_CAMERAS)),
