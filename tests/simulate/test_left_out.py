@@ -71,7 +71,7 @@ def test_badge_alone_has_the_same_phase_within_the_stated_error(name: str) -> No
     assert counts[0] == pytest.approx(counts[1], rel=0.01)
     page = AnalyticRenderer(alone).render(instant, crop=box)
     centre = np.array(scene.badge.markers.centers_mm[0]) - scene.board_centre_mm
-    local = instant.first.rotation[0] @ (np.append(centre * scene.build.print_scale, 0) - instant.first.camera_mm[0])
+    local = instant.first.rotation[0] @ (np.append(centre * scene.build.print_scales, 0) - instant.first.camera_mm[0])
     column, row = np.rint(scene.camera.project(local)).astype(int) - (page.left, page.top)
     patch = np.s_[row - 4 : row + 5, column - 4 : column + 5]
     assert np.all(page.radiance[patch] == np.float32(scene.paper)) and board.radiance[patch].min() < 0.3

@@ -1,4 +1,4 @@
-"""Lens sheets by name, and what the truth beside a film says of them.  Beside each test: what it would catch."""
+"""Sheets and pages by name, and what the truth beside a film says of them.  Beside each test: what it would catch."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_every_name_changes_one_thing_and_keeps_the_build():
         sheet_named("wet", TYPICAL)
 
 
-@pytest.mark.parametrize(("name", "gain"), [("", 1.0), ("thin", 0.7), ("gap", 1.2), ("warm", 1.0)])
+@pytest.mark.parametrize(("name", "gain"), [("", 1.0), ("thin", 0.7), ("gap", 1.2), ("warm", 1.0), ("fed", 1.0)])
 def test_the_truth_tells_the_sheet_and_moves_as_it_does(prototype, name, gain):
     """Catches: the design's phase told of another sheet; a gain that is not that of the phases."""
     scene = Scene(prototype, sheet_named(name, TYPICAL) if name else TYPICAL)
@@ -40,6 +40,7 @@ def test_the_truth_tells_the_sheet_and_moves_as_it_does(prototype, name, gain):
     told = dict(zip(columns, row, strict=True))
     assert float(told["air_gap_mm"]) == pytest.approx(0.1 if name == "gap" else 0.0)
     assert float(told["sheet_thickness_mm"]) == pytest.approx(0.457 / 0.67 if name == "thin" else 1.0, abs=1e-5)
+    assert float(told["print_aspect"]) == pytest.approx(1.003 if name == "fed" else TYPICAL.print_aspect, abs=1e-6)
     assert float(told["sheet_gain"]) == pytest.approx(gain, abs=0.04)
 
     def moved(one: Scene) -> float:

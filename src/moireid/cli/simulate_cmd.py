@@ -73,7 +73,7 @@ CODECS = ("h264", "h265", "av1")
 RECIPES = ("chat", "call", "low", "double", "vfr")
 MOTIONS = ("handheld", "linear", "sway", "static", "roll", "oblique", "tumble", "circle", "board", "both", "alike")
 LIGHT_NAMES = ("even", "softbox", "window", "lamp", "sun")
-SHEETS = ("thin", "gap", "bowed", "warm", "jittered")
+SHEETS = ("thin", "gap", "bowed", "warm", "jittered", "fed")
 PARTS = ("background", "page", "shutter", "glare")
 
 
@@ -149,7 +149,7 @@ class EffectName(click.ParamType[str]):
     metavar="KIND",
     help="Forge the film in one thing; the kinds stand above.",
 )
-@click.option("--sheet", type=click.Choice(SHEETS), help="A lens sheet that is not as designed; the kinds stand above.")
+@click.option("--sheet", type=click.Choice(SHEETS), help="A sheet or page not as designed; the kinds stand above.")
 @click.option(
     "--camera",
     type=click.Choice((*CAMERAS, *EFFECT_CAMERAS)),
@@ -224,12 +224,13 @@ def simulate_command(
     photo, screen        the badge is a printed photo, or a film on a screen
 
     \b
-    Kinds of --sheet, as shops sell them and weather and hands leave them:
+    Kinds of --sheet, as shops sell them and weather, hands and printers leave them:
     thin      0.68 times as thick, as 75lpi at 0.457 in place of 0.67 mm
     gap       0.1 mm of air between sheet and page
     bowed     sheet and page bent to a radius of 1.5 m
     warm      20 K warmer: the sheet is wider by 0.14 %
     jittered  each lens wider or narrower by 0.5 %, by itself
+    fed       the printer fed the page 0.3 % too far: all is higher by that
 
     \b
     Kinds of --effect, each light, ordinary or strong:

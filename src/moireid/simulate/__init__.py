@@ -3,7 +3,7 @@
 scene.py      one description of badge as built and camera, for every renderer
 motion.py     where the camera is: named motions, measured hand-held run, CSV files
 cameras.py    cameras: lens and its distortion, shutter, exposure; some by name
-named_sheets.py  thin, gapped, bowed, warm and jittered lens sheets
+named_sheets.py  thin, gapped, bowed, warm and jittered lens sheets, and a page that was fed too far
 light.py      a disc of light before an even sky, and the bands into which the lenses focus it
 analytic/     rays traced in closed form through the true lenses
 mitsuba/      the same scene as geometry for Mitsuba 3

@@ -30,7 +30,7 @@ class Build:
     twist_rad : float
         How far the sheet is turned about the view axis, rad; positive from x towards y.
     print_scale : float
-        Printed over nominal size, about the board's centre.
+        Printed over nominal width, about the board's centre.
     lens_scale : float
         Real over nominal pitch of the sheet, about the board's centre.
     thickness_ratio : float
@@ -41,6 +41,8 @@ class Build:
         Radius to which sheet and page are bent together along x, m; the edges lie farther from the camera.
     pitch_jitter : float
         Standard deviation of each lens's width, as a share of the pitch; widths are independent.
+    print_aspect : float
+        Printed height over printed width, over that of the design; the width is `print_scale`'s.
     """
 
     lens_offset_mm: float = 0.0
@@ -51,6 +53,17 @@ class Build:
     air_gap_mm: float = 0.0
     bow_radius_m: float = math.inf
     pitch_jitter: float = 0.0
+    print_aspect: float = 1.0
+
+    @property
+    def print_scales(self) -> tuple[float, float]:
+        """Printed over nominal size along the page's x and y, about the board's centre.
+
+        Notes
+        -----
+        Convention: both belong to the page; a twist turns the sheet alone.
+        """
+        return self.print_scale, self.print_scale * self.print_aspect
 
     @staticmethod
     def typical(seed: int) -> Build:
@@ -65,7 +78,7 @@ class Build:
         -------
         Build
             With a random offset within +-0.25 mm, and normal twist (standard deviation 0.1 degrees, at most 0.3),
-            print scale (0.2 %, at most 0.5 % off) and lens scale (0.1 %, at most 0.3 % off).
+            print scale (0.2 %, at most 0.5 % off), lens scale and print aspect (0.1 %, at most 0.3 % off).
         """
         rng = np.random.default_rng(seed)
         return Build(
@@ -73,6 +86,8 @@ class Build:
             twist_rad=math.radians(float(np.clip(rng.normal(0, 0.1), -0.3, 0.3))),
             print_scale=1 + float(np.clip(rng.normal(0, 0.002), -0.005, 0.005)),
             lens_scale=1 + float(np.clip(rng.normal(0, 0.001), -0.003, 0.003)),
+            # Drawn last, so that a seed keeps what it drew before.
+            print_aspect=1 + float(np.clip(rng.normal(0, 0.001), -0.003, 0.003)),
         )
 
 
@@ -181,7 +196,7 @@ class Scene:
     @property
     def seen_mm(self) -> Array:
         """Rectangles that a picture must show (N, 5): x0, y0, x1, y1 and depth, board mm as built."""
-        (cx, cy), (x, y) = self.board_centre_mm, np.array(self.board_half_mm) * self.build.print_scale
+        (cx, cy), (x, y) = self.board_centre_mm, self.printed_half_mm
         if self.need.page:
             return np.array([[-x, -y, x, y, 0.0]])
         rects = np.array([grating.rect_mm for grating in self.badge.gratings]) - (cx, cy, cx, cy)
@@ -192,6 +207,12 @@ class Scene:
         """Half width and half height of the board; the board frame's origin is its centre."""
         x0, y0, x1, y1 = self.badge.outline_mm
         return (x1 - x0) / 2, (y1 - y0) / 2
+
+    @property
+    def printed_half_mm(self) -> tuple[float, float]:
+        """Half width and half height of the board as printed."""
+        (x, y), (scale_x, scale_y) = self.board_half_mm, self.build.print_scales
+        return x * scale_x, y * scale_y
 
     @property
     def board_centre_mm(self) -> tuple[float, float]:

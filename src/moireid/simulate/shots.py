@@ -92,8 +92,8 @@ class Shots:
 
 def page_homographies(scene: Scene, poses: Poses) -> Array:
     """Page mm -> px of each pose, (T, 3, 3), by the camera without distortion, not mirrored."""
-    centre, scale = scene.board_centre_mm, scene.build.print_scale
-    board = np.array([[scale, 0, -scale * centre[0]], [0, scale, -scale * centre[1]], [0, 0, 1.0]])
+    (cx, cy), (x, y) = scene.board_centre_mm, scene.build.print_scales
+    board = np.array([[x, 0, -x * cx], [0, y, -y * cy], [0, 0, 1.0]])
     away = -np.einsum("tij,tj->ti", poses.rotation, poses.camera_mm)
     local = np.stack([poses.rotation[:, :, 0], poses.rotation[:, :, 1], away], axis=-1)
     return np.asarray(scene.camera.matrix @ local @ board)

@@ -11,8 +11,8 @@ label: "genuine", or "forged:KIND".
 shown_x, shown_y: parallax coordinates from which the fringes at the board's centre are shown; the true ones if genuine.
 phase_other_rad: as phase_rad, for the first grating of the other axis; nan where the badge has none.
 sheet_gain: how far the traced sheet moves fringes near the axis, over the badge's own; then what makes it so and what
-    else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale and
-    pitch_jitter, as in `scene.Build`.
+    else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale,
+    pitch_jitter and print_aspect, as in `scene.Build`.
 """
 
 from __future__ import annotations
@@ -59,6 +59,7 @@ TRUTH_COLUMNS = (
     "bow_per_m",
     "lens_scale",
     "pitch_jitter",
+    "print_aspect",
 )
 
 
@@ -94,7 +95,7 @@ class Truth:
         moved = effective_gap_mm(scene.lens, pitch_mm, scene.build.air_gap_mm)
         build, gain = scene.build, moved / effective_gap_mm(badge.lens, pitch_mm)
         figures = gain, scene.lens.thickness_mm, build.air_gap_mm, 1 / build.bow_radius_m, build.lens_scale
-        self._sheet = [f"{value:.6f}" for value in (*figures, build.pitch_jitter)]
+        self._sheet = [f"{value:.6f}" for value in (*figures, build.pitch_jitter, build.print_aspect)]
         self._gratings = [badge.gratings[0], *[g for g in badge.gratings if g.axis != badge.gratings[0].axis][:1]]
         self._writer = csv.writer(stream, lineterminator="\n")
         self._writer.writerow(TRUTH_COLUMNS)

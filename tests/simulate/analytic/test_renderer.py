@@ -173,6 +173,19 @@ def test_print_scale_changes_the_beat(prototype):
     assert steepness(seen, law_phase(prototype, seen, camera), axis=1) == pytest.approx(more, rel=0.02)
 
 
+def test_print_aspect_changes_the_beat_of_a_y_grating_alone(prototype):
+    """Catches: an aspect of the width; 1/a for a; one that the scale's square stands for; one of the sheet as well."""
+    camera, built = (0.0, 0.0, -1001.0), Build(print_scale=1.002, print_aspect=0.997)
+    lying = view(transposed(prototype), camera, built)
+    seen = View(lying.brightness.T, lying.y_mm, lying.x_mm)
+    pitch = prototype.gratings[0].cells[0].pitch_mm
+    more = 2 * math.pi * (1 / (1.002 * 0.997 * pitch) - 1 / pitch)
+    assert steepness(seen, law_phase(prototype, seen, camera), axis=1) == pytest.approx(more, rel=0.02)
+    upright, plain = (view(prototype, camera, one) for one in (built, replace(built, print_aspect=1.0)))
+    # Its lines are the same, only their ends move, which lie out of this view.
+    assert np.allclose(upright.brightness, plain.brightness, atol=1e-6)
+
+
 def test_lens_scale_changes_the_beat_the_other_way(prototype):
     """Catches: both scales bound together, which would cancel."""
     camera, scale = (0.0, 0.0, -1001.0), 1.003
@@ -329,10 +342,13 @@ def test_moving_camera_and_shutter_together_moves_nothing_else(prototype):
 # The page and the board's outline.
 
 
-def test_markers_decode_where_the_pinhole_puts_them(prototype):
-    """Catches: a mirrored or turned page; ids exchanged; markers on the lens plane (0.5 px off at this slant)."""
+@pytest.mark.parametrize("build", [Build(), Build(print_scale=1.004, print_aspect=0.993, twist_rad=0.005)])
+def test_markers_decode_where_the_pinhole_puts_them(prototype, build):
+    """Catches: a mirrored or turned page; ids exchanged; markers on the lens plane (0.5 px off at this slant); a
+    marker of the design's height, place or shape (0.7 px off); a print that turns with the sheet (0.5 px).
+    """
     camera_mm = np.array([300.0, -25.0, -900.0])
-    shot = render(prototype, instant(camera_mm), rays=(16, 16))
+    shot = render(prototype, instant(camera_mm), build, rays=(16, 16))
     frame = np.full((CAMERA.height, CAMERA.width), 0.4)
     rows, columns = (slice(a, a + n) for a, n in zip((shot.top, shot.left), shot.radiance.shape, strict=True))
     frame[rows, columns] += shot.coverage * (shot.radiance - 0.4)
@@ -340,7 +356,7 @@ def test_markers_decode_where_the_pinhole_puts_them(prototype):
     corners, ids, _ = cv2.aruco.ArucoDetector(dictionary).detectMarkers((255 * frame).astype(np.uint8))
     assert sorted(ids.ravel()) == sorted(prototype.markers.ids)
     for quad, identity in zip(corners, ids.ravel(), strict=True):
-        wanted = marker_px(prototype, prototype.markers.ids.index(identity), camera_mm)
+        wanted = marker_px(prototype, prototype.markers.ids.index(identity), camera_mm, build)
         assert np.abs(quad[0] - wanted).max() < 2.0
         # An edge lies where the dark along a line across it ends: the black border's middle, outside to inside.
         (left, top), (right, bottom) = wanted[0], wanted[2]
@@ -355,11 +371,13 @@ def test_markers_decode_where_the_pinhole_puts_them(prototype):
         )
 
 
-def marker_px(badge: Badge, index: int, camera_mm: np.ndarray) -> np.ndarray:
+def marker_px(badge: Badge, index: int, camera_mm: np.ndarray, build: Build) -> np.ndarray:
     """Corners of a marker's black square in the picture of a camera that looks straight on; centres are integers."""
     half = badge.markers.size_mm / 2
     square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-    seen = (badge.markers.centers_mm[index] - middle(badge) + square - camera_mm[:2]) / -camera_mm[2]
+    width, height = build.print_scale, build.print_scale * build.print_aspect
+    place = (badge.markers.centers_mm[index] - middle(badge) + square) * (width, height)
+    seen = (place - camera_mm[:2]) / -camera_mm[2]
     return seen * CAMERA.focal_px + [(CAMERA.width - 1) / 2, (CAMERA.height - 1) / 2]
 
 
@@ -374,9 +392,10 @@ def dark_from(line: np.ndarray, near: float) -> float:
 def test_coverage_is_the_board_s_area(ada):
     """Catches: the page rendered in place of the board; pixels lost at the crop's border; a scale of print left out."""
     x0, y0, x1, y1 = ada.outline_mm
-    for scale in (1.0, 1.01):
-        shot = render(ada, instant((37.0, 11.0, -1300.0)), Build(print_scale=scale), rays=(16, 16))
-        area_px = (x1 - x0) * (y1 - y0) * (scale * CAMERA.focal_px / 1300.0) ** 2
+    for scale, aspect in ((1.0, 1.0), (1.01, 1.0), (1.01, 0.98)):
+        built = Build(print_scale=scale, print_aspect=aspect)
+        shot = render(ada, instant((37.0, 11.0, -1300.0)), built, rays=(16, 16))
+        area_px = (x1 - x0) * (y1 - y0) * aspect * (scale * CAMERA.focal_px / 1300.0) ** 2
         assert shot.coverage.sum() == pytest.approx(area_px, rel=5e-4)
         assert shot.coverage.max() == 1.0 and np.all(shot.radiance[shot.coverage == 0] == 0)
 

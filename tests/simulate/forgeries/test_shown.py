@@ -186,11 +186,12 @@ def test_a_generative_film_begins_true_and_then_wanders(prototype):
 
 
 def test_a_photograph_looks_true_from_where_it_was_taken(prototype):
-    """Catches: a photograph shifted, mirrored or of another size; markers that lie elsewhere.
+    """Catches: a photograph shifted, mirrored or of another size or shape; markers that lie elsewhere.
 
     What may differ is the photograph's own grain of 1/8 mm: steep edges move by half of it.
     """
-    scene, place = Scene(prototype, Build(print_scale=1.004), NEAR), np.array([0.0, 0.0, -900.0])
+    built = Build(print_scale=1.004, print_aspect=0.99)
+    scene, place = Scene(prototype, built, NEAR), np.array([0.0, 0.0, -900.0])
     pose = Poses(place[None], np.eye(3)[None])
     renderer = AnalyticRenderer(scene)
     true = renderer.render(Instant(pose, pose, place))

@@ -38,12 +38,14 @@ from moireid.badge import Badge, Lens
 from moireid.designer import Request, design_badge
 from moireid.errors import MissingExtraError, SpecError
 from moireid.lenticule import landing_mm
+from moireid.simulate.analytic.page import cell_table
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.mitsuba import variant as mitsuba_variant
+from moireid.simulate.mitsuba.page import page_strips
 from moireid.simulate.mitsuba.renderer import MitsubaRenderer
 from moireid.simulate.scene import Build, Instant, Scene
 
-BUILT = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.4), print_scale=1.003, lens_scale=0.998)
+BUILT = Build(lens_offset_mm=0.13, twist_rad=math.radians(0.4), print_scale=1.003, lens_scale=0.998, print_aspect=0.994)
 
 
 @pytest.fixture(scope="module")
@@ -146,6 +148,22 @@ def turned(badge: Badge) -> Badge:
 
     cells = tuple(replace(c, rect_mm=swap(c.rect_mm), edge_mm=c.edge_mm - cx + cy) for c in grating.cells)
     return replace(badge, gratings=(replace(grating, axis="y", rect_mm=swap(grating.rect_mm), cells=cells),))
+
+
+@pytest.mark.parametrize("kind", ["x", "y"])
+def test_bands_end_where_the_printer_put_them(badge: Badge, kind: str) -> None:
+    """The strips of both renderers against the design, scaled about the board's centre by each direction's own scale.
+
+    Catches: a scale across used along; scales that stay with x and y of a grating that runs the other way.
+    """
+    badge = badge if kind == "x" else turned(badge)
+    scene, side = Scene(badge, Build(print_scale=1.002, print_aspect=0.995)), 1 if kind == "x" else 0
+    ends = np.unique([[cell.rect_mm[side], cell.rect_mm[side + 2]] for cell in badge.gratings[0].cells])
+    printed = (ends - scene.board_centre_mm[side]) * (1.002 * (0.995 if kind == "x" else 1.0))
+    table = cell_table(scene)
+    first = int(table.bins[0, 1, 4])
+    np.testing.assert_allclose(table.cuts[first : first + len(ends)], printed, atol=1e-9)
+    np.testing.assert_allclose(np.unique(page_strips(scene, badge.gratings[0])["ink"].along), printed, atol=1e-9)
 
 
 @pytest.mark.parametrize("kind", ["lens", "lens along x", "mask", "mask in air"])

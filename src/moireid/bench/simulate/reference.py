@@ -9,7 +9,7 @@ Left out, as in the analytic renderer: Fresnel losses, the light's direction, an
 through a neighbouring lens; `Traced.escaped` counts these rays and so shows where they matter.
 
 Convention: board frame, mm, origin at the board's centre, x right, y down, z into the page; apexes at z = -g, page at
-z = 0.  The sheet is turned about z from x towards y, the print is scaled about the origin.
+z = 0.  The sheet is turned about z from x towards y, the print is scaled along x and y about the origin.
 Source: vector refraction as in any text on ray tracing, r = eta d + (eta c - sqrt(1 - eta^2 (1 - c^2))) n.
 """
 
@@ -38,7 +38,7 @@ class Setup:
     badge: Badge
     lens_offset_mm: float = 0.0
     twist_rad: float = 0.0
-    print_scale: float = 1.0
+    print_scales: tuple[float, float] = (1.0, 1.0)
     lens_scale: float = 1.0
     ink: float = 0.06
     paper: float = 0.85
@@ -175,7 +175,7 @@ def refract(way: Array, normal: Array, index: float) -> Array:
 
 def _ink_or_paper(setup: Setup, grating: Grating, middle: Array, landed: Array) -> Array:
     """Radiance at places of the printed page (N, 2), board mm; what no ray reaches is dark."""
-    page = landed / setup.print_scale + middle
+    page = landed / setup.print_scales + middle
     across = page[:, 0] if grating.axis == "x" else page[:, 1]
     radiance = np.where(np.isnan(across), setup.ink, setup.paper)
     for cell in grating.cells:

@@ -79,7 +79,7 @@ def eleven() -> list[Setting]:
     coarse = Lens("lenticular", 0.635, 1.25, 1.49)
     flat = Lens("lenticular", 0.508, 1.2, 1.56, radius_mm=0.6)
     mask = Lens("mask", 0.508, 1.5, 1.49)
-    built = Build(0.13, math.radians(0.25), 1.002, 0.999)
+    built = Build(0.13, math.radians(0.25), 1.002, 0.999, print_aspect=0.998)
     return [
         Setting("prototype, 1 m", board(sheet, 0.52)),
         Setting("near, 0.3 m", board(sheet, 0.52), distance_mm=300.0),

@@ -95,7 +95,7 @@ def truth_of(setting: Setting, tangent: float, *, per_grating: int = 1, budget: 
     samples = int(np.clip(budget // sum(len(strip.rows) for strip in some), LEAST_SAMPLES, MOST_SAMPLES))
     build, pose = scene.build, instant.first
     setup = Setup(
-        scene.badge, build.lens_offset_mm, build.twist_rad, build.print_scale, build.lens_scale, scene.ink, scene.paper
+        scene.badge, build.lens_offset_mm, build.twist_rad, build.print_scales, build.lens_scale, scene.ink, scene.paper
     )
     traced = [
         trace_pixels(

@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid import optics
-from moireid.badge import Cell
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.scene import Instant, Scene
 
@@ -89,16 +88,16 @@ def strips_of(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) ->
     """
     x, y = _places(scene, instant, box)
     found = []
-    middle = scene.board_centre_mm
+    middle, scales = scene.board_centre_mm, scene.build.print_scales
     for place, grating in enumerate(scene.badge.gratings):
         axis = 0 if grating.axis == "x" else 1
         across, along = (x, y) if axis == 0 else (y, x)
         for number, cell in enumerate(grating.cells):
             if grating.code is None or grating.code.roles[number] != "phase":
-                rect = np.array(cell.rect_mm) - np.tile(middle, 2)
+                rect = (np.array(cell.rect_mm) - np.tile(middle, 2)) * np.tile(scales, 2)
                 sides = rect[[axis, axis + 2]], rect[[1 - axis, 3 - axis]]
-                carrier = _carrier(scene, cell, across, instant.shown_from_mm[[axis, 2]])
-                cut = _cut(scene, cell, across, along, sides, carrier)
+                carrier = _carrier(scene, cell.pitch_mm * scales[axis], across, instant.shown_from_mm[[axis, 2]])
+                cut = _cut(across, along, sides, carrier)
                 found += [Strip(place, rows + box[1], columns + box[0], weight) for rows, columns, weight in cut]
     return found
 
@@ -116,27 +115,26 @@ def _places(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) -> t
     return centre[..., 0] + fall * way[..., 0], centre[..., 1] + fall * way[..., 1]
 
 
-def _carrier(scene: Scene, cell: Cell, across: Array, eye_mm: Array) -> Array:
-    """Phase of the fringes of a cell's lines at places of the lens plane, seen from (across, depth)."""
+def _carrier(scene: Scene, pitch_mm: float, across: Array, eye_mm: Array) -> Array:
+    """Phase of the fringes of lines of that printed pitch at places of the lens plane, seen from (across, depth)."""
     lens, build = scene.lens, scene.build
     depth = -eye_mm[1] - lens.thickness_mm
     return optics.fringe_phase_rad(
         across,
         (across - eye_mm[0]) / depth,
         front_pitch_mm=lens.pitch_mm * build.lens_scale,
-        rear_pitch_mm=cell.pitch_mm * build.print_scale,
+        rear_pitch_mm=pitch_mm,
         effective_gap_mm=optics.paraxial_effective_gap_mm(lens),
     )
 
 
 def _cut(
-    scene: Scene, cell: Cell, across: Array, along: Array, sides: tuple[Array, Array], carrier: Array
+    across: Array, along: Array, sides: tuple[Array, Array], carrier: Array
 ) -> list[tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.complex128]]]:
-    """Rows, columns and weights of one uniform cell's strips; sides: its extent across and along, nominal board mm."""
-    build = scene.build
+    """Rows, columns and weights of one uniform cell's strips; sides: its printed extent across and along, board mm."""
     footprint = max(float(np.abs(np.diff(along, axis=k)).max(initial=0.0)) for k in (0, 1))
     edge = BORDER_MM + BORDER_PX * footprint
-    (low, high), (begin, end) = (side * build.print_scale + np.array([edge, -edge]) for side in sides)
+    (low, high), (begin, end) = (side + np.array([edge, -edge]) for side in sides)
     if high <= low or end <= begin:
         return []
     cuts = np.linspace(begin, end, max(1, round((end - begin) / STRIP_MM)) + 1)

@@ -1,12 +1,13 @@
 """The printed page in the form that the analytic renderer reads: markers as a picture, cells as a table.
 
 Convention: board frame of `motion`, mm; "across" is the coordinate along a grating's axis, "along" the other one.
+The table holds the print as it came out of the printer, so that no ray needs the print's scale.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -76,8 +77,8 @@ def even_blocks(picture: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 def cell_table(scene: Scene) -> Cells:
-    """The cells of the scene's badge as printed at nominal scale, board mm."""
-    centre = scene.board_centre_mm
+    """The cells of the scene's badge as printed, under sheets of their nominal rectangles; board mm."""
+    centre, scale = scene.board_centre_mm, scene.build.print_scales
     rects: list[list[float]] = []
     lines: list[list[float]] = []
     bins: list[list[list[float]]] = []
@@ -89,15 +90,19 @@ def cell_table(scene: Scene) -> Cells:
         rects.append([*(value - centre[k % 2] for k, value in enumerate(grating.rect_mm)), axis])
         sides, own = [], []
         for side in (axis, 1 - axis):
-            cuts = _cuts(np.array([[c.rect_mm[side], c.rect_mm[side + 2]] for c in grating.cells]) - centre[side])
+            spans = np.array([[c.rect_mm[side], c.rect_mm[side + 2]] for c in grating.cells])
+            cuts = _cuts(scale[side] * (spans - centre[side]))
             begin, per_mm, strip = _binned(cuts)
             own.append([begin, per_mm, len(strip), sum(map(len, strips)), sum(map(len, ends))])
             strips.append(strip)
             ends.append(np.append(cuts, math.inf))
             sides.append(cuts)
         bins.append(own)
-        grids.append(_grid(grating, centre, axis, sides, len(lines)))
-        lines += [[cell.edge_mm - centre[axis], 1.0 / cell.pitch_mm, cell.duty] for cell in grating.cells]
+        grids.append(_grid(scene, grating, sides, len(lines)))
+        lines += [
+            [scale[axis] * (cell.edge_mm - centre[axis]), 1.0 / (scale[axis] * cell.pitch_mm), cell.duty]
+            for cell in grating.cells
+        ]
     shape = [max(grid.shape[k] for grid in grids) for k in (0, 1)]
     grid = np.full((len(grids), *shape), -1, np.int64)
     for k, one in enumerate(grids):
@@ -129,14 +134,15 @@ def _binned(cuts: Array) -> tuple[float, float, NDArray[np.int64]]:
     return float(begins[0]), float(per_mm), np.searchsorted(cuts, begins, side="right").astype(np.int64)
 
 
-def _grid(grating: Grating, centre: Any, axis: int, sides: list[Array], first: int) -> NDArray[np.int64]:
+def _grid(scene: Scene, grating: Grating, sides: list[Array], first: int) -> NDArray[np.int64]:
     """The cell in each strip along and across; where cells overlap, the first one counts."""
+    centre, scale, axis = scene.board_centre_mm, scene.build.print_scales, 0 if grating.axis == "x" else 1
     grid = np.full((len(sides[1]) + 1, len(sides[0]) + 1), -1, np.int64)
     for number in range(len(grating.cells) - 1, -1, -1):
         rect = grating.cells[number].rect_mm
         spans = []
         for cuts, side in ((sides[1], 1 - axis), (sides[0], axis)):
-            low, high = rect[side] - centre[side], rect[side + 2] - centre[side]
+            low, high = (scale[side] * (edge - centre[side]) for edge in (rect[side], rect[side + 2]))
             # Edges of neighbours may differ in the last digits; the strip's number is that of the nearest cut.
             spans.append(slice(int(np.abs(cuts - low).argmin()) + 1, int(np.abs(cuts - high).argmin()) + 1))
         grid[spans[0], spans[1]] = first + number

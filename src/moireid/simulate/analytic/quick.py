@@ -46,7 +46,7 @@ def grating_pixel(
     mm; sine: of the sheet's twist; spread: how far from the middle ray of a lens its others land at most, mm; points:
     (2, R) float32 places in a pixel, -1/2 to 1/2; shift: moves all of them right and down, px.
     """
-    cosine, per_scale, pitch = sheet.cos_twist, 1.0 / sheet.print_scale, sheet.pitch
+    cosine, pitch = sheet.cos_twist, sheet.pitch
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
     if abs(tan_x) > sheet.steepest:
         return -1
@@ -63,10 +63,7 @@ def grating_pixel(
     )
     # The page's place on that axis, and the interval around the middle ray's landing that holds all landings.
     corner_x, corner_y = axis + sheet.offset, y
-    page_x, page_y = (
-        (corner_x * cosine - corner_y * sine) * per_scale,
-        (corner_y * cosine + corner_x * sine) * per_scale,
-    )
+    page_x, page_y = corner_x * cosine - corner_y * sine, corner_y * cosine + corner_x * sine
     # Through the top of a lens a ray goes as through a flat slab.
     across2 = tan_x * tan_x + tan_y * tan_y
     n2 = sheet.refraction * sheet.refraction
@@ -75,8 +72,8 @@ def grating_pixel(
     # A ray beside the pixel's middle is a little more slanted, so it lands this much further for each mm.
     lean = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2) / depth
     shift_x, shift_y = straight * tan_x, straight * tan_y
-    middle_x = page_x + (shift_x * cosine - shift_y * sine) * per_scale
-    middle_y = page_y + (shift_y * cosine + shift_x * sine) * per_scale
+    middle_x = page_x + shift_x * cosine - shift_y * sine
+    middle_y = page_y + shift_y * cosine + shift_x * sine
     room_x = (abs(steps[0]) + abs(steps[2])) / 2 + 1.1 * pitch + spread
     room_y = (abs(steps[1]) + abs(steps[3])) / 2 + abs(sine) * pitch + spread
     bins_x, bins_y = cells.bins[grating, 0], cells.bins[grating, 1]
@@ -92,7 +89,7 @@ def grating_pixel(
         third = _lines(cells.grid[grating, bottom, left], page_x, cells)
         fourth = _lines(cells.grid[grating, bottom, right], page_x, cells)
     around = (first, second, third, fourth)
-    turn = (F(cosine * per_scale), F(sine * per_scale))
+    turn = (F(cosine), F(sine))
     if sheet.radius == 0.0:
         return _inked_behind_mask(points, move, F(shift_x), F(shift_y), F(lean), turn, cut_x, cut_y, around, sheet)
     return _inked_behind_lens(points, move, F(tan_x), F(tan_y), F(lean), turn, cut_x, cut_y, around, sheet)

@@ -67,8 +67,9 @@ class AnalyticRenderer:
         self._cells = cell_table(scene)
         cx, cy = scene.board_centre_mm
         covered = scene.hidden_mm or (cx, cy, cx, cy)
-        hidden = (np.array(covered) - (cx, cy, cx, cy)) * scene.build.print_scale
-        half, texture, lens = scene.board_half_mm, page_texture(scene), self._sheet
+        scale = scene.build.print_scales
+        hidden = (np.array(covered) - (cx, cy, cx, cy)) * np.tile(scale, 2)
+        half, texture, lens = scene.printed_half_mm, page_texture(scene), self._sheet
         lamps, lights = _lights(scene, self._cells.gratings, math.prod(rays))
         self._board = Board(
             half[0],
@@ -78,7 +79,8 @@ class AnalyticRenderer:
             scene.paper,
             texture,
             even_blocks(texture),
-            TEXTURE_PX_PER_MM,
+            TEXTURE_PX_PER_MM / scale[0],
+            TEXTURE_PX_PER_MM / scale[1],
             BLOCK_PX,
             np.array([lens.pitch, lens.gap, lens.refraction, lens.radius]),
             lamps,
@@ -106,9 +108,9 @@ class AnalyticRenderer:
         coverage = np.zeros_like(radiance)
         cells, board = self._cells, self._board
         if instant.picture is not None:
-            per_mm = instant.picture.shape[1] / (2 * self.scene.board_half_mm[0])
+            per_mm = instant.picture.shape[1] / (2 * self.scene.printed_half_mm[0])
             cells = cells._replace(gratings=cells.gratings[:0])
-            board = board._replace(texture=instant.picture, even=_UNEVEN, texture_per_mm=per_mm)
+            board = board._replace(texture=instant.picture, even=_UNEVEN, columns_per_mm=per_mm, rows_per_mm=per_mm)
         if instant.field is not None:
             board = board._replace(field=instant.field)
         trace_rows(
@@ -244,7 +246,6 @@ def _sheet(scene: Scene) -> Sheet:
         build.lens_offset_mm,
         math.cos(build.twist_rad),
         math.sin(build.twist_rad),
-        build.print_scale,
         lens.open_fraction or 0.0,
         radius - valley,
         # A ray less slanted than the lens's flank is steeper than the surface everywhere.  So it meets the lens over

@@ -124,7 +124,7 @@ def _row(
         )
         kind = _kind(tx, ty, turning, centre, sheet, cells, board)
         if kind == PAGE:
-            radiance[row, column] = _page_pixel(tx, ty, turning, centre, points, sheet, board)
+            radiance[row, column] = _page_pixel(tx, ty, turning, centre, points, board)
             coverage[row, column] = 1.0
             continue
         if kind >= 0:
@@ -165,10 +165,9 @@ def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: Sheet, cells: 
     """What a pixel lies on: the number of a grating, PAGE or BORDER."""  # pragma: no cover
     x, y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
     half_x, half_y = _half_footprint(centre, turning)
-    scale = sheet.print_scale
     if sheet.curvature != 0.0:
         return BORDER
-    if abs(x) + half_x > board.half_x * scale or abs(y) + half_y > board.half_y * scale:
+    if abs(x) + half_x > board.half_x or abs(y) + half_y > board.half_y:
         return BORDER
     hidden = board.hidden
     if x + half_x >= hidden[0] and x - half_x < hidden[2] and y + half_y >= hidden[1] and y - half_y < hidden[3]:
@@ -214,8 +213,8 @@ def _grating_pixel(
     if board.field.size > 2:
         page_x, page_y = centre[0] - centre[2] * tx, centre[1] - centre[2] * ty
         half_x, half_y = _half_footprint(centre, turning)
-        i, j = field_part(page_x - half_x, page_y - half_y, sheet.print_scale, board)
-        below, right = field_part(page_x + half_x, page_y + half_y, sheet.print_scale, board)
+        i, j = field_part(page_x - half_x, page_y - half_y, board)
+        below, right = field_part(page_x + half_x, page_y + half_y, board)
         for k in range(2):
             value = board.field[i, j, k]
             if value != board.field[i, right, k] or value != board.field[below, j, k]:
@@ -234,15 +233,14 @@ def _grating_pixel(
 
 @njit(inline="always", error_model="numpy")
 def _page_pixel(
-    tx: float, ty: float, turning: Any, centre: Any, points: Any, sheet: Sheet, board: Board
+    tx: float, ty: float, turning: Any, centre: Any, points: Any, board: Board
 ) -> float:  # pragma: no cover
     """Mean radiance of a pixel on plain page."""
     # In pixels of the page's picture, from its corner.
-    per_mm = board.texture_per_mm / sheet.print_scale
-    column = (centre[0] - centre[2] * tx) * per_mm + board.half_x * board.texture_per_mm
-    row = (centre[1] - centre[2] * ty) * per_mm + board.half_y * board.texture_per_mm
-    per_px = -centre[2] * per_mm
-    cu, ru, cv, rv = turning[0] * per_px, turning[1] * per_px, turning[2] * per_px, turning[3] * per_px
+    column = (centre[0] - centre[2] * tx + board.half_x) * board.columns_per_mm
+    row = (centre[1] - centre[2] * ty + board.half_y) * board.rows_per_mm
+    across, down = -centre[2] * board.columns_per_mm, -centre[2] * board.rows_per_mm
+    cu, ru, cv, rv = turning[0] * across, turning[1] * down, turning[2] * across, turning[3] * down
     # Nearly all of the page is even paper or ink; then the four blocks around the pixel have one value.
     half_c, half_r = 0.51 * (abs(cu) + abs(cv)), 0.51 * (abs(ru) + abs(rv))
     if max(half_c, half_r) * 2.0 < board.block:

@@ -43,15 +43,15 @@ class Sheet(NamedTuple):
     offset: float
     cos_twist: float
     sin_twist: float
-    print_scale: float
     open_fraction: float
     sag: float
     steepest: float
 
 
 class Board(NamedTuple):
-    """The rest of what a ray may meet: half sizes, covered part (x0, y0, x1, y1), radiances, and the picture
-    of the markers, with the value of its even blocks (`page`); lens, lamps, lights: as `light_kernels.lit` wants them;
+    """The rest of what a ray may meet: half sizes as printed, covered part (x0, y0, x1, y1), radiances, and the
+    picture of the markers, its columns and rows to the printed millimetre, and the value of its even blocks
+    (`page`); lens, lamps, lights: as `light_kernels.lit` wants them;
     field: parallax added to parts of a forged badge, of one entry where there is none; places: how far each lens lies
     from its even place, of one entry where none does."""
 
@@ -62,7 +62,8 @@ class Board(NamedTuple):
     paper: float
     texture: Any
     even: Any
-    texture_per_mm: float
+    columns_per_mm: float
+    rows_per_mm: float
     block: int
     lens: Any
     lamps: Any
@@ -118,7 +119,7 @@ def land(x: float, y: float, tx: float, ty: float, sheet: Sheet) -> tuple[float,
 
 @njit(inline="always", error_model="numpy")
 def cell_at(grating: int, across: float, along: float, cells: Any) -> int:  # pragma: no cover
-    """Number of the cell that holds that place of the page, page mm from the board's centre; -1 for none."""
+    """Number of the cell that holds that place of the page, mm from the board's centre; -1 for none."""
     columns, rows = strip_at(across, cells.bins[grating, 0], cells), strip_at(along, cells.bins[grating, 1], cells)
     number: int = cells.grid[grating, rows, columns]
     return number
@@ -149,8 +150,7 @@ def careful_ray(
             page_x = centre[0] + (sunk - centre[2]) * tx
         page_y = centre[1] + (sunk - centre[2]) * ty
         slope = sheet.curvature * page_x
-    scale = sheet.print_scale
-    if abs(page_x) > board.half_x * scale or abs(page_y) > board.half_y * scale:
+    if abs(page_x) > board.half_x or abs(page_y) > board.half_y:
         return -1.0
     hidden = board.hidden
     if hidden[0] <= page_x < hidden[2] and hidden[1] <= page_y < hidden[3]:
@@ -163,7 +163,7 @@ def careful_ray(
             fx = (page_x - sheet.height * tx - centre[0] - shown[0]) / depth
             fx, fy = (fx + slope) / (1.0 - fx * slope), (lens_y - centre[1] - shown[1]) / depth
             if board.field.size > 2:
-                i, j = field_part(page_x, page_y, scale, board)
+                i, j = field_part(page_x, page_y, board)
                 fx -= board.field[i, j, 0]
                 fy -= board.field[i, j, 1]
             sine = sheet.sin_twist
@@ -171,7 +171,7 @@ def careful_ray(
                 # Across and along change places on a grating of the other axis, and so does the sense of a twist.
                 lens_x, lens_y, fx, fy, sine = lens_y, lens_x, fy, fx, -sine
             return _lines_seen(k, lens_x, lens_y, fx, fy, sine, depth, sheet, cells, board)
-    return page_value(page_x, page_y, scale, board)
+    return page_value(page_x, page_y, board)
 
 
 @njit(inline="always", error_model="numpy")
@@ -199,8 +199,7 @@ def _lines_seen(
     if not through:
         return board.ink
     lx = landed + aside + sheet.offset
-    page_across = (lx * cosine - ly * sine) / sheet.print_scale
-    page_along = (ly * cosine + lx * sine) / sheet.print_scale
+    page_across, page_along = lx * cosine - ly * sine, ly * cosine + lx * sine
     cell = cell_at(grating, page_across, page_along, cells)
     value = board.paper
     if cell >= 0:
@@ -215,18 +214,18 @@ def _lines_seen(
 
 
 @njit(inline="always", error_model="numpy")
-def field_part(page_x: float, page_y: float, scale: float, board: Board) -> tuple[int, int]:  # pragma: no cover
+def field_part(page_x: float, page_y: float, board: Board) -> tuple[int, int]:  # pragma: no cover
     """Row and column of the forged field at a place of the page."""
-    i = int((page_y / scale / board.half_y + 1.0) * 0.5 * board.field.shape[0])
-    j = int((page_x / scale / board.half_x + 1.0) * 0.5 * board.field.shape[1])
+    i = int((page_y / board.half_y + 1.0) * 0.5 * board.field.shape[0])
+    j = int((page_x / board.half_x + 1.0) * 0.5 * board.field.shape[1])
     return min(i, board.field.shape[0] - 1), min(j, board.field.shape[1] - 1)
 
 
 @njit(inline="always", error_model="numpy")
-def page_value(page_x: float, page_y: float, scale: float, board: Board) -> float:  # pragma: no cover
+def page_value(page_x: float, page_y: float, board: Board) -> float:  # pragma: no cover
     """Radiance of the page outside the gratings."""
-    column = int((page_x / scale + board.half_x) * board.texture_per_mm)
-    row = int((page_y / scale + board.half_y) * board.texture_per_mm)
+    column = int((page_x + board.half_x) * board.columns_per_mm)
+    row = int((page_y + board.half_y) * board.rows_per_mm)
     column = min(max(column, 0), board.texture.shape[1] - 1)
     row = min(max(row, 0), board.texture.shape[0] - 1)
     value: float = board.texture[row, column]

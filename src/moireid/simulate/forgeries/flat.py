@@ -49,7 +49,7 @@ class SquaredUp:
 
     def __init__(self, scene: Scene, per_mm: float) -> None:
         self._scene = replace(scene, hidden_mm=None)
-        half = scene.board_half_mm
+        half = scene.printed_half_mm
         columns = max(round(2 * half[0] * per_mm), 2)
         self._per_mm = columns / (2 * half[0])
         self._size = (math.ceil(2 * half[1] * self._per_mm), columns)
@@ -57,10 +57,10 @@ class SquaredUp:
 
     def picture(self, camera_mm: Array) -> NDArray[np.float32]:
         """Radiance (rows, columns) over the whole board as seen from `camera_mm` (3,)."""
-        scale, half = self._scene.build.print_scale, self._scene.board_half_mm
+        half = self._scene.printed_half_mm
         # A camera that faces the board squarely sees it at one scale; its place says where the view axis falls.
-        axis = [(half[k] + float(camera_mm[k]) / scale) * self._per_mm - 0.5 for k in (0, 1)]
-        focal = self._per_mm * abs(float(camera_mm[2])) / scale
+        axis = [(half[k] + float(camera_mm[k])) * self._per_mm - 0.5 for k in (0, 1)]
+        focal = self._per_mm * abs(float(camera_mm[2]))
         camera = Camera(self._size[1], self._size[0], focal, shutter_s=0.0, principal_px=(axis[0], axis[1]))
         self._renderer.scene = replace(self._scene, camera=camera)
         pose = Poses(camera_mm[None], np.eye(3)[None])

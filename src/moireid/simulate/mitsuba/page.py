@@ -67,7 +67,9 @@ def _cell_strips(scene: Scene, cell: Cell, axis: str, first: float, width: float
     strips = np.empty((cut.shape[1], 4))
     strips[:, :2] = cut.T - centre[across]
     strips[:, 2:] = np.array([rect[along], rect[along + 2]]) - centre[along]
-    return strips * scene.build.print_scale
+    strips[:, :2] *= scene.build.print_scales[across]
+    strips[:, 2:] *= scene.build.print_scales[along]
+    return strips
 
 
 def page_depth_mm(lens: Lens, build: Build, largest_coordinate_mm: Array, *, flat_faces: int = 0) -> Array:
@@ -102,7 +104,7 @@ def wall_strips(scene: Scene, room: Room) -> Strips:
 
     Convention: their feet stand out as far as lines printed too large reach beyond the sheet.
     """
-    overhang = max(scene.build.print_scale - 1.0, 0.0) * max(abs(edge) for edge in room)
+    overhang = (max(*scene.build.print_scales, 1.0) - 1.0) * max(abs(edge) for edge in room)
     tops, feet = (
         [(room[k] + (-out, out)[k % 2], room[m] + (-out, out)[m % 2]) for k, m in ((0, 2), (0, 3), (1, 3), (1, 2))]
         for out in (0.0, overhang)

@@ -60,7 +60,7 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
     Convention: the picture is `analytic.page_texture`, one cell of it one colour.
     """
     picture = page_texture(scene)
-    half, scale = np.array(scene.board_half_mm), scene.build.print_scale
+    half, scale = np.array(scene.board_half_mm), scene.build.print_scales
     across, along = (np.array([[-side, side]])[:, list(turn)] for side, turn in ((half[0], ACROSS), (half[1], ALONG)))
     # The picture's last row and column may reach beyond the board by a part of a pixel.
     share = 2 * half * TEXTURE_PX_PER_MM / np.array(picture.shape[::-1])
@@ -78,7 +78,7 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
             },
         }
     )
-    strips = Strips(across * scale, along * scale, np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
+    strips = Strips(across * scale[0], along * scale[1], np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
     return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
 
 

@@ -97,7 +97,7 @@ def _meets_board(scene: Scene, view: View, u: NDArray[Any], v: NDArray[Any]) -> 
     camera, turn = scene.camera, view.turn
     u, v = (u - camera.matrix[0, 2]) / camera.focal_px, (v - camera.matrix[1, 2]) / camera.focal_px
     way = [turn[0, k] * u + turn[1, k] * v + turn[2, k] for k in range(3)]
-    met, half = way[2] > 1e-9, [side * scene.build.print_scale for side in scene.board_half_mm]
+    met, half = way[2] > 1e-9, scene.printed_half_mm
     for k in range(2):
         place = view.centre[k] - view.centre[2] * way[k] / np.where(met, way[2], 1.0)
         met &= np.abs(place) <= half[k]
