@@ -224,7 +224,7 @@ def simulate_command(
     photo, screen        the badge is a printed photo, or a film on a screen
 
     \b
-    Kinds of --sheet, as shops sell them and weather, hands and printers leave them:
+    Kinds of --sheet, as shops, weather, hands and printers make them:
     thin      0.68 times as thick, as 75lpi at 0.457 in place of 0.67 mm
     gap       0.1 mm of air between sheet and page
     bowed     sheet and page bent to a radius of 1.5 m

@@ -176,10 +176,11 @@ GAIN_REJECTED_SDS = 3.0
 #: From this share of the gain on, an error bar is too wide to accept.  Derived: fringes at 1.9 times the true gain
 #: would be accepted with a probability of 1 % (ln(1.15 / 1.9) is 2.33 times 0.215).
 MAX_GAIN_SD_SHARE = 0.215
-#: A badge that is known as built: its gain is accepted within the first, or within so many error bars of film or
-#: enrolment where that is more, and never beyond `GAIN_TOLERANCE_SHARE`.  Derived: focus moves the focal length by up
-#: to 2 % unseen; 20 K and wet air change thickness and index of a sheet by 0.5 %, 5 um of air another 1 to 2 %.  At 1 m
-#: an error bar is 0.03, so that a gain 7 % off is not accepted; of true ones 82 % lie within four thirds of a bar.
+#: A badge that is known as built: its gain is accepted within the first, or within so many error bars of film
+#: and enrolment together where that is more, and never beyond `GAIN_TOLERANCE_SHARE`.  Derived: focus moves the focal
+#: length by up to 2 % unseen; 20 K and wet air change thickness and index of a sheet by 0.5 %, 5 um of air another 1 to
+#: 2 %.  At 1 m an error bar is 0.03, so that a gain 7 % off is not accepted; of true ones 82 % lie within four thirds of
+#: a bar.
 BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS = 0.04, 4 / 3
 #: Gains that can be enrolled.  Set by hand: wider than all sheets of `moireid.sheets` but the extreme ones, and finite.
 ENROLLED_GAINS = (0.5, 1.6)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from functools import partial
 
@@ -12,7 +13,7 @@ from moireid.asbuilt import AsBuilt
 from moireid.designer import Request, design_badge
 from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, ENROLLED_GAINS
+from moireid.verifier.limits import BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS, ENROLLED_GAINS
 from moireid.verifier.motion.judge import Invariant, _would_pass, judge_signals
 from moireid.verifier.motion.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.motion.steady_course import chance_of_drift
@@ -110,9 +111,12 @@ def test_the_room_of_a_built_badge_grows_with_error_bars_but_not_beyond_the_desi
     """Catches: a far film that no gain passes; a vague one that passes wider than an unknown badge."""
     sheet = as_built(BADGE, BUILT)
     assert sheet.room_for(0.01) == pytest.approx((1 - BUILT_GAIN_ROOM_SHARE, 1 + BUILT_GAIN_ROOM_SHARE))
-    assert sheet.room_for(0.06) == pytest.approx((0.92, 1.08))
+    half = BUILT_GAIN_SDS * math.hypot(0.06, sheet.sd)
+    assert sheet.room_for(0.06) == pytest.approx((1 - half, 1 + half))
     assert sheet.room_for(0.2) == designed(BADGE).room == sheet.room
-    assert as_built(BADGE, replace(BUILT, gain_sd=0.072)).room_for(0.01)[1] == pytest.approx(1 + 0.4 / 3)
+    assert as_built(BADGE, replace(BUILT, gain_sd=0.072)).room_for(0.01)[1] == pytest.approx(
+        1 + BUILT_GAIN_SDS * math.hypot(0.01, 0.072 / BUILT.gain_ratio)
+    )
 
 
 def test_the_spacing_of_a_thin_sheet_is_held_against_its_own_law():

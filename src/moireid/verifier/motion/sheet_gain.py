@@ -58,7 +58,7 @@ class SheetGain:
         """Least and greatest gain that a film with that error bar may be accepted with."""
         if not self.built:
             return self.room
-        half = max(BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS * max(gain_sd, self.sd))
+        half = max(BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS * math.hypot(gain_sd, self.sd))
         return max(1 - half, self.room[0]), min(1 + half, self.room[1])
 
     def accepts(self, gain: float, gain_sd: float) -> bool:

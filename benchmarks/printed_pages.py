@@ -1,0 +1,78 @@
+"""Pages that a printer fed too far or too short: run `.venv/bin/python benchmarks/printed_pages.py`.
+
+True films are tracked once: two of an outside simulator (tests/data/films) and twelve of our own, from 1 m.  Then each
+is judged as if its page had been higher or lower, which a track shows exactly: its homographies then hold for other
+places of the page.  Printed is what becomes of the films, and how far gain and aspect are off.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections import Counter
+from dataclasses import replace
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from moireid.badge import load_badge
+from moireid.designer import Request, design_badge
+from moireid.simulate import Build, Scene, camera_named, film, motion_named
+from moireid.verifier import Claim, verify
+from moireid.verifier.fringes.signals import measure
+from moireid.verifier.motion.judge import judge_invariant
+from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.track import Track
+
+FILMS = Path(__file__).resolve().parent.parent / "tests" / "data" / "films"
+OUTSIDE = ("genuine_1.0m", "genuine_2.0m")
+CAMERAS, MOTIONS, SEEDS = ("phone", "webcam"), ("sway", "handheld", "both"), (1, 2)
+FRAMES, FPS, DISTANCE_MM = 150, 30, 1000.0
+#: Logarithms of the page's height over the design's.
+ASPECTS = (-0.005, -0.002, 0.0, 0.002, 0.005)
+
+
+def tracks() -> list[Track]:
+    """All films, tracked."""
+    badge = load_badge(FILMS / "badge.json")
+    found = [verify(FILMS / f"{name}.mp4", Claim(badge)).track for name in OUTSIDE]
+    own = design_badge(Request("Bench"), bytes.fromhex("0f5ac3962d784be1"))
+    with tempfile.TemporaryDirectory() as folder:
+        for number, (camera, motion, seed) in enumerate(product(CAMERAS, MOTIONS, SEEDS)):
+            video = Path(folder) / f"{number}.mp4"
+            scene = Scene(own, replace(Build.typical(seed), print_aspect=1.0), camera_named(camera))
+            course = motion_named(motion, distance_mm=DISTANCE_MM, seed=seed)
+            film(scene, course, video, frames=FRAMES, fps=FPS, seed=seed)
+            found.append(verify(video, Claim(own)).track)
+    return found
+
+
+def fed(track: Track, aspect: float) -> Track:
+    """The track of a page that is higher by `aspect`, about its middle, as it would have been seen."""
+    middle = float(marker_corners_mm(track.badge.markers)[..., 1].mean())
+    place = np.array([[1, 0, 0], [0, np.exp(aspect), middle * (1 - np.exp(aspect))], [0, 0, 1]])
+    return replace(track, homographies=track.homographies @ place)
+
+
+def main() -> None:
+    """One line an aspect."""
+    films = tracks()
+    print(
+        f"{'aspect':>8}{'accepted':>10}{'open':>6}{'rejected':>10}{'|gain - 1|':>12}{'error bar':>11}{'aspect off':>12}"
+    )
+    for aspect in ASPECTS:
+        measured = [measure(fed(track, aspect)) for track in films]
+        found = [judge_invariant(one) for one in measured]
+        told = Counter(one.verdict for one in found)
+        off = np.median([abs((one.gain_ratio or np.nan) - 1) for one in found])
+        bar = np.median([one.gain_sd or np.nan for one in found])
+        missed = np.median([abs(np.log(one.camera.print_aspect) - aspect) for one in measured])
+        print(
+            f"{aspect:>+8.1%}{told['accept']:>10}{told['inconclusive']:>6}{told['reject']:>10}"
+            f"{off:>12.3f}{bar:>11.3f}{missed:>12.3%}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()
