@@ -379,5 +379,5 @@ def _likely_true(grating: Figures) -> Reason:
         kind = KINDS[grating.suspected]
         text = f"These measurements are {times} more likely from a forged badge ({kind}) than from a real one"
     if level == "undecided":
-        text += f"; {10**ACCEPTED_LOG10:.0f} times is needed. Film again with more motion, or from nearer"
+        text += f"; {10**ACCEPTED_LOG10:.2g} times is needed. Film again with more motion, or from nearer"
     return Reason("likelihood", level, grating.score, ACCEPTED_LOG10, "log10", f"{text}.")
