@@ -91,6 +91,9 @@ DISTORTION_PRIOR_SD_K1, DISTORTION_MAX_K1 = 0.05, 0.3
 #: A frame counts as misregistered from this reprojection error on, over the film's median and in pixels.  Derived: by
 #: chance, two residuals of a frame exceed ten medians with a probability of 1e-30.
 STRAY_MEDIANS_RATIO, STRAY_PX = 10.0, 0.5
+#: From here on a frame's pose is taken from its neighbours, but its fringes count.  Derived: by chance, two residuals
+#: of a frame exceed six medians with a probability of 1e-11; 0.1 px of a badge 200 px high moves the parallax by 0.03.
+DOUBTED_MEDIANS_RATIO, DOUBTED_PX = 6.0, 0.1
 #: What one camera may leave of the corners over many frames, px.  Films of this project's own simulator: up to 0.027
 #: where a badge turns, as registration errs alike at one turn; 0.04 to 0.2 in most that are zoomed or reframed.
 MAX_LASTING_PX = 0.03
@@ -179,8 +182,8 @@ MAX_GAIN_SD_SHARE = 0.215
 #: A badge that is known as built: its gain is accepted within the first, or within so many error bars of film
 #: and enrolment together where that is more, and never beyond `GAIN_TOLERANCE_SHARE`.  Derived: focus moves the focal
 #: length by up to 2 % unseen; 20 K and wet air change thickness and index of a sheet by 0.5 %, 5 um of air another 1 to
-#: 2 %.  At 1 m an error bar is 0.03, so that a gain 7 % off is not accepted; of true ones 82 % lie within four thirds of
-#: a bar.
+#: 2 %.  At 1 m an error bar is 0.03, so that a gain 7 % off is not accepted; of true ones 82 % lie within four thirds
+#: of a bar.
 BUILT_GAIN_ROOM_SHARE, BUILT_GAIN_SDS = 0.04, 4 / 3
 #: Gains that can be enrolled.  Set by hand: wider than all sheets of `moireid.sheets` but the extreme ones, and finite.
 ENROLLED_GAINS = (0.5, 1.6)

@@ -221,9 +221,23 @@ def test_a_print_of_another_aspect_is_solved(aspect):
     course = Course(rng, 1600.0, tilt_deg=5.0, sway_mm=60.0)
     points = rolled(course, times, 1450.0, 0.010, MIDDLE + (PAGE_MM - MIDDLE) * [1.0, aspect])
     fit = fitted(registered(points, rng, 0.05), times)
-    assert fit.print_aspect == pytest.approx(aspect, abs=5e-4) and fit.aspect == 1.0
+    assert fit.print_aspect == pytest.approx(aspect, abs=5e-4) and fit.aspect == pytest.approx(1.0, abs=5e-4)
     slope = np.polyfit(tangents(course.pose(times)[0])[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0]
     assert abs(slope - 1) < max(0.02, 3 * fit.tangent_sd[0]) and fit.tangent_sd[0] < 0.04
+
+
+@pytest.mark.parametrize("aspect", [0.9961, 1.0039])
+def test_pixels_a_little_wide_are_told_from_a_page_where_the_camera_rolls(aspect):
+    """Catches: a picture's aspect that is taken for the print's; then a gain of 1.25 could be made to look right."""
+    rng = np.random.default_rng(5)
+    times = np.arange(90) / FPS
+    course = Course(rng, 800.0, tilt_deg=6.0, sway_mm=100.0)
+    camera, turn = course.pose(times)
+    rolled_by = Rotation.from_rotvec(np.outer(np.radians(18) * np.sin(np.pi * times), [0, 0, 1]))
+    squeezed = (project(camera, rolled_by * turn, 1450.0) - CENTRE) * [aspect, 1.0] + CENTRE
+    fit = fitted(registered(squeezed, rng, 0.04), times)
+    assert fit.aspect == pytest.approx(aspect, abs=1e-3) and fit.print_aspect == pytest.approx(1.0, abs=1e-3)
+    assert np.polyfit(tangents(camera)[:, 0], tangents(fit.camera_mm)[:, 0], 1)[0] == pytest.approx(1.0, abs=0.03)
 
 
 @pytest.mark.parametrize("aspect", [1.01, 1.03])
@@ -364,7 +378,7 @@ def test_what_the_focal_length_does_to_the_tangents_is_told(rng):
     for axis in (0, 1):
         here, there = (tangents(f.camera_mm)[:, axis] for f in (fit, other))
         by_hand = abs(np.polyfit(here - here.mean(), there, 1)[0] - 1)
-        assert 0.4 * by_hand - 2e-3 < fit.tangent_sd[axis] < 2.0 * by_hand + 2e-3
+        assert 0.4 * by_hand - 2e-3 < fit.tangent_sd[axis] < 3.0 * by_hand + 2e-3
 
 
 # The rolling shutter.
@@ -619,6 +633,21 @@ def test_a_misregistered_frame_drags_no_other_along():
     assert list(np.flatnonzero(~good)) == [30]
     assert mended == pytest.approx(course, abs=1.5)
     assert np.array_equal(without_outliers(course, np.full(60, 0.3), times)[0], course)
+
+
+@pytest.mark.parametrize(("frames", "mended"), [([30], True), ([30, 31], True), ([*range(25, 40)], False)])
+def test_a_doubted_frame_takes_its_neighbours_pose_and_keeps_its_fringes(frames, mended):
+    """Catches: a pose that is wrong by a tenth and is believed, which made a true film of 15 frames a second a forgery;
+    fringes left out where somebody moved the markers a little; half a second of course made up.
+    """
+    times = np.arange(60) / FPS
+    course = np.column_stack([100.0 * times, np.zeros(60), np.full(60, -1000.0)])
+    spoilt, errors = course.copy(), np.full(60, 0.02)
+    spoilt[frames, 0] += 100.0
+    errors[frames] = 0.2
+    found, good = without_outliers(spoilt, errors, times)
+    assert good.all()
+    assert found[frames] == pytest.approx((course if mended else spoilt)[frames], abs=1e-6)
 
 
 def across_a_cut(kind: str) -> np.ndarray:

@@ -122,6 +122,19 @@ def test_a_small_error_of_the_law_is_forgiven_and_a_reversed_one_is_not(gain, sd
     assert Spacing(2 - gain, sd).wrong == wrong and Spacing(-gain, sd).wrong
 
 
+@pytest.mark.parametrize(("gain", "frames", "wrong"), [(1.9, 66, False), (1.9, FRAMES, True), (0.0, 66, True)])
+def test_few_times_leave_doubt_where_no_photograph_would_be(gain, frames, wrong):
+    """Catches: an honest film of two seconds left open for a spacing that changes too much by chance, as happened with
+    1.86 ± 0.25; and a doubt that lets a photograph pass.
+    """
+    slow = np.tile(np.repeat([1.0, -1.0], 15), FRAMES)[:FRAMES]
+    clear = depth_of(gain, change_rad=0.02)
+    depth = replace(clear, score=clear.score + 0.5 * clear.information * slow).part(slice(frames))
+    one = signal(depth=depth)
+    found = spacing_of([replace(one, times_s=one.times_s[:frames])])
+    assert found is not None and found.wrong == wrong and found.tested
+
+
 def test_the_gain_is_of_all_gratings_together():
     """Catches: a mean of gains, in which a grating without evidence counts as much as one with."""
     clear, vague = signal(depth=depth_of(1.0, information=20.0)), signal(depth=depth_of(0.0, seed=1))

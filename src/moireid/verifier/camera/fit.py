@@ -23,8 +23,8 @@ from moireid.verifier.camera.zoom_course import unzoomed, zoom_course
 from moireid.verifier.limits import FOCAL_RANGE_RATIO, MAX_LASTING_PX
 
 Array = NDArray[np.float64]
-#: Change of the focal length's logarithm, and of the distortion, to measure their effect on the poses.
-PROBE = 0.003
+#: Change of the film's unknowns, in standard deviations, to measure their effect on the poses.
+PROBE_SDS = 0.1
 #: A zoom must take away so much of the error that lasts; a course that fits repeated pictures leaves it.  Set by hand.
 TAKEN_SHARE = 0.5
 #: The first course is found with the camera of the whole zoomed film, each other one with that of the course before.
@@ -89,12 +89,7 @@ def fit_camera(
     """
     film, final, lasting_px, log_zoom = _solved(points_px, page_mm, times_s, image_px, focal_px)
     camera, errors = _choose(final)
-    # Errors of focal length and distortion are correlated: one mostly cancels the other.
-    probes = PROBE * np.eye(len(film.covariance))
-    stretch = np.column_stack(
-        [np.array(_stretch(camera, _choose(film.moved(final, off))[0])) / off.sum() for off in probes]
-    )
-    tangent_sd = np.sqrt(np.maximum(np.diag(stretch @ film.covariance @ stretch.T), 0))
+    tangent_sd = _tangent_sd(film)
     camera[:, :2] += page_mm.mean(axis=0)
     return CameraFit(
         camera,
@@ -103,7 +98,7 @@ def fit_camera(
         film.focal_sd,
         focal_px is not None,
         film.shutter_s,
-        (float(tangent_sd[0]), float(tangent_sd[1])),
+        tangent_sd,
         tangent_error(final, film.plane, film.focal),
         film.bend_k1,
         film.bend_k1_sd,
@@ -147,6 +142,22 @@ def _solved(
     left, _ = lasting_error_px(best.residuals_px(again), times_s, np.cumsum(best.cuts))
     kept = left <= min(MAX_LASTING_PX, (1 - TAKEN_SHARE) * lasting)
     return (best, again, left, log_zoom) if kept else (film, poses, lasting, none)
+
+
+def _tangent_sd(film: FilmWide) -> tuple[float, float]:
+    """As in `CameraFit`.
+
+    Source: propagation of the covariance along its principal axes.  One unknown at a time will not do: the aspects of
+        picture and print mostly cancel each other, and each by itself bends the poses.
+    """
+    sd = np.sqrt(np.diag(film.covariance))
+    known = np.where(sd > 0, sd, 1.0)
+    sizes, axes = np.linalg.eigh(film.covariance / np.outer(known, known))
+    steps = PROBE_SDS * known * (axes * np.sqrt(np.maximum(sizes, 0.0))).T
+    here, _ = _choose(film.moved(np.zeros(len(sd))))
+    moved = [_stretch(here, _choose(film.moved(step))[0]) for step in steps if np.any(step)]
+    along_x, along_y = np.linalg.norm(moved, axis=0) / PROBE_SDS if moved else (0.0, 0.0)
+    return float(along_x), float(along_y)
 
 
 def _at_limit(ratio: float) -> bool:

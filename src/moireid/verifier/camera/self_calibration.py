@@ -68,7 +68,7 @@ PRINT = Unknown(-PRINT_ASPECT_MAX_LOG, PRINT_ASPECT_MAX_LOG, 0.0, PRINT_ASPECT_P
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
 #: A print's aspect hides all else if the errors without it are this share of those with it, or less.
-HIDING_SHARE = 0.5
+HIDING_SHARE = 0.7
 #: A focal length is near the guessed one up to this change of its logarithm.
 USUAL_ZOOM = 0.1
 #: Change of the zoom's logarithm to measure its effect on the residuals.
@@ -219,10 +219,10 @@ class FilmWide:
     def _free(self, *, zoom: bool = True) -> list[int]:
         """Which of the unknowns are solved: not a focal length that was given.
 
-        A stretched picture and a print of another aspect look alike but where the camera rolls, so one of them is
-        solved: the picture's where it is far from square, since prints are not.
+        A stretched picture and a print of another aspect look alike but where the camera rolls.  Where the picture is
+        far from square, all of it is the picture's, since prints are not.
         """
-        return [*([0] if zoom and not self._given else []), 1, 2, 3, 4, 5 if self._stretched else 6]
+        return [*([0] if zoom and not self._given else []), 1, 2, 3, 4, 5, *([] if self._stretched else [6])]
 
     def _at(self) -> Array:
         """The unknowns as they are estimated now, (7,)."""
@@ -265,7 +265,7 @@ class FilmWide:
             self._solve_steadily(zoom)  # 5
 
     def _unhide(self) -> None:
-        """Take a print's aspect for a start that halves the errors; one that takes less away may be noise."""
+        """Take a print's aspect for a start that takes much of the errors away; less may be noise."""
         found, _ = minimise(lambda x: self._errors(shutter_s=0.0, print_aspect=x), *PRINT.alone)
         left, before = (float(np.median(self._errors(shutter_s=0.0, print_aspect=x))) for x in (found, 0.0))
         self.print_aspect = found if left < HIDING_SHARE * before else 0.0
@@ -349,17 +349,18 @@ class FilmWide:
         film._start_focal, film._near = self.focal, NearPoses(self.plane, film._start)
         return film
 
-    def moved(self, poses: PlanePoses, off: Array) -> PlanePoses:
-        """The poses if the parameters of `covariance`, in its order, changed by `off`."""
-        zoom = math.exp(off[0])
+    def moved(self, off: Array) -> PlanePoses:
+        """The chosen frames' poses if the parameters of `covariance`, in its order, changed by `off`."""
+        focal = self.focal * math.exp(off[0])
         points = self._flat(
-            slice(None),
+            self._chosen,
             shutter_s=self.shutter_s + off[1],
             bend=self.bend + off[2],
             stretch=self.stretch + off[5],
             print_aspect=self.print_aspect + off[6],
         )
-        return moved_poses(poses, self.plane, points, zoom, self.focal * zoom, self._placed(self.axis + off[3:5]))
+        zoom = focal / self._start_focal
+        return moved_poses(self._start, self.plane, points, zoom, focal, self._placed(self.axis + off[3:5]))
 
     def _flat(
         self,

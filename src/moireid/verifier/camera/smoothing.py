@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import make_smoothing_spline
 from scipy.ndimage import gaussian_filter1d
 
-from moireid.verifier.limits import SMOOTHED_ERROR_RATIO, STRAY_MEDIANS_RATIO, STRAY_PX
+from moireid.verifier.limits import (
+    DOUBTED_MEDIANS_RATIO,
+    DOUBTED_PX,
+    SMOOTHED_ERROR_RATIO,
+    STRAY_MEDIANS_RATIO,
+    STRAY_PX,
+)
 
 Array = NDArray[np.float64]
 #: Frames further apart than this are not smoothed together, and give no velocity.
@@ -48,22 +54,36 @@ def without_outliers(
     """Camera centres (T, 3) with those of misregistered frames interpolated, and which frames are good.
 
     A page that is registered one module off, for example in a shaken frame, has a far larger reprojection error than
-    others; smoothing would spread its error to its neighbours.
+    others; smoothing would spread its error to its neighbours.  A frame that is only doubted keeps its fringes, as who
+    shifts the markers of some frames must not have their fringes left out.
     Parameters: numbers: as `stretches`, if they are known; then nothing is interpolated from one stretch to another.
     Convention: a frame is good if its error is at most `STRAY_MEDIANS_RATIO` medians, or `STRAY_PX`.
     """
-    good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS_RATIO * float(np.median(reprojection_px)))
-    if good.all() or not good.any():
+    usual = float(np.median(reprojection_px))
+    good = reprojection_px <= max(STRAY_PX, STRAY_MEDIANS_RATIO * usual)
+    sound = good & ~_short_runs(reprojection_px > max(DOUBTED_PX, DOUBTED_MEDIANS_RATIO * usual), times_s)
+    if sound.all() or not sound.any():
         return camera_mm, good
     clock = _rising(times_s)
     tangents = camera_mm[:, :2] / camera_mm[:, 2:]
     columns = np.column_stack([tangents, camera_mm[:, 2]])
     for stretch in [np.arange(len(clock))] if numbers is None else unbroken(times_s, np.inf, numbers):
-        own = stretch[good[stretch]]
+        own = stretch[sound[stretch]]
         if len(own):
             for k in range(3):
                 columns[stretch, k] = np.interp(clock[stretch], clock[own], columns[own, k])
     return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]]), good
+
+
+def _short_runs(doubted: NDArray[np.bool_], times_s: Array) -> NDArray[np.bool_]:
+    """The doubted frames whose neighbours are near: over a longer time a poor pose is better than none."""
+    short = np.zeros_like(doubted)
+    places = np.flatnonzero(doubted)
+    for run in np.split(places, np.flatnonzero(np.diff(places) > 1) + 1):
+        if len(run):
+            before, after = max(int(run[0]) - 1, 0), min(int(run[-1]) + 1, len(doubted) - 1)
+            short[run] = times_s[after] - times_s[before] <= GAP_S
+    return short
 
 
 def slow_part(series: Array, times_s: Array, spread_s: float, numbers: NDArray[np.int64] | None = None) -> Array:

@@ -209,8 +209,13 @@ def window_correlations(measured: Array, predicted: Array) -> Array:
     """Correlation in each window of 30 frames, stride 1, (T - 29,); empty for a shorter series."""
     if len(measured) < WINDOW_FRAMES:
         return np.zeros(0)
-    windows = np.lib.stride_tricks.sliding_window_view(np.stack([measured, predicted]), WINDOW_FRAMES, axis=1)
-    return np.array([pearson(a, b) for a, b in windows.transpose(1, 0, 2)])
+    both = np.stack([measured, predicted])
+    windows = np.lib.stride_tricks.sliding_window_view(both, WINDOW_FRAMES, axis=1)
+    apart = windows - windows.mean(axis=2, keepdims=True)
+    seen, law = np.einsum("ktn,ktn->kt", apart, apart)
+    scale = np.sqrt(seen * law)
+    along = np.einsum("tn,tn->t", apart[0], apart[1])
+    return np.asarray(np.divide(along, scale, out=np.zeros_like(along), where=scale > 0))
 
 
 def _slope_sd(residual: Array, power: float) -> float:

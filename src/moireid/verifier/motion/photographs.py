@@ -53,10 +53,14 @@ MOST_PHOTOGRAPHS = 100
 
 @dataclass(frozen=True)
 class Spacing:
-    """Change of the fringes' spacing with distance, seen over predicted (1 on a badge), and its standard deviation."""
+    """Change of the fringes' spacing with distance, seen over predicted (1 on a badge), and its standard deviation.
+
+    few: by how much more it scatters by chance, as the standard deviation is itself of few independent times.
+    """
 
     gain: float
     sd: float
+    few: float = 1.0
 
     @property
     def tested(self) -> bool:
@@ -73,8 +77,12 @@ class Spacing:
 
     @property
     def wrong(self) -> bool:
-        """Whether it contradicts a badge."""
-        return abs(self.gain - 1) > max(MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS * self.sd)
+        """Whether it contradicts a badge.
+
+        Photographs have too small a gain, so doubt is on their side; no picture has too great a one.
+        """
+        sds = PHOTOGRAPH_SDS * (self.sd if self.gain < 1 else self.few * self.sd)
+        return abs(self.gain - 1) > max(MAX_SPACING_ERROR_RATIO, sds)
 
 
 def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSignal], passes: Passes) -> list[Reason]:
@@ -103,8 +111,7 @@ def _spaced(spacing: Spacing) -> Reason:
     text = {
         "undecided": f"{seen} the optics say: as on photographs laid over a film, or under a zoom. Film without zoom.",
         "pass": f"{seen} the optics say, which photographs from one distance do not.",
-        "note": "The distance hardly changed, or not for long, so the film does not show whether the fringes' spacing "
-        "follows it.",
+        "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
     }[level]
     gain = None if level == "note" else spacing.gain
     return Reason("spacing", level, gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
@@ -131,9 +138,8 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     """The spacing's gain, of all gratings together; None if the distance does not change at all.
 
     Source: the error bar is the scatter of sums over times that a hand's motion makes independent
-        (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.  A short film has few such times, and the scatter of few is
-        uncertain itself, so it is widened as Student's t: `PHOTOGRAPH_SDS` of it are exceeded as seldom as those of a
-        normal distribution.
+        (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.  A short film has few such times: `PHOTOGRAPH_SDS` of Student's
+        t are exceeded as seldom as those of a normal distribution.
     """
     depths = [signal.beyond.depth for signal in signals if signal.beyond is not None]
     if not depths:
@@ -147,12 +153,12 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     told = np.bincount(piece, weights=information)
     # Times that tell nothing do not count.
     pieces = whole**2 / float(np.sum(told**2))
-    if pieces < LEAST_PIECES:
-        return Spacing(1 + error, math.inf)
     scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
-    few = float(stdtrit(pieces - 1, ndtr(PHOTOGRAPH_SDS))) / PHOTOGRAPH_SDS * math.sqrt(pieces / (pieces - 1))
+    few = math.inf
+    if pieces > LEAST_PIECES:
+        few = float(stdtrit(pieces - 1, ndtr(PHOTOGRAPH_SDS))) / PHOTOGRAPH_SDS * math.sqrt(pieces / (pieces - 1))
     change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
-    return Spacing(1 + error, math.hypot(few * scatter, SPACING_FLOOR_RAD / max(change, 1e-12)))
+    return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)), few)
 
 
 class Course:

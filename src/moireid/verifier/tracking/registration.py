@@ -26,8 +26,10 @@ Array = NDArray[np.float64]
 MAX_STEPS = 12
 #: Standard deviation of a sample at a border, in units of the markers' contrast.
 BORDER_NOISE = 0.05
-#: Iteration stops when no point of the page moves by more than this, px.
+#: Iteration stops when no point of the page will move by more than this, px.
 STOP_PX = 0.003
+#: A step leaves at most a fifth of its own length, so one that is not yet below the limit may be the last.
+LEFT_SHARE = 0.2
 #: Least correlation between picture and print.
 MIN_CORRELATION = 0.80
 #: A followed page needs a higher correlation than one whose markers were decoded (0.80), since it may be lost. Genuine
@@ -121,7 +123,7 @@ class PageRegistrar:
             if moved is None:
                 return None
             warp = moved
-            if np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
+            if LEFT_SHARE * np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
         else:
             # The last step may have been large, so the picture is sampled once more at its end.
