@@ -1,18 +1,18 @@
-"""Seconds and megabytes of a verify: run `.venv/bin/python benchmarks/verify_speed.py [FILM [BADGE]] [--loops N ...]`.
+"""Processor time of a verify over that of decoding: run `.venv/bin/python benchmarks/verify_speed.py [--only WORD]`.
 
-In one process, a film is decoded alone and verified in turn, several times.  On a shared machine only the ratio of two
-neighbouring runs is meaningful, and its median is printed.  CPU seconds are those of all threads.  A child process then
-verifies each film once more and prints its peak memory.
+Measured as the time that four more loops of a film cost: a verify of 5 loops less one of 1, over the decoding of 5
+loops less that of 1.  So start, camera and verdict of a short film do not count, but frames do.  Packets are copied one
+loop after another with their times moved on, so nothing is coded anew, and where a loop ends the badge jumps.
+CPU seconds are those of all threads.  Each film has a process of its own, whose peak of memory is printed.
 
-Longer films are the same film over and over: its packets are copied one loop after another with their times moved on,
-so nothing is coded anew, and where a loop ends the badge jumps.  Without FILM it is the genuine one at 1 m of the
-tests: 1080p, 60 frames a second, 240 frames, in a rate of 1.1 Mbit/s.  So low a rate is the hard case here, as
-decoding costs least; a phone's own film has ten times of it.
+The films are those of `speed_films.py`; the low bit rate of the outside films is the hard case here, as decoding costs
+least.  `--stages` adds where the time goes: wall seconds of each stage over the CPU seconds of decoding.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import os
 import platform
 import re
@@ -22,18 +22,21 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import av
 import cv2
+from speed_films import SpeedFilm, speed_films
 
-from moireid.badge import Badge, load_badge
-from moireid.verifier import Claim, verify
+from moireid.badge import Badge
+from moireid.verifier import Claim, Report, verify
 from moireid.verifier.video import Film
 
-FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
-LOOPS = (1, 8, 83)
-REPEATS = {1: 7, 8: 3}
+LOOPS = 5
+#: A stage is named if it takes at least this share of decoding.
+LEAST_SHARE = 0.02
 
 
 def looped(film: Path, loops: int, out: Path) -> Path:
@@ -57,90 +60,102 @@ def looped(film: Path, loops: int, out: Path) -> Path:
     return out
 
 
-def timed_decode(film: Path) -> tuple[float, float, int]:
-    """Wall and CPU seconds of decoding to grey pictures and nothing else, and frames."""
-    wall, cpu, count = time.perf_counter(), time.process_time(), 0
+def made(film: SpeedFilm, folder: Path) -> Path:
+    """The film, written into the folder unless it lies there."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{film.name.replace(' ', '_')}.mp4"
+    return path if path.exists() else film.write(path)
+
+
+def decode_cpu_s(film: Path) -> float:
+    """CPU seconds of decoding to grey pictures and nothing else."""
+    begun = time.process_time()
     for _ in Film(film).frames():
-        count += 1
-    return time.perf_counter() - wall, time.process_time() - cpu, count
+        pass
+    return time.process_time() - begun
 
 
-def timed_verify(film: Path, badge: Badge) -> tuple[float, float, dict[str, float], str]:
-    """Wall and CPU seconds of a verify, its time by stage, and the verdict."""
-    wall, cpu = time.perf_counter(), time.process_time()
+def verify_cpu_s(film: Path, badge: Badge) -> tuple[float, Report]:
+    """CPU seconds of a verify, and its report."""
+    begun = time.process_time()
     report = verify(film, Claim(badge, badge.id))
-    return time.perf_counter() - wall, time.process_time() - cpu, report.timing["stages"], report.verdict
+    return time.process_time() - begun, report
 
 
-def peak_mb(film: Path, badge_json: Path) -> float:
-    """Peak of resident memory of a process that verifies the film and writes the report, MB."""
-    with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(
-            [sys.executable, __file__, str(film), str(badge_json), "--child", folder],
-            check=True,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-    return float(done.stdout)
+def measured(film: SpeedFilm, once: Path, loops: Path, repeats: int) -> dict[str, Any]:
+    """What more loops of a film cost, and what they give."""
+    verify_cpu_s(once, film.badge)
+    decoding, verifying = [], []
+    for _ in range(repeats):
+        decoding.append(decode_cpu_s(loops) - decode_cpu_s(once))
+        short, report = verify_cpu_s(once, film.badge)
+        long, whole = verify_cpu_s(loops, film.badge)
+        verifying.append(long - short)
+    stages = Counter(whole.timing["stages"])
+    stages.subtract(report.timing["stages"])
+    return {
+        "decode_s": statistics.median(decoding),
+        "verify_s": statistics.median(verifying),
+        "frames": whole.frames["read"] - report.frames["read"],
+        "tracked": whole.frames["tracked"] / whole.frames["read"],
+        "verdict": report.verdict,
+        "gain": report.invariant.gain_ratio,
+        "stages": stages,
+        "peak_mb": peak_mb(),
+    }
 
 
-def child(film: Path, badge_json: Path, folder: Path) -> None:
-    """Verify and report as `moireid verify --report` does, and print the peak of memory."""
-    from moireid.verifier.report.page import write_report
-
-    badge = load_badge(badge_json)
-    write_report(verify(film, Claim(badge, badge.id)), folder)
+def peak_mb() -> float:
+    """Peak of this process's resident memory, MB."""
     if sys.platform == "linux":
         # Not `resource`: there a child's count begins with its parent's memory.
-        print(int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1e3)
-    else:
-        print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3))
+        return int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1e3
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
 
 
-def row(film: Path, badge: Badge, badge_json: Path, repeats: int) -> str:
-    """One line of figures, medians over repeats, and the time by stage."""
-    alone, whole = [], []
-    for _ in range(repeats):
-        alone.append(timed_decode(film))
-        whole.append(timed_verify(film, badge))
-    middle = statistics.median
-    ratio = middle(w[0] / a[0] for w, a in zip(whole, alone, strict=True))
-    cpu_ratio = middle(w[1] / a[1] for w, a in zip(whole, alone, strict=True))
-    names = list(whole[0][2])
-    stages = ", ".join(f"{name} {middle(w[2].get(name, 0.0) for w in whole):.3f}" for name in names)
-    figures = (
-        middle(a[0] for a in alone),
-        middle(w[0] for w in whole),
-        ratio,
-        middle(a[1] for a in alone),
-        middle(w[1] for w in whole),
-        cpu_ratio,
+def row(name: str, found: dict[str, Any], *, stages: bool) -> str:
+    """One line of figures, and one of stages if they are asked for."""
+    gain = "-" if found["gain"] is None else f"{found['gain']:.4f}"
+    line = (
+        f"{name:<28}{found['frames']:>7}{1e3 * found['decode_s'] / found['frames']:>11.2f}"
+        f"{1e3 * found['verify_s'] / found['frames']:>11.2f}{found['verify_s'] / found['decode_s']:>8.2f}"
+        f"{found['tracked']:>9.3f}{found['peak_mb']:>9.0f}  {found['verdict']:<13}{gain:>8}"
     )
-    shown = "".join(f"{figure:>11.3f}" for figure in figures)
-    return f"{alone[0][2]:>7}{repeats:>11}{shown}{peak_mb(film, badge_json):>11.0f}  {whole[0][3]}: {stages}"
+    shares = {stage: seconds / found["decode_s"] for stage, seconds in found["stages"].items()}
+    shown = ", ".join(f"{stage} {share:.2f}" for stage, share in shares.items() if share >= LEAST_SHARE)
+    return f"{line}\n    {shown}" if stages else line
 
 
 def main() -> None:
-    """Print one row a length of film."""
+    """Print one row a film, then median and worst of their ratios."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("film", nargs="?", type=Path, default=FILMS / "genuine_1.0m.mp4")
-    parser.add_argument("badge", nargs="?", type=Path, default=FILMS / "badge.json")
-    parser.add_argument("--loops", nargs="*", type=int, default=LOOPS)
-    parser.add_argument("--repeats", type=int, help="of every row")
-    parser.add_argument("--child", type=Path, help=argparse.SUPPRESS)
+    parser.add_argument("--only", nargs="+", default=[""], metavar="WORD", help="films whose name holds one of these")
+    parser.add_argument("--repeats", type=int, default=1, help="of each film, for the median")
+    parser.add_argument("--stages", action="store_true", help="also print where the time goes")
+    parser.add_argument("--films", type=Path, metavar="DIR", help="keep the films here, and use those that lie here")
+    parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.child:
-        child(given.film, given.badge, given.child)
+        name, once, loops = given.child
+        film = next(film for film in speed_films() if film.name == name)
+        print(json.dumps(measured(film, Path(once), Path(loops), given.repeats)))
         return
-    badge = load_badge(given.badge)
-    timed_verify(given.film, badge)
     print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, OpenCV {cv2.__version__}")
-    words = ("repeats", "decode s", "verify s", "ratio", "decode CPU", "verify CPU", "CPU ratio", "peak MB")
-    print(f"{'frames':>7}" + "".join(f"{word:>11}" for word in words) + "  verdict: s by stage")
+    words = f"{'frames':>7}{'decode ms':>11}{'verify ms':>11}{'ratio':>8}{'tracked':>9}{'peak MB':>9}  {'verdict':<13}"
+    print(f"{'film':<28}{words}{'gain':>8}")
+    ratios = []
     with tempfile.TemporaryDirectory() as folder:
-        for loops in given.loops:
-            film = looped(given.film, loops, Path(folder) / f"loops_{loops}.mp4")
-            print(row(film, badge, given.badge, given.repeats or REPEATS.get(loops, 1)), flush=True)
+        for film in speed_films():
+            if not any(word in film.name for word in given.only):
+                continue
+            once = made(film, given.films or Path(folder))
+            loops = looped(once, LOOPS, Path(folder) / "loops.mp4")
+            command = [sys.executable, __file__, "--repeats", str(given.repeats), "--child", film.name, once, loops]
+            done = subprocess.run([str(word) for word in command], check=True, stdout=subprocess.PIPE, text=True)
+            found = json.loads(done.stdout)
+            ratios.append(found["verify_s"] / found["decode_s"])
+            print(row(film.name, found, stages=given.stages), flush=True)
+    print(f"median {statistics.median(ratios):.2f}, worst {max(ratios):.2f}")
 
 
 if __name__ == "__main__":
