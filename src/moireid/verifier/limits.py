@@ -86,7 +86,7 @@ STRETCH_PRIOR_SD_LOG, STRETCH_MAX_LOG = 0.0005, 1.0
 PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 #: Prior of the radial distortion k1 (`camera.distortion`), which has no unit.  Set by hand: most phones correct theirs
 #: to 0.02, webcams leave up to 0.1, which is two standard deviations.  If it is not estimated, 0.1 makes the fringes'
-#: gain 9 % wrong; with a prior of 0.02, short films of a webcam of -0.06 had gains of 0.92 with an error bar of 0.027.
+#: gain 9 % wrong; a prior for phones alone makes the gain of a webcam's short film wrong by several error bars.
 DISTORTION_PRIOR_SD_K1, DISTORTION_MAX_K1 = 0.05, 0.3
 #: A frame counts as misregistered from this reprojection error on, over the film's median and in pixels.  Derived: by
 #: chance, two residuals of a frame exceed ten medians with a probability of 1e-30.

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -67,7 +66,7 @@ PRINT = Unknown(-PRINT_ASPECT_MAX_LOG, PRINT_ASPECT_MAX_LOG, 0.0, PRINT_ASPECT_P
 #: Another start is tried if its axis is this far from the middle, in long sides, or its pixels are stretched by so
 #: much, and if it leaves at most so many times what the search from the middle left.
 AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
-#: A print's aspect hides all else if the errors without it are this share of those with it, or less.
+#: A print's aspect hides all else if the errors fall to this share, or less, once it is taken away.
 HIDING_SHARE = 0.7
 #: A focal length is near the guessed one up to this change of its logarithm.
 USUAL_ZOOM = 0.1
@@ -154,10 +153,14 @@ class FilmWide:
         self._solve_from_the_middle()
         tried = [self, *(found for camera in self._other_starts() if (found := self._solved_from(camera)) is not None)]
         scale = min(float(np.median(film._errors())) for film in tried) or 1e-9
-        best = min(tried, key=_cost_at(scale))
+
+        def cost(film: FilmWide) -> float:
+            return film._cost(scale)
+
+        best = min(tried, key=cost)
         # Another direction of the shutter than the usual one may have been told by what was not yet solved then.
         told = best._steadied or best._rows is best._directions[0]
-        return best if told else min((best, best._rolled_down()), key=_cost_at(scale))
+        return best if told else min((best, best._rolled_down()), key=cost)
 
     def _rolled_down(self) -> FilmWide:
         """The solution for a shutter that runs down, searched from this one."""
@@ -408,11 +411,6 @@ class FilmWide:
             tried.append(self._errors(shutter_s=SHUTTER_PRIOR_S))
         scale = min(float(np.median(errors)) for errors in tried) or 1e-9
         return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
-
-
-def _cost_at(scale_px: float) -> Callable[[FilmWide], float]:
-    """The cost of a solution, to compare several."""
-    return lambda film: film._cost(scale_px)
 
 
 def _velocity_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_]) -> Array:

@@ -79,7 +79,8 @@ class Spacing:
     def wrong(self) -> bool:
         """Whether it contradicts a badge.
 
-        Photographs have too small a gain, so doubt is on their side; no picture has too great a one.
+        Photographs give too small a gain, so the limit is strict there.  Too great a gain comes from chance or from a
+        zoom, so a short film has more room there.
         """
         sds = PHOTOGRAPH_SDS * (self.sd if self.gain < 1 else self.few * self.sd)
         return abs(self.gain - 1) > max(MAX_SPACING_ERROR_RATIO, sds)
