@@ -87,7 +87,9 @@ PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 #: Prior of the radial distortion k1 (`camera.distortion`), which has no unit.  Set by hand: most phones correct theirs
 #: to 0.02, webcams leave up to 0.1, which is two standard deviations.  If it is not estimated, 0.1 makes the fringes'
 #: gain 9 % wrong; a prior for phones alone makes the gain of a webcam's short film wrong by several error bars.
-DISTORTION_PRIOR_SD_K1, DISTORTION_MAX_K1 = 0.05, 0.3
+#: Action cameras pull a corner of the picture inwards by 15 %, which is -0.3; but no lens that is sold pushes it
+#: outwards by more than 5 %, which is 0.12 at the guessed focal length.
+DISTORTION_PRIOR_SD_K1, DISTORTION_RANGE_K1 = 0.05, (-0.3, 0.12)
 #: A frame counts as misregistered from this reprojection error on, over the film's median and in pixels.  Derived: by
 #: chance, two residuals of a frame exceed ten medians with a probability of 1e-30.
 STRAY_MEDIANS_RATIO, STRAY_PX = 10.0, 0.5

@@ -49,6 +49,17 @@ def test_every_start_within_reach_leads_to_one_place(page):
     assert max(apart_px(one.homography, found[0].homography) for one in found) < 0.01
 
 
+def test_from_far_away_the_page_is_found_whole_or_not_at_all(page, rng):
+    """Catches: a search that runs out of steps and calls its last place found, one marker a pixel beside itself."""
+    truth, picture = page
+    luma, registrar = filmed(picture), PageRegistrar(MARKERS)
+    turns, far, scales = rng.uniform(0, 2 * np.pi, 400), rng.uniform(2, 9, 400), rng.normal(1, 0.01, 400)
+    starts = zip(far * np.cos(turns), far * np.sin(turns), scales, strict=True)
+    found = [one for start in starts if (one := registrar.register(luma, nudged(truth, *start))) is not None]
+    assert len(found) > 300
+    assert max(apart_px(one.homography, truth) for one in found) < 0.03
+
+
 @pytest.mark.parametrize("px_per_mm", [0.75, 1.0, 1.7])
 def test_size_does_not_matter(rng, px_per_mm):
     """Catches: a template drawn for one scale; a blur in millimetres."""

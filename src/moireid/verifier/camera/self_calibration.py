@@ -35,8 +35,8 @@ from moireid.verifier.camera.zoom_course import unzoomed
 from moireid.verifier.limits import (
     AXIS_MAX_SHARE,
     AXIS_PRIOR_SD_SHARE,
-    DISTORTION_MAX_K1,
     DISTORTION_PRIOR_SD_K1,
+    DISTORTION_RANGE_K1,
     FOCAL_FAR_SDS,
     FOCAL_PRIOR_RATIO,
     FOCAL_PRIOR_SD_LOG,
@@ -59,7 +59,7 @@ NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 12
 #: Within this change of the focal length's logarithm, refined poses are still near.
 NEARBY_ZOOM = 0.15
 SHUTTER = Unknown(0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, 0.003)
-BEND = Unknown(-DISTORTION_MAX_K1, DISTORTION_MAX_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
+BEND = Unknown(*DISTORTION_RANGE_K1, 0.0, DISTORTION_PRIOR_SD_K1, 0.03, heavy=True)
 ASIDE = Unknown(-AXIS_MAX_SHARE, AXIS_MAX_SHARE, 0.0, AXIS_PRIOR_SD_SHARE, 0.03, heavy=True)
 STRETCH = Unknown(-STRETCH_MAX_LOG, STRETCH_MAX_LOG, 0.0, STRETCH_PRIOR_SD_LOG, 0.005, heavy=True)
 PRINT = Unknown(-PRINT_ASPECT_MAX_LOG, PRINT_ASPECT_MAX_LOG, 0.0, PRINT_ASPECT_PRIOR_SD_LOG, 0.001, heavy=True)

@@ -23,6 +23,7 @@ from moireid.verifier.tracking.borders import Borders
 from moireid.verifier.tracking.template import Template, TemplatePrinter, without_gains
 
 Array = NDArray[np.float64]
+#: Steps in which the page must be found; as many more may settle it.
 MAX_STEPS = 12
 #: Standard deviation of a sample at a border, in units of the markers' contrast.
 BORDER_NOISE = 0.05
@@ -109,11 +110,14 @@ class PageRegistrar:
         template = template or self.printer.draw(scale_px_per_mm(start, self._middle))
         warp, solver = start @ self._to_page, np.zeros(0)
         solved: tuple[bool, ...] = ()
-        for _ in range(MAX_STEPS):
+        for steps in range(2 * MAX_STEPS + 1):
             values = sample(picture, warp, template.points)
             if values is None:
                 return None
             residual, correlation, seen, contrast = self._residual(values, template)
+            # A page that is found but still moves goes on: where it is stopped, a marker may lie a pixel beside itself.
+            if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not correlation >= MIN_CORRELATION):
+                break
             # Far from the right place all markers match badly; then all of them are used for the step.
             asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
             if asked != solved:
@@ -125,12 +129,6 @@ class PageRegistrar:
             warp = moved
             if LEFT_SHARE * np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
                 break
-        else:
-            # The last step may have been large, so the picture is sampled once more at its end.
-            values = sample(picture, warp, template.points)
-            if values is None:
-                return None
-            _, correlation, seen, contrast = self._residual(values, template)
         vague = (1.0, 1.0)
         if sum(seen) < MIN_MARKERS:
             # With two markers on one side the page can still tilt about them, so the pose is useless without the
