@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 from moireid.simulate.motion import measured_run
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fit import CameraFit, fit_camera
-from moireid.verifier.camera.self_calibration import _cuts
+from moireid.verifier.camera.page_speed import jumps
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.limits import AXIS_PRIOR_SD_SHARE, MAX_LASTING_PX
 
@@ -666,7 +666,7 @@ def across_a_cut(kind: str) -> np.ndarray:
 @pytest.mark.parametrize(("kind", "before"), [("none", []), ("clean", [40]), ("blended", [40, 41])])
 def test_cuts_are_found_in_the_picture(kind, before):
     """Catches: a cut found a frame early or late; a frame exposed across it joined to either take; a sway cut up."""
-    assert np.flatnonzero(_cuts(across_a_cut(kind))).tolist() == before
+    assert np.flatnonzero(jumps(across_a_cut(kind))).tolist() == before
 
 
 def test_nothing_is_interpolated_from_one_take_to_another():

@@ -8,6 +8,7 @@ zoom_course.py       the course of a zoom within a film
 self_calibration.py  focal length, axis, shutter, distortion and the print's aspect, of a film
 steady_path.py       the focal length from a steady path         smoothing.py    the camera's path, smoothed
 stretches.py         runs of frames without a break
+page_speed.py        speed and jumps of the page in the picture
 one_camera.py        does one camera explain the film, or was its picture zoomed, reframed or stabilised?
 fit.py               the camera over a film
 """

@@ -19,18 +19,15 @@ from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import median_filter
 
 from moireid.verifier.camera.closed_form import ClosedForm, closed_form
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
 from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, minimise_together, posterior
+from moireid.verifier.camera.page_speed import jumps, velocity_px_s
 from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
 from moireid.verifier.camera.print_aspect import lengthened_px
-from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
-from moireid.verifier.camera.stretches import AROUND
 from moireid.verifier.camera.zoom_course import unzoomed
 from moireid.verifier.limits import (
     AXIS_MAX_SHARE,
@@ -41,8 +38,6 @@ from moireid.verifier.limits import (
     FOCAL_PRIOR_RATIO,
     FOCAL_PRIOR_SD_LOG,
     FOCAL_RANGE_RATIO,
-    JUMP_NOISE_SDS,
-    MAX_PICTURE_JUMP,
     PRINT_ASPECT_MAX_LOG,
     PRINT_ASPECT_PRIOR_SD_LOG,
     SHUTTER_MAX_S,
@@ -105,8 +100,8 @@ class FilmWide:
         self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         #: Frames before which the picture jumps, (T,).
-        self.cuts = _cuts(points_px / (focal_px or FOCAL_PRIOR_RATIO * max(image_px)))
-        self._velocity = _velocity_px_s(points_px, times_s, self.cuts)
+        self.cuts = jumps(points_px / (focal_px or FOCAL_PRIOR_RATIO * max(image_px)))
+        self._velocity = velocity_px_s(points_px, times_s, self.cuts)
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
         # Programs rotate films, so the shutter may run down, right, up or left.
         self._directions: list[Array] = [apart[..., 1:2], apart[..., 0:1], -apart[..., 1:2], -apart[..., 0:1]]
@@ -345,7 +340,7 @@ class FilmWide:
     def of_points(self, points_px: Array) -> FilmWide:
         """The same camera for other points (T, N, 2)."""
         film = copy.copy(self)
-        film._points, film._velocity = points_px, _velocity_px_s(points_px, self._times, self.cuts)
+        film._points, film._velocity = points_px, velocity_px_s(points_px, self._times, self.cuts)
         film._bends = TakenIn(points_px, self._guess, self._centre)
         film._longer = lengthened_px(points_px, self.plane[:, :2])
         film._start = start_poses(self.plane, film._flat(self._chosen), self.focal, self._centre)
@@ -411,51 +406,3 @@ class FilmWide:
             tried.append(self._errors(shutter_s=SHUTTER_PRIOR_S))
         scale = min(float(np.median(errors)) for errors in tried) or 1e-9
         return self._directions[int(np.argmin([np.sum(np.log1p((errors / scale) ** 2)) for errors in tried]))]
-
-
-def _velocity_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_]) -> Array:
-    """Velocity of each point, (T, N, 2) px/s: derivative of a cubic spline through the frames, not across cuts, and 0
-    beside gaps.
-
-    Registered points are exact to some hundredths of a pixel, so they are interpolated and not smoothed: smoothing
-    would flatten a hand's tremor, and the shutter time would be overestimated.
-    """
-    velocity = np.zeros_like(points_px)
-    for stretch in unbroken(times_s, GAP_S, np.cumsum(cuts)):
-        if len(stretch) < 4:
-            continue
-        clock = times_s[stretch]
-        kept = _apart(clock, 0.5 * float(np.median(np.diff(clock))))
-        if len(kept) >= 4:
-            spline = CubicSpline(clock[kept], points_px[stretch][kept])
-            velocity[stretch] = spline(np.clip(clock, clock[kept[0]], clock[kept[-1]]), 1)
-    return velocity
-
-
-def _cuts(points: Array) -> NDArray[np.bool_]:
-    """Frames before which the points (T, N, 2), in focal lengths, jump, (T,).
-
-    Source: third differences, in which a jump counts once, twice and once, and a hand's motion hardly at all.
-    """
-    found = np.zeros(len(points), bool)
-    if len(points) < AROUND:
-        return found
-    jerk = np.abs(np.diff(points, 3, axis=0)).max(axis=(1, 2))
-    sudden = jerk > np.maximum(MAX_PICTURE_JUMP, JUMP_NOISE_SDS * median_filter(jerk, AROUND, mode="nearest"))
-    edges = np.diff(np.concatenate([[0], sudden, [0]]).astype(int))
-    for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
-        # A cut shows in three differences.  A frame that was exposed across the cut makes it four, and stands alone.
-        places = (first + 3, end) if end - first >= 3 else (first + int(np.argmax(jerk[first:end])) + 2,)
-        found[list(places)] = True
-    return found
-
-
-def _apart(clock: Array, least_s: float) -> list[int]:
-    """Indices of times that are at least `least_s` apart: a file may have two times that are equal or nearly so, and a
-    spline through both would give a huge velocity.
-    """
-    kept = [0]
-    for place in range(1, len(clock)):
-        if clock[place] - clock[kept[-1]] >= max(least_s, 1e-6):
-            kept.append(place)
-    return kept
