@@ -90,6 +90,9 @@ PRINT_ASPECT_PRIOR_SD_LOG, PRINT_ASPECT_MAX_LOG = 0.002, 0.02
 #: Action cameras pull a corner of the picture inwards by 15 %, which is -0.3; but no lens that is sold pushes it
 #: outwards by more than 5 %, which is 0.12 at the guessed focal length.
 DISTORTION_PRIOR_SD_K1, DISTORTION_RANGE_K1 = 0.05, (-0.3, 0.12)
+#: Frequency of a hand's tremor (`camera.page_speed`).  Source: physiological tremor of the hand, 8 to 12 Hz (Elble and
+#: Koller, Tremor, 1990).
+TREMOR_HZ = 10.0
 #: A frame counts as misregistered from this reprojection error on, over the film's median and in pixels.  Derived: by
 #: chance, two residuals of a frame exceed ten medians with a probability of 1e-30.
 STRAY_MEDIANS_RATIO, STRAY_PX = 10.0, 0.5

@@ -11,10 +11,12 @@ Convention: as `plane_pose`; the plane is z = 0, so a pose has three columns: th
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.plane_pose import MOST_TURN_RAD, PlanePoses, normal_matrices
+from moireid.verifier.camera.plane_pose import MOST_TURN_RAD, PlanePoses, loosened, normal_equations
 
 Array = NDArray[np.float64]
 #: Each step leaves a twentieth to a fifth of the error, and the misfit near its minimum grows with the square of that.
@@ -27,14 +29,16 @@ WHOLE_STEPS = 6
 class NearPoses:
     """Known poses, and the matrices that turn a gradient near them into a step."""
 
-    def __init__(self, plane: Array, poses: PlanePoses) -> None:
+    def __init__(self, plane: Array, poses: PlanePoses, slack: Array | None = None) -> None:
         """Parameters: plane (N, 3) with z = 0; poses: the best ones; M = 2 T, both poses of all frames."""
         frames = len(poses.error_px)
         self._better = poses.error_px.argmin(axis=1)
         self._plane = np.column_stack([plane[:, :2], np.ones(len(plane))])
         columns = np.concatenate([poses.rotation[..., :2], poses.translation[..., None]], axis=-1)
         self._columns = np.ascontiguousarray(columns.transpose(2, 3, 1, 0)).reshape(3, 3, 2 * frames)
-        solver = np.linalg.inv(normal_matrices(plane, poses))
+        self._slack = slack
+        self._derivatives, normal = normal_equations(plane, poses, slack)
+        solver = np.linalg.inv(normal)
         self._solver = np.ascontiguousarray(solver.transpose(2, 3, 1, 0)).reshape(6, 6, 2 * frames)
 
     def least_error_px(self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float]) -> Array:
@@ -59,6 +63,16 @@ class NearPoses:
         chosen = left.reshape(2, left.shape[1], 2, -1)[:, :, self._better, frames]
         return np.asarray(chosen.reshape(-1, len(frames)).T)
 
+    def following_px(self, moves_px: Array) -> Array:
+        """How residuals change as points move by so much, (T, N, 2) px, and the better poses follow; (T, 2 N) px.
+
+        Source: the moves less their projection onto the derivatives by the pose, at the known poses.
+        """
+        moves = self._weighed(moves_px.transpose(2, 1, 0))
+        flat = moves.reshape(-1, moves.shape[-1]).T
+        along = flat[:, None] @ self._reach
+        return np.asarray((along @ self._reach.swapaxes(-1, -2))[:, 0] - flat)
+
     def _residuals(
         self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float], steps: int
     ) -> tuple[Array, Array]:
@@ -70,7 +84,20 @@ class NearPoses:
             gradient = self._gradient(columns, seen)
             columns = _stepped(columns, -np.einsum("ijm,jm->im", self._solver, gradient))
         flat, depth = self._projected(columns)
-        return focal * (flat - seen), depth
+        return focal * self._weighed(flat - seen), depth
+
+    def _weighed(self, errors: Array) -> Array:
+        """Errors (2, N, T or M), less those that the slack allows."""
+        if self._slack is None:
+            return errors
+        slack = np.tile(self._slack.T, errors.shape[-1] // len(self._slack))
+        return np.asarray(np.moveaxis(loosened(np.moveaxis(errors, 1, 2), slack.T), 2, 1))
+
+    @cached_property
+    def _reach(self) -> Array:
+        """Orthonormal directions in which the residuals move as the better pose does, (T, 2 N, 6)."""
+        chosen = self._derivatives[np.arange(len(self._better)), self._better]
+        return np.asarray(np.linalg.qr(chosen.swapaxes(-1, -2))[0])
 
     def _gradient(self, columns: Array, seen: Array) -> Array:
         """Half of the gradient of the squared residuals by a rotation (before the shift) and by the shift, (6, M).
@@ -80,7 +107,7 @@ class NearPoses:
         """
         flat, depth = self._projected(columns)
         force = np.empty((3, *depth.shape))
-        np.divide(flat - seen, depth, out=force[:2])
+        np.divide(self._weighed(self._weighed(flat - seen)), depth, out=force[:2])
         force[2] = -(flat * force[:2]).sum(axis=0)
         moments = self._plane.T @ force  # axes: force, plane's x and y and 1, M
         turn = _cross(columns[:, 0], moments[:, 0]) + _cross(columns[:, 1], moments[:, 1])

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.one_camera import lasting_error_px
-from moireid.verifier.camera.plane_pose import PlanePoses, tangent_error
+from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.camera.zoom_course import unzoomed, zoom_course
 from moireid.verifier.limits import FOCAL_RANGE_RATIO, MAX_LASTING_PX
@@ -99,7 +99,7 @@ def fit_camera(
         focal_px is not None,
         film.shutter_s,
         tangent_sd,
-        tangent_error(final, film.plane, film.focal),
+        film.tangent_error(final),
         film.bend_k1,
         film.bend_k1_sd,
         focal_px is None and _at_limit(film.focal / max(image_px)),

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 #: A homography has eight parameters, a pose six: each frame leaves two residuals that test the focal length.
 SPARE_PER_FRAME = 2
-#: Most steps of a joint search, and the share of an unknown's step used for finite differences.
-MOST_STEPS, PROBE = 12, 0.05
-#: A joint search ends when a step reduces chi-square by less than this.
-LEAST_GAIN = 0.01
+#: A joint step is tried with this damping, and with ten times as much so often until it is a gain.
+LEAST_DAMPING, MOST_TRIES = 1e-4, 8
+#: Curvature below which rounding makes a direction's sign uncertain, as a share of that along each unknown.
+LEAST_CURVATURE = 1e-12
 
 
 def minimise(
@@ -113,60 +113,55 @@ class Unknown:
         return 4.0 * np.log1p(apart / 3.0) if self.heavy else apart
 
 
-def minimise_together(
-    residuals_px: Callable[[Array], Array], start: Array, unknowns: Sequence[Unknown], scale_px: float
+def step_together(
+    residuals_px: Callable[[Array], Array],
+    slopes_px: Array,
+    start: Array,
+    unknowns: Sequence[Unknown],
+    scale_px: float,
 ) -> tuple[Array, Array]:
-    """Values of least misfit, and their covariance.
+    """One step towards the values of least misfit, and the covariance at its start; to be repeated until it is short.
 
     Parameters: residuals_px: from all unknowns (N,) to residuals (T, 2 P) px of P points a frame, smooth in the
-        unknowns; start (N,): near the minimum; scale_px: error of a typical frame, s in the misfit.
+        unknowns; slopes_px: their derivatives at the start, (N, T, 2 P); start (N,): near the minimum; scale_px: error
+        of a typical frame, s in the misfit.
     Returns: (N,) and (N, N).
     Source: misfit as in `minimise`, by Gauss-Newton with Levenberg's damping.  The misfit of focal length, shutter and
         distortion is a long, narrow valley.  A search of one at a time, or without slopes, stops before the minimum,
         and its error bar is the valley's width instead of its length.
     """
-    low, high, step = (np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high", "step"))
+    low, high = (np.array([getattr(u, name) for u in unknowns]) for name in ("low", "high"))
 
     def priors(at: Array) -> float:
         return float(sum(u.cost(at[k : k + 1])[0] for k, u in enumerate(unknowns)))
 
-    def weighed(left: Array) -> tuple[Array, float]:
-        square = 2 * (left**2).mean(axis=1) / scale_px**2
-        return SPARE_PER_FRAME / (1 + square), SPARE_PER_FRAME * float(np.log1p(square).sum())
-
-    def bounded(at: Array) -> Array:
+    def bounded(at: Array) -> tuple[Array, Array]:
         # A frame without a pose counts as a large but finite error.
         most = 1e3 * scale_px
-        return np.clip(np.nan_to_num(residuals_px(at), nan=most, posinf=most, neginf=-most), -most, most)
+        left = np.clip(np.nan_to_num(residuals_px(at), nan=most, posinf=most, neginf=-most), -most, most)
+        return left, 2 * (left**2).mean(axis=1) / scale_px**2
+
+    def cost(square: Array, at: Array) -> float:
+        return SPARE_PER_FRAME * float(np.log1p(square).sum()) + priors(at)
 
     place = np.clip(np.asarray(start, float), low, high)
-    left = bounded(place)
-    weight, misfit = weighed(left)
-    cost, damping = misfit + priors(place), 1e-3
-    bend = np.diag([1 / u.prior_sd**2 for u in unknowns])
-    for _ in range(MOST_STEPS):
-        # Towards the middle of the bounds, so that finite differences never leave them.
-        probe = PROBE * step * np.where(place > (low + high) / 2, -1.0, 1.0)
-        moves = zip(np.diag(probe), probe, strict=True)
-        slopes = np.stack([(bounded(place + move) - left) / size for move, size in moves])
-        slopes *= np.sqrt(2 * weight / left.shape[1])[:, None] / scale_px
-        table = slopes.reshape(len(unknowns), -1)
-        told = (left * np.sqrt(2 * weight / left.shape[1])[:, None] / scale_px).ravel()
-        curve = [u.curve(place[k]) for k, u in enumerate(unknowns)]
-        bend = table @ table.T + np.diag([c for _, c in curve])
-        slope = table @ told + np.array([s for s, _ in curve])
-        for _ in range(MOST_STEPS):
-            move = -np.linalg.solve(bend + damping * np.diag(np.diag(bend)), slope)
-            there = np.clip(place + move, low, high)
-            tried = bounded(there)
-            tried_weight, tried_misfit = weighed(tried)
-            if tried_misfit + priors(there) <= cost:
-                break
-            damping = max(10 * damping, 1e-3)
-        else:
-            break
-        gained = cost - tried_misfit - priors(there)
-        place, left, weight, cost, damping = there, tried, tried_weight, cost - gained, damping / 10
-        if gained < LEAST_GAIN:
-            break
-    return place, np.linalg.inv(bend)
+    left, square = bounded(place)
+    weights = np.sqrt(2 * SPARE_PER_FRAME / (1 + square) / left.shape[1])[:, None] / scale_px
+    table = (slopes_px * weights).reshape(len(unknowns), -1)
+    slope, curve = np.array([u.curve(at) for u, at in zip(unknowns, place, strict=True)]).T
+    bend = table @ table.T + np.diag(curve)
+    slope = slope + table @ (left * weights).ravel()
+    before, damping = cost(square, place), LEAST_DAMPING
+    for _ in range(MOST_TRIES):
+        there = np.clip(place - np.linalg.solve(bend + damping * np.diag(np.diag(bend)), slope), low, high)
+        if cost(bounded(there)[1], there) <= before:
+            return there, _inverse(bend)
+        damping *= 10
+    return place, _inverse(bend)
+
+
+def _inverse(bend: Array) -> Array:
+    """Inverse of a symmetric matrix that may be singular to rounding; never with a negative variance."""
+    size = np.sqrt(np.diag(bend))
+    values, axes = np.linalg.eigh(bend / np.outer(size, size))
+    return np.asarray((axes / np.maximum(values, LEAST_CURVATURE)) @ axes.T / np.outer(size, size))

@@ -3,7 +3,12 @@
 A distant plane has two poses that fit almost equally well, with opposite tilts; both are kept until the end.  All
 frames are refined together in arrays, because a film-wide search needs them some thirty times.
 
-Convention: points (N, 3) of the plane in its own frame; rotation plane -> camera; OpenCV's camera axes.
+A hand that trembles between two frames moves the rows of a rolling shutter by an unknown speed.  Where that matters,
+each frame has some slack along its rows: the errors in that direction count less.
+
+Convention: points (N, 3) of the plane in its own frame; rotation plane -> camera; OpenCV's camera axes; slack (T, N):
+    the direction of the rows over the points, of length sqrt(1 - a^2), where a is the weight of an error in that
+    direction, in u and in v; None: all errors count alike.
 Source: start by infinitesimal plane-based pose estimation (Collins and Bartoli, 2014, in OpenCV); refinement by
     Gauss-Newton on the reprojection error.
 """
@@ -43,16 +48,34 @@ class PlanePoses:
         """Error of the better pose of each frame, (T,)."""
         return np.asarray(self.error_px.min(axis=1))
 
-    def residuals_px(self, plane: Array, points_px: Array, focal: float, centre: tuple[float, float]) -> Array:
+    def residuals_px(
+        self, plane: Array, points_px: Array, focal: float, centre: tuple[float, float], slack: Array | None = None
+    ) -> Array:
         """What the better pose of each frame leaves of points (T, N, 2), (T, 2 N) px."""
         frames, better = np.arange(len(self.error_px)), self.error_px.argmin(axis=1)
         turned = np.einsum("tij,nj->tni", self.rotation[frames, better], plane)
         local = turned + self.translation[frames, better][:, None]
         seen = focal * local[..., :2] / local[..., 2:] + np.array(centre)
-        return np.asarray((seen - points_px).reshape(len(frames), -1))
+        left = np.moveaxis(seen - points_px, -1, -2)
+        if slack is not None:
+            left = loosened(left, slack[:, None])
+        return np.asarray(np.moveaxis(left, -1, -2).reshape(len(frames), -1))
 
 
-def start_poses(plane: Array, points_px: Array, focal: float, centre: tuple[float, float]) -> PlanePoses:
+def loosened(errors: Array, slack: Array) -> Array:
+    """Errors whose part along the slack is weighted by a; both (..., N), as the module's convention has it.
+
+    Source: the square root of the inverse covariance 1 + s s' of a unit noise and an unknown along s is
+        1 - c u u', where u is `slack`; applied to residuals and derivatives alike it makes least squares exact.
+    """
+    square = np.sum(slack**2, axis=-1, keepdims=True)
+    share = (1 - np.sqrt(np.maximum(1 - square, 0.0))) / np.maximum(square, 1e-12)
+    return np.asarray(errors - share * slack * np.sum(slack * errors, axis=-1, keepdims=True))
+
+
+def start_poses(
+    plane: Array, points_px: Array, focal: float, centre: tuple[float, float], slack: Array | None = None
+) -> PlanePoses:
     """Both poses of every frame without a start value, refined; points_px (T, N, 2)."""
     matrix = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]])
     rotation, translation = np.empty((len(points_px), 2, 3, 3)), np.empty((len(points_px), 2, 3))
@@ -61,7 +84,7 @@ def start_poses(plane: Array, points_px: Array, focal: float, centre: tuple[floa
         for side in (0, 1):
             rotation[frame, side] = cv2.Rodrigues(turns[min(side, len(turns) - 1)])[0]
             translation[frame, side] = np.ravel(shifts[min(side, len(shifts) - 1)])
-    return refine_poses(plane, points_px, focal, centre, rotation, translation)
+    return refine_poses(plane, points_px, focal, centre, rotation, translation, slack=slack)
 
 
 def moved_poses(
@@ -72,22 +95,32 @@ def moved_poses(
     focal: float,
     centre: tuple[float, float],
     steps: int = STEPS,
+    slack: Array | None = None,
 ) -> PlanePoses:
     """Poses at another focal length `focal`, which is `zoom` times that of `poses`, or for slightly moved points."""
     nearer = poses.translation * np.array([1.0, 1.0, zoom])
-    return refine_poses(plane, points_px, focal, centre, poses.rotation, nearer, steps)
+    return refine_poses(plane, points_px, focal, centre, poses.rotation, nearer, steps, slack)
 
 
-def tangent_error(poses: PlanePoses, plane: Array, focal: float, frames: int = 9) -> tuple[float, float]:
+def point_error_px(poses: PlanePoses, points: int) -> float:
+    """Standard deviation of one coordinate of a point, px, from the errors that poses leave of so many points.
+
+    Source: the two residuals that a homography has more than a pose; a chi-square of two has its median at 1.386.
+    """
+    return float(np.sqrt(np.median(poses.least_error_px**2) * points / 1.386))
+
+
+def tangent_error(
+    poses: PlanePoses, plane: Array, focal: float, slack: Array | None = None, frames: int = 9
+) -> tuple[float, float]:
     """Standard deviation of Cx/Cz and Cy/Cz of one frame, from the reprojection errors.
 
     Convention: the median over some frames spread over the film.
-    Source: covariance sigma^2 (J'J)^-1 of least squares, with sigma from the two residuals that a homography has more
-    than a pose; a chi-square of two has its median at 1.386.
+    Source: covariance sigma^2 (J'J)^-1 of least squares.
     """
     places = np.linspace(0, len(poses.error_px) - 1, min(frames, len(poses.error_px))).astype(int)
     sides = poses.error_px.argmin(axis=1)
-    sigma = np.sqrt(np.median(poses.least_error_px**2) * len(plane) / 1.386) / focal
+    sigma = point_error_px(poses, len(plane)) / focal
     step = 1e-6
     spreads = []
     for frame in places:
@@ -100,6 +133,9 @@ def tangent_error(poses: PlanePoses, plane: Array, focal: float, frames: int = 9
             rows.append(np.concatenate([moved[0] - seen, moved[1] - tangents]) / step)
         table = np.array(rows).T
         jacobian, by_tangent = table[:-2], table[-2:]
+        if slack is not None:
+            by_axis = jacobian.reshape(len(plane), 2, 6).transpose(1, 2, 0)
+            jacobian = loosened(by_axis, slack[frame]).transpose(2, 0, 1).reshape(-1, 6)
         covariance = np.linalg.pinv(jacobian.T @ jacobian)
         spreads.append(np.sqrt(np.maximum(np.diag(by_tangent @ covariance @ by_tangent.T), 0)))
     along_x, along_y = sigma * np.median(spreads, axis=0)
@@ -121,6 +157,7 @@ def refine_poses(
     rotation: Array,
     translation: Array,
     steps: int = STEPS,
+    slack: Array | None = None,
 ) -> PlanePoses:
     """Gauss-Newton from the given poses, (T, 2, 3, 3) and (T, 2, 3)."""
     seen = np.moveaxis((points_px[:, None] - np.array(centre)) / focal, -1, -2)  # axes: T, 2 poses, u or v, N
@@ -128,28 +165,38 @@ def refine_poses(
     for _ in range(steps):
         turned = _turned(rotation, plane)
         flat, near = _projected(turned, translation)
-        flattened, normal = _normal(jacobian, turned, flat, near)
-        right = flattened @ (flat - seen).reshape(*flat.shape[:2], -1, 1)
+        flattened, normal = _normal(jacobian, turned, flat, near, slack)
+        right = flattened @ _weighed(flat - seen, slack).reshape(*flat.shape[:2], -1, 1)
         step = -np.linalg.solve(normal, right)[..., 0]
         step *= np.minimum(1.0, MOST_TURN_RAD / np.maximum(np.abs(step[..., :3]).max(axis=-1, keepdims=True), 1e-12))
         turn = Rotation.from_rotvec(step[..., :3].reshape(-1, 3)).as_matrix().reshape(rotation.shape)
         rotation, translation = turn @ rotation, translation + step[..., 3:]
     flat, near = _projected(_turned(rotation, plane), translation)
-    error = focal * np.sqrt(((flat - seen) ** 2).sum(axis=-2).mean(axis=-1))
+    error = focal * np.sqrt((_weighed(flat - seen, slack) ** 2).sum(axis=-2).mean(axis=-1))
     behind = near.min(axis=-1) <= 0
     return PlanePoses(rotation, translation, np.where(behind | ~np.isfinite(error), np.inf, error))
 
 
-def normal_matrices(plane: Array, poses: PlanePoses) -> Array:
-    """Normal matrices of each pose by rotation and shift, (T, 2, 6, 6), in normalised picture coordinates."""
+def _weighed(errors: Array, slack: Array | None) -> Array:
+    """Errors (T, 2, 2, N), less those that the slack allows."""
+    return errors if slack is None else loosened(errors, slack[:, None, None])
+
+
+def normal_equations(plane: Array, poses: PlanePoses, slack: Array | None = None) -> tuple[Array, Array]:
+    """Derivatives of each pose by rotation and shift, (T, 2, 6, 2 N), and their normal matrices (T, 2, 6, 6).
+
+    Convention: in normalised picture coordinates, u of all points before v.
+    """
     turned = _turned(poses.rotation, plane)
     flat, near = _projected(turned, poses.translation)
-    return _normal(np.empty((*flat.shape[:2], 6, 2, len(plane))), turned, flat, near)[1]
+    return _normal(np.empty((*flat.shape[:2], 6, 2, len(plane))), turned, flat, near, slack)
 
 
-def _normal(jacobian: Array, turned: Array, flat: Array, near: Array) -> tuple[Array, Array]:
+def _normal(jacobian: Array, turned: Array, flat: Array, near: Array, slack: Array | None) -> tuple[Array, Array]:
     """Derivatives (T, 2, 6, 2 N), written into `jacobian`, and the normal matrices (T, 2, 6, 6)."""
     _fill_jacobian(jacobian, turned, flat, near)
+    if slack is not None:
+        jacobian[...] = loosened(jacobian, slack[:, None, None, None])
     flattened = jacobian.reshape(*jacobian.shape[:3], -1)
     normal = flattened @ flattened.swapaxes(-1, -2)
     normal += DAMPING * normal * np.eye(6)

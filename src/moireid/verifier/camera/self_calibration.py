@@ -5,6 +5,7 @@
 3. Shutter time alone, then focal length alone, each from its prior.
 4. All together.
 5. If the focal length is far from its prior, estimate it again on a steady camera path (`steady_path`).
+6. If a tremor hides between the frames, rows tell less than they seem to: estimate all again with that slack.
 Convention: as `fit`; distortion is estimated in units of the guessed focal length, and returned in units of the found
     one.
 Source: maximum a posteriori over reprojection error.
@@ -23,12 +24,11 @@ from numpy.typing import NDArray
 from moireid.verifier.camera.closed_form import ClosedForm, closed_form
 from moireid.verifier.camera.distortion import TakenIn
 from moireid.verifier.camera.fast_poses import NearPoses
-from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, minimise_together, posterior
-from moireid.verifier.camera.page_speed import jumps, velocity_px_s
-from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, start_poses
+from moireid.verifier.camera.map_search import SPARE_PER_FRAME, Unknown, minimise, posterior, step_together
+from moireid.verifier.camera.page_speed import hidden_speed_px_s, jumps, velocity_px_s
+from moireid.verifier.camera.plane_pose import PlanePoses, moved_poses, point_error_px, start_poses, tangent_error
 from moireid.verifier.camera.print_aspect import lengthened_px
 from moireid.verifier.camera.steady_path import SPARE, steady_errors_px
-from moireid.verifier.camera.zoom_course import unzoomed
 from moireid.verifier.limits import (
     AXIS_MAX_SHARE,
     AXIS_PRIOR_SD_SHARE,
@@ -50,7 +50,7 @@ from moireid.verifier.limits import (
 Array = NDArray[np.float64]
 #: A joint search moves by at most this many steps from settled poses, and then starts again from its result; until it
 #: moves by less than this share of a step; most repetitions: the valley of focal length and distortion is long.
-NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.2, 12
+NEARBY_STEPS, SETTLED, MOST_SETTLED = 2.0, 0.1, 30
 #: Within this change of the focal length's logarithm, refined poses are still near.
 NEARBY_ZOOM = 0.15
 SHUTTER = Unknown(0.0, SHUTTER_MAX_S, SHUTTER_PRIOR_S, SHUTTER_PRIOR_SD_S, 0.003)
@@ -65,8 +65,11 @@ AXIS_FAR_SHARE, STRETCH_FAR_LOG, NEARLY_AS_GOOD = 0.03, 0.004, 2.0
 HIDING_SHARE = 0.7
 #: A focal length is near the guessed one up to this change of its logarithm.
 USUAL_ZOOM = 0.1
-#: Change of the zoom's logarithm to measure its effect on the residuals.
-ZOOM_STEP = 0.002
+#: Share of an unknown's step used for finite differences.
+PROBE = 0.05
+#: A hidden tremor counts from this share of the mean square of what is left; more than this share it cannot be, as
+#: registration has noise of its own.  Set by hand.
+LEAST_HIDDEN, MOST_HIDDEN = 0.1, 0.75
 #: Most frames used to estimate the film-wide unknowns.
 SOLVE_FRAMES = 300
 
@@ -114,6 +117,8 @@ class FilmWide:
         self._start = start_poses(self.plane, points_px[self._chosen], self._guess, self._centre)
         self._start_focal, self._near = float(self._guess), NearPoses(self.plane, self._start)
         self.focal, self.shutter_s, self.bend = float(self._guess), SHUTTER_PRIOR_S, 0.0
+        #: What a tremor that hides between the frames moves a row that is a picture's height away, over the noise.
+        self._hidden_sds = 0.0
         self.covariance = np.zeros((7, 7))
 
     @property
@@ -155,7 +160,46 @@ class FilmWide:
         best = min(tried, key=cost)
         # Another direction of the shutter than the usual one may have been told by what was not yet solved then.
         told = best._steadied or best._rows is best._directions[0]
-        return best if told else min((best, best._rolled_down()), key=cost)
+        best = best if told else min((best, best._rolled_down()), key=cost)
+        best._loosen()
+        return best
+
+    def _loosen(self) -> None:
+        """Give the rows the slack that a hidden tremor needs, and estimate all again; nothing, where that is little.
+
+        Source: method of moments.  What is left of a page's fit is noise, and what the poses could not follow of the
+            tremor; as `hidden_speed_px_s` may be too large, the tremor is at most `MOST_HIDDEN` of it.
+        """
+        rows = self._apart(self._chosen)
+        none = np.zeros_like(rows)
+        left = [self._near.following_px(np.stack(pair, axis=-1)) for pair in ((rows, none), (none, rows))]
+        told = float(np.median((np.square(left).sum(axis=(0, 2))) / 2))
+        moved_px = hidden_speed_px_s(self._points, self._times, self.cuts) * self.shutter_s
+        error_px = point_error_px(self._start, len(self.plane))
+        hidden = min(MOST_HIDDEN, told * (moved_px / error_px) ** 2)
+        if hidden < LEAST_HIDDEN:
+            return
+        self._hidden_sds = math.sqrt(hidden / (1 - hidden) / told)
+        zoom_variance = self.covariance[0, 0]
+        self._solve_together(zoom=not self._steadied)
+        if self._steadied:
+            self.covariance[0, 0] = zoom_variance
+
+    def _apart(self, frames: NDArray[np.int64] | slice) -> Array:
+        """Rows of the points from those of the page's middle, in picture heights, (T, N)."""
+        rows = self._rows[frames][..., 0]
+        return np.asarray(rows - rows.mean(axis=1, keepdims=True))
+
+    def _slack(self, frames: NDArray[np.int64] | slice) -> Array | None:
+        """The slack of these frames' rows, as `plane_pose` has it; None without any."""
+        if not self._hidden_sds:
+            return None
+        along = self._hidden_sds * self._apart(frames)
+        return np.asarray(along / np.sqrt(1 + (along**2).sum(axis=1, keepdims=True)))
+
+    def tangent_error(self, poses: PlanePoses) -> tuple[float, float]:
+        """As `plane_pose.tangent_error`, of the poses of all frames."""
+        return tangent_error(poses, self.plane, self.focal, self._slack(slice(None)))
 
     def _rolled_down(self) -> FilmWide:
         """The solution for a shutter that runs down, searched from this one."""
@@ -278,7 +322,8 @@ class FilmWide:
 
             usual = float(np.median(self._errors())) or 1e-9
             near = [one.near(at, NEARBY_STEPS) for one, at in zip(unknowns, before[free], strict=True)]
-            found, covariance = minimise_together(partial(self._residuals, before, free), before[free], near, usual)
+            residuals, slopes = partial(self._residuals, before, free), self._slopes(before, free)
+            found, covariance = step_together(residuals, slopes, before[free], near, usual)
             place = before.copy()
             place[free] = found
             if 0 in free:
@@ -292,13 +337,35 @@ class FilmWide:
 
     def _residuals(self, before: Array, free: list[int], places: Array) -> Array:
         """Residuals of the chosen frames, (T, 2 N) px, with these places of the free unknowns."""
+        points, focal, centre = self._seen(before, free, places)
+        return self._near.residuals_px(points, focal / self._start_focal, focal, centre)
+
+    def _slopes(self, before: Array, free: list[int]) -> Array:
+        """Derivatives of `_residuals` by the free unknowns at the settled poses, (n, T, 2 N) px.
+
+        Source: variable projection (Kaufman, A variable projection method for solving separable nonlinear least squares
+            problems, 1975): how the points move, less what the poses follow.
+        """
+        points, focal, centre = self._seen(before, free, before[free])
+        left = self._near.residuals_px(points, focal / self._start_focal, focal, centre)
+        slopes = []
+        for k in free:
+            # Towards zero, so that finite differences never leave the bounds.
+            probe = PROBE * self._unknowns()[k].step * (-1 if before[k] > 0 else 1)
+            there, other_focal, other = self._seen(before, [k], before[[k]] + probe)
+            # A longer focal length is as points nearer to the axis, in a picture that is enlarged.
+            moved = (there - np.array(other)) * (focal / other_focal) - (points - np.array(centre))
+            slopes.append((self._near.following_px(moved) + left * (other_focal / focal - 1)) / probe)
+        return np.stack(slopes)
+
+    def _seen(self, before: Array, free: list[int], places: Array) -> tuple[Array, float, tuple[float, float]]:
+        """Points of the chosen frames, focal length and centre, with these places of the free unknowns."""
         at = before.copy()
         at[free] = places
-        focal = math.exp(at[0])
         points = self._flat(
             self._chosen, shutter_s=float(at[1]), bend=float(at[2]), stretch=float(at[5]), print_aspect=float(at[6])
         )
-        return self._near.residuals_px(points, focal / self._start_focal, focal, self._placed(at[3:5]))
+        return points, math.exp(at[0]), self._placed(at[3:5])
 
     def _solve_steadily(self, zoom: tuple[float, float, float, float]) -> None:
         """Estimate the focal length on a steady path; if it changes, estimate the rest again."""
@@ -306,7 +373,7 @@ class FilmWide:
 
         def errors(log_focal: float) -> Array:
             focal, points = math.exp(log_focal), self._flat(self._chosen)
-            poses = moved_poses(self._start, self.plane, points, focal / self._start_focal, focal, self._centre)
+            poses = self._moved_poses(points, focal, self._centre)
             return steady_errors_px(poses, self.plane, points, self._times[self._chosen], focal, self._centre)
 
         log_focal, log_sd = posterior(errors, *zoom, SPARE)
@@ -319,11 +386,12 @@ class FilmWide:
 
     def all_poses(self) -> PlanePoses:
         """Poses of all frames with the estimated parameters."""
-        return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre)
+        return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre, self._slack(slice(None)))
 
     def residuals_px(self, poses: PlanePoses) -> Array:
         """What the poses of all frames leave, (T, 2 N) px."""
-        return poses.residuals_px(self.plane, self._flat(slice(None)), self.focal, self._centre)
+        points, slack = self._flat(slice(None)), self._slack(slice(None))
+        return poses.residuals_px(self.plane, points, self.focal, self._centre, slack)
 
     def zoom_told(self) -> tuple[Array, Array]:
         """What the chosen frames tell of a zoom: the residual along a zoom's direction, px, and its slope, (n,) each.
@@ -331,9 +399,9 @@ class FilmWide:
         Convention: residual = slope times (the zoom's logarithm that is missing).
         """
         points = self._flat(self._chosen)
-        zoomed = unzoomed(points, np.full(len(points), ZOOM_STEP), self._middle)
-        left, moved = (self._near.residuals_px(seen, 1.0, self.focal, self._centre) for seen in (points, zoomed))
-        slopes = (moved - left) / ZOOM_STEP
+        left = self._near.residuals_px(points, 1.0, self.focal, self._centre)
+        # A zoom's logarithm that is taken away moves each point towards the middle by its distance from there.
+        slopes = self._near.following_px(np.array(self._middle) - points)
         size = np.linalg.norm(slopes, axis=1)
         return -(slopes * left).sum(axis=1) / np.maximum(size, 1e-12), size
 
@@ -343,8 +411,9 @@ class FilmWide:
         film._points, film._velocity = points_px, velocity_px_s(points_px, self._times, self.cuts)
         film._bends = TakenIn(points_px, self._guess, self._centre)
         film._longer = lengthened_px(points_px, self.plane[:, :2])
-        film._start = start_poses(self.plane, film._flat(self._chosen), self.focal, self._centre)
-        film._start_focal, film._near = self.focal, NearPoses(self.plane, film._start)
+        slack = self._slack(self._chosen)
+        film._start = start_poses(self.plane, film._flat(self._chosen), self.focal, self._centre, slack)
+        film._start_focal, film._near = self.focal, NearPoses(self.plane, film._start, slack)
         return film
 
     def moved(self, off: Array) -> PlanePoses:
@@ -357,8 +426,12 @@ class FilmWide:
             stretch=self.stretch + off[5],
             print_aspect=self.print_aspect + off[6],
         )
-        zoom = focal / self._start_focal
-        return moved_poses(self._start, self.plane, points, zoom, focal, self._placed(self.axis + off[3:5]))
+        return self._moved_poses(points, focal, self._placed(self.axis + off[3:5]))
+
+    def _moved_poses(self, points: Array, focal: float, centre: tuple[float, float]) -> PlanePoses:
+        """The chosen frames' poses for other points or another camera, from those of the last settling."""
+        zoom, slack = focal / self._start_focal, self._slack(self._chosen)
+        return moved_poses(self._start, self.plane, points, zoom, focal, centre, slack=slack)
 
     def _flat(
         self,
@@ -388,15 +461,13 @@ class FilmWide:
         points = self._flat(self._chosen, **others)
         zoom = focal / self._start_focal
         if abs(math.log(zoom)) > NEARBY_ZOOM:
-            return moved_poses(self._start, self.plane, points, zoom, focal, self._centre).least_error_px
+            return self._moved_poses(points, focal, self._centre).least_error_px
         return self._near.least_error_px(points, zoom, focal, self._centre)
 
     def _settle(self) -> None:
         """Refine the poses at the present estimates, as the start of the next search."""
-        zoom = self.focal / self._start_focal
-        points = self._flat(self._chosen)
-        self._start = moved_poses(self._start, self.plane, points, zoom, self.focal, self._centre)
-        self._start_focal, self._near = self.focal, NearPoses(self.plane, self._start)
+        self._start = self._moved_poses(self._flat(self._chosen), self.focal, self._centre)
+        self._start_focal, self._near = self.focal, NearPoses(self.plane, self._start, self._slack(self._chosen))
 
     def _likeliest_rows(self) -> Array:
         """The likeliest direction of the shutter, tested at its usual time."""
