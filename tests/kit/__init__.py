@@ -6,6 +6,7 @@ compiling.py        the renderer, compiled ahead
 drawn_pages.py      pictures of a page whose homography is known
 coded_films.py      films of given pictures, and short ones of long ones
 numeric_films.py    tracks of a badge, made of numbers alone
+made_corners.py     a badge's corners as a film would give them
 rendered_frames.py  frames by either renderer, and their phase
 takes.py            a page before a camera, as effects know it
 drawn.py            the shapes on a PDF page
