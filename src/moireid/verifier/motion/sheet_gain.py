@@ -88,10 +88,10 @@ class SheetGain:
             sheet = "has come off the page" if gain > 1 else "lies nearer to the page"
             return (
                 f"when the badge was enrolled it was {self.expected:.3f}. A sheet that {sheet} does that, and so does "
-                "another sheet; press it flat and film again, or enroll the badge again with --capture."
+                "another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
             )
         sheet = "A thicker sheet, or a gap under it," if gain > 1 else "A thinner sheet"
-        return f"they were designed for 1. {sheet} does that; enroll this badge with --capture."
+        return f"they were designed for 1. {sheet} does that. Enroll this badge with a film of it."
 
     def released(self, gain: float) -> SheetGain:
         """What is expected of a film that is judged under its own gain, a share of what is expected here.
@@ -141,7 +141,7 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
     low, high = sheet.room_for(gain_sd)
     beyond = GAIN_REJECTED_SDS * sd
     shown, limit = sheet.expected * gain, (high - low) / 2
-    words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as the optics predict"
+    words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"
     # With so wide an error bar even a wrong gain could be estimated as right, so the estimate does not count.
     vague = sd >= MAX_GAIN_SD_SHARE * abs(gain)
     accepted, level = low <= gain <= high, "undecided"
@@ -154,6 +154,5 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
         text = f"{words}; a real badge gives {sheet.span(limit)}."
     else:
         limit += beyond
-        advice = "give the focal length with --focal-px, or film with more motion"
-        text = f"{words}. This is too uncertain to decide; {advice}."
+        text = f"{words}, which is too uncertain to decide. Give the camera's focal length, or film with more motion."
     return Reason("gain", cast(Level, level), shown, sheet.expected * limit, "ratio", text)

@@ -42,10 +42,10 @@ OVERLAP_FRAMES = 240
 PIECE_FRAMES = OVERLAP_FRAMES
 
 NOT_TOLD = (
-    "The film does not show whether this is the enrolled badge or a copy; film it nearer and with more motion, or let "
-    "copies pass (--no-require-original)."
+    "The film does not show whether this is the enrolled badge or a copy. Film it nearer and with more motion, or let "
+    "copies pass."
 )
-NOT_ENROLLED = "Nobody measured this badge as built, so it cannot be told from a copy; enroll it with --capture."
+NOT_ENROLLED = "Nobody measured this badge as built, so it cannot be told from a copy. Enroll it with a film of it."
 
 
 @dataclass(frozen=True)
@@ -174,7 +174,7 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
     found = sorted({chapter.identity.decoded_id for chapter in chapters if chapter.identity.decoded_id})
     if len(found) < 2 or first.identity.verdict == "mismatch":
         return first.identity, first.built_reasons
-    text = f"Different badges are read in different parts of the film: {', '.join(found)}."
+    text = "The codes of different badges are read in different parts of the film."
     several = Reason("identities", "fail", ", ".join(found), None, "", text)
     return replace(first.identity, reasons=(*first.identity.reasons, several)), first.built_reasons
 
