@@ -75,7 +75,7 @@ WITHIN: dict[str, set[str]] = {
         "timeline",
         "video",
     },
-    "verifier.report": {"motion", "identity", "session", "limits"},
+    "verifier.report": {"camera", "motion", "identity", "session", "limits", "video"},
     "verifier.live": {"tracking", "fringes", "session", "limits", "reasons", "timeline", "video"},
     "evaluation.baseline": set(),
     "simulate.analytic": {"cameras", "compiled", "light", "motion", "scene"},
@@ -99,8 +99,8 @@ WITHIN: dict[str, set[str]] = {
     "bench.published": {"film_set", "rows"},
     "web.auth": {"problems", "settings", "studio"},
     "web.jobs": {"problems", "settings"},
-    "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "studio", "uploads"},
-    "web.pages": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "studio", "uploads"},
+    "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
+    "web.pages": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
     "web.live": {"auth", "pages", "checks", "problems", "studio"},
 }
 #: Files of a folder beside its `__init__`; a folder with more is several.

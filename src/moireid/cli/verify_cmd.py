@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -22,11 +24,12 @@ from moireid.cli.common import (
     say,
     show_json,
 )
+from moireid.cli.verdict_words import LookUp, known_by, show_verdict, unknown
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.registry import Claimed
-    from moireid.verifier.reasons import Reason
+    from moireid.verifier.report.circumstances import Circumstances
 
 focal_option = click.option(
     "--focal-px",
@@ -43,9 +46,6 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
 
         click.echo(report_schema(), nl=False)
         context.exit()
-
-
-MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 
 
 @click.command("verify")
@@ -151,7 +151,7 @@ def verify_command(
         raise SpecError("--pipeline published cannot check --photographs; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
-    found = _claimed(claim, badge_json, registry_url)
+    found, look_up = _claimed(claim, badge_json, registry_url)
     badge = found.badge
     if report_folder is not None:
         from moireid.verifier.report.page import report_paths
@@ -171,36 +171,39 @@ def verify_command(
         else:
             report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
             report = without_corners(report) if corners else report
+    document = report.to_json()
+    known = replace(look_up(document), claim=claim, revoked_at=found.revoked_at)
     if report_folder is not None:
         from moireid.verifier.report.page import write_report
 
-        page, *_ = write_report(report, report_folder, overwrite=overwrite)
+        page, *_ = write_report(report, report_folder, overwrite=overwrite, known=known)
         say(f"report: {page}")
     if as_json:
-        show_json(report.to_json())
+        show_json(document)
     else:
-        from moireid.verifier.report.page import holder_words, words_of
-
-        source = report.claim_source
-        whose = "" if source == "file" and badge.id else "badge of "
-        click.echo(f"{report.verdict.upper()}: {whose}{holder_words(badge.name, badge.id, source)}")
-        click.echo(words_of(report.verdict, report.invariant.verdict, report.identity.verdict, source))
-        _show_reasons(report.reasons)
+        show_verdict(report.verdict.upper(), document, known)
     sys.exit(VERDICT_EXIT[report.verdict])
 
 
-def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> Claimed:
-    """The badge that is claimed; of a file the registry's own where one is given that holds it."""
+def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> tuple[Claimed, LookUp]:
+    """The badge that is claimed, of a file the registry's own where one is given that holds it; and a look-up of what
+    the registry knows of a report.
+    """
     from moireid.badge import load_badge
     from moireid.provenance import Claimed
 
     badge = load_badge(badge_json) if badge_json is not None else None
     if badge is not None and registry_url is None:
-        return Claimed(badge)
+        return Claimed(badge), unknown
     from moireid.registry import claimed, claimed_by_file, open_registry
 
+    def look_up(document: Mapping[str, Any]) -> Circumstances:
+        with open_registry(registry_url, create=False) as registry:
+            return known_by(registry, document)
+
     with open_registry(registry_url, create=False) as registry:
-        return claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+        found = claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+    return found, look_up
 
 
 @click.command("identify")
@@ -224,16 +227,10 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
     with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
         people = People(registry)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
-        name = people.name(outcome.found_id)
+        document = outcome.to_json() | {"found_name": people.name(outcome.found_id)}
+        known = known_by(registry, document)
     if as_json:
-        show_json(outcome.to_json() | {"found_name": name})
+        show_json(document)
     else:
-        who = f"{name} ({outcome.found_id})" if name is not None else "nobody known"
-        click.echo(f"{outcome.finding.upper()}: {who}")
-        _show_reasons(outcome.reasons)
+        show_verdict(outcome.finding.upper(), document, known)
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
-
-
-def _show_reasons(reasons: tuple[Reason, ...]) -> None:
-    for reason in reasons:
-        click.echo(f"  {MARKS[reason.level]} {reason.text}")

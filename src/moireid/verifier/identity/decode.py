@@ -154,8 +154,8 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
         level = "pass"
     text = {
         "pass": "The fringes in the badge's code move together with those of its rows.",
-        "undecided": f"The fringes in the badge's code move {motion:.2f} times as far as those of its rows, so they may "
-        "not be one picture. Film again from nearer, in even light.",
+        "undecided": f"The fringes in the badge's code move {motion:.2f} times as far as those of its rows, so they "
+        "may not be one picture. Film again from nearer, in even light.",
         "fail": "The fringes in the badge's code stand still while those of its rows move, as in a picture that was "
         "pasted in.",
     }[level]

@@ -50,8 +50,8 @@ from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
 FOCAL_AT_LIMIT = (
-    "No camera's focal length fits this film: its picture looks stretched, or cut out of a larger one. Give the film as "
-    "it was taken, or the focal length of its camera."
+    "No camera's focal length fits this film: its picture looks stretched, or cut out of a larger one. Give the film "
+    "as it was taken, or the focal length of its camera."
 )
 #: If there are several findings of one kind, the worst is reported.
 ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
@@ -345,8 +345,8 @@ def _explained(what: str, deviation: float, fixed: float, expected: float) -> Re
     level: Level = "pass" if deviation <= limit else "fail" if deviation > possible else "undecided"
     text = {
         "pass": f"{what} stay where the law puts them, but for errors that every film has.",
-        "undecided": f"{what} stray from where the law puts them, and it is not clear whether errors of the film explain "
-        "that. Film again from nearer, or with more motion.",
+        "undecided": f"{what} stray from where the law puts them, and it is not clear whether errors of the film "
+        "explain that. Film again from nearer, or with more motion.",
         "fail": f"{what} stray from where the law puts them, further than any error of a film explains.",
     }[level]
     return Reason("residual", level, deviation, limit, "rad", text)
@@ -373,7 +373,9 @@ def _strips_agree(wander: float, expected: float) -> Reason:
     good = wander <= limit
     text = "The fringes of all parts of the badge move together."
     if not good:
-        text = "The fringes of different parts of the badge move apart, as on a badge that is put together from pictures."
+        text = (
+            "The fringes of different parts of the badge move apart, as on a badge that is put together from pictures."
+        )
     return Reason("agreement", "pass" if good else "fail", wander, limit, "rad", text)
 
 

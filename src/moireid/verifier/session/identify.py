@@ -182,7 +182,7 @@ def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, 
     if word.beats_agree(bytes.fromhex(found)) is not True or not enrolled.holds(found):
         return None, unread
     text = (
-        f"Too much of the badge's code is wrong to correct it, but {agreeing} of its {len(word.octets)} parts are those "
-        f"of one enrolled badge. Another would agree so well with a chance of {word.wrong_person(agreeing):.0e} at most."
+        f"Too much of the badge's code is wrong to correct it, but {agreeing} of its {len(word.octets)} parts are "
+        f"those of one enrolled badge. Another would agree so well with a chance of {word.wrong_person(agreeing):.0e}."
     )
     return found, Reason("enrolled", "pass", found, None, "", text)
