@@ -53,7 +53,7 @@ def show_verdict(word: str, document: Mapping[str, Any], known: Circumstances) -
     click.echo(headline.text)
     click.echo(f"What to do: {headline.advice}")
     for finding in found.first:
-        option = OPTIONS.get(finding["code"], "") if finding["level"] != "pass" else ""
+        option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
         click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
     if found.hold:
         click.echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")

@@ -327,8 +327,8 @@ def _correlated(correlation: float, excitation: float, expected: float) -> Reaso
     level: Level = "pass" if correlation >= MIN_CORRELATION else "fail" if correlation < possible else "undecided"
     text = {
         "pass": "The fringes move when the badge moves, and rest when it rests.",
-        "undecided": "The fringes do not clearly move when the badge moves. Film again from nearer, with more motion.",
-        "fail": "The fringes do not move when the badge moves.",
+        "undecided": "The fringes do not clearly move together with the badge. Film from nearer, with more motion.",
+        "fail": "The fringes do not move together with the badge.",
     }[level]
     return Reason("correlation", level, correlation, MIN_CORRELATION, "", text)
 

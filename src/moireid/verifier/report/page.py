@@ -16,6 +16,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from moireid import __version__
 from moireid.files import planned, write_text
 from moireid.verifier.report.circumstances import Circumstances, moment_words
 from moireid.verifier.report.findings import sorted_findings
@@ -124,6 +125,7 @@ def told(
         "source": source,
         "known": known,
         "checked": moment_words(known.checked_at),
+        "made_by": document.get("moireid") or __version__,
         "film": known.film_name or Path((document.get("input") or {}).get("path", "")).name,
         "says": SAYS,
         "says_not": SAYS_NOT,

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from moireid.verifier.session.cover import outside
+from moireid.verifier.session.cover import outside, within
 
 Span = tuple[float, float]
 #: A shorter time without verdict is not named, and at most so many are.
@@ -44,7 +44,7 @@ def seconds_of(document: Mapping[str, Any]) -> Seconds | None:
     rows = [
         ("badge seen", _bars(film, seen, "seen")),
         ("judged", _bars(film, judged, "judged")),
-        ("the law", _law_bars(film, document["segments"])),
+        ("the law", _law_bars(film, document["segments"], seen)),
     ]
     if overlap := document.get("overlap"):
         rows += [
@@ -69,17 +69,19 @@ def _bars(film: Span, spans: Sequence[Span], kind: str) -> tuple[Bar, ...]:
     return tuple(found)
 
 
-def _law_bars(film: Span, segments: Sequence[Mapping[str, Any]]) -> tuple[Bar, ...]:
+def _law_bars(film: Span, segments: Sequence[Mapping[str, Any]], seen: Sequence[Span]) -> tuple[Bar, ...]:
+    """The verdict on each few seconds, where the badge was seen in them."""
     return tuple(
         bar
         for segment in segments
-        if segment["tracked"]
-        for bar in _bars(film, [(segment["start_s"], segment["end_s"])], segment["verdict"])
+        for bar in _bars(film, within((segment["start_s"], segment["end_s"]), seen), segment["verdict"])
     )
 
 
 def _words(film: Span, seen: Sequence[Span], judged: Sequence[Span], share: float) -> str:
     """How much was judged, and the longest times of which nothing is known."""
+    if not seen:
+        return f"The badge was not followed anywhere in this film of {film[1] - film[0]:.1f} s."
     if not judged:
         shown = sum(end - start for start, end in seen)
         return f"The badge is seen in {shown:.1f} of {film[1] - film[0]:.1f} s, and none of them could be judged."

@@ -125,6 +125,12 @@ def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
     return tuple(left)
 
 
+def within(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
+    """The parts of a span that lie in any of the others."""
+    parts = [(max(span[0], start), min(span[1], end)) for start, end in sorted(spans)]
+    return tuple(part for part in parts if part[1] > part[0])
+
+
 def cover_finding(cover: Cover, least: float) -> Reason:
     """Whether enough of the film is judged; least: share, 0 to 1."""
     level: Level = "pass" if cover.share >= least else "undecided"
