@@ -5,7 +5,7 @@ common.py      exit codes, errors, JSON, progress
 print_cmd.py   print-your-badge, moireid print; people.py: of many people
 issue_notes.py what an issuer is told of identities and names
 enroll_cmd.py  enroll, registry init / list / show
-verify_cmd.py  verify, identify; verdict_words.py: a verdict in a terminal
+verify_cmd.py  verify, identify
 simulate_cmd.py  simulate
 film_set_cmd.py  film-set
 generator_cmd.py  generator-kit

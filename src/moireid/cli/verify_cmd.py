@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,12 +25,25 @@ from moireid.cli.common import (
     say,
     show_json,
 )
-from moireid.cli.verdict_words import LookUp, known_by, show_verdict, unknown
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.registry import Claimed
+    from moireid.registry import Claimed, Registry
     from moireid.verifier.report.circumstances import Circumstances
+
+#: From a report's JSON to what a registry knows of it.
+LookUp = Callable[[Mapping[str, Any]], "Circumstances"]
+MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
+#: Findings tell no options, as pages show them too; here is where each is said.
+OPTIONS = {
+    "focal": "--focal-px",
+    "gain": "--focal-px, or enroll --capture",
+    "built": "--no-require-original, or enroll --capture",
+    "copyable": "enroll --capture",
+    "cover": "--cover",
+    "photographs": "--photographs",
+    "corners": "--pipeline published",
+}
 
 focal_option = click.option(
     "--focal-px",
@@ -181,7 +195,7 @@ def verify_command(
     if as_json:
         show_json(document)
     else:
-        show_verdict(report.verdict.upper(), document, known)
+        _show_verdict(report.verdict.upper(), document, known)
     sys.exit(VERDICT_EXIT[report.verdict])
 
 
@@ -194,12 +208,12 @@ def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | Non
 
     badge = load_badge(badge_json) if badge_json is not None else None
     if badge is not None and registry_url is None:
-        return Claimed(badge), unknown
+        return Claimed(badge), _unknown
     from moireid.registry import claimed, claimed_by_file, open_registry
 
     def look_up(document: Mapping[str, Any]) -> Circumstances:
         with open_registry(registry_url, create=False) as registry:
-            return known_by(registry, document)
+            return _known_by(registry, document)
 
     with open_registry(registry_url, create=False) as registry:
         found = claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
@@ -228,9 +242,44 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
         people = People(registry)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
         document = outcome.to_json() | {"found_name": people.name(outcome.found_id)}
-        known = known_by(registry, document)
+        known = _known_by(registry, document)
     if as_json:
         show_json(document)
     else:
-        show_verdict(outcome.finding.upper(), document, known)
+        _show_verdict(outcome.finding.upper(), document, known)
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
+
+
+def _unknown(document: Mapping[str, Any]) -> Circumstances:
+    """What is known where no registry is asked: the present time."""
+    from moireid.verifier.report.circumstances import Circumstances
+
+    return Circumstances(datetime.now(UTC))
+
+
+def _known_by(registry: Registry, document: Mapping[str, Any]) -> Circumstances:
+    """What a registry knows of a report: who holds the badge that was read, and whose word that is."""
+    from moireid.registry import holder_of
+    from moireid.verifier.report.circumstances import Circumstances, read_id
+
+    read = holder_of(registry, read_id(document))
+    return Circumstances(datetime.now(UTC), read=read, authority=registry.fingerprint, registry=registry.shown_url)
+
+
+def _show_verdict(word: str, document: Mapping[str, Any], known: Circumstances) -> None:
+    """Print the headline, what it means and what to do; then failures first, and what holds in one line."""
+    from moireid.verifier.report.findings import sorted_findings
+    from moireid.verifier.report.headline import headline_of
+    from moireid.verifier.report.seconds import seconds_of
+
+    headline, found = headline_of(document, known), sorted_findings(document["reasons"])
+    click.echo(f"{word}: {headline.title}")
+    click.echo(headline.text)
+    click.echo(f"What to do: {headline.advice}")
+    if (seconds := seconds_of(document)) is not None:
+        click.echo(f"Seconds: {seconds.text}")
+    for finding in found.first:
+        option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
+        click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
+    if found.hold:
+        click.echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")

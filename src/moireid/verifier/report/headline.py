@@ -77,7 +77,7 @@ def _genuine(document: Mapping[str, Any], claimed: Claimed, known: Circumstances
 def _look(name: str) -> str:
     return (
         f"Look at the picture: is the badge worn by {name}, in the film's own light, with no edge around it? "
-        "Only the badge was checked, in the seconds shown below."
+        "Only the badge was checked, in the seconds that were judged."
     )
 
 
