@@ -12,7 +12,7 @@ import pytest
 
 from moireid.provenance import Holder
 from moireid.verifier.report.circumstances import Circumstances, day, moment_words
-from moireid.verifier.report.findings import WEIGHTIEST, sorted_findings
+from moireid.verifier.report.findings import CAUSES, WEIGHTIEST, sorted_findings
 from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.open_words import OPEN
 
@@ -130,7 +130,7 @@ def test_an_open_film_says_why_and_what_to_do() -> None:
     assert found.title == "Cannot tell: the badge hardly moved" and "20 cm" in found.advice
     both = document("reject", finding("motion", "undecided"), finding("identity"), identity="mismatch")
     assert not title(both).startswith("Cannot tell")
-    first = [finding("cover", "undecided"), finding("motion", "undecided"), finding("badge_absent", "undecided")]
+    first = [finding(code, "undecided") for code in ("cover", "identity", "motion", "badge_absent")]
     assert title(document("inconclusive", *first)) == "Cannot tell: the badge is hardly to be seen"
     assert set(OPEN) >= {"badge_absent", "fringes", "motion", "identity", "built", "cover", "steady", "gain", "camera"}
     assert all(words.advice.endswith(".") for words in OPEN.values())
@@ -162,7 +162,7 @@ def test_dates_are_in_words_and_by_one_clock() -> None:
 def test_each_finding_stands_in_one_group() -> None:
     """Catches: a finding lost or told twice; a warning that is folded away."""
     levels = ("pass", "fail", "undecided", "note")
-    reasons = [finding(code, level) for code in (*WEIGHTIEST, "copyable", "unheard_of") for level in levels]
+    reasons = [finding(code, level) for code in (*WEIGHTIEST, *CAUSES, "copyable", "unheard_of") for level in levels]
     found = sorted_findings(reasons)
     told = [*found.fail, *found.open, *found.warn, *found.hold, *found.rest]
     assert len(told) == len(reasons) and all(one in told for one in reasons)

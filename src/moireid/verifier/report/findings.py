@@ -11,9 +11,10 @@ Finding = Mapping[str, Any]
 #: What says most comes first; all other codes follow as they were found.
 WEIGHTIEST = (
     *("revoked", "name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
-    *("badge_absent", "fringes", "camera", "mixed_frames", "covered", "motion"),
     *("gain", "correlation", "agreement", "residual", "spacing", "waveform", "likelihood"),
 )
+#: What leaves all else open comes before what it leaves open.
+CAUSES = ("badge_absent", "fringes", "camera", "mixed_frames", "covered", "motion")
 #: Notes that warn; all others are for experts.
 WARNINGS = frozenset(
     {"claim_source", "look_alike", "name_derived", "copyable", "others", "times", "covered", "strays", "challenge"}
@@ -45,7 +46,8 @@ def sorted_findings(reasons: Sequence[Finding]) -> Findings:
     """Sort the findings of a report, as in its JSON."""
 
     def of(*levels: str) -> list[Finding]:
-        return sorted((one for one in reasons if one["level"] in levels), key=_rank)
+        order = CAUSES + WEIGHTIEST if levels == ("undecided",) else WEIGHTIEST
+        return sorted((one for one in reasons if one["level"] in levels), key=lambda one: _rank(one["code"], order))
 
     notes = of("note")
     return Findings(
@@ -57,5 +59,5 @@ def sorted_findings(reasons: Sequence[Finding]) -> Findings:
     )
 
 
-def _rank(finding: Finding) -> int:
-    return WEIGHTIEST.index(finding["code"]) if finding["code"] in WEIGHTIEST else len(WEIGHTIEST)
+def _rank(code: str, order: Sequence[str]) -> int:
+    return order.index(code) if code in order else len(order)
