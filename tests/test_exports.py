@@ -72,6 +72,7 @@ EXPORTED = {
         "view_chart",
     ],
     "moireid.verifier": [
+        "Circumstances",
         "Claim",
         "Film",
         "Frame",
