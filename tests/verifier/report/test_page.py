@@ -258,6 +258,8 @@ def test_the_check_itself_is_told(ada):
     for words in ("7 May 2026, 14:05 UTC", f"moireid {moireid.__version__}", str(KNOWN.authority), str(KNOWN.registry)):
         assert words in text, words
     assert "clip.mp4" in text and "ab" * 32 in text and "claim Ada Lovelace" in text
+    by_id = Page(page_of(report_of(ada), replace(KNOWN, claim=str(ada.id)))).text
+    assert f"claim {ada.id}: {ada.name}" in by_id
     alone = Page(page_of(report_of(ada), Circumstances(KNOWN.checked_at))).text
     assert "nobody vouches for a name" in alone and str(KNOWN.authority) not in alone
 

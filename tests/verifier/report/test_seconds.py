@@ -12,9 +12,9 @@ from moireid.verifier.report.seconds import Seconds, seconds_of
 from moireid.verifier.session.cover import cover_of, seen_spans, within
 
 
-def told(seen: Any, judged: Any, film: Any = (0.0, 30.0), segments: Any = (), **more: Any) -> Seconds:
-    cover = {"share": 0.1, "spans_s": judged, "longest_gap_s": 1.0, "film_s": film, "seen_s": seen}
-    found = seconds_of({"cover": cover, "segments": list(segments)} | more)
+def told(seen: Any, judged: Any, film: Any = (0.0, 30.0), segments: Any = (), share: float = 0.1) -> Seconds:
+    cover = {"share": share, "spans_s": judged, "longest_gap_s": 1.0, "film_s": film, "seen_s": seen}
+    found = seconds_of({"cover": cover, "segments": list(segments)})
     assert found is not None
     return found
 
@@ -36,7 +36,8 @@ def test_what_is_not_judged_is_said() -> None:
     """Catches: 2 s of badge told as a proof of 30 s of film; a gap before the first span or after the last lost."""
     text = told([[10.0, 12.0]], [[10.0, 12.0]]).text
     assert "10 % of the film's 30.0 s" in text and "nothing of 0.0 to 10.0 s, 12.0 to 30.0 s." in text
-    assert "No part of it is left out" in told([[0.1, 29.9]], [[0.1, 29.9]]).text
+    assert "No part of it is left out" in told([[0.0, 30.0]], [[0.0, 30.0]], share=1.0).text
+    assert "No more than a moment of it" in told([[0.1, 29.9]], [[0.1, 29.9]], share=0.99).text
     assert "none of them could be judged" in told([[1.0, 3.0]], []).text
     assert "not followed anywhere" in told([], []).text
     many = [[float(k), k + 0.4] for k in range(0, 30, 2)]

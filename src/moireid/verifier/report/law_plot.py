@@ -34,8 +34,8 @@ def law_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
             shown.add(part.verdict)
     read = np.where(np.isfinite(signal.phase_sd_rad), signal.measured_rad, np.nan)
     at, law, seen = broken(times, signal.stretch, signal.predicted_rad / (2 * np.pi), read / (2 * np.pi))
-    axes.plot(at, law, color=PREDICTED, linewidth=3.2, alpha=0.55, label="where the law puts them")
-    axes.plot(at, seen, color=MEASURED, linewidth=1.3, label="where they were seen")
+    axes.plot(at, law, color=PREDICTED, linewidth=3.2, alpha=0.55, label="fringes by the law")
+    axes.plot(at, seen, color=MEASURED, linewidth=1.3, label="fringes as seen")
     axes.set_xlim(*_shown_s(report, times))
     low, high = axes.get_ylim()
     spare = max(LEAST_WIDTHS - (high - low), 0.0) / 2

@@ -11,6 +11,8 @@ from moireid.verifier.session.cover import outside, within
 Span = tuple[float, float]
 #: A shorter time without verdict is not named, and at most so many are.
 LEAST_GAP_S, MOST_NAMED = 0.5, 3
+#: From this share on, all of a film is judged.
+WHOLE = 0.995
 #: What each colour of the law's bar means.
 LAW = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to tell"}
 
@@ -88,7 +90,7 @@ def _words(film: Span, seen: Sequence[Span], judged: Sequence[Span], share: floa
     text = f"The verdict is of {100 * share:.0f} % of the film's {film[1] - film[0]:.1f} s."
     gaps = [gap for gap in outside(film, judged) if gap[1] - gap[0] >= LEAST_GAP_S]
     if not gaps:
-        return f"{text} No part of it is left out."
+        return f"{text} {'No part' if share >= WHOLE else 'No more than a moment'} of it is left out."
     longest = sorted(sorted(gaps, key=lambda gap: gap[0] - gap[1])[:MOST_NAMED])
     named = ", ".join(f"{start:.1f} to {end:.1f} s" for start, end in longest)
     more = " and more" if len(gaps) > MOST_NAMED else ""
