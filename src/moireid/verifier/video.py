@@ -47,6 +47,8 @@ FULL_RANGE = 2
 MOST_ASPECT, LEAST_ASPECT = 4.0, 2e-4
 #: Frames that are decoded ahead; 17 MB at 1080p.
 AHEAD_FRAMES = 8
+#: Times that differ by less than this are those of one frame.
+SAME_S = 1e-4
 #: Called while a film is read: frames read, and frames expected (None if the file does not say).
 Progress = Callable[[int, int | None], None]
 
@@ -216,7 +218,7 @@ class Film:
                 if time_s is not None and stream.time_base:
                     container.seek(round(time_s / stream.time_base), stream=stream)
                 for count, picture in enumerate(container.decode(stream)):
-                    late = picture.time is not None and time_s is not None and picture.time > time_s - 0.5 / self.fps
+                    late = picture.time is not None and time_s is not None and picture.time >= time_s - SAME_S
                     if late or (time_s is None and count == index):
                         if (picture.width, picture.height) != self._coded:
                             break
