@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from moireid.cli.attest.signing import detectors_from, planned_signing, signing_options
 from moireid.cli.common import (
     ACCEPT,
     INCONCLUSIVE,
@@ -25,8 +27,8 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.attest.credentials import Form
     from moireid.registry import Claimed
-    from moireid.verifier.reasons import Reason
 
 focal_option = click.option(
     "--focal-px",
@@ -113,6 +115,7 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     callback=_show_schema,
     help="Print the JSON Schema of what --json prints, and exit.",
 )
+@signing_options
 @overwrite_option
 @json_option
 @friendly
@@ -129,6 +132,11 @@ def verify_command(
     photographs: int | None,
     pipeline: str,
     corners_given: str | None,
+    key_file: Path | None,
+    attest_file: Path | None,
+    timestamp_url: str | None,
+    form: Form | None,
+    detectors: tuple[str, ...],
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -149,9 +157,13 @@ def verify_command(
         raise SpecError("--pipeline published cannot check --cover; leave one of them out")
     if pipeline == "published" and photographs is not None:
         raise SpecError("--pipeline published cannot check --photographs; leave one of them out")
+    if key_file is not None and (pipeline == "published" or corners_given is not None):
+        raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
-    found = _claimed(claim, badge_json, registry_url)
+    outside = detectors_from(detectors)
+    signing = planned_signing(video, key_file, attest_file, timestamp_url, form, overwrite=overwrite)
+    found, registry = _claimed(claim, badge_json, registry_url)
     badge = found.badge
     if report_folder is not None:
         from moireid.verifier.report.page import report_paths
@@ -166,41 +178,63 @@ def verify_command(
     least = MIN_COVER_SHARE if cover_share is None else cover_share
     held = Claim(badge, badge.id, focal_px, found.as_built, require_original, found.provenance, least, photographs or 0)
     with progress_bar("reading the film") as progress:
-        if pipeline == "published":
-            report = verify_published(video, held, corners=corners, progress=progress)
-        else:
-            report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
-            report = without_corners(report) if corners else report
-    if report_folder is not None:
-        from moireid.verifier.report.page import write_report
+        if signing is not None:
+            from moireid.attest.apart import Order, judged_apart
 
-        page, *_ = write_report(report, report_folder, overwrite=overwrite)
-        say(f"report: {page}")
+            order = Order(video, held, found.revoked, overlap, outside, report_folder, overwrite)
+            document = judged_apart(order, progress)
+        else:
+            if pipeline == "published":
+                report = verify_published(video, held, corners=corners, progress=progress)
+            else:
+                from moireid.attest.carried import with_carried
+
+                report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
+                report = with_carried(without_corners(report) if corners else report, video)
+            report = replace(report, detectors=outside)
+            document = report.to_json()
+            if report_folder is not None:
+                from moireid.verifier.report.page import write_report
+
+                write_report(report, report_folder, overwrite=overwrite)
+    if signing is not None:
+        document = signing.write(document, video, registry)
+    if report_folder is not None:
+        say(f"report: {report_folder / 'report.html'}")
     if as_json:
-        show_json(report.to_json())
+        show_json(document)
     else:
         from moireid.verifier.report.page import holder_words, words_of
 
-        source = report.claim_source
+        source = document["claim_source"]
         whose = "" if source == "file" and badge.id else "badge of "
-        click.echo(f"{report.verdict.upper()}: {whose}{holder_words(badge.name, badge.id, source)}")
-        click.echo(words_of(report.verdict, report.invariant.verdict, report.identity.verdict, source))
-        _show_reasons(report.reasons)
-    sys.exit(VERDICT_EXIT[report.verdict])
+        click.echo(f"{document['verdict'].upper()}: {whose}{holder_words(badge.name, badge.id, source)}")
+        click.echo(
+            words_of(document["verdict"], document["invariant"]["verdict"], document["identity"]["verdict"], source)
+        )
+        _show_reasons(document["reasons"])
+    sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
-def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> Claimed:
-    """The badge that is claimed; of a file the registry's own where one is given that holds it."""
+def _claimed(
+    claim: str | None, badge_json: Path | None, registry_url: str | None
+) -> tuple[Claimed, dict[str, str] | None]:
+    """The badge that is claimed, and fingerprint and head of the registry that vouches for it.
+
+    Of a file it is the registry's own badge where one is given that holds it.
+    """
     from moireid.badge import load_badge
     from moireid.provenance import Claimed
 
     badge = load_badge(badge_json) if badge_json is not None else None
     if badge is not None and registry_url is None:
-        return Claimed(badge)
+        return Claimed(badge), None
     from moireid.registry import claimed, claimed_by_file, open_registry
 
     with open_registry(registry_url, create=False) as registry:
-        return claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+        found = claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+        asked = {"fingerprint": registry.fingerprint, "head": registry.head()}
+    return found, asked if found.provenance.source == "registry" else None
 
 
 @click.command("identify")
@@ -230,10 +264,10 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
     else:
         who = f"{name} ({outcome.found_id})" if name is not None else "nobody known"
         click.echo(f"{outcome.finding.upper()}: {who}")
-        _show_reasons(outcome.reasons)
+        _show_reasons([reason.to_json() for reason in outcome.reasons])
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
 
 
-def _show_reasons(reasons: tuple[Reason, ...]) -> None:
+def _show_reasons(reasons: list[dict[str, Any]]) -> None:
     for reason in reasons:
-        click.echo(f"  {MARKS[reason.level]} {reason.text}")
+        click.echo(f"  {MARKS[reason['level']]} {reason['text']}")

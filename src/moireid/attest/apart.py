@@ -1,0 +1,122 @@
+"""A film judged in a process that never has the signing key.
+
+The process decodes what a stranger sent.  Whoever signs starts it, hears its report as JSON, ends it, and only then
+signs.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from moireid import errors
+from moireid.attest.carried import with_carried
+from moireid.errors import MediaError, MoireIdError, SpecError
+from moireid.sandbox.child import Talk
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import Ended, start
+from moireid.verifier.opened_file import OpenedFile
+from moireid.verifier.session.claim import Claim
+
+#: Six times what a 1080p film takes, so that one of 4K passes.
+MEMORY_BYTES = 4 << 30
+#: Least time between two reports of progress, s.
+TELL_S = 0.1
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to judge: as the arguments of `verifier.verify`, and a folder for the report's page or None."""
+
+    video: Path
+    claim: Claim
+    revoked: str | None = None
+    overlap: bool = False
+    detectors: tuple[tuple[str, float], ...] = ()
+    report_folder: Path | None = None
+    overwrite: bool = False
+
+
+def judged_apart(order: Order, progress: Callable[[int, int | None], None]) -> dict[str, Any]:
+    """The report of a film, as JSON, judged in another process.
+
+    Raises: MoireIdError as `verifier.verify` does; MediaError where the process fails, or the film changed meanwhile.
+    """
+    # By this process, as the other one may be in a stranger's hands.
+    try:
+        before = OpenedFile(order.video).sha256()
+    except OSError as error:
+        raise MediaError(f"film {order.video} cannot be read ({error.strerror}); check its name and rights") from error
+    found: dict[str, Any] = {}
+
+    def hear(told: dict[str, Any]) -> None:
+        if "progress" in told:
+            progress(*told["progress"])
+        found.update(told.get("result", {}))
+
+    talk_with("moireid.attest.apart:judge", order, order.video, hear)
+    if not isinstance(found.get("input"), dict) or found["input"].get("sha256") != before:
+        raise MediaError(f"{order.video} changed while it was judged; give a film that nobody writes to any more")
+    return found
+
+
+def talk_with(work: str, message: object, film: Path, answer: Callable[[dict[str, Any]], object]) -> None:
+    """Start a process for some work on a film, and answer what it says until it has ended.
+
+    Parameters: work: `module:function`; answer: gives what is sent back, None for nothing.
+    Raises: MoireIdError that the work raised; MediaError where the process fails.
+    """
+    if os.name == "nt":
+        raise SpecError(
+            "verdicts are not signed on Windows, as films cannot be judged apart from the key there; sign "
+            "on Linux or macOS"
+        )
+    child = start(work, ProcessLimits(MEMORY_BYTES))
+    try:
+        child.send(message)
+        while True:
+            if (told := child.hear()) is not None and (back := answer(told)) is not None:
+                child.send(back)
+    except Ended as ended:
+        if ended.kind == "done":
+            return
+        if ended.kind == "memory":
+            raise MediaError(
+                f"{film} asks for more memory than the {MEMORY_BYTES >> 30} GiB that one may have"
+            ) from ended
+        if ended.ours:
+            raise _ours(ended) from ended
+        raise MediaError(f"the process that read {film} {ended.words}; the film may be damaged") from ended
+    finally:
+        child.kill()
+
+
+def judge(talk: Talk) -> None:
+    """The work of the process: one film."""
+    from moireid.verifier.report.page import write_report
+    from moireid.verifier.session.film import verify
+
+    order: Order = talk.next()
+    told_s = 0.0
+
+    def progress(done: int, of: int | None) -> None:
+        nonlocal told_s
+        if time.monotonic() - told_s >= TELL_S:
+            told_s = time.monotonic()
+            talk.tell({"progress": [done, of]})
+
+    made = verify(order.video, order.claim, revoked=order.revoked, overlap=order.overlap, progress=progress)
+    report = replace(with_carried(made, order.video), detectors=order.detectors)
+    if order.report_folder is not None:
+        write_report(report, order.report_folder, overwrite=order.overwrite)
+    talk.tell({"result": report.to_json()})
+
+
+def _ours(ended: Ended) -> MoireIdError:
+    """The error that the work raised on purpose, of its own kind."""
+    kind: type[MoireIdError] = getattr(errors, ended.kind, MediaError)
+    return kind(ended.words)
