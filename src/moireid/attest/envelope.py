@@ -48,8 +48,8 @@ class Broken(Exception):
 class Opened:
     """An envelope's parts, spelled as they should be; nothing is checked against anything yet.
 
-    payload: the signed bytes; signature: over them; key: the one that lies beside; certificates: of that key, then those
-    above; timestamp: an RFC 3161 response (DER) or None; payload_sha256: as noted beside.
+    payload: the signed bytes; signature: over them; key: the one that lies beside; certificates: the key's own, then
+    those above; timestamp: an RFC 3161 response (DER) or None; payload_sha256: as noted beside.
     """
 
     payload: bytes
