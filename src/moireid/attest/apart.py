@@ -90,7 +90,8 @@ def talk_with(work: str, message: object, film: Path, answer: Callable[[dict[str
             ) from ended
         if ended.ours:
             raise _ours(ended) from ended
-        raise MediaError(f"the process that read {film} {ended.words}; the film may be damaged") from ended
+        how = ended.words if ended.kind == "crash" else f"failed ({ended.kind}: {ended.words[:300]})"
+        raise MediaError(f"the process that read {film} {how}; the film may be damaged") from ended
     finally:
         child.kill()
 

@@ -100,7 +100,7 @@ def load_public_key(path: Path) -> PublicKey:
     Parameters
     ----------
     path : Path
-        A PEM file.
+        A PEM file; of a chain of certificates the one that issued none of the others counts.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def load_public_key(path: Path) -> PublicKey:
     key: object
     try:
         certificates = _certificates(content)
-        key = certificates[0].public_key() if certificates else serialization.load_pem_public_key(content)
+        key = _own_of(certificates).public_key() if certificates else serialization.load_pem_public_key(content)
     except (ValueError, UnsupportedAlgorithm) as error:
         raise SpecError(
             f"{path} holds no public key as PEM; write it from the private one: openssl pkey -in key.pem -pubout"
@@ -250,6 +250,12 @@ def _content(path: Path) -> bytes:
 
 def _certificates(content: bytes) -> tuple[x509.Certificate, ...]:
     return tuple(x509.load_pem_x509_certificate(found[0]) for found in CERTIFICATE.finditer(content))
+
+
+def _own_of(chain: tuple[x509.Certificate, ...]) -> x509.Certificate:
+    """The certificate of a chain that issued none of the others."""
+    issuers = [one.issuer for one in chain if one.issuer != one.subject]
+    return next((one for one in chain if one.subject not in issuers), chain[0])
 
 
 def _named(name: x509.Name) -> str:
