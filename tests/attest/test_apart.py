@@ -53,9 +53,14 @@ def test_a_process_that_fails_is_told_in_a_sentence(asked: str, error: type[Moir
     assert "\n" not in str(caught.value)
 
 
-def test_an_error_of_the_work_keeps_its_kind(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_error_of_the_work_keeps_its_kind() -> None:
     """Catches: a badge that this version cannot read told as a damaged film; a kind that a process makes up."""
-    kinds = {"CodeError": CodeError, "MissingExtraError": errors.MissingExtraError, "SystemExit": MediaError}
+    kinds = {
+        "CodeError": CodeError,
+        "MissingExtraError": errors.MissingExtraError,
+        "SystemExit": MediaError,
+        "__doc__": MediaError,
+    }
     for kind, wanted in kinds.items():
         assert type(apart._ours(apart.Ended(kind, "why", ours=True))) is wanted
 
@@ -63,7 +68,7 @@ def test_an_error_of_the_work_keeps_its_kind(monkeypatch: pytest.MonkeyPatch) ->
 def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a film that is swapped while it is judged, and a process that reports what it likes."""
     here = Path(shutil.copy(film, tmp_path / "film.mp4"))
-    for report in ({"input": {"sha256": "0" * 64}}, {"input": None}, {}):
+    for report in ({"input": {"sha256": "0" * 64}}, {"input": None}, {}, [1]):
 
         def hostile(
             work: str, message: Any, path: Path, answer: Callable[[dict[str, Any]], Any], told: Any = report

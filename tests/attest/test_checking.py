@@ -228,6 +228,13 @@ HOSTILE: dict[str, tuple[str, Hostile]] = {
             d, json.dumps(_statement(d)).replace('"verdict":', '"verdict": "reject", "verdict":', 1).encode(), k
         ),
     ),
+    "signed: infinity": (
+        "report",
+        lambda d, k: _again(
+            d, re.sub(r'"total_s": [0-9.]+', '"total_s": 1e999', json.dumps(_statement(d))).encode(), k
+        ),
+    ),
+    "signed: nested": ("report", lambda d, k: _again(d, _put(d, json.loads("[" * 40 + "]" * 40), "predicate", "x"), k)),
     "signed: not a number": ("report", lambda d, k: _again(d, _put(d, float("nan"), "predicate", "timing"), k)),
 }
 

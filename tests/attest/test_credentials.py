@@ -16,7 +16,7 @@ import pytest
 
 from kit.coded_films import first_frames
 from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates
-from moireid.attest import credentials, load_signing_key
+from moireid.attest import carried, credentials, load_signing_key
 from moireid.attest.carried import with_carried
 from moireid.attest.credentials import check_credentials_key, credentials_path, write_credentials
 from moireid.attest.credentials_work import LABEL, read
@@ -111,6 +111,15 @@ def test_carried_credentials_are_a_note_and_never_a_reason(
     hurt = content.replace(b"jumb", b"jumc")
     made.write_bytes(hurt)
     assert with_carried(open_report, made).verdict == open_report.verdict
+
+
+def test_without_the_extra_a_film_is_judged_all_the_same(
+    here: Path, open_report: Report, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a verify that fails where c2pa-python is not installed."""
+    monkeypatch.setattr(carried, "find_spec", lambda name: None)
+    monkeypatch.setattr(carried, "read", lambda film: {"state": "Valid", "signer": "", "verdict": None})
+    assert carried.with_carried(open_report, here) is open_report
 
 
 def test_a_film_that_carries_credentials_keeps_them(here: Path, judged: dict[str, Any], key: SigningKey) -> None:

@@ -14,7 +14,14 @@ credentials_work.py  the process that reads and writes content credentials, with
 The process that has the key never decodes a film.
 """
 
+from typing import TYPE_CHECKING
+
 from moireid.lazy import lazy
+
+if TYPE_CHECKING:
+    from moireid.attest.checking import Checked, check
+    from moireid.attest.envelope import signed_envelope
+    from moireid.attest.keys import SigningKey, load_public_key, load_signing_key
 
 __all__ = ["Checked", "SigningKey", "check", "load_public_key", "load_signing_key", "signed_envelope"]
 

@@ -56,7 +56,8 @@ def judged_apart(order: Order, progress: Callable[[int, int | None], None]) -> d
     def hear(told: dict[str, Any]) -> None:
         if "progress" in told:
             progress(*told["progress"])
-        found.update(told.get("result", {}))
+        if isinstance(told.get("result"), dict):
+            found.update(told["result"])
 
     talk_with("moireid.attest.apart:judge", order, order.video, hear)
     if not isinstance(found.get("input"), dict) or found["input"].get("sha256") != before:
@@ -119,5 +120,5 @@ def judge(talk: Talk) -> None:
 
 def _ours(ended: Ended) -> MoireIdError:
     """The error that the work raised on purpose, of its own kind."""
-    kind: type[MoireIdError] = getattr(errors, ended.kind, MediaError)
+    kind: type[MoireIdError] = getattr(errors, ended.kind) if ended.kind in errors.__all__ else MediaError
     return kind(ended.words)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import base64
 import binascii
 import json
+import math
 from typing import Any
+
+#: A report nests six deep, and its numbers have at most six digits and an exponent, or are counts.
+MOST_DEPTH, MOST_DIGITS = 32, 40
 
 
 def strict_object(content: bytes) -> dict[str, Any]:
@@ -15,7 +19,13 @@ def strict_object(content: bytes) -> dict[str, Any]:
         has not, nests too deeply, or is no object.
     """
     try:
-        document = json.loads(content.decode("utf-8"), object_pairs_hook=_once, parse_constant=_no_number)
+        document = json.loads(
+            content.decode("utf-8"),
+            object_pairs_hook=_once,
+            parse_constant=_number,
+            parse_float=_number,
+            parse_int=_integer,
+        )
     except UnicodeDecodeError as error:
         raise ValueError("it is no UTF-8 text") from error
     except json.JSONDecodeError as error:
@@ -24,6 +34,8 @@ def strict_object(content: bytes) -> dict[str, Any]:
         raise ValueError("its JSON nests too deeply") from error
     if not isinstance(document, dict):
         raise ValueError("it is JSON, but no object")
+    if _deeper_than(document, MOST_DEPTH):
+        raise ValueError("its JSON nests too deeply")
     return document
 
 
@@ -49,5 +61,26 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _no_number(word: str) -> Any:
-    raise ValueError(f"it holds {word}, which JSON has not")
+def _number(word: str) -> float:
+    if len(word) > MOST_DIGITS or not math.isfinite(number := float(word)):
+        raise ValueError(f"it holds {word[:20]}, which is no number of JSON that everybody reads alike")
+    return number
+
+
+def _integer(word: str) -> int:
+    if len(word) > MOST_DIGITS:
+        raise ValueError(f"it holds a number of {len(word)} digits")
+    return int(word)
+
+
+def _deeper_than(document: Any, depth: int) -> bool:
+    """Whether lists and objects nest deeper; level by level, so that no depth exhausts the stack."""
+    level = [document]
+    for _ in range(depth):
+        level = [
+            inner
+            for one in level
+            if isinstance(one, (dict, list))
+            for inner in (one.values() if isinstance(one, dict) else one)
+        ]
+    return bool(level)

@@ -213,6 +213,8 @@ def verify_command(
             words_of(document["verdict"], document["invariant"]["verdict"], document["identity"]["verdict"], source)
         )
         _show_reasons(document["reasons"])
+        for one in document["detectors"]:
+            click.echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")
     sys.exit(VERDICT_EXIT[document["verdict"]])
 
 

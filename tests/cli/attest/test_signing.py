@@ -64,6 +64,18 @@ def test_a_verdict_is_signed_in_every_form(here: Path, monkeypatch: pytest.Monke
     assert again.exit_code == 2 and "verdict.json exists already; add --overwrite" in again.stderr
 
 
+def test_another_detector_s_score_is_told_and_counts_for_nothing(here: Path) -> None:
+    """Catches: a verdict that follows another program; a score that is swallowed where nothing is signed."""
+    plain = json.loads(ran("verify", "film.mp4", *BADGE, "--json").stdout)
+    scored = ran("verify", "film.mp4", *BADGE, "--detector", "lips=-1e9", "--detector", "a=b=2", "--json")
+    told = json.loads(scored.stdout)
+    assert plain["detectors"] == [] and (scored.exit_code, told["verdict"]) == (0, "accept")
+    assert told["detectors"] == [{"name": "lips", "score": -1e9}, {"name": "a=b", "score": 2.0}]
+    assert told["reasons"] == plain["reasons"]
+    words = ran("verify", "film.mp4", *BADGE, "--detector", "lips=0.5").stdout
+    assert "Detector lips gives 0.5; that is no part of the verdict." in words
+
+
 def test_every_verdict_is_signed_with_the_registry_that_was_asked(here: Path, ada: Badge) -> None:
     """Catches: only acceptances signed, so that a rejection can be lost; a registry's address, with its password."""
     with open_registry("sqlite:///people.sqlite3", create=True) as registry:
