@@ -38,8 +38,8 @@ def sign(judged: dict[str, Any]) -> Sign:
     """Sign the report, or a changed one, with a key and perhaps a time stamp."""
 
     def signed(key: SigningKey, stamp: Callable[[bytes], bytes] | None = None, **changes: Any) -> str:
-        registry = {"fingerprint": "ab" * 16, "head": "2:" + "cd" * 32}
-        report = attested(copy.deepcopy(judged) | changes, key, registry)
+        registry = {"fingerprint": "ab" * 16, "head": "2:" + "cd" * 32, "expires": None}
+        report = attested(copy.deepcopy(judged) | {"registry": registry} | changes, key)
         return signed_envelope(statement(report, "film.mp4"), key, stamp)
 
     return signed

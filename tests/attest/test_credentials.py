@@ -52,7 +52,7 @@ def assertion_of(reader: c2pa.Reader) -> dict[str, Any]:
 def test_a_sidecar_leaves_the_film_as_it_is(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
     """Catches: a film that is written to, a sidecar of another film, numbers that the format turns into others."""
     before, state = here.read_bytes(), here.stat()
-    report = attested(judged, key, None)
+    report = attested(judged, key)
     words = write_credentials(report, here, "sidecar", key)
     assert "'Desk, House'" in words and "on no trust list" in words
     assert here.read_bytes() == before and here.stat().st_mtime_ns == state.st_mtime_ns
@@ -71,7 +71,7 @@ def test_a_sidecar_leaves_the_film_as_it_is(here: Path, judged: dict[str, Any], 
 def test_an_embedded_verdict_is_in_a_new_film(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
     """Catches: the old film written over; a new one that no longer plays, or whose pictures are others."""
     before = here.read_bytes()
-    report = attested(judged, key, None)
+    report = attested(judged, key)
     write_credentials(report, here, "embed", key)
     made = here.with_name("film.c2pa.mp4")
     assert here.read_bytes() == before and credentials_path(here, "embed") == made
@@ -97,7 +97,7 @@ def test_carried_credentials_are_a_note_and_never_a_reason(
 ) -> None:
     """Catches: a verdict that rises, or falls, by what a file says of itself; damaged credentials told as sound."""
     assert with_carried(open_report, here) is open_report
-    write_credentials(attested(judged, key, None), here, "embed", key)
+    write_credentials(attested(judged, key), here, "embed", key)
     made = here.with_name("film.c2pa.mp4")
     noted = with_carried(open_report, made)
     assert noted.verdict == open_report.verdict and noted.reasons[:-1] == open_report.reasons
@@ -124,7 +124,7 @@ def test_without_the_extra_a_film_is_judged_all_the_same(
 
 def test_a_film_that_carries_credentials_keeps_them(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
     """Catches: the camera's own credentials thrown away by ours."""
-    report = attested(judged, key, None)
+    report = attested(judged, key)
     write_credentials(report, here, "embed", key)
     made = here.with_name("film.c2pa.mp4")
     write_credentials(report, made, "embed", key)
@@ -143,11 +143,11 @@ def test_the_key_signs_nothing_but_credentials(
 
     monkeypatch.setattr(credentials, "talk_with", hostile)
     with pytest.raises(MediaError, match="another signature"):
-        write_credentials(attested(judged, key, None), here, "sidecar", key)
+        write_credentials(attested(judged, key), here, "sidecar", key)
     # Nor does it believe a process that says that all went well.
     monkeypatch.setattr(credentials, "talk_with", lambda work, message, film, answer: answer({"state": "Valid"}))
     with pytest.raises(MediaError, match="do not hold when they are read again"):
-        write_credentials(attested(judged, key, None), here, "sidecar", key)
+        write_credentials(attested(judged, key), here, "sidecar", key)
     assert sorted(os.listdir(here.parent)) == ["film.mp4", "key.pem"]
 
 
@@ -159,7 +159,7 @@ def test_a_film_that_can_hold_none_is_told(name: str, here: Path, judged: dict[s
     other = here.with_name(name)
     other.write_bytes(b"\x1a\x45\xdf\xa3 no film")
     with pytest.raises(MediaError, match="no content credentials"):
-        write_credentials(attested(judged, key, None), other, "embed", key)
+        write_credentials(attested(judged, key), other, "embed", key)
     assert sorted(os.listdir(here.parent)) == sorted([name, "film.mp4", "key.pem"])
 
 

@@ -63,7 +63,8 @@ def test_the_statement_is_one_of_in_toto(sign: Callable[..., str], film: Path, j
     digest = hashlib.sha256(film.read_bytes()).hexdigest()
     assert told["subject"] == [{"name": "film.mp4", "digest": {"sha256": digest}}]
     own = told["predicate"].pop("attested")
-    assert told["predicate"] == judged and set(own) == {"at", "registry", "signer"}
+    assert set(own) == {"at", "signer"} and told["predicate"].pop("registry")["head"].startswith("2:")
+    assert told["predicate"] == {name: value for name, value in judged.items() if name != "registry"}
 
 
 def test_a_report_that_is_none_is_not_signed(sign: Callable[..., str]) -> None:

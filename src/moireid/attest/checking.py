@@ -98,7 +98,7 @@ class Checked:
             },
             "badge": told["badge"],
             "claim_source": told["claim_source"],
-            "registry": told["attested"]["registry"],
+            "registry": told["registry"],
             "moireid": told["moireid"],
             "time": self._time(told["attested"]["at"]),
             "report": told,

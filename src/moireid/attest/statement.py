@@ -1,7 +1,7 @@
 """What is signed: an in-toto statement (v1) whose subject is the film and whose predicate is the report.
 
-Convention: the predicate is what `verify --json` prints, with the object `attested`: when, against which registry, and
-by which key.  So whoever reads reports reads this one too.
+Convention: the predicate is what `verify --json` prints, with the object `attested`: when, and by which key.  So
+whoever reads reports reads this one too.
 Source: in-toto attestation framework, Statement v1 (https://in-toto.io/Statement/v1).
 """
 
@@ -24,16 +24,15 @@ STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
 PREDICATE_TYPE = "urn:moireid:predicate:verify-report:1"
 
 
-def attested(report: dict[str, Any], key: SigningKey, registry: dict[str, str] | None) -> dict[str, Any]:
+def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
     """A report with what its signer says beside it.
 
-    Parameters: report: as `Report.to_json` gives it; registry: fingerprint and head of the registry that was asked,
-        None where the badge came from a file.
+    Parameters: report: as `Report.to_json` gives it, with the `registry` that was asked.
     """
     own = certificate_digest(key.chain[0]) if key.chain else None
     # Both are signed, so that nobody can lay another certificate of the same key beside the signature.
     signer = {"key_sha256": fingerprint(key.public), "certificate_sha256": own}
-    return report | {"attested": {"at": utc(datetime.now(UTC)), "registry": registry, "signer": signer}}
+    return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer}}
 
 
 def statement(report: dict[str, Any], film_name: str) -> bytes:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.attest.signing import detectors_from, planned_signing, signing_options
+from moireid.cli.attest.signing import detectors_from, planned_signing, registry_asked, signing_options
 from moireid.cli.common import (
     ACCEPT,
     INCONCLUSIVE,
@@ -163,7 +163,7 @@ def verify_command(
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     outside = detectors_from(detectors)
     signing = planned_signing(video, key_file, attest_file, timestamp_url, form, overwrite=overwrite)
-    found, registry = _claimed(claim, badge_json, registry_url)
+    found = _claimed(claim, badge_json, registry_url)
     badge = found.badge
     if report_folder is not None:
         from moireid.verifier.report.page import report_paths
@@ -198,7 +198,8 @@ def verify_command(
 
                 write_report(report, report_folder, overwrite=overwrite)
     if signing is not None:
-        document = signing.write(document, video, registry)
+        document |= {"registry": registry_asked(found.provenance.source, registry_url)}
+        document = signing.write(document, video)
     if report_folder is not None:
         say(f"report: {report_folder / 'report.html'}")
     if as_json:
@@ -218,25 +219,18 @@ def verify_command(
     sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
-def _claimed(
-    claim: str | None, badge_json: Path | None, registry_url: str | None
-) -> tuple[Claimed, dict[str, str] | None]:
-    """The badge that is claimed, and fingerprint and head of the registry that vouches for it.
-
-    Of a file it is the registry's own badge where one is given that holds it.
-    """
+def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> Claimed:
+    """The badge that is claimed; of a file the registry's own where one is given that holds it."""
     from moireid.badge import load_badge
     from moireid.provenance import Claimed
 
     badge = load_badge(badge_json) if badge_json is not None else None
     if badge is not None and registry_url is None:
-        return Claimed(badge), None
+        return Claimed(badge)
     from moireid.registry import claimed, claimed_by_file, open_registry
 
     with open_registry(registry_url, create=False) as registry:
-        found = claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
-        asked = {"fingerprint": registry.fingerprint, "head": registry.head()}
-    return found, asked if found.provenance.source == "registry" else None
+        return claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
 
 
 @click.command("identify")

@@ -72,16 +72,16 @@ class Signing:
     timestamp_url: str | None
     form: Form | None
 
-    def write(self, document: dict[str, Any], video: Path, registry: dict[str, str] | None) -> dict[str, Any]:
+    def write(self, document: dict[str, Any], video: Path) -> dict[str, Any]:
         """Sign a report, and write what was asked for.
 
-        Parameters: document: as `Report.to_json`; registry: fingerprint and head of the one that was asked.
+        Parameters: document: as `Report.to_json`, with the `registry` that was asked.
         Returns: the report as it was signed.
         Raises: MoireIdError where it cannot be signed; then no file is left.
         """
         from moireid.attest.statement import attested
 
-        report = attested(document, self.key, registry)
+        report = attested(document, self.key)
         if self.attest_file is None:
             self._write_credentials(report, video)
         else:
@@ -151,6 +151,16 @@ def planned_signing(
         raise SpecError("the signed verdict would take the place of the film or the key; choose another --attest FILE")
     planned(outputs, overwrite=overwrite)
     return Signing(key, attest_file, timestamp_url, form)
+
+
+def registry_asked(source: str | None, registry_url: str | None) -> dict[str, Any] | None:
+    """The `registry` of a signed report; None where the claim does not come from one (`source`)."""
+    if source != "registry":
+        return None
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry:
+        return {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
 
 
 def detectors_from(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
