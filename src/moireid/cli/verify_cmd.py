@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from moireid.cli.attest.signing import detectors_from, planned_signing, registry_asked, signing_options
 from moireid.cli.common import (
     ACCEPT,
     INCONCLUSIVE,
@@ -28,6 +29,7 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
+    from moireid.attest.credentials import Form
     from moireid.registry import Claimed, Registry
     from moireid.verifier.report.circumstances import Circumstances
 
@@ -127,6 +129,7 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
     callback=_show_schema,
     help="Print the JSON Schema of what --json prints, and exit.",
 )
+@signing_options
 @overwrite_option
 @json_option
 @friendly
@@ -143,6 +146,11 @@ def verify_command(
     photographs: int | None,
     pipeline: str,
     corners_given: str | None,
+    key_file: Path | None,
+    attest_file: Path | None,
+    timestamp_url: str | None,
+    form: Form | None,
+    detectors: tuple[str, ...],
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -163,8 +171,12 @@ def verify_command(
         raise SpecError("--pipeline published cannot check --cover; leave one of them out")
     if pipeline == "published" and photographs is not None:
         raise SpecError("--pipeline published cannot check --photographs; leave one of them out")
+    if key_file is not None and (pipeline == "published" or corners_given is not None):
+        raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
+    outside = detectors_from(detectors)
+    signing = planned_signing(video, key_file, attest_file, timestamp_url, form, overwrite=overwrite)
     found, look_up = _claimed(claim, badge_json, registry_url)
     badge = found.badge
     if report_folder is not None:
@@ -180,23 +192,39 @@ def verify_command(
     least = MIN_COVER_SHARE if cover_share is None else cover_share
     held = Claim(badge, badge.id, focal_px, found.as_built, require_original, found.provenance, least, photographs or 0)
     with progress_bar("reading the film") as progress:
-        if pipeline == "published":
-            report = verify_published(video, held, corners=corners, progress=progress)
-        else:
-            report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
-            report = without_corners(report) if corners else report
-    document = report.to_json()
-    known = replace(look_up(document), claim=claim, revoked_at=found.revoked_at)
-    if report_folder is not None:
-        from moireid.verifier.report.page import write_report
+        if signing is not None:
+            from moireid.attest.apart import Order, judged_apart
 
-        page, *_ = write_report(report, report_folder, overwrite=overwrite, known=known)
+            order = Order(video, held, found.revoked, overlap, outside, report_folder is not None)
+            judged = judged_apart(order, progress)
+            document = judged.report
+        else:
+            if pipeline == "published":
+                report = verify_published(video, held, corners=corners, progress=progress)
+            else:
+                from moireid.attest.carried import with_carried
+
+                report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
+                report = with_carried(without_corners(report) if corners else report, video)
+            report = replace(report, detectors=outside)
+            document = report.to_json()
+    known = replace(look_up(document), claim=claim, revoked_at=found.revoked_at)
+    if signing is not None:
+        document |= {"registry": registry_asked(found.provenance.source, registry_url)}
+        document = signing.write(document, video)
+    if report_folder is not None:
+        from moireid.verifier.report.page import write_pages, write_report
+
+        if signing is not None:
+            page, *_ = write_pages(document, judged.pictures, judged.signals, known, report_folder, overwrite=overwrite)
+        else:
+            page, *_ = write_report(report, report_folder, overwrite=overwrite, known=known)
         say(f"report: {page}")
     if as_json:
         show_json(document)
     else:
-        _show_verdict(report.verdict.upper(), document, known)
-    sys.exit(VERDICT_EXIT[report.verdict])
+        _show_verdict(document["verdict"].upper(), document, known)
+    sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
 def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> tuple[Claimed, LookUp]:
@@ -283,3 +311,5 @@ def _show_verdict(word: str, document: Mapping[str, Any], known: Circumstances) 
         click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
     if found.hold:
         click.echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")
+    for one in document.get("detectors", []):
+        click.echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")

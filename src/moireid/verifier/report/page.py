@@ -72,13 +72,26 @@ def write_report(
     SpecError
         Where a file is in the way.
     """
-    page, data, signals = report_paths(folder)
-    planned([page, data, signals], overwrite=overwrite)
-    document = report.to_json()
-    write_text(page, render_page(document, pictures or pictures_of(report), known or Circumstances(datetime.now(UTC))))
-    write_text(data, json.dumps(document, indent=1, ensure_ascii=False) + "\n")
-    write_text(signals, signals_csv(report))
-    return [page, data, signals]
+    shown, known = pictures or pictures_of(report), known or Circumstances(datetime.now(UTC))
+    return write_pages(report.to_json(), shown, signals_csv(report), known, folder, overwrite=overwrite)
+
+
+def write_pages(
+    document: Mapping[str, Any],
+    pictures: Pictures,
+    signals: str,
+    known: Circumstances,
+    folder: Path,
+    *,
+    overwrite: bool,
+) -> list[Path]:
+    """What `write_report` writes, of a report's JSON, its pictures and its signals as CSV."""
+    paths = report_paths(folder)
+    planned(paths, overwrite=overwrite)
+    shown = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    for path, text in zip(paths, (render_page(document, pictures, known), shown, signals), strict=True):
+        write_text(path, text)
+    return paths
 
 
 def signals_csv(report: Report) -> str:
