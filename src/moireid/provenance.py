@@ -30,6 +30,15 @@ FROM_FILE = Provenance("file")
 
 
 @dataclass(frozen=True)
+class Holder:
+    """Who holds a badge, as a registry says: the name; when (UTC, ISO 8601) and why it was revoked, or None."""
+
+    name: str
+    revoked_at: str | None = None
+    revoked_reason: str | None = None
+
+
+@dataclass(frozen=True)
 class Claimed:
     """A claimed badge, with what a check needs of it.
 
@@ -43,9 +52,12 @@ class Claimed:
         Why it was revoked; None where it was not.
     provenance : Provenance
         Whether the registry vouches for it, or a file names it.
+    revoked_at : str or None
+        When it was revoked, UTC, ISO 8601; None where it was not.
     """
 
     badge: Badge
     as_built: AsBuilt | None = None
     revoked: str | None = None
     provenance: Provenance = FROM_FILE
+    revoked_at: str | None = None

@@ -6,6 +6,7 @@ print_cmd.py   print-your-badge, moireid print; people.py: of many people
 issue_notes.py what an issuer is told of identities and names
 enroll_cmd.py  enroll, registry init / list / show
 verify_cmd.py  verify, identify
+attest/        verify --sign, and attest check
 simulate_cmd.py  simulate
 film_set_cmd.py  film-set
 generator_cmd.py  generator-kit

@@ -11,6 +11,7 @@ from typing import NoReturn
 import click
 
 from moireid import __version__
+from moireid.cli.attest.attest_cmd import attest_group
 from moireid.cli.bench_cmd import bench_command
 from moireid.cli.common import BAD_INPUT
 from moireid.cli.enroll_cmd import enroll_command, registry_group
@@ -30,6 +31,7 @@ SECTIONS: dict[str, tuple[click.Command, ...]] = {
         enroll_command,
         verify_command,
         identify_command,
+        attest_group,
         simulate_command,
         serve_command,
     ),

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from moireid.cli.attest.signing import detectors_from, planned_signing, registry_asked, signing_options
 from moireid.cli.common import (
     ACCEPT,
     INCONCLUSIVE,
@@ -25,8 +29,23 @@ from moireid.cli.common import (
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
-    from moireid.registry import Claimed
-    from moireid.verifier.reasons import Reason
+    from moireid.attest.credentials import Form
+    from moireid.registry import Claimed, Registry
+    from moireid.verifier.report.circumstances import Circumstances
+
+#: From a report's JSON to what a registry knows of it.
+LookUp = Callable[[Mapping[str, Any]], "Circumstances"]
+MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
+#: Findings tell no options, as pages show them too; here is where each is said.
+OPTIONS = {
+    "focal": "--focal-px",
+    "gain": "--focal-px, or enroll --capture",
+    "built": "--no-require-original, or enroll --capture",
+    "copyable": "enroll --capture",
+    "cover": "--cover",
+    "photographs": "--photographs",
+    "corners": "--pipeline published",
+}
 
 focal_option = click.option(
     "--focal-px",
@@ -43,9 +62,6 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
 
         click.echo(report_schema(), nl=False)
         context.exit()
-
-
-MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 
 
 @click.command("verify")
@@ -113,6 +129,7 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     callback=_show_schema,
     help="Print the JSON Schema of what --json prints, and exit.",
 )
+@signing_options
 @overwrite_option
 @json_option
 @friendly
@@ -129,6 +146,11 @@ def verify_command(
     photographs: int | None,
     pipeline: str,
     corners_given: str | None,
+    key_file: Path | None,
+    attest_file: Path | None,
+    timestamp_url: str | None,
+    form: Form | None,
+    detectors: tuple[str, ...],
     overwrite: bool,
     as_json: bool,
 ) -> None:
@@ -149,9 +171,13 @@ def verify_command(
         raise SpecError("--pipeline published cannot check --cover; leave one of them out")
     if pipeline == "published" and photographs is not None:
         raise SpecError("--pipeline published cannot check --photographs; leave one of them out")
+    if key_file is not None and (pipeline == "published" or corners_given is not None):
+        raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
-    found = _claimed(claim, badge_json, registry_url)
+    outside = detectors_from(detectors)
+    signing = planned_signing(video, key_file, attest_file, timestamp_url, form, overwrite=overwrite)
+    found, look_up = _claimed(claim, badge_json, registry_url)
     badge = found.badge
     if report_folder is not None:
         from moireid.verifier.report.page import report_paths
@@ -166,41 +192,60 @@ def verify_command(
     least = MIN_COVER_SHARE if cover_share is None else cover_share
     held = Claim(badge, badge.id, focal_px, found.as_built, require_original, found.provenance, least, photographs or 0)
     with progress_bar("reading the film") as progress:
-        if pipeline == "published":
-            report = verify_published(video, held, corners=corners, progress=progress)
-        else:
-            report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
-            report = without_corners(report) if corners else report
-    if report_folder is not None:
-        from moireid.verifier.report.page import write_report
+        if signing is not None:
+            from moireid.attest.apart import Order, judged_apart
 
-        page, *_ = write_report(report, report_folder, overwrite=overwrite)
+            order = Order(video, held, found.revoked, overlap, outside, report_folder is not None)
+            judged = judged_apart(order, progress)
+            document = judged.report
+        else:
+            if pipeline == "published":
+                report = verify_published(video, held, corners=corners, progress=progress)
+            else:
+                from moireid.attest.carried import with_carried
+
+                report = verify(video, held, revoked=found.revoked, overlap=overlap, progress=progress)
+                report = with_carried(without_corners(report) if corners else report, video)
+            report = replace(report, detectors=outside)
+            document = report.to_json()
+    known = replace(look_up(document), claim=claim, revoked_at=found.revoked_at)
+    if signing is not None:
+        document |= {"registry": registry_asked(found.provenance.source, registry_url)}
+        document = signing.write(document, video)
+    if report_folder is not None:
+        from moireid.verifier.report.page import write_pages, write_report
+
+        if signing is not None:
+            page, *_ = write_pages(document, judged.pictures, judged.signals, known, report_folder, overwrite=overwrite)
+        else:
+            page, *_ = write_report(report, report_folder, overwrite=overwrite, known=known)
         say(f"report: {page}")
     if as_json:
-        show_json(report.to_json())
+        show_json(document)
     else:
-        from moireid.verifier.report.page import holder_words, words_of
-
-        source = report.claim_source
-        whose = "" if source == "file" and badge.id else "badge of "
-        click.echo(f"{report.verdict.upper()}: {whose}{holder_words(badge.name, badge.id, source)}")
-        click.echo(words_of(report.verdict, report.invariant.verdict, report.identity.verdict, source))
-        _show_reasons(report.reasons)
-    sys.exit(VERDICT_EXIT[report.verdict])
+        _show_verdict(document["verdict"].upper(), document, known)
+    sys.exit(VERDICT_EXIT[document["verdict"]])
 
 
-def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> Claimed:
-    """The badge that is claimed; of a file the registry's own where one is given that holds it."""
+def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> tuple[Claimed, LookUp]:
+    """The badge that is claimed, of a file the registry's own where one is given that holds it; and a look-up of what
+    the registry knows of a report.
+    """
     from moireid.badge import load_badge
     from moireid.provenance import Claimed
 
     badge = load_badge(badge_json) if badge_json is not None else None
     if badge is not None and registry_url is None:
-        return Claimed(badge)
+        return Claimed(badge), _unknown
     from moireid.registry import claimed, claimed_by_file, open_registry
 
+    def look_up(document: Mapping[str, Any]) -> Circumstances:
+        with open_registry(registry_url, create=False) as registry:
+            return _known_by(registry, document)
+
     with open_registry(registry_url, create=False) as registry:
-        return claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+        found = claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+    return found, look_up
 
 
 @click.command("identify")
@@ -224,16 +269,47 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
     with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
         people = People(registry)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
-        name = people.name(outcome.found_id)
+        document = outcome.to_json() | {"found_name": people.name(outcome.found_id)}
+        known = _known_by(registry, document)
     if as_json:
-        show_json(outcome.to_json() | {"found_name": name})
+        show_json(document)
     else:
-        who = f"{name} ({outcome.found_id})" if name is not None else "nobody known"
-        click.echo(f"{outcome.finding.upper()}: {who}")
-        _show_reasons(outcome.reasons)
+        _show_verdict(outcome.finding.upper(), document, known)
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
 
 
-def _show_reasons(reasons: tuple[Reason, ...]) -> None:
-    for reason in reasons:
-        click.echo(f"  {MARKS[reason.level]} {reason.text}")
+def _unknown(document: Mapping[str, Any]) -> Circumstances:
+    """What is known where no registry is asked: the present time."""
+    from moireid.verifier.report.circumstances import Circumstances
+
+    return Circumstances(datetime.now(UTC))
+
+
+def _known_by(registry: Registry, document: Mapping[str, Any]) -> Circumstances:
+    """What a registry knows of a report: who holds the badge that was read, and whose word that is."""
+    from moireid.registry import holder_of
+    from moireid.verifier.report.circumstances import Circumstances, read_id
+
+    read = holder_of(registry, read_id(document))
+    return Circumstances(datetime.now(UTC), read=read, authority=registry.fingerprint, registry=registry.shown_url)
+
+
+def _show_verdict(word: str, document: Mapping[str, Any], known: Circumstances) -> None:
+    """Print the headline, what it means and what to do; then failures first, and what holds in one line."""
+    from moireid.verifier.report.findings import sorted_findings
+    from moireid.verifier.report.headline import headline_of
+    from moireid.verifier.report.seconds import seconds_of
+
+    headline, found = headline_of(document, known), sorted_findings(document["reasons"])
+    click.echo(f"{word}: {headline.title}")
+    click.echo(headline.text)
+    click.echo(f"What to do: {headline.advice}")
+    if (seconds := seconds_of(document)) is not None:
+        click.echo(f"Seconds: {seconds.text}")
+    for finding in found.first:
+        option = OPTIONS.get(finding["code"], "") if finding["level"] in ("undecided", "note") else ""
+        click.echo(f"  {MARKS[finding['level']]} {finding['text']}{f' ({option})' if option else ''}")
+    if found.hold:
+        click.echo(f"  ✓ holds: {', '.join(dict.fromkeys(finding['code'] for finding in found.hold))}")
+    for one in document.get("detectors", []):
+        click.echo(f"  · Detector {one['name']} gives {one['score']:g}; that is no part of the verdict.")

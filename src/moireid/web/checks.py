@@ -13,7 +13,7 @@ from moireid.errors import RegistryError
 from moireid.lenticule import view_law
 from moireid.registry import Claimed, Registry, claimed, claimed_by_file
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.report.page import holder_words
+from moireid.verifier.report.person import Claimed as Named
 from moireid.web.auth.roles import Visitor
 from moireid.web.jobs.queue import Job
 from moireid.web.jobs.task import Law
@@ -51,13 +51,15 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if job.kind not in KINDS:
             raise Refusal(422, "fields", "The field kind is verify or identify.")
         focal_px = _focal(given.get("focal_px"))
+        job.film_name, job.claim = form.name, given.get("claim", "")
         if job.kind == "identify":
             job.label = "who it is"
             laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
             studio.jobs.submit(job, form.video, **studio.for_children, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
-        job.label = holder_words(found.badge.name, found.badge.id, found.provenance.source)
+        vouched = found.provenance.source == "registry"
+        job.label, job.revoked_at = Named(found.badge.name, found.badge.id, vouched).holder, found.revoked_at
         studio.jobs.submit(
             job,
             form.video,

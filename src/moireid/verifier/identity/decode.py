@@ -152,10 +152,13 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
     level: Level = "fail" if motion <= CELLS_STAND_RATIO else "undecided"
     if CELLS_MOVE_RATIO <= motion <= CELLS_MOST_RATIO:
         level = "pass"
-    text = (
-        f"The fringes in the code cells move {motion:.2f} times as far as the motion of their rows demands; "
-        f"{CELLS_MOVE_RATIO:g} to {CELLS_MOST_RATIO:g} is a badge's."
-    )
+    text = {
+        "pass": "The fringes in the badge's code move together with those of its rows.",
+        "undecided": f"The fringes in the badge's code move {motion:.2f} times as far as those of its rows, so they "
+        "may not be one picture. Film again from nearer, in even light.",
+        "fail": "The fringes in the badge's code stand still while those of its rows move, as in a picture that was "
+        "pasted in.",
+    }[level]
     return (Reason("cells_move", level, motion, CELLS_MOVE_RATIO, "", text),)
 
 
@@ -164,31 +167,31 @@ def _compare(
 ) -> tuple[IdentityVerdict, Reason, float | None]:
     """Verdict, reason and score from the identity read and the identity claimed."""
     if decoded is None and claimed_id is not None:
-        text = f"{claimed_id} is claimed, but this badge carries no code that could confirm it."
+        text = "This badge carries no code that could confirm whose it is."
         return "unreadable", Reason("identity", "undecided", None, claimed_id, "", text), 0.0
     if decoded is None:
         text = "The badge carries no identity, and none was claimed."
         return "not_claimed", Reason("identity", "note", None, None, "", text), None
     margin = decoded.margin
     if claimed_id is None:
-        text = f"The badge reads {found}." if found else "No identity can be read from the badge."
+        text = "The badge's code can be read." if found else "No identity can be read from the badge."
         return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
         text = (
-            f"The identity cannot be read: too many of the {decoded.symbols} symbols are wrong or hidden, and "
-            f"{decoded.unclear} cells are unclear. Film the whole badge from nearer, with more motion."
+            f"The badge's code cannot be read: {decoded.unclear} of its {decoded.symbols} places are unclear, and "
+            "others may be wrong. Film the whole badge from nearer, with more motion."
         )
         return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0
     if decoded.beats_agree is False:
-        text = f"The line spacing reads {found}, but the rows' fringe spacing does not belong to that badge."
+        text = "The badge's code is that of one badge, and the fringes of its rows are those of another."
         return "mismatch", Reason("beats", "fail", found, claimed_id, "", text), -margin
     if decoded.beats_agree is None and found == claimed_id:
-        text = f"The line spacing reads {found}, as claimed, but no row's fringe spacing is clear enough to confirm it."
+        text = "The badge's code is that of the claimed badge, but no row's fringes are clear enough to confirm it."
         return "unreadable", Reason("beats", "undecided", found, claimed_id, "", text), 0.0
     if found == claimed_id:
-        text = f"The badge reads {found}, as claimed."
+        text = "The badge's code is that of the claimed badge."
         return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
-    text = f"The badge reads {found}, but {claimed_id} is claimed."
+    text = "The badge's code is that of another badge than the claimed one."
     return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
 
 

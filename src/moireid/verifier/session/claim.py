@@ -99,7 +99,7 @@ def _name(claim: Claim) -> Reason | None:
     other, name = claim.provenance.file_name if claim.provenance else None, claim.badge.name
     if other is None:
         return None
-    text = f"The file gives badge {claim.badge_id} the name {other!r}; the registry holds it under the name {name!r}."
+    text = f"The file gives this badge the name {other!r}; the registry holds it under the name {name!r}."
     return Reason("name", "fail", other, name, "", text)
 
 
@@ -128,7 +128,7 @@ def _copyable(claim: Claim, identity: Identity) -> Reason | None:
     if claim.as_built is not None or identity.verdict != "match":
         return None
     text = (
-        "This badge is copyable: it was not enrolled with a film of it (--capture), so whoever has its files can print "
-        "the same badge, and no film tells the two apart."
+        "This badge is copyable: it was not enrolled with a film of it, so whoever has its files can print the same "
+        "badge, and no film tells the two apart."
     )
     return Reason("copyable", "note", None, None, "", text)

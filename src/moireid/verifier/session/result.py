@@ -60,6 +60,8 @@ class Report:
         Of which seconds the verdict speaks; None by a method that does not say.
     claim_source : {"registry", "file"} or None
         Who named the badge's holder; None where nothing was claimed, or a program made the claim.
+    detectors : tuple of (str, float)
+        Names and scores of other detectors, as they were given; no part of the verdict.
 
     Notes
     -----
@@ -84,6 +86,7 @@ class Report:
     overlap: Overlap | None = None
     cover: Cover | None = None
     claim_source: Source | None = None
+    detectors: tuple[tuple[str, float], ...] = ()
 
     @property
     def badge(self) -> Badge:
@@ -132,6 +135,7 @@ class Report:
             "left_out": list(self.left_out),
             "input": self.film,
             "moireid": __version__,
+            "detectors": [{"name": name, "score": json_number(score)} for name, score in self.detectors],
         }
 
 

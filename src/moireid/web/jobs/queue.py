@@ -18,6 +18,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
@@ -42,7 +43,8 @@ FILE_BYTES = 256 << 20
 class Job:
     """One film: its owner, its progress, and its outcome.
 
-    result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence.
+    result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
+    was asked for; film_name, claim: as the visitor gave them; revoked_at: when the claimed badge was revoked.
     """
 
     id: str
@@ -50,6 +52,10 @@ class Job:
     owner: str
     folder: Path
     label: str = ""
+    begun: datetime = field(default_factory=lambda: datetime.now(UTC))
+    film_name: str = ""
+    claim: str = ""
+    revoked_at: str | None = None
     state: State = "receiving"
     frames: tuple[int, int | None] = (0, None)
     result: dict[str, Any] | None = None

@@ -1,0 +1,89 @@
+"""What a film does not tell of its own check: when and how it was made, and what a registry knows.
+
+Whoever shows a report fills this in, outside the process that decodes strangers' films: who holds the badge that was
+read is looked up once the film is judged, and that process never learns it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from moireid.provenance import Holder
+
+#: Not by the system's locale: the report is in one language.
+MONTHS = (
+    "January",
+    "February",
+    "March",
+    "April",
+    "May",
+    "June",
+    "July",
+    "August",
+    "September",
+    "October",
+    "November",
+    "December",
+)
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """How a check was made.
+
+    Parameters
+    ----------
+    checked_at : datetime
+        When, with its time zone.
+    film_name : str, optional
+        The film's name as people know it; None for the name in the report.
+    claim : str, optional
+        The claim as it was made, where one was.
+    revoked_at : str, optional
+        When the claimed badge was revoked, UTC, ISO 8601; None where it was not, or that is not known.
+    read : Holder, optional
+        Who holds the badge that was read in the film, by the registry; None where nobody does.
+    authority : str, optional
+        Fingerprint of the registry's authority; None where no registry was asked.
+    registry : str, optional
+        Where the registry lies; None where that is nobody's business.
+    """
+
+    checked_at: datetime
+    film_name: str | None = None
+    claim: str | None = None
+    revoked_at: str | None = None
+    read: Holder | None = None
+    authority: str | None = None
+    registry: str | None = None
+
+
+def read_id(document: Mapping[str, Any]) -> object:
+    """The badge whose holder is to be looked up for a report: the one found, or else the one read in the film."""
+    return document.get("found_id") or (document.get("identity") or {}).get("decoded_id")
+
+
+def day(moment: str | datetime, now: datetime) -> str:
+    """A date in words, such as 3 May; with its year where that is not the present one.
+
+    Parameters: moment: a time, or its ISO 8601 text.  A text that is none is given back as it is.
+    """
+    if isinstance(moment, str):
+        try:
+            when = datetime.fromisoformat(moment)
+        except ValueError:
+            return moment
+    else:
+        when = moment
+    own = when.astimezone(UTC)
+    year = "" if own.year == now.astimezone(UTC).year else f" {own.year}"
+    return f"{own.day} {MONTHS[own.month - 1]}{year}"
+
+
+def moment_words(moment: datetime) -> str:
+    """A time to the minute in UTC, such as 3 May 2026, 14:05 UTC."""
+    own = moment.astimezone(UTC)
+    return f"{own.day} {MONTHS[own.month - 1]} {own.year}, {own:%H:%M} UTC"
