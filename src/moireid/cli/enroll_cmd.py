@@ -77,6 +77,7 @@ def enroll_command(
                 list(captures), badge, focal_px=focal_px, measured_scale=measured_scale, progress=progress
             )
     with open_registry(registry_url, create=True) as registry:
+        registry.check_head()
         notes = derived_notes([badge]) + look_alike_notes([badge], registry)
         record = registry.enroll(badge)
         if as_built is not None:

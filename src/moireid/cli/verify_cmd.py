@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -21,6 +22,8 @@ from moireid.cli.common import (
     registry_option,
     say,
     show_json,
+    tell_standing,
+    trust_option,
 )
 from moireid.errors import SpecError
 
@@ -59,6 +62,13 @@ MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
     help="The badge.json of the claimed badge, instead of --claim. Nobody vouches for the name in it, unless "
     "--registry is given too and holds the badge.",
 )
+@click.option(
+    "--bundle",
+    "bundle_path",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="A file of `moireid registry publish`, instead of --registry: it needs no network and no access to one.",
+)
+@trust_option
 @focal_option
 @click.option(
     "--report",
@@ -121,6 +131,8 @@ def verify_command(
     claim: str | None,
     registry_url: str | None,
     badge_json: Path | None,
+    bundle_path: Path | None,
+    trust: str | None,
     focal_px: float | None,
     report_folder: Path | None,
     require_original: bool | None,
@@ -151,7 +163,7 @@ def verify_command(
         raise SpecError("--pipeline published cannot check --photographs; leave one of them out")
     if (claim is None) == (badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
-    found = _claimed(claim, badge_json, registry_url)
+    found = _claimed(claim, badge_json, registry_url, bundle_path, trust)
     badge = found.badge
     if report_folder is not None:
         from moireid.verifier.report.page import report_paths
@@ -165,6 +177,7 @@ def verify_command(
     corners = corners_from(corners_given) if corners_given is not None else None
     least = MIN_COVER_SHARE if cover_share is None else cover_share
     held = Claim(badge, badge.id, focal_px, found.as_built, require_original, found.provenance, least, photographs or 0)
+    held = replace(held, seal=found.seal)
     with progress_bar("reading the film") as progress:
         if pipeline == "published":
             report = verify_published(video, held, corners=corners, progress=progress)
@@ -189,27 +202,52 @@ def verify_command(
     sys.exit(VERDICT_EXIT[report.verdict])
 
 
-def _claimed(claim: str | None, badge_json: Path | None, registry_url: str | None) -> Claimed:
+def _claimed(
+    claim: str | None, badge_json: Path | None, registry_url: str | None, bundle_path: Path | None, trust: str | None
+) -> Claimed:
     """The badge that is claimed; of a file the registry's own where one is given that holds it."""
     from moireid.badge import load_badge
     from moireid.provenance import Claimed
 
+    if bundle_path is not None:
+        return _claimed_in_bundle(bundle_path, claim, registry_url, trust)
+    if trust is not None and badge_json is not None and registry_url is None:
+        raise SpecError(
+            "--trust is of a registry, and none is asked with --badge alone; add --registry, or leave it out"
+        )
     badge = load_badge(badge_json) if badge_json is not None else None
     if badge is not None and registry_url is None:
         return Claimed(badge)
     from moireid.registry import claimed, claimed_by_file, open_registry
 
     with open_registry(registry_url, create=False) as registry:
-        return claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+        standing = registry.standing(trust)
+        tell_standing(standing)
+        found = claimed(registry, claim or "") if badge is None else claimed_by_file(registry, badge)
+    return replace(found, provenance=replace(found.provenance, standing=standing))
+
+
+def _claimed_in_bundle(bundle_path: Path, claim: str | None, registry_url: str | None, trust: str | None) -> Claimed:
+    """The badge that is claimed, by a bundle alone."""
+    from moireid.registry.bundle.held import Bundle
+
+    if registry_url is not None or claim is None:
+        raise SpecError("--bundle stands in the place of --registry, and goes with --claim; leave the other one out")
+    with Bundle(bundle_path, trust) as bundle:
+        tell_standing(bundle.standing)
+        return bundle.claimed(claim)
 
 
 @click.command("identify")
 @click.argument("video", type=click.Path(path_type=Path))
 @registry_option
+@trust_option
 @focal_option
 @json_option
 @friendly
-def identify_command(video: Path, registry_url: str | None, focal_px: float | None, as_json: bool) -> None:
+def identify_command(
+    video: Path, registry_url: str | None, trust: str | None, focal_px: float | None, as_json: bool
+) -> None:
     """Find out whose badge a film shows.
 
     Everyone in the registry is considered, and no claim is needed.
@@ -222,11 +260,12 @@ def identify_command(video: Path, registry_url: str | None, focal_px: float | No
 
     Film(video)
     with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
-        people = People(registry)
+        standing, people = registry.standing(trust), People(registry)
+        tell_standing(standing)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
         name = people.name(outcome.found_id)
     if as_json:
-        show_json(outcome.to_json() | {"found_name": name})
+        show_json(outcome.to_json() | {"found_name": name, "registry": standing.to_json()})
     else:
         who = f"{name} ({outcome.found_id})" if name is not None else "nobody known"
         click.echo(f"{outcome.finding.upper()}: {who}")

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import json
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -17,9 +18,14 @@ from sqlalchemy import ColumnElement, and_, func, or_, select
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
+from moireid.provenance import Standing
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
+from moireid.registry.bundle.publish import Published, publish
 from moireid.registry.canonical import utc_now
+from moireid.registry.checkpoints.checkpoint import Checkpoint
+from moireid.registry.checkpoints.seen import remember
+from moireid.registry.checkpoints.standing import check_head, checkpoint_of, standing_of
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
@@ -95,8 +101,17 @@ class Registry:
         self.close()
 
     def close(self) -> None:
-        """Close the connections."""
+        """Close the connections; if something was written, remember its head, so that no earlier one passes later."""
+        if self._ledger.wrote:
+            self._ledger.wrote = False
+            with suppress(RegistryError):
+                remember(self._ledger.place, self._ledger.authority.fingerprint, self._ledger.head())
         self._ledger.engine.dispose()
+
+    @property
+    def ledger(self) -> Ledger:
+        """Tables and log, for what works on the whole of them."""
+        return self._ledger
 
     @property
     def fingerprint(self) -> str:
@@ -378,7 +393,12 @@ class Registry:
         """
         return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
 
-    def audit(self, expected_head: str | None = None, progress: Progress | None = None) -> Audit:
+    def audit(
+        self,
+        expected_head: str | None = None,
+        progress: Progress | None = None,
+        since: Sequence[Checkpoint] = (),
+    ) -> Audit:
         """Walk over the whole log and all records, and report what does not hold.
 
         Parameters
@@ -387,6 +407,8 @@ class Registry:
             A head noted earlier, SEQUENCE:HASH.
         progress : callable, optional
             Called with entries and records done and in all.
+        since : sequence of Checkpoint
+            Checkpoints that others hold; the log must still begin as they say.
 
         Returns
         -------
@@ -396,13 +418,98 @@ class Registry:
         Raises
         ------
         RegistryError
-            Where `expected_head` is none.
+            Where `expected_head` is none, or a checkpoint does not bear the signature of the authority that it names.
 
         Notes
         -----
         What an audit cannot show is told in `moireid.registry.audit`.
         """
-        return audit(self._ledger, expected_head, progress)
+        return audit(self._ledger, expected_head, progress, since)
+
+    def standing(self, trust: str | None = None) -> Standing:
+        """Hold the registry against what this user saw of it before, and remember it as it is now.
+
+        Parameters
+        ----------
+        trust : str, optional
+            The fingerprint of the one authority that counts; None for the one that was seen here first.
+
+        Returns
+        -------
+        Standing
+            Its authority and head.
+
+        Raises
+        ------
+        RegistryError
+            Where its key was replaced, or it was rolled back or forked; `error.details["code"]` says which.
+        SpecError
+            Where `trust` is no fingerprint.
+        """
+        return standing_of(self._ledger, trust)
+
+    def check_head(self) -> None:
+        """Raise RegistryError if the log was further before: whoever wrote to an earlier state would fork it."""
+        check_head(self._ledger)
+
+    def checkpoint(self, older: Sequence[Checkpoint] = ()) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
+        """Sign the log as it is now, for others to keep.
+
+        Parameters
+        ----------
+        older : sequence of Checkpoint
+            Those that the new one must add to.
+
+        Returns
+        -------
+        tuple
+            The checkpoint; and for each older one its size, and the proof of `merkle.consistent`.
+
+        Raises
+        ------
+        RegistryError
+            Where the registry was put back, or does not begin as an older checkpoint says: a log signs nothing that
+            contradicts what it signed.
+        """
+        return checkpoint_of(self._ledger, older)
+
+    def publish(
+        self,
+        path: Path | str,
+        specimen: Callable[[Badge], Badge],
+        *,
+        days: float,
+        overwrite: bool = False,
+        progress: Progress | None = None,
+    ) -> Published:
+        """Write a trust bundle, whole or not at all.
+
+        Parameters
+        ----------
+        path : Path or str
+            The file.
+        specimen : callable
+            Makes a badge of nobody from one of the same layout: `moireid.idcodes.specimen_of`.
+        days : float
+            How long the bundle counts.
+        overwrite : bool
+            Whether an older file may be replaced.
+        progress : callable, optional
+            Called with people done and in all.
+
+        Returns
+        -------
+        Published
+            How many people it holds, and until when it counts.
+
+        Raises
+        ------
+        RegistryError
+            Where something in the registry is not as signed, it was put back, or its private key is absent.
+        SpecError
+            Where the file exists and `overwrite` is false, or cannot be written.
+        """
+        return publish(self._ledger, Path(path), specimen, days=days, overwrite=overwrite, progress=progress)
 
     def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
         """Write records, log and public key to a JSON file, whole or not at all.

@@ -1,7 +1,7 @@
 """`moireid registry`: its commands, thin as all of them.
 
-records.py   init, list, show, revoke
-checks.py    audit
+records.py   init, list, show, revoke, forget
+checks.py    audit, checkpoint, publish
 transfer.py  export, import
 """
 

@@ -1,4 +1,4 @@
-"""registry init, list, show, revoke: the records."""
+"""registry init, list, show, revoke, forget: the records, and what was seen of registries."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ def registry_init(registry_url: str | None, as_json: bool) -> None:
             show_json(document | {"head": head, "key": str(key) if key.exists() else None})
             return
         click.echo(f"{registry.shown_url} is ready and holds {count} badges")
+        click.echo(f"the fingerprint of its authority is {registry.fingerprint}: tell it to whoever checks badges")
         if key.exists():
             click.echo(f"its private key is {key}: keep a copy, and show it to nobody")
         else:
@@ -98,8 +99,32 @@ def registry_revoke(claim: str, reason: str, registry_url: str | None, as_json: 
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=False) as registry:
+        registry.check_head()
         record = registry.revoke(claim, reason)
         if as_json:
             show_json(record.summary() | {"registry": registry.shown_url})
         else:
             click.echo(f"badge {record.id} of {record.name} is revoked since {record.revoked_at}")
+
+
+@registry_group.command("forget")
+@click.argument("fingerprint", metavar="FINGERPRINT")
+@json_option
+@friendly
+def registry_forget(fingerprint: str, as_json: bool) -> None:
+    """Forget how far a registry had grown.
+
+    Moireid remembers the last state of each registry that it has seen, and refuses an older one. If those who run the
+    registry had to put an older state back, for example after a broken disk, this accepts it once.
+    """
+    from moireid.registry.checkpoints.seen import forget
+    from moireid.registry.checkpoints.standing import as_fingerprint
+
+    wanted = as_fingerprint(fingerprint)
+    gone = forget(wanted)
+    if as_json:
+        show_json({"fingerprint": wanted, "forgotten": gone})
+    else:
+        click.echo(
+            f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen"
+        )

@@ -48,6 +48,8 @@ def words_of(verdict: str, invariant: str, identity: str, source: str | None = N
 
 def holder_words(name: str, badge_id: str | None, source: str | None) -> str:
     """Whose badge is claimed, and on whose word."""
+    if source == "bundle":
+        return f"{name} ({badge_id or 'identity sealed in a bundle'})"
     if badge_id is None:
         return f"{name or 'unnamed board'} (no identity)"
     if source == "file":
