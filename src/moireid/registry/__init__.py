@@ -16,6 +16,8 @@ claimed.py     the badge that a claim means; whom identification may find
 store.py       the Registry: enroll, find, list, revoke, and calls to the rest
 batch.py       many badges at once
 audit.py       checks the whole log and all records; lists what an audit cannot find
+checkpoints/   signed checkpoints that others keep, and what this user saw last
+bundle/        what a verifier needs, in one signed file
 transfer/      a registry to a JSON file, and back
 """
 

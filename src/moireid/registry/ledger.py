@@ -28,7 +28,7 @@ PAGE = 500
 def open_ledger(url: URL, *, create: bool, make_authority: bool) -> Ledger:
     """What `open_registry` opens, at a URL that `read_url` has read."""
     _look_for_file(url, create=create)
-    engine = connect(url)
+    engine = connect(url, create=create)
     try:
         with translated(url):
             public_key = schema.prepare(engine, show_url(url), create=create, make_authority=make_authority)

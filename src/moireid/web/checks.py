@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
@@ -54,7 +55,9 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if job.kind == "identify":
             job.label = "who it is"
             laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
-            studio.jobs.submit(job, form.video, **studio.for_children, focal_px=focal_px, laws=laws)
+            standing = await run_in_threadpool(studio.standing)
+            about = studio.for_children | {"standing": standing.to_json()}
+            studio.jobs.submit(job, form.video, **about, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
         job.label = holder_words(found.badge.name, found.badge.id, found.provenance.source)
@@ -99,10 +102,12 @@ def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]
         raise Refusal(
             422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
         )
+    standing = studio.standing()
     if "claim" in given:
         found = find_claimed(studio.registry, given["claim"])
     else:
         found = claimed_by_file(studio.registry, badge_from_json(given["badge"]))
+    found = replace(found, provenance=replace(found.provenance, standing=standing))
     # The law of a visitor's own badge file is traced in the film's process, which has limits.
     return found, _laws([found.badge]) if found.provenance.source == "registry" else []
 

@@ -74,9 +74,14 @@ def opened_parcel(path: Path) -> tuple[Header, Authority, bytes]:
     return header, authority, bytes(content)
 
 
+def now() -> datetime:
+    """This moment, UTC."""
+    return datetime.now(UTC)
+
+
 def check_expiry(header: Header, path: Path) -> None:
     """Raise RegistryError unless the bundle still counts."""
-    if datetime.now(UTC) >= datetime.strptime(header.expires, TIME).replace(tzinfo=UTC):
+    if now() >= datetime.strptime(header.expires, TIME).replace(tzinfo=UTC):
         raise RegistryError(
             f"bundle {path} expired on {header.expires}, so it may lack revocations; fetch a newer one from where it "
             "is published",

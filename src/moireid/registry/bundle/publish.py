@@ -7,7 +7,7 @@ import secrets
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime, timedelta
+from datetime import timedelta
 from pathlib import Path
 
 from sqlalchemy import Connection
@@ -16,7 +16,7 @@ from moireid.badge import Badge
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
 from moireid.registry.bundle.content import Person, made_content, without_id
-from moireid.registry.bundle.parcel import TIME, Header, opened_parcel
+from moireid.registry.bundle.parcel import TIME, Header, now, opened_parcel
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
 from moireid.registry.checkpoints.merkle import Tree, leaf_hash
@@ -120,6 +120,8 @@ def _people(records: Sequence[tuple[str, Person]], progress: Progress | None) ->
 
 
 def _header(head: Head, people: int, content: bytes, key: str, days: float) -> Header:
-    now = datetime.now(UTC)
-    expires = now + timedelta(days=days)
-    return Header(key, now.strftime(TIME), expires.strftime(TIME), str(head), people, len(content), sha256_hex(content))
+    issued = now()
+    expires = issued + timedelta(days=days)
+    return Header(
+        key, issued.strftime(TIME), expires.strftime(TIME), str(head), people, len(content), sha256_hex(content)
+    )
