@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import shutil
 import stat
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -132,6 +134,19 @@ def test_a_damaged_memory_is_no_way_round(path, seen):
             registry.standing()
         seen.write_bytes(b"")
         assert registry.standing().remembered
+
+
+def test_a_program_that_was_killed_in_a_write_is_no_hindrance(seen):
+    """Catches: a memory that nobody can read any more, once a power cut has left its journal behind."""
+    assert remember("place", "f" * 32, Head(1, "0" * 64))
+    program = (
+        "import os, sqlite3, sys; d = sqlite3.connect(sys.argv[1]); d.execute('PRAGMA cache_size = 1'); "
+        "d.execute('CREATE TABLE big (x)'); "
+        "d.executemany('INSERT INTO big VALUES (?)', [('x' * 5000,)] * 200); os.kill(os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", program, str(seen)], check=False)
+    assert seen.with_name(seen.name + "-journal").exists()
+    assert last_head("f" * 32) == Head(1, "0" * 64) and remember("place", "f" * 32, Head(2, "1" * 64))
 
 
 def test_forgetting_by_command(path):

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from kit.webbing import Visit, studio
+from kit.webbing import Visit, film_form, studio
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 
@@ -53,3 +53,28 @@ def test_the_api_audits_as_the_command_does(visit: Visit, tmp_path: Path) -> Non
                 tampered.execute("update badges set signature = 'x'")
     answer = visit.ask("POST", "/api/registry/audit", "issuer", json={"expected_head": "nonsense"})
     assert answer.status_code == 422 and "sqlite" not in answer.text
+
+
+def test_a_verifier_gets_no_badge_file(visit: Visit, ada: Badge) -> None:
+    """Catches: a token for checking films by which every badge can be printed."""
+    path = f"/api/registry/{ada.id}"
+    visit.studio.registry.store_as_built(str(ada.id), '{"tilt_rad": 0.01}')
+    whole, part = visit.ask("GET", path, "issuer").json(), visit.ask("GET", path, "verifier").json()
+    assert whole["badge"] == json.loads(ada.to_json()) and whole["as_built"] == {"tilt_rad": 0.01}
+    assert part == whole | {"badge": None, "as_built": None}
+    assert visit.ask("GET", path, "admin").json() == whole
+
+
+def test_a_registry_that_is_put_back_while_the_studio_runs_judges_nothing(
+    visit: Visit, ada: Badge, tmp_path: Path
+) -> None:
+    """Catches: a studio that looks at the registry's head only when it starts; an address told to visitors."""
+    database = tmp_path / "registry.sqlite3"
+    before = database.read_bytes()
+    visit.studio.registry.revoke(str(ada.id), "lost")
+    assert visit.ask("POST", "/api/verify", "verifier", **film_form(b"film", claim=ada.name)).status_code == 202
+    database.write_bytes(before)
+    for path in ("/api/verify", "/api/identify"):
+        fields = {"claim": ada.name} if path.endswith("verify") else {}
+        answer = visit.ask("POST", path, "verifier", **film_form(b"film", **fields))
+        assert answer.status_code == 503 and "rolled back" in answer.json()["text"] and "sqlite" not in answer.text

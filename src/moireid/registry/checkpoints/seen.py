@@ -93,7 +93,9 @@ def _row(query: str, value: str) -> tuple[Any, ...] | None:
     path = seen_path()
     if not path.exists():
         return None
-    with _readable(), closing(sqlite3.connect(f"{path.as_uri()}?mode=ro", uri=True, timeout=WAIT_S)) as database:
+    # Not for reading alone: after a program was killed in a write, the next reader must undo what it left.  A file that
+    # may not be written is opened for reading all the same.
+    with _readable(), closing(sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, timeout=WAIT_S)) as database:
         # A program that is killed between making the file and its tables leaves it without them.
         if not database.execute("SELECT 1 FROM sqlite_master WHERE name = 'heads'").fetchone():
             return None
