@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from kit.webbing import Visit, film_form, studio
+from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge
 from moireid.cli.main import moireid
+from moireid.errors import RegistryError
 
 
 @pytest.fixture
@@ -66,15 +67,19 @@ def test_a_verifier_gets_no_badge_file(visit: Visit, ada: Badge) -> None:
 
 
 def test_a_registry_that_is_put_back_while_the_studio_runs_judges_nothing(
-    visit: Visit, ada: Badge, tmp_path: Path
+    ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Catches: a studio that looks at the registry's head only when it starts; an address told to visitors."""
-    database = tmp_path / "registry.sqlite3"
-    before = database.read_bytes()
-    visit.studio.registry.revoke(str(ada.id), "lost")
-    assert visit.ask("POST", "/api/verify", "verifier", **film_form(b"film", claim=ada.name)).status_code == 202
-    database.write_bytes(before)
-    for path in ("/api/verify", "/api/identify"):
-        fields = {"claim": ada.name} if path.endswith("verify") else {}
-        answer = visit.ask("POST", path, "verifier", **film_form(b"film", **fields))
-        assert answer.status_code == 503 and "rolled back" in answer.json()["text"] and "sqlite" not in answer.text
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    database, film = tmp_path / "registry.sqlite3", tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
+    with studio(tmp_path, ada) as visit:
+        before = database.read_bytes()
+        visit.studio.registry.revoke(str(ada.id), "lost")
+        visit.studio.standing()
+        database.write_bytes(before)
+        for fields in ({"kind": "verify", "claim": ada.name}, {"kind": "identify"}):
+            answer = visit.ask("POST", "/api/jobs", "verifier", **film_form(film, **fields))
+            assert answer.status_code == 503 and answer.json()["code"] == "registry"
+            assert "rolled back" in answer.json()["text"] and "sqlite" not in answer.text
+    with pytest.raises(RegistryError, match="rolled back"), studio(tmp_path):
+        pass
