@@ -87,7 +87,7 @@ WITHIN: dict[str, set[str]] = {
     "fabrication.printed": {"meshes", "process", "sight", "solids"},
     "fabrication.acrylic": {"page", "meshes", "process", "sight", "solids"},
     "fabrication.assembly": {"page", "printed", "acrylic", "process", "sight"},
-    "registry.checkpoints": {"canonical", "keys", "ledger", "log", "schema"},
+    "registry.checkpoints": {"canonical", "keys", "ledger", "log", "record", "schema"},
     "registry.transfer": {"audit", "batch", "canonical", "engine", "keys", "ledger", "log", "record", "schema"},
     "registry.bundle": {
         "canonical",

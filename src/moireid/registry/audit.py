@@ -154,8 +154,8 @@ def audit(
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
     head = _audit_log(ledger, expected, watch, tally)
-    for finding in watch.findings(head):
-        tally.tell(*finding)
+    for fault, entry in watch.findings(head):
+        tally.tell(fault.code, fault.text, entry)
     _audit_records(ledger, tally)
     return Audit(
         ledger.authority.fingerprint,

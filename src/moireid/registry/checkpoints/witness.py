@@ -15,6 +15,7 @@ from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoi
 from moireid.registry.checkpoints.merkle import Tree
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head
+from moireid.registry.record import Fault
 
 #: A checkpoint is 250 bytes, more with the lines of witnesses; and how long a web server may take.
 LONGEST, WAIT_S = 65536, 15.0
@@ -74,29 +75,30 @@ class Watch:
         due = [one for one in self._own if one.size == self._tree.size]
         self._forked += [one for one in due if one.root != self._tree.root()]
 
-    def findings(self, head: Head | None) -> Iterator[tuple[str, str, int | None]]:
-        """Code, text and entry of what does not hold; head: the log's end where its signature holds."""
+    def findings(self, head: Head | None) -> Iterator[tuple[Fault, int | None]]:
+        """What does not hold, and the entry that it is about; head: the log's end where its signature holds."""
         for one in self._others:
             text = (
                 f"the registry is signed by authority {self._authority.fingerprint}, and the checkpoint of {one.date} "
                 f"by {one.fingerprint}: its key was replaced"
             )
-            yield "key_replaced", text, None
+            yield Fault("key_replaced", text), None
         for one in self._forked:
             text = (
                 f"the log's first {one.size} entries are not those of the checkpoint of {one.date}: it was forked, and "
                 "something was written in the place of what had been signed"
             )
-            yield "forked", text, one.size
+            yield Fault("forked", text), one.size
         size = self._tree.size
         for one in self._own:
             if one.size <= size:
                 continue
             noted = f"the log ends at entry {size}, and the checkpoint of {one.date} names {one.size} entries"
             if head is None:
-                yield "log_cut", f"{noted}: its end was cut off", one.size
+                yield Fault("log_cut", f"{noted}: its end was cut off"), one.size
             else:
-                yield "rolled_back", f"{noted}: the registry was rolled back, an earlier state was put back", one.size
+                text = f"{noted}: the registry was rolled back, an earlier state was put back"
+                yield Fault("rolled_back", text), one.size
 
 
 def _read(path: Path) -> str:
