@@ -90,9 +90,9 @@ def registry_audit(
 def registry_checkpoint(
     path: Path, witness: str | None, registry_url: str | None, overwrite: bool, as_json: bool
 ) -> None:
-    """Write a signed checkpoint of the log: its length, and one hash of all that is in it.
+    """Write a signed checkpoint of the log for others to keep.
 
-    It holds no names and no identities. Give it to others, as often as you can: to a partner, to a web server, to a
+    It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can: to a partner, to a web server, to a
     folder that you cannot change. `moireid registry audit --since FILE` then shows whether anything was taken back.
 
     The format is that of transparency logs (C2SP tlog-checkpoint), so their witnesses can sign it too.
