@@ -92,8 +92,9 @@ def registry_checkpoint(
 ) -> None:
     """Write a signed checkpoint of the log for others to keep.
 
-    It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can: to a partner, to a web server, to a
-    folder that you cannot change. `moireid registry audit --since FILE` then shows whether anything was taken back.
+    It is the length of the log and one hash of all in it, and holds no names. Give it to others, as often as you can:
+    to a partner, to a web server, to a folder that you cannot change. `moireid registry audit --since FILE` then shows
+    whether anything was taken back.
 
     The format is that of transparency logs (C2SP tlog-checkpoint), so their witnesses can sign it too.
     """
@@ -132,7 +133,7 @@ def registry_checkpoint(
 @json_option
 @friendly
 def registry_publish(path: Path, days: float, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
-    """Write a trust bundle: what others need to verify badges without access to the registry.
+    """Write a trust bundle, with which others verify badges offline.
 
     It is one signed file for any web server. It holds names, revocations with their reasons, layouts, and a
     checkpoint. It holds no badge files, and identities only sealed: nobody can print a badge from it.
