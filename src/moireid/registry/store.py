@@ -18,18 +18,16 @@ from sqlalchemy import ColumnElement, and_, func, or_, select
 
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import Standing
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
-from moireid.registry.bundle.publish import Published, publish
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
-from moireid.registry.checkpoints.standing import check_head, checkpoint_of, standing_of
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.look_alikes import alike_among
+from moireid.registry.outward import Outward
 from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_alike, select_layouts, select_records
 from moireid.registry.transfer.export import export_json
@@ -73,7 +71,7 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
     return Registry(open_ledger(parsed, create=create, make_authority=make_authority))
 
 
-class Registry:
+class Registry(Outward):
     """An open registry; a context manager that closes its connections.
 
     Parameters
@@ -89,7 +87,7 @@ class Registry:
     """
 
     def __init__(self, ledger: Ledger) -> None:
-        self._ledger = ledger
+        super().__init__(ledger)
         self.shown_url = ledger.shown
 
     def __enter__(self) -> Registry:
@@ -107,11 +105,6 @@ class Registry:
             with suppress(RegistryError):
                 remember(self._ledger.place, self._ledger.authority.fingerprint, self._ledger.head())
         self._ledger.engine.dispose()
-
-    @property
-    def ledger(self) -> Ledger:
-        """Tables and log, for what works on the whole of them."""
-        return self._ledger
 
     @property
     def fingerprint(self) -> str:
@@ -425,91 +418,6 @@ class Registry:
         What an audit cannot show is told in `moireid.registry.audit`.
         """
         return audit(self._ledger, expected_head, progress, since)
-
-    def standing(self, trust: str | None = None) -> Standing:
-        """Hold the registry against what this user saw of it before, and remember it as it is now.
-
-        Parameters
-        ----------
-        trust : str, optional
-            The fingerprint of the one authority that counts; None for the one that was seen here first.
-
-        Returns
-        -------
-        Standing
-            Its authority and head.
-
-        Raises
-        ------
-        RegistryError
-            Where its key was replaced, or it was rolled back or forked; `error.details["code"]` says which.
-        SpecError
-            Where `trust` is no fingerprint.
-        """
-        return standing_of(self._ledger, trust)
-
-    def check_head(self) -> None:
-        """Raise RegistryError if the log was further before: whoever wrote to an earlier state would fork it."""
-        check_head(self._ledger)
-
-    def checkpoint(self, older: Sequence[Checkpoint] = ()) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
-        """Sign the log as it is now, for others to keep.
-
-        Parameters
-        ----------
-        older : sequence of Checkpoint
-            Those that the new one must add to.
-
-        Returns
-        -------
-        tuple
-            The checkpoint; and for each older one its size, and the proof of `merkle.consistent`.
-
-        Raises
-        ------
-        RegistryError
-            Where the registry was put back, or does not begin as an older checkpoint says: a log signs nothing that
-            contradicts what it signed.
-        """
-        return checkpoint_of(self._ledger, older)
-
-    def publish(
-        self,
-        path: Path | str,
-        specimen: Callable[[Badge], Badge],
-        *,
-        days: float,
-        overwrite: bool = False,
-        progress: Progress | None = None,
-    ) -> Published:
-        """Write a trust bundle, whole or not at all.
-
-        Parameters
-        ----------
-        path : Path or str
-            The file.
-        specimen : callable
-            Makes a badge of nobody from one of the same layout: `moireid.idcodes.specimen_of`.
-        days : float
-            How long the bundle counts.
-        overwrite : bool
-            Whether an older file may be replaced.
-        progress : callable, optional
-            Called with people done and in all.
-
-        Returns
-        -------
-        Published
-            How many people it holds, and until when it counts.
-
-        Raises
-        ------
-        RegistryError
-            Where something in the registry is not as signed, it was put back, or its private key is absent.
-        SpecError
-            Where the file exists and `overwrite` is false, or cannot be written.
-        """
-        return publish(self._ledger, Path(path), specimen, days=days, overwrite=overwrite, progress=progress)
 
     def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
         """Write records, log and public key to a JSON file, whole or not at all.
