@@ -29,6 +29,7 @@ EXPORTED = {
         "SpacingFamily",
         "family_named",
         "is_name_derived",
+        "specimen_of",
         "spells_its_id",
     ],
     "moireid.designer": [

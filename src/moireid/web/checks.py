@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
@@ -55,10 +56,12 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if job.kind == "identify":
             job.label = "who it is"
             laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
-            studio.jobs.submit(job, form.video, **studio.for_children, focal_px=focal_px, laws=laws)
+            job.standing = await run_in_threadpool(studio.standing)
+            about = studio.for_children | {"standing": job.standing.to_json()}
+            studio.jobs.submit(job, form.video, **about, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
-        vouched = found.provenance.source == "registry"
+        vouched, job.standing = found.provenance.source == "registry", found.provenance.standing
         job.label, job.revoked_at = Named(found.badge.name, found.badge.id, vouched).holder, found.revoked_at
         studio.jobs.submit(
             job,
@@ -101,10 +104,12 @@ def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]
         raise Refusal(
             422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
         )
+    standing = studio.standing()
     if "claim" in given:
         found = find_claimed(studio.registry, given["claim"])
     else:
         found = claimed_by_file(studio.registry, badge_from_json(given["badge"]))
+    found = replace(found, provenance=replace(found.provenance, standing=standing))
     # The law of a visitor's own badge file is traced in the film's process, which has limits.
     return found, _laws([found.badge]) if found.provenance.source == "registry" else []
 

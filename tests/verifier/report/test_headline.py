@@ -5,19 +5,22 @@ The documents are as `verify --json` prints them, put together by hand.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any
 
 import pytest
 
-from moireid.provenance import Holder
+from moireid.provenance import Holder, Standing
 from moireid.verifier.report.circumstances import Circumstances, day, moment_words
 from moireid.verifier.report.findings import CAUSES, WEIGHTIEST, sorted_findings
 from moireid.verifier.report.headline import headline_of
 from moireid.verifier.report.open_words import OPEN
+from moireid.verifier.report.person import claimed_in
 
 NOW = datetime(2026, 5, 7, 12, 0, tzinfo=UTC)
-ASKED = Circumstances(NOW, authority="c0ffee")
+REGISTRY = Standing("c0ffee" * 5, "3:" + "ab" * 32)
+ASKED = Circumstances(NOW, standing=REGISTRY)
 ADA, SARAH = "aa" * 8, "bb" * 8
 
 
@@ -57,29 +60,44 @@ def test_nobody_vouches_for_a_name_in_a_file() -> None:
         identity = "match" if verdict == "accept" else "mismatch"
         found = headline_of(document(verdict, *reasons, identity=identity, claim_source="file"), Circumstances(NOW))
         assert "Sarah" not in f"{found.title} {found.text} {found.advice}"
-    bundle = document("accept", claim_source="bundle")
-    assert title(bundle) == "Genuine, and Sarah Example's"
+    bundle, until = document("accept", claim_source="bundle"), replace(REGISTRY, expires="2026-05-12T08:00:00Z")
+    found = headline_of(bundle, Circumstances(NOW, standing=until))
+    assert found.title == "Genuine, and Sarah Example's" and "a bundle that counts until 12 May." in found.text
+    assert "bundle" not in headline_of(document("accept"), ASKED).text
+
+
+def test_a_sealed_claim_is_told_as_sealed() -> None:
+    """Catches: "no identity" of a claim that has one; a badge of which nobody looked whose it is, called nobody's."""
+    other = document("reject", finding("identity"), identity="mismatch", claim_source="bundle")
+    assert claimed_in(other).holder == "Sarah Example"
+    other["identity"]["claimed_id"] = None
+    assert claimed_in(other).holder == "Sarah Example (identity sealed in the bundle)"
+    known = Circumstances(NOW, standing=replace(REGISTRY, expires="2026-05-12T08:00:00Z"))
+    assert title(other, known) == "Genuine, but nobody's in this bundle, not Sarah Example's"
+    large = replace(known, looked_up=False)
+    assert title(other, large) == "Genuine, but another badge, not Sarah Example's"
+    assert "too many" in headline_of(other, large).text and "too many" not in headline_of(other, known).text
 
 
 def test_another_s_badge_is_named_where_the_registry_knows_it() -> None:
     """Catches: the claimed name for the read one; "genuine" where the law is open; a revocation that is passed over."""
     other = document("reject", finding("identity"), identity="mismatch")
-    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), authority="c0ffee")
+    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
     assert title(other, ada) == "Genuine, but Ada Lovelace's, not Sarah Example's"
     assert title(other) == "Genuine, but nobody's in this registry, not Sarah Example's"
     assert title(other, Circumstances(NOW)) == "Genuine, but another badge, not Sarah Example's"
     vague = document("reject", finding("identity"), law="inconclusive", identity="mismatch")
     assert title(vague, ada) == "Another badge: Ada Lovelace's, not Sarah Example's"
-    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2025-12-31T23:59:00Z", "stolen"), authority="c0ffee")
+    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2025-12-31T23:59:00Z", "stolen"), standing=REGISTRY)
     assert "revoked on 31 December 2025: stolen" in headline_of(other, gone).text
-    same = Circumstances(NOW, read=Holder("Sarah Example"), authority="c0ffee")
+    same = Circumstances(NOW, read=Holder("Sarah Example"), standing=REGISTRY)
     assert title(other, same) == "Genuine, but another badge of the name Sarah Example, not Sarah Example's"
 
 
 def test_a_badge_of_two_is_nobody_s() -> None:
     """Catches: a forger who glues Ada's code upon his own rows, and has the page say that the badge is Ada's."""
     glued = document("reject", finding("beats"), identity="mismatch")
-    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), authority="c0ffee")
+    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
     assert title(glued, ada) == "Put together from two badges"
     assert "Ada" not in headline_of(glued, ada).text
 
@@ -89,7 +107,7 @@ def test_a_badge_of_two_is_nobody_s() -> None:
 def test_a_revocation_is_told_before_all_else(law: str, identity: str) -> None:
     """Catches: a revoked badge whose page is about its fringes, or its name, with the revocation further down."""
     others = [finding("gain", measured=0.5), finding("identity"), finding("name")]
-    known = Circumstances(NOW, revoked_at="2026-05-03T08:00:00Z", authority="c0ffee")
+    known = Circumstances(NOW, revoked_at="2026-05-03T08:00:00Z", standing=REGISTRY)
     gone = document("reject", *others, finding("revoked", measured="lost on the train"), law=law, identity=identity)
     found = headline_of(gone, known)
     assert found.title == "Revoked on 3 May: lost on the train"
@@ -139,11 +157,11 @@ def test_an_open_film_says_why_and_what_to_do() -> None:
 def test_no_claim_finds_a_holder_or_nobody() -> None:
     """Catches: an unknown badge that is called forged; a revoked one that is called unknown."""
     found = document("accept", identity="not_claimed") | {"finding": "found", "found_id": ADA, "found_name": "Ada"}
-    known = Circumstances(NOW, read=Holder("Ada Lovelace"), authority="c0ffee")
+    known = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
     assert title(found, known) == "Genuine, and Ada Lovelace's"
     nobody = document("accept", finding("enrolled"), identity="not_claimed") | {"finding": "nobody", "found_id": None}
     assert title(nobody) == "Genuine, but nobody's in this registry"
-    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2026-05-03T08:00:00Z", "lost"), authority="c0ffee")
+    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2026-05-03T08:00:00Z", "lost"), standing=REGISTRY)
     assert title(nobody, gone) == "Revoked on 3 May: lost"
     empty = {"finding": "nobody", "found_id": None, "reasons": [finding("enrolled")]}
     assert title(empty) == "Nobody's in this registry"

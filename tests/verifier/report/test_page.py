@@ -24,7 +24,7 @@ import moireid
 from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.provenance import Holder
+from moireid.provenance import Holder, Standing
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.judge import judge_invariant
@@ -46,10 +46,11 @@ SEGMENTS = (
     Segment(4.5, 8.5, 0, "inconclusive"),
     Segment(8.5, 9.9, 42, "reject", 0.1, -1.0, 0.7),
 )
+FINGERPRINT, HEAD = "c0ffee" * 5, "3:" + "cd" * 32
 KNOWN = Circumstances(
     datetime(2026, 5, 7, 14, 5, tzinfo=UTC),
     claim="Ada Lovelace",
-    authority="c0ffee" * 5,
+    standing=Standing(FINGERPRINT, HEAD),
     registry="sqlite:///r.sqlite3",
 )
 EVIL = "<script>alert('x')</script> & \"Ada\" </title> {{ 7 * 7 }}"
@@ -255,13 +256,13 @@ def test_no_option_of_the_command_line_stands_on_a_page():
 def test_the_check_itself_is_told(ada):
     """Catches: a page that next year says neither when, nor by which version and registry, nor which film."""
     text = Page(page_of(report_of(ada, path="folder/clip.mp4"))).text
-    for words in ("7 May 2026, 14:05 UTC", f"moireid {moireid.__version__}", str(KNOWN.authority), str(KNOWN.registry)):
+    for words in ("7 May 2026, 14:05 UTC", f"moireid {moireid.__version__}", FINGERPRINT, HEAD, str(KNOWN.registry)):
         assert words in text, words
     assert "clip.mp4" in text and "ab" * 32 in text and "claim Ada Lovelace" in text
     by_id = Page(page_of(report_of(ada), replace(KNOWN, claim=str(ada.id)))).text
     assert f"claim {ada.id}: {ada.name}" in by_id
     alone = Page(page_of(report_of(ada), Circumstances(KNOWN.checked_at))).text
-    assert "nobody vouches for a name" in alone and str(KNOWN.authority) not in alone
+    assert "nobody vouches for a name" in alone and FINGERPRINT not in alone and HEAD not in alone
 
 
 def test_every_reason_and_figure_is_told(ada):

@@ -129,7 +129,8 @@ def _when(time: dict[str, Any]) -> str:
     return f"{own}; a time stamp says {time['stamped_at']}, and is not believed unless you give --authority"
 
 
-def _registry(registry: dict[str, str] | None) -> str:
+def _registry(registry: dict[str, str | None] | None) -> str:
     if registry is None:
         return "none; the badge came from a file, and nobody vouches for its name"
-    return f"of authority {registry['fingerprint']}, log at {registry['head']}"
+    until = f", by a bundle that counted until {registry['expires']}" if registry["expires"] else ""
+    return f"of authority {registry['fingerprint']}, log at {registry['head']}{until}"

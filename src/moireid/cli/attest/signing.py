@@ -153,16 +153,6 @@ def planned_signing(
     return Signing(key, attest_file, timestamp_url, form)
 
 
-def registry_asked(source: str | None, registry_url: str | None) -> dict[str, Any] | None:
-    """The `registry` of a signed report; None where the claim does not come from one (`source`)."""
-    if source != "registry":
-        return None
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False) as registry:
-        return {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
-
-
 def detectors_from(given: tuple[str, ...]) -> tuple[tuple[str, float], ...]:
     """Names and scores of other detectors.  Raises: SpecError where one is not written NAME=SCORE."""
     import math

@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
+from moireid.idcodes import CellReading, Decoded, PartialWord, family_named, specimen_of
 from moireid.optics import beat_period_mm
+from moireid.provenance import Seal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
 from moireid.verifier.limits import (
@@ -114,8 +115,10 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
     return first
 
 
-def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | None) -> Identity:
-    """Decode, then compare with the claim; with `claimed_id` None only decode.
+def judge_identity(
+    track: Track, measurement: Measurement, *, claimed_id: str | None, seal: Seal | None = None
+) -> Identity:
+    """Decode, then compare with the claim, which may be sealed; without `claimed_id` and seal only decode.
 
     Convention: the score is the margin of the worst symbol used: 1 if it lies on its place, 0 if it is as near to the
         next place; negative for another identity.
@@ -126,7 +129,11 @@ def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | 
     coded = badge.gratings[index]
     reference = coded.code.reference_cell if coded.code else 0
     found = decoded.payload.hex() if decoded and decoded.payload else None
-    verdict, reason, score = _compare(decoded, found, claimed_id)
+    expected_mm = coded.cells[reference].pitch_mm
+    if seal is not None and found is not None and seal.holds(found):
+        claimed_id = found
+        expected_mm = specimen_of(badge, found).gratings[index].cells[reference].pitch_mm
+    verdict, reason, score = _compare(decoded, found, claimed_id, sealed=seal is not None)
     return Identity(
         verdict,
         (reason, *_cells_move(reading.cell_motion, found)),
@@ -134,7 +141,7 @@ def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | 
         decoded_id=found,
         claimed_id=claimed_id,
         beat_period_mm=float(beat_period_mm(readings[index][reference].frequency_per_mm)),
-        expected_beat_period_mm=float(beat_period_mm(1 / coded.cells[reference].pitch_mm - 1 / badge.lens.pitch_mm)),
+        expected_beat_period_mm=float(beat_period_mm(1 / expected_mm - 1 / badge.lens.pitch_mm)),
         symbol_errors_corrected=decoded.corrected if decoded else 0,
         score=score,
         beats_agree=decoded.beats_agree if decoded else True,
@@ -163,17 +170,17 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
 
 
 def _compare(
-    decoded: Decoded | None, found: str | None, claimed_id: str | None
+    decoded: Decoded | None, found: str | None, claimed_id: str | None, *, sealed: bool
 ) -> tuple[IdentityVerdict, Reason, float | None]:
-    """Verdict, reason and score from the identity read and the identity claimed."""
-    if decoded is None and claimed_id is not None:
+    """Verdict, reason and score from the identity read and the identity claimed; sealed: one is, and may be unknown."""
+    if decoded is None and (sealed or claimed_id is not None):
         text = "This badge carries no code that could confirm whose it is."
         return "unreadable", Reason("identity", "undecided", None, claimed_id, "", text), 0.0
     if decoded is None:
         text = "The badge carries no identity, and none was claimed."
         return "not_claimed", Reason("identity", "note", None, None, "", text), None
     margin = decoded.margin
-    if claimed_id is None:
+    if claimed_id is None and not sealed:
         text = "The badge's code can be read." if found else "No identity can be read from the badge."
         return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
@@ -192,6 +199,8 @@ def _compare(
         text = "The badge's code is that of the claimed badge."
         return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
     text = "The badge's code is that of another badge than the claimed one."
+    if claimed_id is None:
+        text = "The badge's code is another than the claimed one, which the bundle keeps sealed."
     return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from moireid.provenance import Holder
+from moireid.provenance import Holder, Standing
 
 #: Not by the system's locale: the report is in one language.
 MONTHS = (
@@ -46,10 +46,12 @@ class Circumstances:
         When the claimed badge was revoked, UTC, ISO 8601; None where it was not, or that is not known.
     read : Holder, optional
         Who holds the badge that was read in the film, by the registry; None where nobody does.
-    authority : str, optional
-        Fingerprint of the registry's authority; None where no registry was asked.
+    standing : Standing, optional
+        Authority and head of the registry, or of its bundle, that was asked; None where none was.
     registry : str, optional
-        Where the registry lies; None where that is nobody's business.
+        Where the registry or bundle lies; None where that is nobody's business.
+    looked_up : bool
+        Whether all whom the registry holds were looked through for `read`; a large bundle's seals take too long.
     """
 
     checked_at: datetime
@@ -57,8 +59,15 @@ class Circumstances:
     claim: str | None = None
     revoked_at: str | None = None
     read: Holder | None = None
-    authority: str | None = None
+    standing: Standing | None = None
     registry: str | None = None
+    looked_up: bool = True
+
+    @property
+    def bundle(self) -> str | None:
+        """Until which day the bundle counts that was asked, in words; None where it was a registry, or nothing."""
+        expires = self.standing.expires if self.standing else None
+        return None if expires is None else day(expires, self.checked_at)
 
 
 def read_id(document: Mapping[str, Any]) -> object:

@@ -71,6 +71,8 @@ def _genuine(document: Mapping[str, Any], claimed: Claimed, known: Circumstances
     text = f"{law}, and the badge is the one that was issued to {claimed.name}."
     if document["identity"].get("built") == "original":
         text = f"{law}, and it is the very badge that was issued to {claimed.name}, and no copy of it."
+    if known.bundle is not None:
+        text += f" So says the registry's authority, in a bundle that counts until {known.bundle}."
     return Headline("accept", f"Genuine, and {claimed.name}'s", text, _look(claimed.name))
 
 
@@ -143,8 +145,11 @@ def _another(held: bool, claimed: Claimed, known: Circumstances) -> Headline:
     if not claimed.vouched:
         advice = "Do not take this film as one of that badge. Ask who is to be seen in it."
     if read is None:
-        other = "nobody's in this registry" if known.authority else "another badge"
+        where = "registry" if known.bundle is None else "bundle"
+        other = f"nobody's in this {where}" if known.standing and known.looked_up else "another badge"
         text = f"{law}, but it is not {claimed.whose}."
+        if not known.looked_up:
+            text += " The bundle keeps identities sealed, and holds too many to look up whose badge it is."
         return Headline("reject", f"{genuine}{other}, not {claimed.possessive}", text, advice)
     whose = f"{read.name}'s"
     if claimed.vouched and read.name == claimed.name:

@@ -9,11 +9,15 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Claimed:
-    """Whose badge is claimed: the name, the id, and whether anybody vouches for that name."""
+    """Whose badge is claimed: the name, the id, and whether anybody vouches for that name.
+
+    sealed: the id is not known, as a bundle keeps it sealed until the very badge is read.
+    """
 
     name: str
     badge_id: str | None
     vouched: bool
+    sealed: bool = False
 
     @property
     def possessive(self) -> str:
@@ -28,6 +32,8 @@ class Claimed:
     @property
     def holder(self) -> str:
         """Whose badge is claimed, and on whose word."""
+        if self.sealed:
+            return f"{self.name} (identity sealed in the bundle)"
         if self.badge_id is None:
             return f"{self.name or 'unnamed board'} (no identity)"
         if not self.vouched:
@@ -41,5 +47,5 @@ def claimed_in(document: Mapping[str, Any]) -> Claimed:
     Convention: nobody vouches for a name in a file, so with a file a badge is accepted and never a person.
     """
     badge, identity = document.get("badge") or {}, document.get("identity") or {}
-    vouched = document.get("claim_source") != "file"
-    return Claimed(badge.get("name") or "", identity.get("claimed_id"), vouched)
+    source, claimed_id = document.get("claim_source"), identity.get("claimed_id")
+    return Claimed(badge.get("name") or "", claimed_id, source != "file", source == "bundle" and claimed_id is None)

@@ -87,7 +87,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     span = (float(track.times_s[0]), float(track.times_s[-1])) if track.tracked else (0.0, 0.0)
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
         reason = _badge_absent(track)
-        identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
+        identity = Identity("unreadable" if claim.names_someone else "not_claimed", (), claimed_id=claim.badge_id)
         return Chapter(
             track.frames_read,
             track.tracked - repeated,
@@ -110,7 +110,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    identity = judge_identity(track, measurement, claimed_id=claim.badge_id)
+    identity = judge_identity(track, measurement, claimed_id=claim.badge_id, seal=claim.seal)
     stages["identity"] = time.perf_counter() - clock
     identity, built_reasons, known = _judge_built(track, measurement, invariant, identity, claim)
     invariant = steady_as_built(invariant, measurement.gratings, known, sheet)

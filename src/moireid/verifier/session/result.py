@@ -8,7 +8,7 @@ from typing import Any
 
 from moireid import __version__
 from moireid.badge import Badge
-from moireid.provenance import Source
+from moireid.provenance import Source, Standing
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.judge import Invariant
@@ -58,10 +58,12 @@ class Report:
         Whether the badge passed before the face; None where that was not asked for.
     cover : Cover or None
         Of which seconds the verdict speaks; None by a method that does not say.
-    claim_source : {"registry", "file"} or None
+    claim_source : {"registry", "file", "bundle"} or None
         Who named the badge's holder; None where nothing was claimed, or a program made the claim.
     detectors : tuple of (str, float)
         Names and scores of other detectors, as they were given; no part of the verdict.
+    registry : Standing or None
+        Authority and head of the registry, or of its bundle, that was asked; None where none was.
 
     Notes
     -----
@@ -87,6 +89,7 @@ class Report:
     cover: Cover | None = None
     claim_source: Source | None = None
     detectors: tuple[tuple[str, float], ...] = ()
+    registry: Standing | None = None
 
     @property
     def badge(self) -> Badge:
@@ -109,6 +112,7 @@ class Report:
             "invariant": self.invariant.to_json(),
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
+            "registry": self.registry.to_json() if self.registry else None,
             "badge": {"id": self.badge.id, "name": self.badge.name},
             "camera": {
                 "focal_px": json_number(camera.focal_px),

@@ -22,6 +22,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
+from moireid.provenance import Standing
 from moireid.sandbox.limits import ProcessLimits
 from moireid.web.jobs.child import Lost, films, run_task
 from moireid.web.jobs.task import Task
@@ -44,7 +45,8 @@ class Job:
     """One film: its owner, its progress, and its outcome.
 
     result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
-    was asked for; film_name, claim: as the visitor gave them; revoked_at: when the claimed badge was revoked.
+    was asked for; film_name, claim: as the visitor gave them; revoked_at: when the claimed badge was revoked; standing:
+    of the registry when the film came.
     """
 
     id: str
@@ -56,6 +58,7 @@ class Job:
     film_name: str = ""
     claim: str = ""
     revoked_at: str | None = None
+    standing: Standing | None = None
     state: State = "receiving"
     frames: tuple[int, int | None] = (0, None)
     result: dict[str, Any] | None = None
@@ -208,6 +211,9 @@ class Jobs:
             job.frames = (int(done), None if of is None else int(of))
         elif "result" in message:
             job.result = message["result"]
+            if job.standing is not None and isinstance(job.result, dict):
+                # The server's own word, and not that of the process that reads the film.
+                job.result["registry"] = job.standing.to_json()
         else:
             job.kept = message
 

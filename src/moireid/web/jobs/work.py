@@ -10,6 +10,7 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import av  # noqa: F401 - loaded ahead
 import jsonschema  # noqa: F401 - loaded ahead
@@ -79,6 +80,7 @@ def identify_film(
     *,
     registry_url: str,
     keys: str,
+    standing: dict[str, Any] | None = None,
     focal_px: float | None = None,
     laws: Sequence[Law] = (),
 ) -> None:
@@ -87,7 +89,8 @@ def identify_film(
     with server_registry(registry_url, keys) as registry:
         people = People(registry)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
-        tell({"result": outcome.to_json() | {"found_name": people.name(outcome.found_id)}})
+        name = people.name(outcome.found_id)
+        tell({"result": outcome.to_json() | {"found_name": name, "registry": standing}})
 
 
 def _know(laws: Sequence[Law]) -> None:
