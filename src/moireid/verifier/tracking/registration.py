@@ -116,7 +116,8 @@ class PageRegistrar:
                 return None
             residual, correlation, seen, contrast = self._residual(values, template)
             # A page that is found but still moves goes on: where it is stopped, a marker may lie a pixel beside itself.
-            if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not correlation >= MIN_CORRELATION):
+            found = correlation >= MIN_CORRELATION and sum(seen) >= MIN_MARKERS
+            if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not found):
                 break
             # Far from the right place all markers match badly; then all of them are used for the step.
             asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
