@@ -117,7 +117,7 @@ def verify(
         film.described(),
         {"read": seen.read, "tracked": seen.tracked},
         timing,
-        _left_out(claim.badge, shown.measurement),
+        _left_out(claim.badge, shown.measurement, seen.verifier.unsearched),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
@@ -169,9 +169,13 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
     return _Seen(verifier, watch, chapters, read, stages)
 
 
-def _left_out(badge: Badge, measurement: Measurement | None) -> tuple[str, ...]:
-    """Steps that this film and badge did not need."""
+def _left_out(badge: Badge, measurement: Measurement | None, unsearched: int) -> tuple[str, ...]:
+    """Steps that this film and badge did not need, or that would cost more than decoding allows."""
     parts = ["colour", "the picture away from the badge once it is found"]
+    if unsearched:
+        parts.append(
+            f"the whole picture in {unsearched} frames without a badge, as looking may cost a share of decoding"
+        )
     if measurement and measurement.camera.focal_given:
         parts.append("solving for the focal length")
     if len({grating.axis for grating in badge.gratings}) == 1:

@@ -28,6 +28,7 @@ from moireid.verifier.tracking.registration import (
     PageRegistrar,
     Registration,
 )
+from moireid.verifier.tracking.search_work import CORRELATED_NS
 from moireid.verifier.tracking.template import Template, without_gains
 
 Array = NDArray[np.float64]
@@ -154,6 +155,7 @@ class ShakenFollower:
             corner = corner - reach * pitch
             to_page = np.array([[pitch, 0, corner[0]], [0, pitch, corner[1]], [0, 0, 1.0]])
             size = (count + 2 * reach, count + 2 * reach)
+            self._registrar.work_ns += CORRELATED_NS * size[0] * size[1]
             flat = cv2.warpPerspective(light, expected @ to_page, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
             total += np.clip(cv2.matchTemplate(flat, printed, cv2.TM_CCOEFF_NORMED), 0, None)
         row, column = np.unravel_index(int(np.argmax(total)), total.shape)

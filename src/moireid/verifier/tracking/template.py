@@ -9,6 +9,7 @@ Convention: places in units of the markers' extent about their middle, so that a
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import cv2
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.tracking.search_work import DRAWN_NS, SMEAR_STEP_NS, SMEARED_NS
 
 Array = NDArray[np.float64]
 #: White kept around a marker, in modules; the grating begins 1.05 modules away.
@@ -67,13 +69,14 @@ class Template:
 
 
 class TemplatePrinter:
-    """Draws templates of one page at any scale."""
+    """Draws templates of one page at any scale; between them it keeps only `work_ns`, the work of all of them."""
 
     def __init__(self, markers: Markers) -> None:
         self._markers = markers
         centers = np.asarray(markers.centers_mm)
         self.middle = centers.mean(axis=0)
         self.extent = float(np.abs(centers - self.middle).max())
+        self.work_ns = 0.0
         known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
         self._modules = known.markerSize + 2
         self.module_mm = markers.size_mm / self._modules
@@ -90,6 +93,8 @@ class TemplatePrinter:
 
         Parameters: smear_mm (4, 2): displacement of each marker during the exposure, page mm.
         """
+        steps = _smear_steps(float(np.linalg.norm(smear_mm, axis=1).max()), template.drawing.pitch_mm)
+        self.work_ns += len(template.values) * (SMEARED_NS + SMEAR_STEP_NS * steps)
         return self._sampled(template.px_per_mm, template.drawing, smear_mm)
 
     def _sampled(self, px_per_mm: float, drawing: Drawing, smear_mm: Array | None) -> Template:
@@ -133,14 +138,14 @@ class TemplatePrinter:
             picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
             gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
             pictures.append(np.dstack([picture, gradient_x, gradient_y]))
+            self.work_ns += DRAWN_NS * picture.size
         return Drawing(pitch_mm, tuple(pictures))
 
 
 def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm: float) -> NDArray[np.float32]:
     """Mean (N, 3) of a fine drawing over the page's motion during the exposure."""
     side = picture.shape[0]
-    # The print is blurred already by most of a sample, so a step of a sample leaves no steps to be seen.
-    steps = max(1, int(np.ceil(np.linalg.norm(smear) / pitch_mm)))
+    steps = _smear_steps(float(np.linalg.norm(smear)), pitch_mm)
     total = np.zeros((len(places), 3), np.float32)
     for share in (np.arange(steps) + 0.5) / steps - 0.5:
         at = ((places - share * smear) / pitch_mm * FINE + side / 2 - 0.5).astype(np.float32)
@@ -148,6 +153,12 @@ def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm
             -1, 3
         )
     return total / np.float32(steps)
+
+
+def _smear_steps(smear_mm: float, pitch_mm: float) -> int:
+    """Places at which a smeared print is drawn."""
+    # The print is blurred already by most of a sample, so a step of a sample leaves no steps to be seen.
+    return max(1, math.ceil(smear_mm / pitch_mm))
 
 
 def warp_jacobian(place: Array, gradient: Array) -> Array:
