@@ -123,7 +123,7 @@ class BadgeTracker:
         self._lap("find")
         # The largest first, but before all the page at this badge's own place.
         pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
-        found = bool(pages) and self.begin(frame, luma, pages[0], taken)
+        found = any(self.begin(frame, luma, page, taken) for page in pages)
         purse.pay(self._purses.work_ns - before_ns, found=found)
         return found
 

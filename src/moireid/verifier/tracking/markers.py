@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
-from moireid.verifier.tracking.page_groups import pages_of
+from moireid.verifier.tracking.page_groups import moved_page, pages_of
 from moireid.verifier.tracking.search_work import search_work_ns
 
 #: Margin of the neighbourhood, as a share of the badge's size: the motion between two frames that it allows.
@@ -121,10 +121,12 @@ class MarkerFinder:
         return self.near(luma, page, faint=faint)[0]
 
     def near(self, luma: NDArray[np.uint8], page: Array, *, faint: bool = False) -> EitherWay:
-        """As `either_way`, but only in the neighbourhood of the page in the last frame."""
+        """As `either_way`, but only in the neighbourhood of the page in a recent frame; of a page with two markers, also
+        where it would be if its tilt had stayed.
+        """
         x0, y0, x1, y1 = box = self._neighbourhood(luma.shape, page)
         small = self._marker_px(page) < ENLARGE_BELOW_PX and (x1 - x0) * (y1 - y0) < 10**6
-        return self._find_in(luma, box, self._faint if faint else self._detector, enlarge=small)
+        return self._find_in(luma, box, self._faint if faint else self._detector, enlarge=small, before=page)
 
     def glance(self, luma: NDArray[np.uint8]) -> list[Array]:
         """As `pages`, but only for clear markers of at least `GLANCE_PX`; much faster."""
@@ -145,7 +147,13 @@ class MarkerFinder:
         return int(x0), int(y0), int(x1), int(y1)
 
     def _find_in(
-        self, luma: NDArray[np.uint8], box: Box, detector: cv2.aruco.ArucoDetector, *, enlarge: bool = False
+        self,
+        luma: NDArray[np.uint8],
+        box: Box,
+        detector: cv2.aruco.ArucoDetector,
+        *,
+        enlarge: bool = False,
+        before: Array | None = None,
     ) -> EitherWay:
         """Pages in a part of the frame, which is enlarged twofold if `enlarge`."""
         x0, y0, x1, y1 = box
@@ -155,7 +163,7 @@ class MarkerFinder:
         if enlarge:
             scale = 2.0
             crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
-        return self._found_by(detector, crop, scale, (x0, y0), luma.shape[1])
+        return self._found_by(detector, crop, scale, (x0, y0), luma.shape[1], before)
 
     def _found_by(
         self,
@@ -164,6 +172,7 @@ class MarkerFinder:
         scale: float,
         origin: tuple[int, int],
         width: int,
+        before: Array | None = None,
     ) -> EitherWay:
         """Pages in a scaled part of the frame that begins at `origin`, in px of the frame."""
         corners, identities, others, which = detector.detectMarkersMultiDict(picture)
@@ -186,7 +195,8 @@ class MarkerFinder:
             pages_of(np.array(found, float).reshape(-1, 4, 2), ids, self._corners_mm)
             for found, ids in zip(quads, index, strict=True)
         )
-        return straight, turned
+        moved = None if before is None else moved_page(np.array(quads[0]), index[0], self._corners_mm, before)
+        return straight if moved is None else [*straight, moved], turned
 
     def _marker_px(self, page: Array) -> float:
         first = cv2.perspectiveTransform(self._corners_mm[:1].reshape(-1, 1, 2), page).reshape(4, 2)

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Markers
 from moireid.verifier.tracking.borders import Borders
-from moireid.verifier.tracking.search_work import STEP_NS
+from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 from moireid.verifier.tracking.template import Template, TemplatePrinter, without_gains
 
 Array = NDArray[np.float64]
@@ -123,6 +123,7 @@ class PageRegistrar:
             # Far from the right place all markers match badly; then all of them are used for the step.
             asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
             if asked != solved:
+                self.work_ns += SOLVED_NS * len(values) * (asked not in template.solvers)
                 solved, solver = asked, template.solver(asked)
             step = solver @ residual
             moved = _stepped(warp, step)

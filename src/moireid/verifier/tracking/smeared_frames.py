@@ -28,7 +28,7 @@ from moireid.verifier.tracking.registration import (
     PageRegistrar,
     Registration,
 )
-from moireid.verifier.tracking.search_work import CORRELATED_NS
+from moireid.verifier.tracking.search_work import CORRELATED_NS, LINEAR_NS
 from moireid.verifier.tracking.template import Template, without_gains
 
 Array = NDArray[np.float64]
@@ -68,6 +68,7 @@ class ShakenFollower:
         if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
             return None
         light = np.asarray(cv2.LUT(luma, LINEAR_COUNTS))
+        self._registrar.work_ns += LINEAR_NS * luma.size
         expected, lost = _expected(before, last, time_s)
         frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
@@ -185,6 +186,9 @@ class ShakenFollower:
 
 def _expected(before: Seen, last: Seen, time_s: float) -> tuple[Array, int]:
     """The expected homography, and how many frames ago the page was last seen."""
+    if last.time_s - before.time_s > LOST_S:
+        # It has just come back, so its motion is not known yet.
+        return last.page, 1
     between = max(last.time_s - before.time_s, 1e-6)
     lost = max(1, round((time_s - last.time_s) / between))
     moved = last.page
