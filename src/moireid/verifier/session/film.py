@@ -24,6 +24,8 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from moireid.badge import Badge
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
@@ -83,7 +85,9 @@ def verify(
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
-    seen = _judged(film, claim, overlap, progress)
+    # Its matrices are small: a second thread of BLAS waits far longer than it works, and a verify took half as long again.
+    with threadpool_limits(limits=1, user_api="blas"):
+        seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
     reasons = (

@@ -121,8 +121,9 @@ class MarkerFinder:
         return self.near(luma, page, faint=faint)[0]
 
     def near(self, luma: NDArray[np.uint8], page: Array, *, faint: bool = False) -> EitherWay:
-        """As `either_way`, but only in the neighbourhood of the page in a recent frame; of a page with two markers, also
-        where it would be if its tilt had stayed.
+        """As `either_way`, but only in the neighbourhood of the page in a recent frame.
+
+        A page with two markers follows once more, with the tilt that it had then.
         """
         x0, y0, x1, y1 = box = self._neighbourhood(luma.shape, page)
         small = self._marker_px(page) < ENLARGE_BELOW_PX and (x1 - x0) * (y1 - y0) < 10**6

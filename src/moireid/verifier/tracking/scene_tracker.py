@@ -134,8 +134,10 @@ class SceneTracker:
         return [], luma
 
     def _looks(self, frame: Frame, luma: Luma) -> Iterator[tuple[Purse, Look]]:
-        """Looks at a frame and what pays them: closely where that is paid for; otherwise around lost badges, at the whole
-        frame quickly, and around what may be a badge.
+        """Looks at a frame, and what pays them.
+
+        Closely where that is paid for; otherwise around lost badges, quickly at the whole frame, and around what may be
+        a badge.
         """
         purses, finder = self._purses, self._finder
         lost = [(tracker, last) for tracker in self._lost() if (last := self._recently(tracker, frame)) is not None]

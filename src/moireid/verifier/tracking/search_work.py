@@ -23,8 +23,8 @@ from numpy.typing import NDArray
 #: clouds twice as much.
 DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
 #: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
-#: of a step of registration, a sample; of correlating, a pixel; and of a picture made linear in light, a pixel.  Measured
-#: as above, on markers of 50 to 100 px.
+#: of a step of registration, a sample; of correlating, a pixel; and of a picture made linear in light, a pixel.
+#: Measured as above, on markers of 50 to 100 px.
 DRAWN_NS, SMEARED_NS, SMEAR_STEP_NS, SOLVED_NS, STEP_NS, CORRELATED_NS = 20.0, 15.0, 4.5, 450.0, 32.0, 16.0
 LINEAR_NS = 1.1
 #: Share that is paid where looking finds the badge: a hand over two markers, or a shaken badge, asks for it in each

@@ -27,6 +27,7 @@ from moireid.verifier.tracking.registration import (
     KeptTemplate,
     PageRegistrar,
     Registration,
+    scale_px_per_mm,
 )
 from moireid.verifier.tracking.search_work import CORRELATED_NS, LINEAR_NS
 from moireid.verifier.tracking.template import Template, without_gains
@@ -37,6 +38,8 @@ LOST_S = 0.25
 #: Radius of the search around the expected place, in modules; growth for each lost frame; and the most, for `LOST_S` at
 #: 30 frames a second.  The last is needed because a file with repeated times could count a million lost frames.
 REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
+#: A page that is expected this many times as large or as small as it last was, is expected by a false motion.
+MOST_GROWTH = 2.0
 #: Mean correlation of the four markers below which another smear is tried, and below which the page is given up.
 UNSURE, SOUGHT = 0.65, 0.4
 #: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
@@ -67,9 +70,12 @@ class ShakenFollower:
         before, last = self._course.before, self._course.last
         if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
             return None
+        expected, lost = _expected(before, last, time_s)
+        grown = self._scale(expected) / self._scale(last.page)
+        if not 1 / MOST_GROWTH < grown < MOST_GROWTH:
+            return None
         light = np.asarray(cv2.LUT(luma, LINEAR_COUNTS))
         self._registrar.work_ns += LINEAR_NS * luma.size
-        expected, lost = _expected(before, last, time_s)
         frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
         found = [self._registered(light, (before, last), expected, exposure_s, time_s, lost) for exposure_s in tried]
@@ -78,6 +84,9 @@ class ShakenFollower:
             known_s = self.exposure_s or exposure_s
             self.exposure_s = (1 - LEARNT) * known_s + LEARNT * exposure_s
         return best
+
+    def _scale(self, page: Array) -> float:
+        return scale_px_per_mm(page, self._registrar.printer.middle)
 
     def _velocity(self, past: tuple[Seen, Seen], page: Array, time_s: float) -> Array:
         """Velocity (4, 2) of the markers, page mm/s, if `page` is the present homography."""

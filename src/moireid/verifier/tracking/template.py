@@ -49,8 +49,9 @@ class Template:
 
     Convention: one marker's samples after another's.
     first (4,): where each marker's samples begin; printed (N,): values of each marker about their mean; gradient:
-    gives the gradient (N, 2) of the values, per mm; drawing: the source of both; smeared: whether motion smear is drawn;
-    solvers: least-squares solvers (8, N) for each set of visible markers, made as they are needed.
+    gives the gradient (N, 2) of the values, per mm; extent: a unit of the points, mm; drawing: the source of values and
+    gradient; smeared: whether motion smear is drawn; solvers: least-squares solvers (8, N) for each set of visible
+    markers, made as they are needed.
     """
 
     points: Array
