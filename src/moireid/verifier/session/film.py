@@ -85,7 +85,7 @@ def verify(
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
-    # Its matrices are small: a second thread of BLAS waits far longer than it works, and a verify took half as long again.
+    # The matrices are small: a second thread of BLAS waits far longer than it works, half a verify in all.
     with threadpool_limits(limits=1, user_api="blas"):
         seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
