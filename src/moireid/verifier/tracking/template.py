@@ -182,8 +182,9 @@ def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm
     steps = _smear_steps(float(np.linalg.norm(smear)), pitch_mm)
     shares = (np.arange(steps) + 0.5) / steps - 0.5
     # A row for each step: OpenCV reads along rows, and a column of places would cost three times as much.
+    fine = FINE / pitch_mm
     x, y = (
-        ((part - shares[:, None] * along) / pitch_mm * FINE + side / 2 - 0.5).astype(np.float32)
+        np.subtract(fine * part + (side / 2 - 0.5), (fine * along * shares)[:, None], dtype=float).astype(np.float32)
         for part, along in zip(places.T, smear, strict=True)
     )
     shown = cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
