@@ -125,7 +125,7 @@ class SceneTracker:
         for purse, look in self._looks(frame, luma):
             before_ns, pages = self._purses.work_ns, look(luma)
             found, there = self._either_way_registered(luma, pages)
-            purse.pay(self._purses.work_ns - before_ns, found=bool(found))
+            purse.pay(self._purses.work_ns - before_ns, found=bool(found) and purse is self._purses.near)
             if found:
                 return found, there
             self._may_be = pages[0]

@@ -3,7 +3,7 @@
 Time is no measure of it: a verdict must be the same on a slow machine and a fast one, and run after run.  So work is
 counted in what a step does, in nanoseconds of a nominal machine on which a pixel takes `DECODED_NS` to decode.  Each
 frame earns a share of its own decoding; a search is paid when it is done, and the next waits until as much is earned.
-Looking that finds the badge is part of measuring it, and pays `FOUND_SHARE`.
+Looking that finds the badge where it was just now is part of measuring it, and pays `FOUND_SHARE`.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class Purse:
         self._most, self._spent = SAVED_FRAMES * earned, max(self._spent - earned, 0.0)
 
     def pay(self, work_ns: float, *, found: bool = False) -> None:
-        """Pay a search; found: whether it has found the badge."""
+        """Pay a search; found: whether it has found the badge where it was just now."""
         self._spent += FOUND_SHARE * work_ns if found else work_ns
 
     @property
@@ -82,15 +82,15 @@ class Purses:
     smeared: the smeared print of a page that the last frame showed; gone: of one that it did not; near: markers around
     the last place; glance: clear markers in the whole picture; wide: the whole picture closely, and a part of it
     enlarged.  Where no badge was seen for some seconds, only the last two are spent.
-    Source: the shares are set by hand.  That of glances pays three or four a second in a room full of things, at 30
+    Source: the shares are set by hand.  That of glances pays two or three a second in a room full of things, at 30
         frames a second; a page in view and smeared needs most.
     """
 
     def __init__(self, tools: Sequence[Tool]) -> None:
         """Parameters: tools: whose work is paid."""
         self._tools = tools
-        self.smeared, self.gone, self.near = Purse(0.40), Purse(0.10), Purse(0.15)
-        self.glance, self.wide = Purse(0.30), Purse(0.10)
+        self.smeared, self.gone, self.near = Purse(0.30), Purse(0.05), Purse(0.10)
+        self.glance, self.wide = Purse(0.25), Purse(0.10)
 
     def earn(self, pixels: int) -> None:
         """Earn for a frame of so many pixels."""
