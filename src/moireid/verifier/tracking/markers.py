@@ -112,9 +112,9 @@ class MarkerFinder:
         return self._neighbourhood(shape, page) if self._marker_px(page) < ENLARGE_BELOW_PX else None
 
     def closely(self, luma: NDArray[np.uint8], page: Array) -> EitherWay:
-        """As `enlarged`, in the neighbourhood of what may be a page; not enlarged where markers are large enough."""
+        """As `near`, by the windows of small markers; for a page that was just lost, or for what may be a page."""
         small = self._marker_px(page) < ENLARGE_BELOW_PX
-        return self._find_in(luma, self._neighbourhood(luma.shape, page), self._small, enlarge=small)
+        return self._find_in(luma, self._neighbourhood(luma.shape, page), self._small, enlarge=small, before=page)
 
     def pages_near(self, luma: NDArray[np.uint8], page: Array, *, faint: bool = False) -> list[Array]:
         """As `pages`, but only in the neighbourhood of the page in the last frame."""

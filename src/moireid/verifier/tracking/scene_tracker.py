@@ -147,8 +147,11 @@ class SceneTracker:
                 yield purses.wide, look
             return
         for tracker, last in lost:
-            # A badge that the last frame showed was sought there already.
-            if not tracker.course.followed and purses.near.open:
+            # A badge that the last frame showed was sought there already, but not as closely as small markers need it.
+            small = finder.around(last.page, luma.shape) is not None
+            if small and purses.near.open:
+                yield purses.near, partial(finder.closely, page=last.page)
+            if not (small or tracker.course.followed) and purses.near.open:
                 yield purses.near, partial(finder.near, page=last.page, faint=tracker.faint)
         if purses.glance.open:
             yield purses.glance, finder.quick
