@@ -27,9 +27,10 @@ DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
 #: Measured as above, on markers of 50 to 100 px.
 DRAWN_NS, SMEARED_NS, SMEAR_STEP_NS, SOLVED_NS, STEP_NS, CORRELATED_NS = 20.0, 15.0, 4.5, 450.0, 32.0, 16.0
 LINEAR_NS = 1.1
-#: Share that is paid where looking finds the badge: a hand over two markers, or a shaken badge, asks for it in each
-#: frame.  Not nothing, as else a film of such frames would have no bound.  Set by hand.
-FOUND_SHARE = 0.25
+#: Share that is paid where looking finds the badge where it was just now: a hand over two markers, or a badge that is
+#: not held still, asks for it in each frame.  Not nothing, as else a film of such frames would have no bound.  Set so
+#: that a badge in a hand at 1 m, which needs it in two frames of three, is followed through films of any length.
+FOUND_SHARE = 0.125
 #: One row in this many is looked at for changes.
 EVERY_ROW = 16
 #: Saved are at most the earnings of this many frames, ten seconds at 60 a second.  So a badge that is lost for a moment
