@@ -121,6 +121,11 @@ class Verifier:
         return [(one, one.corners_px(one.place)) for one in trackers if one.place is not None]
 
     @property
+    def unsearched(self) -> int:
+        """Frames without a badge in which the whole picture was not searched."""
+        return self._view.unsearched
+
+    @property
     def others(self) -> tuple[Reason, ...]:
         """Findings on the badges that the verdict is not of, where there are any."""
         judged = self.judged
