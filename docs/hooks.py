@@ -39,7 +39,7 @@ This page is made from their docstrings. [For the developer](../how-to/developer
 """
 #: Modules that have no face of their own, and what of them is for everybody.
 GROUND = {"moireid.badge": ["Badge", "load_badge"]}
-FACES = ("designer", "fabrication", "simulate", "verifier", "calibration", "registry", "idcodes", "errors")
+FACES = ("designer", "fabrication", "simulate", "verifier", "attest", "calibration", "registry", "idcodes", "errors")
 FIELDS = """# {title}
 
 {text}

@@ -6,6 +6,7 @@ What comes out is kept with the project, small enough for that; `gallery/gallery
 
 from __future__ import annotations
 
+import base64
 import io
 import math
 import re
@@ -51,8 +52,8 @@ VERDICTS = {
 MOVING = {"film": ("", "true"), "fake": (" --forge gain_low", "forged: half as far")}
 #: The two films of `make demo`: names, titles, and how they are forged.
 SHOWN = {"true": ("Real badge", ""), "forged": ("Forged: a still picture of the badge", " --forge frozen")}
-#: Pixels of a report's page that are shown.
-PAGE = {"width": 960, "height": 1525}
+#: Pixels of the window that a report's page is shown in; all of the page is shown.
+PAGE = {"width": 960, "height": 800}
 
 
 def main() -> None:
@@ -63,7 +64,7 @@ def main() -> None:
         work = Path(folder)
         words += [_badge(work, name, *told) for name, told in PRINTED.items()]
         words += ["</div>\n", "## Moving\n", _moving(work)]
-        words += ["## Verdicts\n", "Thick: what optics predict. Thin: what was measured on the fringes.\n"]
+        words += ["## Verdicts\n", "Thick: where the law puts the fringes. Thin: where they were seen.\n"]
         words += [_verdict(work, name, told) for name, told in VERDICTS.items()]
         _side_by_side(work)
         _report(work)
@@ -131,15 +132,21 @@ def _verdict(work: Path, name: str, told: str) -> str:
     command = f"moireid verify {FILMS}/{name}.mp4 --badge {FILMS}/badge.json"
     said = _run(f"{command} --report {work / name}", codes=(0, 1, 3))
     page = (work / name / "report.html").read_text(encoding="utf-8")
-    found = re.search(r"Fringe phase over time</h2>(<svg.*?</svg>)", page, re.DOTALL)
+    found = re.search(r'<img class="plot" src="data:image/svg\+xml;base64,([^"]+)"', page)
     if found is None:
         raise SystemExit(f"the report on {name} has no plot")
-    _write_svg(f"{name}.svg", found[1])
+    _write_svg(f"{name}.svg", _by_day(base64.b64decode(found[1]).decode()))
     verdict = {"ACCEPT": "Accepted", "REJECT": "Rejected"}[said.split(":")[0]]
     return (
         f"### {verdict}: {name}.mp4\n\n{told}\n\n![Measured and predicted phase of {name}](gallery/{name}.svg)"
         f"\n\n```text\n{command}\n{said}```\n"
     )
+
+
+def _by_day(svg: str) -> str:
+    """A report's plot on white, as the guides' light and dark are not the system's."""
+    svg = re.sub(r"@media[^{]*\{svg\{[^}]*\}\}", "", svg)
+    return svg.replace("</style>", '</style><rect width="100%" height="100%" fill="#fff"/>', 1)
 
 
 def _side_by_side(work: Path) -> None:
@@ -156,7 +163,7 @@ def _side_by_side(work: Path) -> None:
 
 
 def _report(work: Path) -> None:
-    """The first page of the report on the true film, as a browser shows it."""
+    """The report on the true film, as a browser shows it."""
     from playwright.sync_api import sync_playwright
 
     chromium = shutil.which("chromium")
@@ -166,7 +173,7 @@ def _report(work: Path) -> None:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox"])
         page = browser.new_page(viewport=PAGE)
         page.goto((work / "true" / "report.html").as_uri())
-        shot = page.screenshot()
+        shot = page.screenshot(full_page=True)
         browser.close()
     with Image.open(io.BytesIO(shot)) as picture:
         _save_small(picture, DOCS / "report.png")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
+import tempfile
 from collections.abc import Generator
 from pathlib import Path
 
@@ -17,6 +18,9 @@ from moireid.designer import Request, design_badge
 
 # Started in the background of a shell, a program is deaf to interrupts, and so is all that it starts; tests send some.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+#: What tests see of registries is not remembered in the home of who runs them; programs that they start inherit it.
+SEEN = tempfile.TemporaryDirectory(prefix="moireid-seen-")
+os.environ["MOIREID_SEEN"] = f"{SEEN.name}/seen.sqlite3"
 
 
 @pytest.hookimpl(wrapper=True)

@@ -24,6 +24,7 @@ GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept"}
 GROUND |= {"lazy", "lenticule", "optics", "profiles", "provenance", "sheets"}
 ROOMS = {
     "archive",
+    "attest",
     "bench",
     "calibration",
     "cli",
@@ -46,6 +47,8 @@ MAY_IMPORT = {
     "verifier": GROUND | {"idcodes"},
     "calibration": GROUND | {"verifier"},
     "registry": GROUND,
+    # It judges in the sandbox, and signs outside of it.
+    "attest": GROUND | {"sandbox", "verifier"},
     "evaluation": GROUND | {"archive", "registry", "verifier"},
     # The bench plays all parts: it prints, films and verifies.  Nobody but the command line may lean on it.
     "bench": GROUND | ROOMS - {"cli", "web"},
@@ -75,7 +78,7 @@ WITHIN: dict[str, set[str]] = {
         "timeline",
         "video",
     },
-    "verifier.report": {"motion", "identity", "session", "limits"},
+    "verifier.report": {"camera", "motion", "identity", "session", "limits", "video"},
     "verifier.live": {"tracking", "fringes", "session", "limits", "reasons", "timeline", "video"},
     "evaluation.baseline": set(),
     "simulate.analytic": {"cameras", "compiled", "light", "motion", "scene"},
@@ -87,7 +90,19 @@ WITHIN: dict[str, set[str]] = {
     "fabrication.printed": {"meshes", "process", "sight", "solids"},
     "fabrication.acrylic": {"page", "meshes", "process", "sight", "solids"},
     "fabrication.assembly": {"page", "printed", "acrylic", "process", "sight"},
+    "registry.checkpoints": {"canonical", "keys", "ledger", "log", "record", "schema"},
     "registry.transfer": {"audit", "batch", "canonical", "engine", "keys", "ledger", "log", "record", "schema"},
+    "registry.bundle": {
+        "canonical",
+        "checkpoints",
+        "keys",
+        "ledger",
+        "log",
+        "look_alikes",
+        "record",
+        "schema",
+    },
+    "cli.registry": {"common"},
     "bench.identity": {"rows"},
     "bench.fabricate": set(),
     "bench.simulate": set(),
@@ -97,10 +112,12 @@ WITHIN: dict[str, set[str]] = {
     "bench.reality": {"rows", "verdicts"},
     "bench.live": set(),
     "bench.published": {"film_set", "rows"},
+    "cli.attest": {"common"},
+    "cli.verify": {"attest", "common"},
     "web.auth": {"problems", "settings", "studio"},
     "web.jobs": {"problems", "settings"},
-    "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "studio", "uploads"},
-    "web.pages": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "studio", "uploads"},
+    "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
+    "web.pages": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
     "web.live": {"auth", "pages", "checks", "problems", "studio"},
 }
 #: Files of a folder beside its `__init__`; a folder with more is several.

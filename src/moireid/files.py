@@ -54,14 +54,15 @@ def _could_be_made(folder: Path) -> None:
 
 
 @contextmanager
-def whole_file(path: Path) -> Iterator[Path]:
+def whole_file(path: Path, *, private: bool = False) -> Iterator[Path]:
     """Yield a temporary path beside `path`, with its suffix; on success it is renamed to `path`, otherwise removed.
 
     The temporary file keeps the suffix, because writers choose their format by it.
+    Parameters: private: only the file's owner may read it, from its first byte on.
     """
     temporary = path.parent / f".{path.stem[:40]}-{secrets.token_hex(8)}{path.suffix}"
     # The system applies the umask here.  Reading the umask would mean changing it, also for files of other threads.
-    handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
+    handle = os.open(temporary, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600 if private else 0o666)
     try:
         rights = stat.S_IMODE(os.fstat(handle).st_mode)
         os.close(handle)

@@ -16,6 +16,7 @@ in_place.py         the archive's engine without its processes
 sandbox_work.py     what a sandboxed process is given to do
 report_faults.py    a report held against its schema
 guiding.py          the blocks of a guide, typed
+signing.py          keys, certificates and a time authority
 payloads.py         a fixed payload for a name
 portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL

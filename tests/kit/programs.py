@@ -10,6 +10,7 @@ import pytest
 PACKAGES = {
     "chromium": "chromium",
     "gs": "ghostscript",
+    "openssl": "openssl",
     "pdftoppm": "poppler-utils",
     "prusa-slicer": "prusa-slicer",
 }

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sqlite3
+import stat
 import sys
 import threading
 
@@ -218,3 +220,15 @@ def test_enroll_waits_for_another_writer(path):
         assert holder_done.is_set()
         timer.join()
         holder.close()
+
+
+def test_a_new_registry_and_its_export_are_their_owners_alone(path, tmp_path):
+    """Catches: badges that anybody with an account on the machine can print; a journal that tells them."""
+    was = os.umask(0o022)
+    try:
+        with open_registry(url_of(path), create=True) as registry:
+            registry.enroll(badge_of("Ada"))
+            registry.export_json(tmp_path / "out.json")
+    finally:
+        os.umask(was)
+    assert [stat.S_IMODE(one.stat().st_mode) for one in (path, tmp_path / "out.json")] == [0o600, 0o600]

@@ -12,11 +12,14 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
 from moireid.errors import MoireIdError
+
+if TYPE_CHECKING:
+    from moireid.provenance import Standing
 
 
 class FiniteRange(click.FloatRange):
@@ -55,6 +58,12 @@ registry_option = click.option(
     "registry_url",
     metavar="URL",
     help="The registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; default: in your user data folder.",
+)
+trust_option = click.option(
+    "--trust",
+    metavar="FINGERPRINT",
+    help="The fingerprint of the registry's authority, as those who run it told you; any other is refused. Default: "
+    "the one that was seen there first.",
 )
 
 
@@ -111,6 +120,17 @@ def tell_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
         say(f"note: no {names[shop]} was made: {why}")
     for path in removed:
         say(f"note: {path} was removed, as it belonged to the badge that was here before")
+
+
+def tell_standing(standing: Standing) -> None:
+    """Say on stderr what a user should know of the registry that was asked."""
+    if standing.new and standing.expires is not None:
+        say(
+            f"note: authority {standing.fingerprint} is seen for the first time; compare it with what its makers say, "
+            "or give theirs as --trust"
+        )
+    if not standing.remembered:
+        say("note: the registry's state cannot be remembered here, so an older one would pass; set MOIREID_SEEN")
 
 
 @contextmanager

@@ -34,6 +34,13 @@ from moireid.cli.rate import film_rate, scheduler_option, workers_option
     show_default=True,
     help="Our method, the published one (Qing et al. 2026), or both.",
 )
+@click.option(
+    "--detector-scores",
+    "scores_csv",
+    metavar="CSV",
+    help="Scores of other detectors, shown beside ours and no part of a verdict: columns video and score (high: "
+    "genuine) or fake_score (high: fake), and detector if there are several.",
+)
 @workers_option
 @scheduler_option
 @click.option(
@@ -81,6 +88,7 @@ def evaluate_command(
     registry_url: str | None,
     badge_json: Path | None,
     pipeline: str,
+    scores_csv: str | None,
     workers: int | None,
     scheduler: str | None,
     timeout_s: float,
@@ -113,6 +121,7 @@ def evaluate_command(
     from moireid.archive.isolated import Limits
     from moireid.badge import load_badge
     from moireid.evaluation.collect import collect
+    from moireid.evaluation.detectors import beside, read_detectors
     from moireid.evaluation.manifest import read_manifest
     from moireid.evaluation.plots import PLOTS, write_plots
     from moireid.evaluation.rows import PIPELINES
@@ -126,6 +135,7 @@ def evaluate_command(
     manifest = read_manifest(manifest_csv, registry_url=registry_url, badge=badge)
     if manifest.unused:
         say(f"this column is not used: {', '.join(name[:40] or 'without a name' for name in manifest.unused)}")
+    detectors = read_detectors(scores_csv, manifest.entries) if scores_csv is not None else None
     planned(outputs, overwrite=overwrite)
     pipelines = [name for name in PIPELINES if pipeline in (name, "both")]
     with film_rate() as progress:
@@ -140,6 +150,8 @@ def evaluate_command(
             progress=progress,
         )
     document = {"moireid": __version__, "manifest": manifest_csv} | summarise(scored, seed=seed)
+    if detectors is not None:
+        document = beside(document, scored, detectors, seed=seed)
     write_text(outputs[0], json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
     for path in [outputs[0], *write_plots(document, folder)]:
         say(f"written: {path}")

@@ -11,17 +11,20 @@ from typing import NoReturn
 import click
 
 from moireid import __version__
+from moireid.cli.attest.attest_cmd import attest_group
 from moireid.cli.bench_cmd import bench_command
 from moireid.cli.common import BAD_INPUT
-from moireid.cli.enroll_cmd import enroll_command, registry_group
+from moireid.cli.enroll_cmd import enroll_command
 from moireid.cli.evaluate_cmd import evaluate_command
 from moireid.cli.film_set_cmd import film_set_command
 from moireid.cli.generator_cmd import generator_group
 from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
 from moireid.cli.print_cmd import print_command
+from moireid.cli.registry import registry_group
 from moireid.cli.serve_cmd import serve_command, token_group
 from moireid.cli.simulate_cmd import simulate_command
-from moireid.cli.verify_cmd import identify_command, verify_command
+from moireid.cli.verify.identify_cmd import identify_command
+from moireid.cli.verify.verify_cmd import verify_command
 
 #: The sections of `moireid --help`, and the commands of each in the order in which people need them.
 SECTIONS: dict[str, tuple[click.Command, ...]] = {
@@ -30,6 +33,7 @@ SECTIONS: dict[str, tuple[click.Command, ...]] = {
         enroll_command,
         verify_command,
         identify_command,
+        attest_group,
         simulate_command,
         serve_command,
     ),

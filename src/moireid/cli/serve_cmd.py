@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import friendly, json_option, registry_option, say, show_json
+from moireid.cli.common import friendly, json_option, registry_option, say, show_json, trust_option
 from moireid.errors import MissingExtraError, SpecError
 
 data_option = click.option(
@@ -30,10 +30,13 @@ data_option = click.option(
     help="The port to listen on; 0 takes any free one.",
 )
 @registry_option
+@trust_option
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
 @friendly
-def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool, data: Path | None) -> None:
+def serve_command(
+    host: str, port: int, registry_url: str | None, trust: str | None, no_auth: bool, data: Path | None
+) -> None:
     """Run the studio: web pages and an API for all of this.
 
     Whoever uses the studio needs a token; make one with `moireid token create`. To try it on your own machine, use
@@ -51,7 +54,7 @@ def serve_command(host: str, port: int, registry_url: str | None, no_auth: bool,
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
-    app = create_app(Settings(registry_url, data or default_data(), auth=not no_auth))
+    app = create_app(Settings(registry_url, data or default_data(), auth=not no_auth, trust=trust))
     bound = _listen(host, port)
     shown = f"[{host}]" if ":" in host else host
     say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")

@@ -78,7 +78,7 @@ def _holder(badge: Badge, holder_of: HolderOf) -> Holder | None:
     holder = holder_of(badge.id or "")
     if holder is not None and holder.revoked_at is not None:
         raise RegistryError(
-            f"badge {badge.id} of {holder.name!r} was revoked ({holder.revoked_reason}); give another --payload"
+            f"badge {badge.id} of {holder.name!r} was revoked ({holder.revoked_reason}); give another identity"
         )
     return holder if holder is not None and holder.badge == badge else None
 

@@ -210,6 +210,7 @@ class _Claims:
                 return Claimed(load_badge(path))
         if self._registry is None:
             self._registry = open_registry(self._url, create=False)
+            self._registry.standing()
         record: Record = self._registry.find(claim)
         as_built = as_built_from_json(record.as_built) if record.as_built else None
         return Claimed(record.badge, as_built, record.revoked_reason)

@@ -52,7 +52,7 @@ def summarise(scored: Sequence[Scored], *, seed: int) -> Document:
     """All figures of a collection.  Parameters: seed: of the resampling.  Returns: an object for JSON."""
     films = {one.entry.line: one.entry for one in scored}
     pipelines = list(dict.fromkeys(one.pipeline for one in scored))
-    document: Document = _plain(
+    document: Document = plain(
         {
             "films": len(films),
             "genuine": sum(entry.genuine for entry in films.values()),
@@ -86,11 +86,11 @@ def _figures(scored: list[Scored], seed: int) -> Document:
         "failed": sum(one.row["verdict"] == "failed" for one in scored),
         "without_score": int(np.isneginf(np.concatenate([a, b])).sum()),
         "seconds": sum(one.row["seconds"] for one in scored),
-        "scored_films": _separation(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
+        "scored_films": separation(a[np.isfinite(a)], b[np.isfinite(b)], seed, means=True),
         "at_limit": _at_limit(a, b, LIMITS[scored[0].pipeline]),
         "likelihood_ratio": _ratios(a[np.isfinite(a)], b[np.isfinite(b)], scored[0].pipeline, seed),
         "iso_30107_3": _attacks(genuine, forged),
-        "all_films": _separation(a, b, seed, means=False),
+        "all_films": separation(a, b, seed, means=False),
         "window_correlation": {"genuine": _window(genuine), "forged": _window(forged)},
         "verdicts": {"genuine": _verdicts(genuine), "forged": _verdicts(forged)},
         "groups": [
@@ -105,8 +105,12 @@ def _kind(one: Scored) -> tuple[str, str]:
     return one.entry.group, one.entry.label
 
 
-def _separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Document:
-    """How well the scores separate genuine films from forged ones; if one kind is missing, `missing` names it."""
+def separation(genuine: Array, forged: Array, seed: int, *, means: bool) -> Document:
+    """How well scores separate genuine films from forged ones; if one kind is missing, `missing` names it.
+
+    Parameters: genuine, forged: arrays (N,), high for genuine; seed: of the resampling; means: also the figures of
+        means and spreads, which need finite scores.
+    """
     counts = {"genuine": len(genuine), "forged": len(forged)}
     if not len(genuine) or not len(forged):
         lacking = " and no ".join(kind for kind, count in counts.items() if not count)
@@ -280,10 +284,10 @@ def _row(one: Scored) -> Document:
     }
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """The value for JSON, null if it is not finite.  It is not rounded: a rounded threshold could misclassify films."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [plain(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -19,7 +19,8 @@ def table(document: Document) -> str:
     for name, figures in document["pipelines"].items():
         lines += ["", f"{name}: {figures['score']}", *_groups(figures["groups"])]
     lines += ["", *_side_by_side(document), *_attacks(document["pipelines"])]
-    lines += [*_by_group(document["pipelines"]), *_failed(document["rows"])]
+    lines += [*_by_group(document["pipelines"]), *_detectors(document.get("detectors", {}))]
+    lines += _failed(document["rows"])
     return "\n".join(lines)
 
 
@@ -133,6 +134,22 @@ def _by_group(pipelines: dict[str, Document]) -> list[str]:
         lines.append(
             f"  {row['group'][:WIDTH]:<28}{row['against']:<14}"
             + "".join(f"{_ranged(cell['auc'], cell['auc_interval']):>26}" for cell in cells)
+        )
+    return lines
+
+
+def _detectors(detectors: dict[str, Document]) -> list[str]:
+    """AUC of other detectors, and of ours on the films that each of them scored."""
+    if not detectors:
+        return []
+    pipelines = list(next(iter(detectors.values()))["ours_on_these"])
+    names = ("its own", *pipelines)
+    lines = ["", f"{'AUC of other detectors (no part of a verdict)':<48}" + "".join(f"{name:>26}" for name in names)]
+    for name, told in detectors.items():
+        cells = [told["scored_films"], *(told["ours_on_these"][pipeline] for pipeline in pipelines)]
+        label = f"{name[:WIDTH]}, {told['films'] - told['without_score']} of {told['films']} films"
+        lines.append(
+            f"  {label:<46}" + "".join(f"{_ranged(one.get('auc'), one.get('auc_interval')):>26}" for one in cells)
         )
     return lines
 

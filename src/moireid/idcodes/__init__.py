@@ -7,6 +7,7 @@ beats.py    uniform cells and their beat levels
 pitch.py    the beat-frequency identity: bands, each with its own pitch; 24 bits
 spacing.py  non-uniform line spacing: cells of shifted lines, and a personal beat; 64 or 128 bits
 families.py  both families by name
+specimen.py  a badge of nobody, of the layout of another
 name_derived.py  identities that early versions made from a name
 """
 
@@ -16,6 +17,7 @@ from moireid.idcodes.name_derived import is_name_derived
 from moireid.idcodes.partial import WRONG_PERSON, PartialWord
 from moireid.idcodes.pitch import PitchFamily
 from moireid.idcodes.spacing import SpacingFamily
+from moireid.idcodes.specimen import specimen_of
 
 __all__ = [
     "WRONG_PERSON",
@@ -27,5 +29,6 @@ __all__ = [
     "SpacingFamily",
     "family_named",
     "is_name_derived",
+    "specimen_of",
     "spells_its_id",
 ]

@@ -12,17 +12,20 @@ schema.py      the tables, their version, and their check on opening
 ledger.py      transactions that write table and log together, one writer after the other
 claims.py      from a name or an id to the one record it means
 look_alikes.py names that the eye takes for one another
-claimed.py     the badge that a claim means; whom identification may find
+claimed.py     the badge that a claim means; who holds a badge; whom identification may find
+outward.py     what it shows to those outside: its standing, checkpoints, bundles
 store.py       the Registry: enroll, find, list, revoke, and calls to the rest
 batch.py       many badges at once
 audit.py       checks the whole log and all records; lists what an audit cannot find
+checkpoints/   signed checkpoints that others keep, and what this user saw last
+bundle/        what a verifier needs, in one signed file
 transfer/      a registry to a JSON file, and back
 """
 
-from moireid.provenance import Claimed
+from moireid.provenance import Claimed, Holder
 from moireid.registry.audit import Audit, Finding
 from moireid.registry.batch import Batch
-from moireid.registry.claimed import People, claimed, claimed_by_file
+from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
 from moireid.registry.transfer.merge import Import
@@ -33,6 +36,7 @@ __all__ = [
     "Batch",
     "Claimed",
     "Finding",
+    "Holder",
     "Import",
     "People",
     "Record",
@@ -40,6 +44,7 @@ __all__ = [
     "claimed",
     "claimed_by_file",
     "default_url",
+    "holder_of",
     "import_registry",
     "open_registry",
 ]

@@ -1,7 +1,8 @@
 """The audit: the whole log and all records, checked against each other and against the authority's key.
 
 1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature.
-2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain.
+2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain, and checkpoints that others
+   hold still say how it begins.
 3. Each record bears the signature, and is the version that the log has last; none is without an entry.
 4. Each record that the log enters is there.
 
@@ -9,22 +10,24 @@ Rows are read page by page, each page in its own transaction, with records and t
 write meanwhile, and no finding comes only from that.
 
 What it cannot find by itself:
-- the whole registry, head included, put back to an earlier state: it was sound then.  Note `Audit.head` elsewhere, and
-  give it as `expected_head`: the log must still contain it.
-- a whole registry made anew under another key.  The first entry names the key, so a head noted elsewhere, or the
-  fingerprint, shows it.
+- the whole registry, head included, put back to an earlier state: it was sound then.  A checkpoint that somebody else
+  holds shows it, or `Audit.head` noted elsewhere and given as `expected_head`: the log must still contain it.
+- a whole registry made anew under another key.  The first entry names the key, so a checkpoint, a head noted elsewhere,
+  or the fingerprint, shows it.
 - actions by a person who has the private key: they can enroll and revoke in the authority's name.  If no head was noted
-  elsewhere, they can even rewrite the log from its first entry on.
+  elsewhere, and nobody holds a checkpoint, they can even rewrite the log from its first entry on.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from sqlalchemy import func, select
 
+from moireid.registry.checkpoints.checkpoint import Checkpoint
+from moireid.registry.checkpoints.witness import Watch
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.ledger import Ledger, last_entry
 from moireid.registry.log import GENESIS, Head, check_entry, check_head
@@ -140,13 +143,19 @@ class _Tally:
 
 
 def audit(
-    ledger: Ledger, expected_head: str | None, progress: Callable[[int, int | None], None] | None = None
+    ledger: Ledger,
+    expected_head: str | None,
+    progress: Callable[[int, int | None], None] | None = None,
+    since: Sequence[Checkpoint] = (),
 ) -> Audit:
     """What `Registry.audit` does."""
+    watch = Watch(since, ledger.authority)
     expected = None if expected_head is None else Head.parse(expected_head)
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
-    head = _audit_log(ledger, expected, tally)
+    head = _audit_log(ledger, expected, watch, tally)
+    for fault, entry in watch.findings(head):
+        tally.tell(fault.code, fault.text, entry)
     _audit_records(ledger, tally)
     return Audit(
         ledger.authority.fingerprint,
@@ -159,10 +168,11 @@ def audit(
     )
 
 
-def _audit_log(ledger: Ledger, expected: Head | None, tally: _Tally) -> Head | None:
+def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tally) -> Head | None:
     """Check the log from its first entry on; returns the head, or None where it is not valid."""
     last, passed = Head(0, GENESIS), expected is None
     for row in _pages(ledger, last, tally):
+        watch.entry(row.hash)
         try:
             last = check_entry(row, last, ledger.authority)
         except Fault as fault:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import Claimed, Provenance
+from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
@@ -80,7 +80,35 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
 
 def _of_record(record: Record, provenance: Provenance) -> Claimed:
     as_built = as_built_from_json(record.as_built) if record.as_built else None
-    return Claimed(record.badge, as_built, record.revoked_reason, provenance)
+    return Claimed(record.badge, as_built, record.revoked_reason, provenance, record.revoked_at)
+
+
+def holder_of(registry: Registry, badge_id: object) -> Holder | None:
+    """Tell who holds the badge that was read in a film.
+
+    Parameters
+    ----------
+    registry : Registry
+        An open registry.
+    badge_id : object
+        Hex digits, or whatever a process that reads strangers' films gives in their place.
+
+    Returns
+    -------
+    Holder or None
+        None where it is no text, or nobody holds such a badge.
+
+    Raises
+    ------
+    RegistryError
+        Where the record is not as the authority signed it.
+
+    Notes
+    -----
+    The process that reads the film never learns the answer, nor can it ask: it is told of the claimed badge alone.
+    """
+    record = registry.by_id(badge_id) if isinstance(badge_id, str) else None
+    return None if record is None else Holder(record.name, record.revoked_at, record.revoked_reason)
 
 
 def _alike(registry: Registry, name: str) -> tuple[str, ...]:

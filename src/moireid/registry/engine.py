@@ -7,10 +7,12 @@ take turns; each waits `SQLITE_WAIT_S` for the other before it gives up.
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from sqlalchemy import Connection, Engine, Row, Select, create_engine, event
@@ -18,7 +20,7 @@ from sqlalchemy.engine import URL
 from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
 
 from moireid.errors import RegistryError
-from moireid.registry.url import show_url
+from moireid.registry.url import show_url, sqlite_file
 
 #: A row, and a query, of whatever columns.
 AnyRow = Row[*tuple[Any, ...]]
@@ -39,8 +41,8 @@ _HINTS = {
 }
 
 
-def connect(url: URL) -> Engine:
-    """An engine for `url` that has reached its database once.
+def connect(url: URL, *, create: bool = False) -> Engine:
+    """An engine for `url` that has reached its database once; with `create` an SQLite file is made for its owner alone.
 
     Raises: RegistryError where no such database or driver is known, an option is not understood, or nobody answers.
     """
@@ -67,12 +69,17 @@ def connect(url: URL) -> Engine:
         ) from error
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "begin", _begin_in_sqlite)
+    made = _private_file(url) if create else None
+    reached = False
     try:
         with translated(url), engine.connect():
-            pass
+            reached = True
     except (OSError, TypeError, ValueError) as error:
         # Errors that a driver does not wrap: a malformed address, or an option of the wrong type.
         raise RegistryError(f"registry {shown} cannot be opened ({_first_line(error)}); check the URL") from error
+    finally:
+        if made is not None and not reached:
+            made.unlink(missing_ok=True)
     return engine
 
 
@@ -105,6 +112,22 @@ def translated(url: URL) -> Iterator[None]:
         kind = getattr(foreign, "sqlite_errorcode", 0) & 0xFF
         hint = _HINTS.get(kind, "check the URL and that the database can be reached")
         raise RegistryError(f"registry {show_url(url)} cannot be used ({_first_line(foreign)}); {hint}") from error
+
+
+def _private_file(url: URL) -> Path | None:
+    """Make an SQLite file that is absent; badges can be printed from it.  SQLite gives its journal the same rights.
+
+    Returns: the path where it was made.
+    """
+    path = sqlite_file(url)
+    if path is None:
+        return None
+    try:
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o600))
+    except (OSError, ValueError):
+        # It is there, or SQLite says why it cannot be made.
+        return None
+    return path
 
 
 def _begin_in_sqlite(connection: Connection) -> None:

@@ -27,6 +27,9 @@ KEYS_VARIABLE = "MOIREID_KEYS"
 RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
 HEAD = b"moireid registry log head 1\n"
+#: Notes (checkpoints, bundles) have the format of others, in which nothing stands before the text.  Its first line,
+#: such as `moireid/registry/...`, does what a domain does.
+NOTE = b""
 
 #: Hex digits of a fingerprint: 128 bits, so that nobody can find a second key with the same one.
 FINGERPRINT_DIGITS = 32

@@ -28,7 +28,7 @@ PAGE = 500
 def open_ledger(url: URL, *, create: bool, make_authority: bool) -> Ledger:
     """What `open_registry` opens, at a URL that `read_url` has read."""
     _look_for_file(url, create=create)
-    engine = connect(url)
+    engine = connect(url, create=create)
     try:
         with translated(url):
             public_key = schema.prepare(engine, show_url(url), create=create, make_authority=make_authority)
@@ -46,6 +46,10 @@ class Ledger:
         self.engine = engine
         self.url = url
         self.shown = show_url(url)
+        #: Names the registry among all that this user sees; its password is no part of it.
+        self.place = url.set(password=None).render_as_string()
+        #: Whether something was written since it was opened.
+        self.wrote = False
         self._signer: Signer | None = None
         self._authority: Authority | None = None
         if public_key is not None:
@@ -91,7 +95,16 @@ class Ledger:
     def head(self) -> Head:
         """The log's head.  Raises: RegistryError where its signature is wrong, or it is not the end of the log."""
         with self.snapshot() as connection:
-            return self._head(connection)
+            return self.head_in(connection)
+
+    def head_in(self, connection: Connection) -> Head:
+        """As `head`, within a snapshot."""
+        return self._head(connection)
+
+    def hash_at(self, seq: int) -> str | None:
+        """The hash of a log entry; None where there is no such entry."""
+        rows = self.rows(select(schema.log.c.hash).where(schema.log.c.seq == seq))
+        return str(rows[0].hash) if rows else None
 
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:
@@ -104,6 +117,7 @@ class Ledger:
         """A transaction, alone among those that write; committed at the end, undone where an exception leaves it."""
         with translated(self.url), writing(self.engine) as connection:
             yield Transaction(self, connection, self._head(connection, lock=True))
+        self.wrote = True
 
     @contextmanager
     def clearing(self, successor: Authority) -> Iterator[Connection]:
@@ -125,6 +139,7 @@ class Ledger:
             for table in (schema.authority, schema.log, schema.badges):
                 connection.execute(delete(table))
             yield connection
+        self.wrote = True
 
     def _head(self, connection: Connection, *, lock: bool = False) -> Head:
         """The head, checked against the log; with `lock`, other writers wait until this transaction ends."""

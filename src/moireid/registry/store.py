@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import json
 import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
@@ -20,10 +21,13 @@ from moireid.errors import RegistryError
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
+from moireid.registry.checkpoints.checkpoint import Checkpoint
+from moireid.registry.checkpoints.seen import remember
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
 from moireid.registry.look_alikes import alike_among
+from moireid.registry.outward import Outward
 from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_alike, select_layouts, select_records
 from moireid.registry.transfer.export import export_json
@@ -67,7 +71,7 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
     return Registry(open_ledger(parsed, create=create, make_authority=make_authority))
 
 
-class Registry:
+class Registry(Outward):
     """An open registry; a context manager that closes its connections.
 
     Parameters
@@ -83,7 +87,7 @@ class Registry:
     """
 
     def __init__(self, ledger: Ledger) -> None:
-        self._ledger = ledger
+        super().__init__(ledger)
         self.shown_url = ledger.shown
 
     def __enter__(self) -> Registry:
@@ -95,7 +99,11 @@ class Registry:
         self.close()
 
     def close(self) -> None:
-        """Close the connections."""
+        """Close the connections; if something was written, remember its head, so that no earlier one passes later."""
+        if self._ledger.wrote:
+            self._ledger.wrote = False
+            with suppress(RegistryError):
+                remember(self._ledger.place, self._ledger.authority.fingerprint, self._ledger.head())
         self._ledger.engine.dispose()
 
     @property
@@ -378,7 +386,12 @@ class Registry:
         """
         return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
 
-    def audit(self, expected_head: str | None = None, progress: Progress | None = None) -> Audit:
+    def audit(
+        self,
+        expected_head: str | None = None,
+        progress: Progress | None = None,
+        since: Sequence[Checkpoint] = (),
+    ) -> Audit:
         """Walk over the whole log and all records, and report what does not hold.
 
         Parameters
@@ -387,6 +400,8 @@ class Registry:
             A head noted earlier, SEQUENCE:HASH.
         progress : callable, optional
             Called with entries and records done and in all.
+        since : sequence of Checkpoint
+            Checkpoints that others hold; the log must still begin as they say.
 
         Returns
         -------
@@ -396,13 +411,13 @@ class Registry:
         Raises
         ------
         RegistryError
-            Where `expected_head` is none.
+            Where `expected_head` is none, or a checkpoint does not bear the signature of the authority that it names.
 
         Notes
         -----
         What an audit cannot show is told in `moireid.registry.audit`.
         """
-        return audit(self._ledger, expected_head, progress)
+        return audit(self._ledger, expected_head, progress, since)
 
     def export_json(self, path: Path | str, *, overwrite: bool = False, progress: Progress | None = None) -> int:
         """Write records, log and public key to a JSON file, whole or not at all.

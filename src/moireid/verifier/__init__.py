@@ -18,6 +18,7 @@ reasons.py      findings with value, limit and unit
 timeline.py     rising frame times, and time intervals
 """
 
+from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.page import write_report
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
@@ -27,6 +28,7 @@ from moireid.verifier.session.streaming import Running, Verifier
 from moireid.verifier.video import Film, Frame
 
 __all__ = [
+    "Circumstances",
     "Claim",
     "Film",
     "Frame",

@@ -47,6 +47,8 @@ FULL_RANGE = 2
 MOST_ASPECT, LEAST_ASPECT = 4.0, 2e-4
 #: Frames that are decoded ahead; 17 MB at 1080p.
 AHEAD_FRAMES = 8
+#: Times that differ by less than this are those of one frame.
+SAME_S = 1e-4
 #: Called while a film is read: frames read, and frames expected (None if the file does not say).
 Progress = Callable[[int, int | None], None]
 
@@ -182,6 +184,50 @@ class Film:
             raise MediaError(f"{self.path} breaks off after frame {count} ({_reason(error)}); {ADVICE}") from error
         if count == 0:
             raise MediaError(f"{self.path} holds no picture that decodes; {ADVICE}")
+
+    def picture(self, index: int, time_s: float | None = None) -> tuple[NDArray[np.uint8], int]:
+        """Decode one frame in colour, for people to look at.
+
+        Parameters
+        ----------
+        index : int
+            Its number, from 0.
+        time_s : float, optional
+            Its time in the file, s; it is sought by that, and without it by counting from the beginning.
+
+        Returns
+        -------
+        array (height, width, 3) of uint8
+            Red, green, blue; rows as they were coded.
+        int
+            Quarter turns, anticlockwise, after which it stands as a player shows it.
+
+        Raises
+        ------
+        MediaError
+            Where there is no such frame, or it cannot be decoded.
+        """
+        import av
+
+        try:
+            with av.open(self._file.reading(), options=OPENING) as container:
+                stream = container.streams.video[0]
+                stream.thread_type = "AUTO"
+                stream.codec_context.thread_count = 1 if one_thread() else 0
+                stream.codec_context.options = LIMITS
+                if time_s is not None and stream.time_base:
+                    container.seek(round(time_s / stream.time_base), stream=stream)
+                for count, picture in enumerate(container.decode(stream)):
+                    late = picture.time is not None and time_s is not None and picture.time >= time_s - SAME_S
+                    if late or (time_s is None and count == index):
+                        if (picture.width, picture.height) != self._coded:
+                            break
+                        seen = picture.to_ndarray(format="rgb24")
+                        seen = np.asarray(cv2.resize(seen, (self.width, self.height)), np.uint8)
+                        return seen, round(picture.rotation / 90) % 4
+        except (av.error.FFmpegError, OSError, ValueError) as error:
+            raise MediaError(f"{self.path} cannot be decoded at frame {index} ({_reason(error)}); {ADVICE}") from error
+        raise MediaError(f"{self.path} has no frame {index}; {ADVICE}")
 
     def frames_ahead(self) -> Iterator[Frame]:
         """Decode by a thread of its own, while the caller is busy with the frames before.

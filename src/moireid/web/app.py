@@ -11,6 +11,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from moireid import __version__
+from moireid.verifier.report.page import style as report_style
 from moireid.web.api import films as api
 from moireid.web.api import issue as issue_api
 from moireid.web.api import registry as registry_api
@@ -85,6 +86,8 @@ def _static() -> APIRouter:
         kind = KINDS.get("." + entry.name.rpartition(".")[2])
         if kind is not None:
             _one_file(router, entry.name, entry.read_bytes(), kind)
+    # The style of a verdict is that of the report's own page.
+    _one_file(router, "report.css", report_style().encode(), KINDS[".css"])
     return router
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
@@ -13,7 +14,7 @@ from moireid.errors import RegistryError
 from moireid.lenticule import view_law
 from moireid.registry import Claimed, Registry, claimed, claimed_by_file
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.report.page import holder_words
+from moireid.verifier.report.person import Claimed as Named
 from moireid.web.auth.roles import Visitor
 from moireid.web.jobs.queue import Job
 from moireid.web.jobs.task import Law
@@ -51,13 +52,17 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if job.kind not in KINDS:
             raise Refusal(422, "fields", "The field kind is verify or identify.")
         focal_px = _focal(given.get("focal_px"))
+        job.film_name, job.claim = form.name, given.get("claim", "")
         if job.kind == "identify":
             job.label = "who it is"
             laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
-            studio.jobs.submit(job, form.video, **studio.for_children, focal_px=focal_px, laws=laws)
+            job.standing = await run_in_threadpool(studio.standing)
+            about = studio.for_children | {"standing": job.standing.to_json()}
+            studio.jobs.submit(job, form.video, **about, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
-        job.label = holder_words(found.badge.name, found.badge.id, found.provenance.source)
+        vouched, job.standing = found.provenance.source == "registry", found.provenance.standing
+        job.label, job.revoked_at = Named(found.badge.name, found.badge.id, vouched).holder, found.revoked_at
         studio.jobs.submit(
             job,
             form.video,
@@ -99,10 +104,12 @@ def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]
         raise Refusal(
             422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
         )
+    standing = studio.standing()
     if "claim" in given:
         found = find_claimed(studio.registry, given["claim"])
     else:
         found = claimed_by_file(studio.registry, badge_from_json(given["badge"]))
+    found = replace(found, provenance=replace(found.provenance, standing=standing))
     # The law of a visitor's own badge file is traced in the film's process, which has limits.
     return found, _laws([found.badge]) if found.provenance.source == "registry" else []
 

@@ -35,13 +35,15 @@ class Limits:
 class Settings:
     """One studio: its registry (an SQLAlchemy URL, None for the default one), its folder, and its limits.
 
-    auth: ask for tokens; without it whoever reaches the server may do everything, so it must listen on loopback alone.
+    auth: ask for tokens; without it whoever reaches the server may do everything, so it must listen on loopback alone;
+    trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first.
     """
 
     registry_url: str | None = None
     data: Path = field(default_factory=lambda: default_data())
     auth: bool = True
     limits: Limits = field(default_factory=Limits)
+    trust: str | None = None
 
 
 def default_data() -> Path:

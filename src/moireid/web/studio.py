@@ -8,7 +8,8 @@ from contextlib import ExitStack
 
 from starlette.requests import HTTPConnection
 
-from moireid.errors import SpecError
+from moireid.errors import RegistryError, SpecError
+from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.url import read_url
 from moireid.web.auth.tokens import Tokens
@@ -23,14 +24,15 @@ class Studio:
     def __init__(self, settings: Settings) -> None:
         """The default registry is made where it is absent; one that is named must be there.
 
-        Raises: RegistryError where the registry is absent, or the studio's folder cannot be used; SpecError where
-            another studio uses that folder.
+        Raises: RegistryError where the registry is absent, was put back or is another authority's, or the studio's
+            folder cannot be used; SpecError where another studio uses that folder.
         """
         self.settings, self._auditing = settings, threading.Lock()
         with ExitStack() as undo:
             self.registry: Registry = undo.enter_context(
                 open_registry(settings.registry_url, create=settings.registry_url is None)
             )
+            self.registry.standing(settings.trust)
             self.tokens = Tokens(settings.data)
             undo.callback(self.tokens.close)
             self._alone(undo)
@@ -42,6 +44,14 @@ class Studio:
         """The registry's URL and keys for child processes, which work in another folder and may be older than both."""
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
         return {"registry_url": url, "keys": str(self.registry.key_path.parent.absolute())}
+
+    def standing(self) -> Standing:
+        """The registry's authority and head now.  Raises: Refusal 503 where it was put back while the studio runs."""
+        try:
+            return self.registry.standing(self.settings.trust)
+        except RegistryError as error:
+            text = self.sentence(error)
+            raise Refusal(503, "registry", f"{text[:1].upper()}{text[1:]}.") from error
 
     def sentence(self, error: Exception | str) -> str:
         """An error's sentence without the registry's place, which is not for those who come from outside."""

@@ -1,6 +1,6 @@
 """A form with a film, written to the disk as it arrives, and never whole in memory.
 
-The visitor's file name is ignored: the file gets a name of ours, with a suffix that its first bytes decide.  Only
+The file gets a name of ours, with a suffix that its first bytes decide; the visitor's name of it is only shown.  Only
 containers of films pass, so FFmpeg never gets a playlist or a script that names other files.
 """
 
@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import time
+import unicodedata
 from collections.abc import AsyncIterator, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,6 +24,8 @@ from moireid.web.settings import Limits
 #: The type of a file is decided by this many first bytes.
 HEAD_BYTES = 512
 ALLOWED = "MP4, MOV, 3GP, WebM, MKV, AVI, MPEG-TS or MPEG-PS"
+#: Letters of a film's name that are shown.
+LONGEST_NAME = 120
 #: After a refusal the rest is read and dropped for this long: a browser reads no answer before it has sent all.
 DRAIN_S = 5.0
 #: Least mean rate of an upload after `Limits.idle_s`, bytes a second; a poor line is ten times as fast.
@@ -31,10 +34,14 @@ LEAST_RATE = 2000.0
 
 @dataclass
 class Form:
-    """What a visitor sent: the film, where there is one, and the other fields as text."""
+    """What a visitor sent: the film, where there is one; the other fields as text; and what the visitor calls the film.
+
+    That name is for people alone: no path is ever made of it.
+    """
 
     video: Path | None = None
     fields: dict[str, str] = field(default_factory=dict)
+    name: str = ""
 
 
 def sniff(head: bytes) -> str | None:
@@ -86,6 +93,12 @@ async def receive(request: Request, folder: Path, limits: Limits, *, fields: Col
         reader.close()
 
 
+def called(name: str) -> str:
+    """A file's name as a page may show it: without folders and without letters that are not to be seen."""
+    seen = "".join(letter for letter in name if unicodedata.category(letter)[0] != "C")
+    return seen.replace("\\", "/").rpartition("/")[2].strip()[:LONGEST_NAME]
+
+
 class _Reader:
     """Takes the bytes of a form; the parser calls back for each part."""
 
@@ -101,6 +114,7 @@ class _Reader:
         self._file: BinaryIO | None = None
         self._head, self._written, self._beside, self._ended = bytearray(), 0, 0, False
         self._header, self._value, self._disposition, self._name = bytearray(), bytearray(), b"", ""
+        self._called = ""
 
     def feed(self, chunk: bytes) -> None:
         """Take the next bytes.  Raises: Refusal; FormParserError.
@@ -127,7 +141,7 @@ class _Reader:
         self.close()
         if (suffix := sniff(bytes(self._head))) is None:
             raise Refusal(415, "no_film", f"This file is none of the films that are taken: {ALLOWED}.")
-        return Form((self._folder / "upload").rename(self._folder / f"film{suffix}"), texts)
+        return Form((self._folder / "upload").rename(self._folder / f"film{suffix}"), texts, self._called)
 
     def close(self) -> None:
         if self._file is not None:
@@ -149,8 +163,10 @@ class _Reader:
         self._value.clear()
 
     def _headers_finished(self) -> None:
-        name = parse_options_header(self._disposition)[1].get(b"name", b"").decode("utf-8", "replace")
+        told = parse_options_header(self._disposition)[1]
+        name = told.get(b"name", b"").decode("utf-8", "replace")
         if name == "video" and self._file is None:
+            self._called = called(told.get(b"filename", b"").decode("utf-8", "replace"))
             self._file = (self._folder / "upload").open("xb")
         elif name == "video" or name in self._texts:
             raise Refusal(422, "fields", "A field of the form is given twice.")

@@ -50,7 +50,7 @@ def test_another_sheet_is_open_with_its_cause_and_never_accepted(gain):
     assert outcome.verdict == "inconclusive"
     assert [reason.code for reason in outcome.reasons if reason.level != "pass"] == ["gain"]
     text = next(reason.text for reason in outcome.reasons if reason.code == "gain")
-    assert ("thinner" in text) == (gain < 1) and "--capture" in text
+    assert ("thinner" in text) == (gain < 1) and "Enroll this badge with a film of it" in text
     assert outcome.gain_ratio == pytest.approx(gain, abs=0.01)
 
 

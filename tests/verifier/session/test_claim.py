@@ -12,7 +12,6 @@ from moireid.designer import Request, design_badge
 from moireid.provenance import FROM_FILE, Provenance
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.reasons import Reason, worst
-from moireid.verifier.report.page import holder_words, words_of
 from moireid.verifier.session.claim import Claim, claim_reasons, with_photographs
 
 MATCH, OTHER = Identity("match", ()), Identity("mismatch", ())
@@ -54,17 +53,6 @@ def test_the_original_is_required_where_it_is_known(secret: Badge, built: AsBuil
     assert not Claim(secret, secret.id).original_required
     assert not Claim(secret, secret.id, as_built=built, require_original=False).original_required
     assert Claim(secret, secret.id, require_original=True).original_required
-
-
-def test_a_file_s_name_is_never_an_accepted_person() -> None:
-    """Catches: a headline that says of a file's name what only a registry's may be said of."""
-    assert words_of("accept", "accept", "match", "registry") == words_of("accept", "accept", "match")
-    of_file = words_of("accept", "accept", "match", "file")
-    assert "badge of the file" in of_file and "Nobody vouches" in of_file
-    assert words_of("reject", "reject", "match", "file") == words_of("reject", "reject", "match")
-    assert holder_words("Ada", "00", "registry") == "Ada (00)"
-    assert "from a file, not from a registry" in holder_words("Ada", "00", "file")
-    assert not holder_words("Ada", "00", "file").startswith("Ada")
 
 
 MOTION = Reason("motion", "pass", 1.0, 0.25, "rad", "It moved.")

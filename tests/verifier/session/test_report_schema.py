@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from kit.coded_films import first_frames, written
 from kit.places import FILMS
 from kit.report_faults import SCHEMA, faults, named_only
-from moireid.cli.verify_cmd import verify_command
+from moireid.cli.verify.verify_cmd import verify_command
 from moireid.evaluation.baseline.published import verify_published
 from moireid.verifier import Claim, verify
 

@@ -10,9 +10,10 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from kit.webbing import Visit, studio
+from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge
 from moireid.cli.main import moireid
+from moireid.errors import RegistryError
 
 
 @pytest.fixture
@@ -53,3 +54,32 @@ def test_the_api_audits_as_the_command_does(visit: Visit, tmp_path: Path) -> Non
                 tampered.execute("update badges set signature = 'x'")
     answer = visit.ask("POST", "/api/registry/audit", "issuer", json={"expected_head": "nonsense"})
     assert answer.status_code == 422 and "sqlite" not in answer.text
+
+
+def test_a_verifier_gets_no_badge_file(visit: Visit, ada: Badge) -> None:
+    """Catches: a token for checking films by which every badge can be printed."""
+    path = f"/api/registry/{ada.id}"
+    visit.studio.registry.store_as_built(str(ada.id), '{"tilt_rad": 0.01}')
+    whole, part = visit.ask("GET", path, "issuer").json(), visit.ask("GET", path, "verifier").json()
+    assert whole["badge"] == json.loads(ada.to_json()) and whole["as_built"] == {"tilt_rad": 0.01}
+    assert part == whole | {"badge": None, "as_built": None}
+    assert visit.ask("GET", path, "admin").json() == whole
+
+
+def test_a_registry_that_is_put_back_while_the_studio_runs_judges_nothing(
+    ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a studio that looks at the registry's head only when it starts; an address told to visitors."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    database, film = tmp_path / "registry.sqlite3", tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
+    with studio(tmp_path, ada) as visit:
+        before = database.read_bytes()
+        visit.studio.registry.revoke(str(ada.id), "lost")
+        visit.studio.standing()
+        database.write_bytes(before)
+        for fields in ({"kind": "verify", "claim": ada.name}, {"kind": "identify"}):
+            answer = visit.ask("POST", "/api/jobs", "verifier", **film_form(film, **fields))
+            assert answer.status_code == 503 and answer.json()["code"] == "registry"
+            assert "rolled back" in answer.json()["text"] and "sqlite" not in answer.text
+    with pytest.raises(RegistryError, match="rolled back"), studio(tmp_path):
+        pass

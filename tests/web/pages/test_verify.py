@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import json
+import re
 from pathlib import Path
 
 import pytest
 
+from kit.payloads import payload_for_name
 from kit.webbing import Visit, badge_film, film_form, studio, tiny_film
 from moireid.badge import Badge
+from moireid.designer import Request, design_badge
 
 
 def judged(visit: Visit, film: Path, **fields: str) -> str:
@@ -33,10 +37,12 @@ def test_whose_badge_it_is_ends_in_a_page(
     hers, other = badge_film(ada, tmp_path / "ada.mp4"), tiny_film(films / "genuine_1.0m.mp4", tmp_path / "other.mp4")
     with studio(tmp_path, ada) as visit:
         page = judged(visit, hers, kind="identify")
-        assert "<h1>✓ Ada Lovelace</h1>" in page and f"<code>{ada.id}</code>" in page and "claimed" not in page
-        assert "<h1>? Inconclusive</h1>" in judged(visit, other, kind="identify")
-        visit.studio.registry.revoke("Ada Lovelace", "lost")
-        assert "<h1>✗ Nobody</h1>" in judged(visit, hers, kind="identify")
+        assert "<h1>✓ Genuine, and Ada Lovelace&#39;s</h1>" in page and f"<code>{ada.id}</code>" in page
+        assert "<dt>claim" not in page and visit.studio.registry.fingerprint in page
+        assert "<h1>? Cannot tell: " in judged(visit, other, kind="identify")
+        visit.studio.registry.revoke("Ada Lovelace", "lost <b>on the train</b>")
+        page = judged(visit, hers, kind="identify")
+        assert re.search(r"<h1>✗ Revoked on \d+ [A-Z][a-z]+: lost &lt;b&gt;on the train&lt;/b&gt;</h1>", page)
 
 
 def test_a_registry_of_nobody_still_answers(films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -44,7 +50,52 @@ def test_a_registry_of_nobody_still_answers(films: Path, tmp_path: Path, monkeyp
     monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
     film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
     with studio(tmp_path) as visit:
-        assert "<h1>✗ Nobody</h1>" in judged(visit, film, kind="identify")
+        assert "<h1>✗ Nobody&#39;s in this registry</h1>" in judged(visit, film, kind="identify")
+
+
+@pytest.mark.slow
+def test_another_s_badge_is_named_by_the_server_alone(
+    ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: the claimed name for that of the badge that was read; a process of a film that is told that name."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    sarah = design_badge(Request("Sarah Example"), payload_for_name("Sarah Example"))
+    film = badge_film(ada, tmp_path / "ada.mp4")
+    with studio(tmp_path, ada, sarah) as visit:
+        page = judged(visit, film, claim="Sarah Example")
+        assert "<h1>✗ Genuine, but Ada Lovelace&#39;s, not Sarah Example&#39;s</h1>" in page
+        assert "film.mp4" in page and ">claim</dt><dd>Sarah Example" in page
+        job_id = page.split("/api/jobs/")[1][:32]
+        kept = visit.ask("GET", f"/api/jobs/{job_id}/report", "verifier").text
+        assert "<h1>✗ Genuine, but Ada Lovelace&#39;s, not Sarah Example&#39;s</h1>" in kept
+        job = visit.studio.jobs._jobs[job_id]
+        told = json.dumps([job.result, job.kept]).encode() + b"".join(p.read_bytes() for p in job.folder.iterdir())
+        assert b"Ada Lovelace" not in told and b"Sarah Example" in told
+        picture = visit.ask("GET", f"/verify/{job_id}/picture/frame.jpg", "verifier")
+        assert picture.status_code == 200 and picture.content[:2] == b"\xff\xd8"
+
+
+def test_a_process_that_was_taken_over_shows_no_file_of_ours(
+    ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a picture that is a link to the server's own files; a name out of the folder; words that write HTML."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
+    (tmp_path / "secret").write_text("a secret of the server's")
+    with studio(tmp_path, ada) as visit:
+        begun = visit.ask("POST", "/verify", "verifier", **film_form(film, claim="Ada Lovelace"))
+        job_id = begun.headers["location"].rpartition("/")[2]
+        visit.wait(job_id, "verifier")
+        job = visit.studio.jobs._jobs[job_id]
+        (job.folder / "badge.png").unlink(missing_ok=True)
+        (job.folder / "badge.png").symlink_to(tmp_path / "secret")
+        job.kept = {"files": ["badge.png", "../../secret", 7], "plots": ["<script>"], "frame_s": "<b>"}
+        page = visit.ask("GET", f"/verify/{job_id}", "verifier")
+        assert page.status_code == 200 and "<script>" not in page.text and "secret" not in page.text
+        for path in (f"/verify/{job_id}/picture/badge.png", f"/api/jobs/{job_id}/report"):
+            answer = visit.ask("GET", path, "verifier")
+            assert answer.status_code == 404 and "secret" not in answer.text
+        assert visit.ask("GET", f"/verify/{job_id}/picture/..%2f..%2fsecret", "verifier").status_code in (404, 422)
 
 
 def test_a_verdict_whose_report_was_not_drawn_is_shown(
@@ -59,4 +110,4 @@ def test_a_verdict_whose_report_was_not_drawn_is_shown(
         visit.wait(job_id, "verifier")
         visit.studio.jobs._jobs[job_id].kept = {}
         page = visit.ask("GET", f"/verify/{job_id}", "verifier")
-    assert page.status_code == 200 and "? Inconclusive" in page.text and "/report" not in page.text
+    assert page.status_code == 200 and "<h1>? Cannot tell: " in page.text and '/report"' not in page.text

@@ -113,8 +113,8 @@ def without_corners(report: Report) -> Report:
     if 2 * tracked >= read:
         return report
     text = (
-        f"The badge was followed by its markers in {tracked} of {read} frames, and our pipeline does not follow a "
-        "badge by corners given by hand; --pipeline published scores such a film as the paper does."
+        f"The badge was followed by its markers in {tracked} of {read} frames, and our method does not follow a badge "
+        "by corners given by hand; the published one does, and scores such a film as the paper does."
     )
     reasons = (*report.reasons, Reason("corners", "undecided", float(tracked), read / 2, "frames", text))
     return replace(report, verdict=worst(list(reasons)), reasons=reasons)

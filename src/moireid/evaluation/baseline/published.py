@@ -87,8 +87,8 @@ def verify_published(
     measured, place = np.unwrap(reader.phases), np.array(reader.places)
     invariant = judge(measured, place, read)
     reasons = invariant.reasons
-    identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
-    if claim.badge_id is not None:
+    identity = Identity("unreadable" if claim.names_someone else "not_claimed", (), claimed_id=claim.badge_id)
+    if claim.names_someone:
         text = "The published pipeline does not read identities, so it cannot say whose badge this is."
         reasons += (Reason("identity", "undecided", None, None, "", text),)
     reasons += claim_reasons(claim, identity)
@@ -106,6 +106,7 @@ def verify_published(
         None,
         pipeline="published",
         claim_source=claim.provenance.source if claim.provenance else None,
+        registry=claim.provenance.standing if claim.provenance else None,
     )
 
 

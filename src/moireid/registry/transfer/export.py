@@ -32,7 +32,8 @@ def export_json(
     """What `Registry.export_json` does: one state of the registry, each line of it checked on its way out."""
     planned([path], overwrite=overwrite)
     with (
-        whole_file(path) as temporary,
+        # Badges can be printed from it.
+        whole_file(path, private=True) as temporary,
         temporary.open("w", encoding="utf-8", newline="\n") as stream,
         ledger.snapshot() as connection,
     ):

@@ -44,6 +44,12 @@ from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]
 Built = Literal["original", "copy", "not_known"]
+#: How a figure compares with enrolment, in words.
+SEEN: dict[Built, str] = {
+    "original": "is the same, but for errors that every film has",
+    "not_known": "is a little different, and it is not clear why",
+    "copy": "is another",
+}
 
 
 @dataclass(frozen=True)
@@ -168,24 +174,21 @@ def compare_built(
     twist = abs(found.twist_rad_per_mm - enrolled.twist_rad_per_mm)
     twist_sd = math.hypot(found.twist_sd, enrolled.twist_sd, 2 * math.pi * TWIST_REPEATS_RAD * lines_per_mm)
     checks = (
-        ("as_built_beat", abs(beat), (usual, most), beat_sd, "cycles/mm", "fringe frequency"),
-        ("as_built_offset", offset, (slide_rad, slide_rad), offset_sd, "rad", "position of the sheet"),
-        ("as_built_twist", twist, (0.0, 0.0), twist_sd, "rad/mm", "rotation of the sheet"),
+        ("as_built_beat", abs(beat), (usual, most), beat_sd, "cycles/mm", "the spacing of the fringes"),
+        ("as_built_offset", offset, (slide_rad, slide_rad), offset_sd, "rad", "the place of the lens sheet"),
+        ("as_built_twist", twist, (0.0, 0.0), twist_sd, "rad/mm", "the turn of the lens sheet"),
     )
     reasons, levels = [], []
     for code, difference, (room, widest), sd, unit, words in checks:
         limit, far = room + ORIGINAL_SDS * sd, widest + COPY_SDS * sd
         level: Built = "original" if difference <= limit else "copy" if difference > far else "not_known"
         levels.append(level)
-        text = f"The {words} differs from enrolment by {difference:.4g} {unit}; known errors explain {limit:.4g}."
+        text = f"Compared with its enrolment, {words} {SEEN[level]}."
         reasons.append(Reason(code, "note", difference, limit, unit, text))
     if apart_rad > ORIGINAL_SDS * apart_sd:
         levels.append("not_known")
         limit = ORIGINAL_SDS * apart_sd
-        text = (
-            f"Between parts of the film the position of the sheet differs by {apart_rad:.4g} rad; known errors "
-            f"explain {limit:.4g}."
-        )
+        text = "Between parts of the film the lens sheet seems to lie in different places."
         reasons.append(Reason("as_built_stretches", "note", apart_rad, limit, "rad", text))
     built: Built = "copy" if "copy" in levels else "not_known" if "not_known" in levels else "original"
     if built != "original":

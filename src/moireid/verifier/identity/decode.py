@@ -9,8 +9,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from moireid.idcodes import CellReading, Decoded, PartialWord, family_named
+from moireid.idcodes import CellReading, Decoded, PartialWord, family_named, specimen_of
 from moireid.optics import beat_period_mm
+from moireid.provenance import Seal
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.cell_phase import CellPhase, Field, read_cells, uniform_fields
 from moireid.verifier.limits import (
@@ -114,8 +115,10 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
     return first
 
 
-def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | None) -> Identity:
-    """Decode, then compare with the claim; with `claimed_id` None only decode.
+def judge_identity(
+    track: Track, measurement: Measurement, *, claimed_id: str | None, seal: Seal | None = None
+) -> Identity:
+    """Decode, then compare with the claim, which may be sealed; without `claimed_id` and seal only decode.
 
     Convention: the score is the margin of the worst symbol used: 1 if it lies on its place, 0 if it is as near to the
         next place; negative for another identity.
@@ -126,7 +129,11 @@ def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | 
     coded = badge.gratings[index]
     reference = coded.code.reference_cell if coded.code else 0
     found = decoded.payload.hex() if decoded and decoded.payload else None
-    verdict, reason, score = _compare(decoded, found, claimed_id)
+    expected_mm = coded.cells[reference].pitch_mm
+    if seal is not None and found is not None and seal.holds(found):
+        claimed_id = found
+        expected_mm = specimen_of(badge, found).gratings[index].cells[reference].pitch_mm
+    verdict, reason, score = _compare(decoded, found, claimed_id, sealed=seal is not None)
     return Identity(
         verdict,
         (reason, *_cells_move(reading.cell_motion, found)),
@@ -134,7 +141,7 @@ def judge_identity(track: Track, measurement: Measurement, *, claimed_id: str | 
         decoded_id=found,
         claimed_id=claimed_id,
         beat_period_mm=float(beat_period_mm(readings[index][reference].frequency_per_mm)),
-        expected_beat_period_mm=float(beat_period_mm(1 / coded.cells[reference].pitch_mm - 1 / badge.lens.pitch_mm)),
+        expected_beat_period_mm=float(beat_period_mm(1 / expected_mm - 1 / badge.lens.pitch_mm)),
         symbol_errors_corrected=decoded.corrected if decoded else 0,
         score=score,
         beats_agree=decoded.beats_agree if decoded else True,
@@ -152,43 +159,48 @@ def _cells_move(motion: float | None, found: str | None) -> tuple[Reason, ...]:
     level: Level = "fail" if motion <= CELLS_STAND_RATIO else "undecided"
     if CELLS_MOVE_RATIO <= motion <= CELLS_MOST_RATIO:
         level = "pass"
-    text = (
-        f"The fringes in the code cells move {motion:.2f} times as far as the motion of their rows demands; "
-        f"{CELLS_MOVE_RATIO:g} to {CELLS_MOST_RATIO:g} is a badge's."
-    )
+    text = {
+        "pass": "The fringes in the badge's code move together with those of its rows.",
+        "undecided": f"The fringes in the badge's code move {motion:.2f} times as far as those of its rows, so they "
+        "may not be one picture. Film again from nearer, in even light.",
+        "fail": "The fringes in the badge's code stand still while those of its rows move, as in a picture that was "
+        "pasted in.",
+    }[level]
     return (Reason("cells_move", level, motion, CELLS_MOVE_RATIO, "", text),)
 
 
 def _compare(
-    decoded: Decoded | None, found: str | None, claimed_id: str | None
+    decoded: Decoded | None, found: str | None, claimed_id: str | None, *, sealed: bool
 ) -> tuple[IdentityVerdict, Reason, float | None]:
-    """Verdict, reason and score from the identity read and the identity claimed."""
-    if decoded is None and claimed_id is not None:
-        text = f"{claimed_id} is claimed, but this badge carries no code that could confirm it."
+    """Verdict, reason and score from the identity read and the identity claimed; sealed: one is, and may be unknown."""
+    if decoded is None and (sealed or claimed_id is not None):
+        text = "This badge carries no code that could confirm whose it is."
         return "unreadable", Reason("identity", "undecided", None, claimed_id, "", text), 0.0
     if decoded is None:
         text = "The badge carries no identity, and none was claimed."
         return "not_claimed", Reason("identity", "note", None, None, "", text), None
     margin = decoded.margin
-    if claimed_id is None:
-        text = f"The badge reads {found}." if found else "No identity can be read from the badge."
+    if claimed_id is None and not sealed:
+        text = "The badge's code can be read." if found else "No identity can be read from the badge."
         return "not_claimed", Reason("identity", "note", found, None, "", text), margin
     if found is None:
         text = (
-            f"The identity cannot be read: too many of the {decoded.symbols} symbols are wrong or hidden, and "
-            f"{decoded.unclear} cells are unclear. Film the whole badge from nearer, with more motion."
+            f"The badge's code cannot be read: {decoded.unclear} of its {decoded.symbols} places are unclear, and "
+            "others may be wrong. Film the whole badge from nearer, with more motion."
         )
         return "unreadable", Reason("identity", "undecided", float(decoded.unclear), None, "symbols", text), 0.0
     if decoded.beats_agree is False:
-        text = f"The line spacing reads {found}, but the rows' fringe spacing does not belong to that badge."
+        text = "The badge's code is that of one badge, and the fringes of its rows are those of another."
         return "mismatch", Reason("beats", "fail", found, claimed_id, "", text), -margin
     if decoded.beats_agree is None and found == claimed_id:
-        text = f"The line spacing reads {found}, as claimed, but no row's fringe spacing is clear enough to confirm it."
+        text = "The badge's code is that of the claimed badge, but no row's fringes are clear enough to confirm it."
         return "unreadable", Reason("beats", "undecided", found, claimed_id, "", text), 0.0
     if found == claimed_id:
-        text = f"The badge reads {found}, as claimed."
+        text = "The badge's code is that of the claimed badge."
         return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
-    text = f"The badge reads {found}, but {claimed_id} is claimed."
+    text = "The badge's code is that of another badge than the claimed one."
+    if claimed_id is None:
+        text = "The badge's code is another than the claimed one, which the bundle keeps sealed."
     return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
 
 

@@ -114,12 +114,14 @@ class LiveCheck:
             reasons += overlap.reasons + judge_challenge(self._course(), asked)
             reasons += (judge_unbroken(self._course(), asked, np.array(self._frames_s)),) if asked else ()
         reasons += (self._whole(), self._in_time())
+        standing = self._claim.provenance.standing if self._claim.provenance else None
         return {
             "event": "verdict",
             "verdict": worst(list(reasons)),
             "challenged": self._prompts is not None,
             "reasons": [reason.to_json() for reason in reasons],
             "claim_source": self._claim.provenance.source if self._claim.provenance else None,
+            "registry": standing.to_json() if standing else None,
             "invariant": invariant.to_json(),
             "identity": identity.to_json(),
             "overlap": overlap.to_json() if overlap else None,

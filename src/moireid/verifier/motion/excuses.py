@@ -44,11 +44,11 @@ def without_camera_s_blame(reasons: list[Reason], signals: Sequence[GratingSigna
     if mixed > MAX_MIXED_SHARE and (troubled or max(s.zoom for s in signals) > 1):
         return [*_open(reasons, POSED), _mixed(mixed)]
     if lasting_px > MAX_LASTING_PX and troubled:
-        why = f"No single camera explains how the badge lies in the picture: {lasting_px:.3f} px last over many frames"
+        why = "No single camera explains how the badge lies in the picture"
     elif failed and _looks_zoomed(codes, sheet):
         why = "The fringes' spacing does not follow the distance"
     elif lasting_px > SUSPECT_PX and failed and failed <= {"likelihood", "residual"} and codes["gain"].level != "pass":
-        why = f"The focal length is doubtful, as {lasting_px:.3f} px of the badge's place last over many frames"
+        why = "The camera's focal length is doubtful, as the badge does not lie quite where one camera puts it"
     else:
         return reasons
     return [*_open(reasons, POSED), _changed(why, lasting_px)]
@@ -79,9 +79,8 @@ def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
 
 def _mixed(share: float) -> Reason:
     text = (
-        "The fringes fade where they move, as in frames that are mixed with their neighbours (temporal noise "
-        "reduction, a changed frame rate), and then show no exact phase. Film again with such functions off, or from "
-        "nearer."
+        "The fringes fade where they move, as in frames that are mixed with their neighbours by noise reduction or a "
+        "changed frame rate, and then cannot be measured well. Film again with such functions off, or from nearer."
     )
     return Reason("mixed_frames", "undecided", share, MAX_MIXED_SHARE, "share", text)
 

@@ -50,8 +50,8 @@ from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 
 Array = NDArray[np.float64]
 FOCAL_AT_LIMIT = (
-    "No focal length fits this film: its picture looks stretched, or cut out of a larger one. Give the film as it was "
-    "taken, or its focal length with --focal-px."
+    "No camera's focal length fits this film: its picture looks stretched, or cut out of a larger one. Give the film "
+    "as it was taken, or the focal length of its camera."
 )
 #: If there are several findings of one kind, the worst is reported.
 ORDER: dict[Level, int] = {"note": 0, "pass": 0, "undecided": 1, "fail": 2}
@@ -237,9 +237,9 @@ def _course_tells(
         return []
     chance, what = min(chances, key=lambda one: one[0])
     level: Level = "pass" if chance <= MAX_UNSEEN_CHANCE else "undecided"
-    text = f"On this course, fringes that merely {what} would pass in {100 * chance:.0f} of 100 cases"
+    text = f"On this motion, fringes that merely {what} would pass in {100 * chance:.0f} of 100 cases"
     if level == "undecided":
-        text += "; film again, move the badge or the camera to and fro, and turn it a little as well."
+        text += ". Film again, move the badge or the camera to and fro, and turn it a little as well."
     else:
         text += "." if known is None else ", as the badge was measured when it was enrolled."
     return [Reason("steady", level, chance, MAX_UNSEEN_CHANCE, "share", text)]
@@ -312,11 +312,11 @@ def _would_pass(signal: GratingSignal, sheet: SheetGain) -> bool:
 def _enough_motion(excitation: float, expected: float) -> Reason:
     limit = max(MIN_EXCITATION_RAD, MIN_EXCITATION_TO_ERROR_RATIO * expected)
     if excitation >= limit:
-        text = f"The badge moved enough: the predicted fringe phase varies by {excitation:.2f} rad."
+        text = "The badge moved enough: its fringes had to move far."
         return Reason("motion", "pass", excitation, limit, "rad", text)
     text = (
-        f"Too little motion: the predicted fringe phase varies by {excitation:.2f} rad; {limit:.2f} rad are needed. "
-        "Film again, and move the badge or the camera sideways by 20 cm or more, several times."
+        "The badge hardly moved, so its fringes had no way to show what they do. Film again, and move the badge or the "
+        "camera sideways by 20 cm or more, several times."
     )
     return Reason("motion", "undecided", excitation, limit, "rad", text)
 
@@ -325,14 +325,17 @@ def _correlated(correlation: float, excitation: float, expected: float) -> Reaso
     """Fail below what a genuine badge can show even if the poses are worse than estimated."""
     possible = min(MIN_CORRELATION, excitation / math.hypot(excitation, POSSIBLE_ERROR_RATIO * expected))
     level: Level = "pass" if correlation >= MIN_CORRELATION else "fail" if correlation < possible else "undecided"
-    text = f"Measured and predicted fringe phase correlate by {correlation:.4f}; at least {MIN_CORRELATION} is needed."
+    text = {
+        "pass": "The fringes move when the badge moves, and rest when it rests.",
+        "undecided": "The fringes do not clearly move together with the badge. Film from nearer, with more motion.",
+        "fail": "The fringes do not move together with the badge.",
+    }[level]
     return Reason("correlation", level, correlation, MIN_CORRELATION, "", text)
 
 
 def _residual_explained(residual: float, excitation: float, expected: float) -> Reason:
     fixed = math.hypot(RESIDUAL_FLOOR_RAD, RESIDUAL_MOTION_SHARE * excitation)
-    what = "After correcting small errors of the camera's position and timing, the fringe phase differs"
-    return _explained(what, residual, fixed, expected)
+    return _explained("The fringes", residual, fixed, expected)
 
 
 def _explained(what: str, deviation: float, fixed: float, expected: float) -> Reason:
@@ -340,7 +343,12 @@ def _explained(what: str, deviation: float, fixed: float, expected: float) -> Re
     error = EXPLAINED_SDS * expected
     limit, possible = math.hypot(fixed, error), math.hypot(fixed, POSSIBLE_RESIDUAL_RATIO * error)
     level: Level = "pass" if deviation <= limit else "fail" if deviation > possible else "undecided"
-    text = f"{what} from the prediction by {deviation:.3f} rad; known errors explain up to {limit:.3f} rad."
+    text = {
+        "pass": f"{what} stay where the law puts them, but for errors that every film has.",
+        "undecided": f"{what} stray from where the law puts them, and it is not clear whether errors of the film "
+        "explain that. Film again from nearer, or with more motion.",
+        "fail": f"{what} stray from where the law puts them, further than any error of a film explains.",
+    }[level]
     return Reason("residual", level, deviation, limit, "rad", text)
 
 
@@ -356,14 +364,18 @@ def _at_rest(grating: Figures, tangent_sd: float, most_rad: float) -> Reason:
         RESIDUAL_MOTION_SHARE * most_rad,
         (GAIN_TOLERANCE_SHARE + GAIN_REJECTED_SDS * tangent_sd) * grating.excitation_rad,
     )
-    what = "The fringes of a grating that should hardly move differ"
+    what = "Fringes that should hardly move"
     return _explained(what, deviation, fixed, grating.expected_error_rad)
 
 
 def _strips_agree(wander: float, expected: float) -> Reason:
     limit = math.hypot(MAX_STRIP_WANDER_RAD, EXPLAINED_SDS * expected)
     good = wander <= limit
-    text = f"The fringes in different parts of the badge differ by up to {wander:.3f} rad; {limit:.2f} rad are allowed."
+    text = "The fringes of all parts of the badge move together."
+    if not good:
+        text = (
+            "The fringes of different parts of the badge move apart, as on a badge that is put together from pictures."
+        )
     return Reason("agreement", "pass" if good else "fail", wander, limit, "rad", text)
 
 
@@ -374,10 +386,10 @@ def _likely_true(grating: Figures) -> Reason:
     size = 10 ** abs(grating.score)
     times = "over a million times" if size > 1e6 else f"{size:,.0f} times" if size >= 10 else f"{size:.1f} times"
     if grating.score >= 0:
-        text = f"These measurements are {times} more likely from a real badge than from a forged one"
+        text = f"All in all, what was measured is {times} more likely on a real badge than on a forged one"
     else:
         kind = KINDS[grating.suspected]
-        text = f"These measurements are {times} more likely from a forged badge ({kind}) than from a real one"
+        text = f"All in all, what was measured is {times} more likely on a forged badge ({kind}) than on a real one"
     if level == "undecided":
         text += f"; {10**ACCEPTED_LOG10:.2g} times is needed. Film again with more motion, or from nearer"
     return Reason("likelihood", level, grating.score, ACCEPTED_LOG10, "log10", f"{text}.")

@@ -108,10 +108,10 @@ def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSign
 
 def _spaced(spacing: Spacing) -> Reason:
     level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
-    seen = f"As the distance changes, the spacing of the fringes changes {spacing.gain:.2f} ± {spacing.sd:.2f} times as"
+    seen = "As the badge comes nearer or goes away, the spacing of its fringes"
     text = {
-        "undecided": f"{seen} the optics say: as on photographs laid over a film, or under a zoom. Film without zoom.",
-        "pass": f"{seen} the optics say, which photographs from one distance do not.",
+        "undecided": f"{seen} does not follow, as on photographs laid over a film, or under a zoom. Film without zoom.",
+        "pass": f"{seen} follows, which that of photographs from one distance does not.",
         "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
     }[level]
     gain = None if level == "note" else spacing.gain
@@ -120,17 +120,16 @@ def _spaced(spacing: Spacing) -> Reason:
 
 def _even(waveform: Waveform) -> Reason:
     level: Level = "pass" if waveform.ripple <= waveform.limit else "undecided"
-    seen, most = 100 * waveform.ripple, 100 * waveform.limit
-    text = f"The shape of the fringes changes by {seen:.3f} % of their contrast from place to place"
-    text += f"; up to {most:.3f} % is a badge's."
+    text = "The fringes keep their shape from place to place."
     if level == "undecided":
-        text += " So it does between cross-faded photographs. Film in even light."
+        text = "The fringes change their shape from place to place, as between cross-faded photographs. "
+        text += "Film in even light."
     return Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
 def _needed(count: int, *, from_two: bool) -> Reason:
     least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
-    text = f"Of photographs that are laid over the film unchanged, a forger would need {least} along its course"
+    text = f"To fake this film with unchanged photographs of the badge, a forger would need {least} along its course"
     text += ", from each of two distances." if from_two else "."
     return Reason("photographs", "note", float(2 * count if from_two else count), None, "photographs", text)
 

@@ -87,11 +87,11 @@ class SheetGain:
         if self.built:
             sheet = "has come off the page" if gain > 1 else "lies nearer to the page"
             return (
-                f"when the badge was enrolled it was {self.expected:.3f}. A sheet that {sheet} does that, and so does "
-                "another sheet; press it flat and film again, or enroll the badge again with --capture."
+                f"; when the badge was enrolled it was {self.expected:.3f}. A sheet that {sheet} does that, and so "
+                "does another sheet. Press it flat and film again, or enroll the badge again with a new film of it."
             )
         sheet = "A thicker sheet, or a gap under it," if gain > 1 else "A thinner sheet"
-        return f"they were designed for 1. {sheet} does that; enroll this badge with --capture."
+        return f". {sheet} does that. Enroll this badge with a film of it."
 
     def released(self, gain: float) -> SheetGain:
         """What is expected of a film that is judged under its own gain, a share of what is expected here.
@@ -141,19 +141,19 @@ def gain_reason(gain: float, gain_sd: float, sheet: SheetGain) -> Reason:
     low, high = sheet.room_for(gain_sd)
     beyond = GAIN_REJECTED_SDS * sd
     shown, limit = sheet.expected * gain, (high - low) / 2
-    words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as the optics predict"
+    words = f"The fringes move {shown:.3f} ± {sheet.expected * gain_sd:.3f} times as far as they should by design"
     # With so wide an error bar even a wrong gain could be estimated as right, so the estimate does not count.
     vague = sd >= MAX_GAIN_SD_SHARE * abs(gain)
     accepted, level = low <= gain <= high, "undecided"
     if accepted and not vague:
-        level, text = "pass", f"{words}; {sheet.span(limit)} is allowed."
+        level, text = "pass", f"{words}; a real badge gives {sheet.span(limit)}."
     elif not accepted and sheet.explains(gain, sd):
-        text = f"{words}; {sheet.cause(gain)}"
+        text = words + sheet.cause(gain)
     elif not low - beyond <= gain <= high + beyond:
         level, limit = "fail", limit + beyond
         text = f"{words}; a real badge gives {sheet.span(limit)}."
     else:
         limit += beyond
-        advice = "give the focal length with --focal-px, or film with more motion"
-        text = f"{words}. This is too uncertain to decide; {advice}."
+        text = "How far the fringes move is too uncertain to decide. Give the camera's focal length, or film with more "
+        text += "motion."
     return Reason("gain", cast(Level, level), shown, sheet.expected * limit, "ratio", text)

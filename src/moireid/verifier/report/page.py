@@ -1,4 +1,8 @@
-"""The report for people: one self-contained page with plots, and the same figures as JSON beside it."""
+"""The report for people: one self-contained page, and the same figures as JSON beside it.
+
+A page is made of a report's JSON, of its pictures, and of the circumstances of the check.  So whoever holds these can
+make it: the studio makes it outside the process that decoded the film.
+"""
 
 from __future__ import annotations
 
@@ -6,22 +10,22 @@ import base64
 import csv
 import io
 import json
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
-import cv2
-
+from moireid import __version__
 from moireid.files import planned, write_text
-from moireid.verifier.report.plots import parallax_of, plots_of, timeline_plot
+from moireid.verifier.report.circumstances import Circumstances, moment_words
+from moireid.verifier.report.findings import sorted_findings
+from moireid.verifier.report.headline import headline_of
+from moireid.verifier.report.person import claimed_in
+from moireid.verifier.report.pictures import KINDS, Pictures, pictures_of
+from moireid.verifier.report.plots import parallax_of
+from moireid.verifier.report.seconds import seconds_of
 from moireid.verifier.session.result import Report
-
-WORDS = {
-    "accept": "The fringes moved as only a real badge's do, and the badge is the one claimed.",
-    "reject": "The claimed badge is not accepted; the lines that fail say why.",
-    "inconclusive": "This film does not show enough to decide.",
-}
-
 
 #: What was checked, in plain words.
 SAYS = "Checked were the badge's fringes, which must move with the badge as optics demand, and whose badge it is."
@@ -30,55 +34,18 @@ SAYS_NOT = (
 )
 
 
-def words_of(verdict: str, invariant: str, identity: str, source: str | None = None) -> str:
-    """A verdict in a sentence or two; invariant, identity: the verdicts on these two; source: of the claim.
-
-    Convention: nobody vouches for a name in a file, so with a file a badge is accepted and never a person.
-    """
-    if verdict == "accept" and identity == "match" and source == "file":
-        return "The film shows the badge of the file that was given. Nobody vouches for the name in that file."
-    if verdict == "accept" and identity == "not_claimed":
-        return "The fringes moved as only a real badge's do. No identity was claimed."
-    if verdict == "reject" and invariant == "reject":
-        return "The fringes did not move as a real badge's do, so this is no film of the real badge."
-    if verdict == "reject" and invariant == "accept" and identity == "mismatch":
-        return "The fringes moved as only a real badge's do, but it is not the badge that is claimed."
-    return WORDS[verdict]
-
-
-def holder_words(name: str, badge_id: str | None, source: str | None) -> str:
-    """Whose badge is claimed, and on whose word."""
-    if badge_id is None:
-        return f"{name or 'unnamed board'} (no identity)"
-    if source == "file":
-        return f"badge {badge_id}, named {name!r} (from a file, not from a registry)"
-    return f"{name} ({badge_id})"
-
-
 def report_paths(folder: Path) -> list[Path]:
     """The files that `write_report` writes."""
     return [folder / "report.html", folder / "report.json", folder / "signals.csv"]
 
 
-@dataclass(frozen=True)
-class Pictures:
-    """Titles and SVG texts of the plots, the timeline's SVG or None, and the rectified badge as PNG or None."""
-
-    plots: tuple[tuple[str, str], ...]
-    timeline: str | None
-    badge_png: bytes | None
-
-
-def pictures_of(report: Report) -> Pictures:
-    """Draw the pictures of a report, in about a second."""
-    png = None
-    if report.track.snapshot is not None:
-        png = cv2.imencode(".png", report.track.snapshot)[1].tobytes()
-    return Pictures(tuple(plots_of(report)), timeline_plot(report), png)
-
-
 def write_report(
-    report: Report, folder: Path, *, overwrite: bool = False, pictures: Pictures | None = None
+    report: Report,
+    folder: Path,
+    *,
+    overwrite: bool = False,
+    pictures: Pictures | None = None,
+    known: Circumstances | None = None,
 ) -> list[Path]:
     """Write the page for people, the same as JSON, and the signals as CSV, each whole or not at all.
 
@@ -91,7 +58,9 @@ def write_report(
     overwrite : bool
         Whether older files may be replaced.
     pictures : Pictures, optional
-        As `pictures_of` draws them; None to draw them now.
+        As `pictures_of` draws them; None to draw them now, one of them from the film itself.
+    known : Circumstances, optional
+        How the check was made, and what a registry knows; None for a check made just now without one.
 
     Returns
     -------
@@ -103,12 +72,26 @@ def write_report(
     SpecError
         Where a file is in the way.
     """
-    page, data, signals = report_paths(folder)
-    planned([page, data, signals], overwrite=overwrite)
-    write_text(page, render_page(report, pictures))
-    write_text(data, json.dumps(report.to_json(), indent=1, ensure_ascii=False) + "\n")
-    write_text(signals, signals_csv(report))
-    return [page, data, signals]
+    shown, known = pictures or pictures_of(report), known or Circumstances(datetime.now(UTC))
+    return write_pages(report.to_json(), shown, signals_csv(report), known, folder, overwrite=overwrite)
+
+
+def write_pages(
+    document: Mapping[str, Any],
+    pictures: Pictures,
+    signals: str,
+    known: Circumstances,
+    folder: Path,
+    *,
+    overwrite: bool,
+) -> list[Path]:
+    """What `write_report` writes, of a report's JSON, its pictures and its signals as CSV."""
+    paths = report_paths(folder)
+    planned(paths, overwrite=overwrite)
+    shown = json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+    for path, text in zip(paths, (render_page(document, pictures, known), shown, signals), strict=True):
+        write_text(path, text)
+    return paths
 
 
 def signals_csv(report: Report) -> str:
@@ -138,23 +121,56 @@ def signals_csv(report: Report) -> str:
     return out.getvalue()
 
 
-def render_page(report: Report, pictures: Pictures | None = None) -> str:
-    """The report as one HTML page that needs no other file."""
+def told(
+    document: Mapping[str, Any], pictures: Pictures, known: Circumstances, source: Callable[[str], str]
+) -> dict[str, Any]:
+    """What a page's template shows.
+
+    Parameters: document: what `verify --json` or `identify --json` prints; source: the address of a picture, by name.
+    """
+    return {
+        "data": document,
+        "headline": headline_of(document, known),
+        "findings": sorted_findings(document["reasons"]),
+        "seconds": seconds_of(document),
+        "claimed": claimed_in(document),
+        "pictures": pictures,
+        "source": source,
+        "known": known,
+        "checked": moment_words(known.checked_at),
+        "made_by": document.get("moireid") or __version__,
+        "film": known.film_name or Path((document.get("input") or {}).get("path", "")).name,
+        "says": SAYS,
+        "says_not": SAYS_NOT,
+    }
+
+
+def render_page(document: Mapping[str, Any], pictures: Pictures, known: Circumstances) -> str:
+    """The report as one HTML page that needs no other file; parameters as `told`."""
     import jinja2
 
-    shown = pictures or pictures_of(report)
-    template = resources.files("moireid.verifier.report").joinpath("report.html.j2").read_text(encoding="utf-8")
-    environment = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined)
-    words = words_of(report.verdict, report.invariant.verdict, report.identity.verdict, report.claim_source)
-    picture = "data:image/png;base64," + base64.b64encode(shown.badge_png).decode() if shown.badge_png else None
-    return environment.from_string(template).render(
-        report=report,
-        data=report.to_json(),
-        words=words,
-        holder=holder_words(report.badge.name, report.identity.claimed_id, report.claim_source),
-        plots=shown.plots,
-        picture=picture,
-        timeline=shown.timeline,
-        says=SAYS,
-        says_not=SAYS_NOT,
+    environment = jinja2.Environment(
+        loader=jinja2.FunctionLoader(template),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
+
+    def source(name: str) -> str:
+        kind = KINDS[name.rpartition(".")[2]]
+        return f"data:{kind};base64," + base64.b64encode(pictures.files[name]).decode()
+
+    page = environment.get_template("report.html.j2")
+    return page.render(style=style(), **told(document, pictures, known, source))
+
+
+def template(name: str) -> str | None:
+    """The text of one of this folder's templates, which the studio's pages use too; None where there is none."""
+    found = resources.files("moireid.verifier.report").joinpath(name)
+    return found.read_text(encoding="utf-8") if name.endswith(".html.j2") and found.is_file() else None
+
+
+def style() -> str:
+    """The style sheet of what this page and the studio's page of a verdict share."""
+    return resources.files("moireid.verifier.report").joinpath("report.css").read_text(encoding="utf-8")

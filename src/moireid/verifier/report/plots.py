@@ -1,12 +1,9 @@
-"""The plots of a report, as SVG texts; the same report always gives the same bytes.
+"""The plots for experts, as SVG texts; the same report always gives the same bytes.
 
 Convention: plots over time show the track that the report keeps; for a film in chapters that is one chapter.
 """
 
 from __future__ import annotations
-
-import io
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +11,8 @@ from numpy.typing import NDArray
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import WINDOW_FRAMES
 from moireid.verifier.motion.figures import window_correlations
+from moireid.verifier.report.drawing import INK, MEASURED, PALE, PREDICTED, broken, figure_of, svg_of
 from moireid.verifier.session.result import Report
-
-INK, PREDICTED, MEASURED, PALE = "#1d2733", "#c2571a", "#1f6fb2", "#8a97a6"
-SEGMENT_COLOURS = {"accept": "#1c7c4a", "reject": "#b3261e", "inconclusive": "#c9ced6"}
-SEGMENT_WORDS = {"accept": "the law holds", "reject": "the law is broken", "inconclusive": "too little to tell"}
 
 
 def plots_of(report: Report) -> list[tuple[str, str]]:
@@ -26,7 +20,6 @@ def plots_of(report: Report) -> list[tuple[str, str]]:
     if report.measurement is None:
         return []
     plots = [
-        ("Fringe phase over time", _phase_plot(report)),
         ("Measured against predicted phase", _gain_plot(report)),
         ("Measured minus predicted phase", _residual_plot(report)),
         ("Where the camera was", _parallax_plot(report)),
@@ -41,129 +34,61 @@ def plots_of(report: Report) -> list[tuple[str, str]]:
     return plots
 
 
-def _figure(width: float, height: float) -> tuple[Any, Any]:
-    """An empty figure and its axes in the report's colours, without the plotting library's global state."""
-    from matplotlib.backends.backend_svg import FigureCanvasSVG
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(width, height), layout="constrained")
-    FigureCanvasSVG(figure)
-    axes = figure.add_subplot()
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(colors=INK, labelsize=9)
-    axes.grid(color="#e4e8ed", linewidth=0.7)
-    axes.set_axisbelow(True)
-    return figure, axes
-
-
-def _svg(figure: Any) -> str:
-    from matplotlib import rc_context
-
-    out = io.StringIO()
-    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "moireid", "font.family": "sans-serif"}):
-        figure.savefig(out, format="svg", metadata={"Date": None})
-    text = out.getvalue()
-    return text[text.index("<svg") :]
-
-
-def _phase_plot(report: Report) -> str:
-    assert report.measurement is not None
-    signal, times = report.measurement.gratings[0], report.measurement.times_s
-    figure, axes = _figure(7.6, 3.0)
-    axes.plot(times, signal.predicted_rad, color=PREDICTED, linewidth=3.2, alpha=0.55, label="predicted by the optics")
-    axes.plot(times, signal.measured_rad, color=MEASURED, linewidth=1.2, label="measured on the fringes")
-    axes.set_xlabel("time, s")
-    axes.set_ylabel("phase, rad")
-    axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
-    return _svg(figure)
-
-
-def timeline_plot(report: Report) -> str | None:
-    """The verdict by time: one bar per segment, as long as the segment; without a bar the badge was not seen.
-
-    With the overlap protocol, two bands below show when a face was seen and when the badge was in front of it.
-    """
-    if not report.segments:
-        return None
-    figure, axes = _figure(7.6, 1.6 if report.overlap else 1.1)
-    for verdict, colour in SEGMENT_COLOURS.items():
-        own = [part for part in report.segments if part.verdict == verdict]
-        axes.broken_barh(
-            [(part.start_s, max(part.end_s - part.start_s, 0.02)) for part in own],
-            (0, 1),
-            facecolors=colour,
-            edgecolor="white",
-            linewidth=1.0,
-            label=SEGMENT_WORDS[verdict] if own else None,
-        )
-    end = report.segments[-1].end_s
-    axes.set_yticks([])
-    if report.overlap:
-        bands = (report.overlap.faces, PALE, "face"), (report.overlap.overlaps, PREDICTED, "badge before it")
-        for row, (spans, colour, _) in enumerate(bands):
-            bars = [(start, max(last - start, 0.02)) for start, last in spans.spans]
-            axes.broken_barh(bars, (-0.7 * (row + 1), 0.45), facecolors=colour)
-            end = max(end, *(last for _, last in spans.spans)) if spans.spans else end
-        axes.set_yticks([0.5, -0.47, -1.17], ["law", *(name for *_, name in bands)])
-        axes.tick_params(axis="y", length=0)
-        axes.grid(visible=False, axis="y")
-    axes.set_xlim(min(0.0, report.segments[0].start_s), end)
-    axes.set_xlabel("time, s")
-    axes.legend(frameon=False, fontsize=9, ncols=3, loc="lower left", bbox_to_anchor=(0, 1))
-    return _svg(figure)
-
-
 def _residual_plot(report: Report) -> str:
-    """Residual of the measured phase with its error bar, and correlation over windows below."""
+    """Residual of the measured phase with its error bar."""
     assert report.measurement is not None
     signal, times = report.measurement.gratings[0], report.measurement.times_s
-    figure, axes = _figure(3.7, 3.0)
+    figure, axes = figure_of(3.7, 3.0)
     error = np.hypot(np.where(np.isfinite(signal.phase_sd_rad), signal.phase_sd_rad, np.nan), signal.pose_sd_rad)
-    axes.fill_between(times, -2 * error, 2 * error, color=PREDICTED, alpha=0.25, linewidth=0, label="two error bars")
-    axes.plot(times, signal.measured_rad - signal.predicted_rad, color=MEASURED, linewidth=1.0, label="measured - law")
+    shown, room, left = broken(times, signal.stretch, 2 * error, signal.measured_rad - signal.predicted_rad)
+    axes.fill_between(shown, -room, room, color=PREDICTED, alpha=0.25, linewidth=0, label="two error bars")
+    axes.plot(shown, np.where(np.isfinite(room), left, np.nan), color=MEASURED, linewidth=1.0, label="measured - law")
     axes.set_xlabel("time, s")
     axes.set_ylabel("residual, rad")
     axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(-0.15, 1))
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def _window_plot(report: Report) -> str:
     """Correlation over windows of 30 frames, at each window's middle."""
     assert report.measurement is not None
     signal, times = report.measurement.gratings[0], report.measurement.times_s
-    figure, axes = _figure(3.7, 3.0)
+    figure, axes = figure_of(3.7, 3.0)
     windows = window_correlations(signal.measured_rad, signal.predicted_rad)
-    middles = times[WINDOW_FRAMES // 2 :][: len(windows)]
-    axes.plot(middles, windows, color=MEASURED, linewidth=1.2)
+    half = WINDOW_FRAMES // 2
+    middles, stretch = times[half:][: len(windows)], signal.stretch[half:][: len(windows)]
+    axes.plot(*broken(middles, stretch, windows), color=MEASURED, linewidth=1.2)
     axes.set_ylim(min(-0.05, float(windows.min(initial=0.0)) - 0.05), 1.05)
     axes.set_xlabel("time, s")
     axes.set_ylabel("correlation of 30 frames")
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def _parallax_plot(report: Report) -> str:
     """The camera's place, relative to the badge."""
     assert report.measurement is not None
-    figure, axes = _figure(3.7, 3.0)
-    for axis, colour in zip((0, 1), (MEASURED, PALE), strict=True):
-        axes.plot(report.measurement.times_s, parallax_of(report)[:, axis], color=colour, label="xy"[axis])
+    figure, axes = figure_of(3.7, 3.0)
+    stretch = report.measurement.gratings[0].stretch
+    shown, *places = broken(report.measurement.times_s, stretch, *parallax_of(report).T)
+    for place, colour, name in zip(places, (MEASURED, PALE), "xy", strict=True):
+        axes.plot(shown, place, color=colour, label=name)
     axes.set_xlabel("time, s")
     axes.set_ylabel("parallax, place over distance")
     axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(0, 1))
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def _gain_plot(report: Report) -> str:
     assert report.measurement is not None
     signal = report.measurement.gratings[0]
-    figure, axes = _figure(3.7, 3.0)
+    figure, axes = figure_of(3.7, 3.0)
     ends = np.array([signal.predicted_rad.min(), signal.predicted_rad.max()])
     axes.plot(ends, ends, color=PREDICTED, linewidth=3.2, alpha=0.55, label="law: slope 1")
     axes.plot(signal.predicted_rad, signal.measured_rad, ".", color=MEASURED, markersize=3)
     axes.set_xlabel("predicted phase, rad")
     axes.set_ylabel("measured phase, rad")
     axes.legend(frameon=False, fontsize=9, loc="lower left", bbox_to_anchor=(0, 1))
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def _band_plot(report: Report) -> str:
@@ -179,7 +104,7 @@ def _band_plot(report: Report) -> str:
     ]
     seen = np.array([np.mean([f for c, f in own if c == cell]) for cell in range(len(grating.cells))])
     design = np.array([1 / cell.pitch_mm for cell in grating.cells])
-    figure, axes = _figure(3.7, 3.0)
+    figure, axes = figure_of(3.7, 3.0)
     bands = np.arange(1, len(seen) + 1)
     axes.barh(
         bands, 1000 * (design - design[reference]), color=PREDICTED, alpha=0.45, height=0.8, label="claimed badge"
@@ -190,7 +115,7 @@ def _band_plot(report: Report) -> str:
     axes.set_xlabel("beat against reference, cycles/m")
     axes.set_ylabel("band, from the top")
     axes.legend(frameon=False, fontsize=9, ncols=2, loc="lower left", bbox_to_anchor=(-0.2, 1))
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def _symbol_plot(report: Report) -> str:
@@ -200,7 +125,7 @@ def _symbol_plot(report: Report) -> str:
     found = [cell for row in readings for cell in row if np.isfinite(cell.phase_sd)]
     phase = np.array([cell.phase_rad for cell in found])
     sure = 1.0 / (1.0 + np.array([cell.phase_sd for cell in found]))
-    figure, axes = _figure(3.7, 3.0)
+    figure, axes = figure_of(3.7, 3.0)
     for turn in np.arange(4) * np.pi / 2:
         axes.plot([0, 1.08 * np.cos(turn)], [0, 1.08 * np.sin(turn)], color=PREDICTED, alpha=0.55, linewidth=2.5)
         between = turn + np.pi / 4
@@ -209,7 +134,7 @@ def _symbol_plot(report: Report) -> str:
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set_title(f"{len(found)} cells; spokes: symbols, dotted: points of confusion", fontsize=8, color=INK)
-    return _svg(figure)
+    return svg_of(figure)
 
 
 def parallax_of(report: Report) -> NDArray[np.float64]:

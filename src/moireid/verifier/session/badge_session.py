@@ -84,7 +84,8 @@ class Line:
 
 def rank_of(chapters: Sequence[Chapter], claim: Claim, shown: float) -> tuple[bool, int, float]:
     """As `Line.rank`, for any chapters of one badge; shown: as `BadgeTracker.shown`."""
-    if claim.badge_id is None or all(chapter.identity.decoded_id != claim.badge_id for chapter in chapters):
+    read = [chapter.identity.decoded_id for chapter in chapters]
+    if all(found is None or found != claim.id_if_read(found) for found in read):
         return True, 0, -shown
     return False, ORDER[worst(list(reasons_of(chapters)))], -shown
 

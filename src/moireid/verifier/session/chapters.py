@@ -28,7 +28,7 @@ from moireid.verifier.motion.sheet_gain import DESIGNED, SheetGain
 from moireid.verifier.motion.steady_course import KnownBuilt
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.session.cover import Span, judged_spans
+from moireid.verifier.session.cover import Span, judged_spans, seen_spans
 from moireid.verifier.tracking.track import Track
 
 #: Tracked frames of a chapter: half a minute at 60 frames a second, 6 MB of profiles.
@@ -42,10 +42,10 @@ OVERLAP_FRAMES = 240
 PIECE_FRAMES = OVERLAP_FRAMES
 
 NOT_TOLD = (
-    "The film does not show whether this is the enrolled badge or a copy; film it nearer and with more motion, or let "
-    "copies pass (--no-require-original)."
+    "The film does not show whether this is the enrolled badge or a copy. Film it nearer and with more motion, or let "
+    "copies pass."
 )
-NOT_ENROLLED = "Nobody measured this badge as built, so it cannot be told from a copy; enroll it with --capture."
+NOT_ENROLLED = "Nobody measured this badge as built, so it cannot be told from a copy. Enroll it with a film of it."
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Chapter:
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
     its frames, None once they are dropped; known: of the badge as built, if the chapter shows that badge; sheet: the
-    gain that was expected, under which its signals are.
+    gain that was expected, under which its signals are; judged_s, seen_s: when it was judged, and the badge seen.
     """
 
     frames_read: int
@@ -69,6 +69,7 @@ class Chapter:
     track: Track | None
     measurement: Measurement | None
     judged_s: tuple[Span, ...] = ()
+    seen_s: tuple[Span, ...] = ()
     known: KnownBuilt | None = None
     sheet: SheetGain = DESIGNED
 
@@ -86,7 +87,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     span = (float(track.times_s[0]), float(track.times_s[-1])) if track.tracked else (0.0, 0.0)
     if track.tracked < MIN_FRAMES or track.tracked == repeated:
         reason = _badge_absent(track)
-        identity = Identity("unreadable" if claim.badge_id else "not_claimed", (), claimed_id=claim.badge_id)
+        identity = Identity("unreadable" if claim.names_someone else "not_claimed", (), claimed_id=claim.badge_id)
         return Chapter(
             track.frames_read,
             track.tracked - repeated,
@@ -99,6 +100,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
             dict(track.stages_s),
             track,
             None,
+            seen_s=seen_spans(track.times_s),
         )
     sheet = claim.sheet
     measurement = measure(track, focal_px=claim.focal_px).under(sheet.expected)
@@ -108,7 +110,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
     segments = judge_segments(measurement, repeated, sheet)
     stages["invariant"] = time.perf_counter() - clock
     clock = time.perf_counter()
-    identity = judge_identity(track, measurement, claimed_id=claim.badge_id)
+    identity = judge_identity(track, measurement, claimed_id=claim.badge_id, seal=claim.seal)
     stages["identity"] = time.perf_counter() - clock
     identity, built_reasons, known = _judge_built(track, measurement, invariant, identity, claim)
     invariant = steady_as_built(invariant, measurement.gratings, known, sheet)
@@ -126,6 +128,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         track,
         measurement,
         judged_spans(signals),
+        seen_spans(track.times_s),
         known,
         sheet,
     )
@@ -174,7 +177,7 @@ def identity_of(chapters: Sequence[Chapter]) -> tuple[Identity, tuple[Reason, ..
     found = sorted({chapter.identity.decoded_id for chapter in chapters if chapter.identity.decoded_id})
     if len(found) < 2 or first.identity.verdict == "mismatch":
         return first.identity, first.built_reasons
-    text = f"Different badges are read in different parts of the film: {', '.join(found)}."
+    text = "The codes of different badges are read in different parts of the film."
     several = Reason("identities", "fail", ", ".join(found), None, "", text)
     return replace(first.identity, reasons=(*first.identity.reasons, several)), first.built_reasons
 

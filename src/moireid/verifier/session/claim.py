@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.idcodes import is_name_derived
-from moireid.provenance import Provenance
+from moireid.provenance import Provenance, Seal
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.motion.sheet_gain import SheetGain, as_built, designed, to_measure
@@ -32,6 +32,8 @@ class Claim:
         Reject a copy, and leave open what cannot be told from one; None does so where `as_built` is known.
     provenance : Provenance, optional
         Where the claim comes from; None where a program makes it of its own.
+    seal : Seal, optional
+        Of the identity that must be read, in the place of `badge_id`, where a bundle keeps it sealed.
     cover_share : float
         Share of the film, 0 to 1, that the verdict must be of; with less it is inconclusive.
     photographs : int
@@ -49,6 +51,18 @@ class Claim:
     cover_share: float = MIN_COVER_SHARE
     photographs: int = 0
     enrolling: bool = False
+    seal: Seal | None = None
+
+    @property
+    def names_someone(self) -> bool:
+        """Whether an identity is claimed, in the clear or sealed."""
+        return self.badge_id is not None or self.seal is not None
+
+    def id_if_read(self, found: str | None) -> str | None:
+        """The claimed identity as far as it is known once `found` was read: a seal opens for the right one alone."""
+        if self.seal is None:
+            return self.badge_id
+        return found if found is not None and self.seal.holds(found) else None
 
     @property
     def sheet(self) -> SheetGain:
@@ -66,8 +80,10 @@ class Claim:
 
 def claim_reasons(claim: Claim, identity: Identity) -> tuple[Reason, ...]:
     """Findings on the claim, whatever the film shows: whose word it is, and who else could have this badge."""
-    if claim.badge_id is None:
+    if not claim.names_someone:
         return ()
+    if claim.seal is not None:
+        claim = replace(claim, badge=replace(claim.badge, id=identity.claimed_id), badge_id=identity.claimed_id)
     found = [_source(claim), _name(claim), _look_alike(claim), _name_derived(claim), _copyable(claim, identity)]
     return tuple(reason for reason in found if reason is not None)
 
@@ -89,7 +105,7 @@ def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, .
 
 
 def _source(claim: Claim) -> Reason | None:
-    if claim.provenance is None or claim.provenance.source == "registry":
+    if claim.provenance is None or claim.provenance.source != "file":
         return None
     text = f"The claim is from a file, not from a registry: nobody vouches for the name in it, {claim.badge.name!r}."
     return Reason("claim_source", "note", "file", "registry", "", text)
@@ -99,7 +115,7 @@ def _name(claim: Claim) -> Reason | None:
     other, name = claim.provenance.file_name if claim.provenance else None, claim.badge.name
     if other is None:
         return None
-    text = f"The file gives badge {claim.badge_id} the name {other!r}; the registry holds it under the name {name!r}."
+    text = f"The file gives this badge the name {other!r}; the registry holds it under the name {name!r}."
     return Reason("name", "fail", other, name, "", text)
 
 
@@ -128,7 +144,7 @@ def _copyable(claim: Claim, identity: Identity) -> Reason | None:
     if claim.as_built is not None or identity.verdict != "match":
         return None
     text = (
-        "This badge is copyable: it was not enrolled with a film of it (--capture), so whoever has its files can print "
-        "the same badge, and no film tells the two apart."
+        "This badge is copyable: it was not enrolled with a film of it, so whoever has its files can print the same "
+        "badge, and no film tells the two apart."
     )
     return Reason("copyable", "note", None, None, "", text)

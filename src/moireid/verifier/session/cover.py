@@ -29,16 +29,37 @@ MOST_NAMED = 3
 
 @dataclass(frozen=True)
 class Cover:
-    """Share of the film that is judged, 0 to 1; the spans (from, to) that are, s; the longest time that is not, s."""
+    """Share of the film that is judged, 0 to 1; the spans (from, to) that are, s; the longest time that is not, s; the
+    film's first and last time, s; the spans in which the badge was seen, s.
+    """
 
     share: float
     spans_s: tuple[Span, ...]
     longest_gap_s: float
+    film_s: Span = (0.0, 0.0)
+    seen_s: tuple[Span, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """As the `cover` object of `verify --json`."""
-        spans = [[json_number(round(start, 3)), json_number(round(end, 3))] for start, end in self.spans_s]
-        return {"share": json_number(self.share), "spans_s": spans, "longest_gap_s": json_number(self.longest_gap_s)}
+        return {
+            "share": json_number(self.share),
+            "spans_s": [_rounded(span) for span in self.spans_s],
+            "longest_gap_s": json_number(self.longest_gap_s),
+            "film_s": _rounded(self.film_s),
+            "seen_s": [_rounded(span) for span in self.seen_s],
+        }
+
+
+def _rounded(span: Span) -> list[float]:
+    return [json_number(round(time_s, 3)) for time_s in span]
+
+
+def seen_spans(times_s: Array) -> tuple[Span, ...]:
+    """Runs of tracked frames at these times (T,), first and last time of each, s."""
+    if not len(times_s):
+        return ()
+    runs = unbroken(times_s, longest_step_s(times_s))
+    return tuple((float(times_s[run[0]]), float(times_s[run[-1]])) for run in runs)
 
 
 def judged_spans(signals: Sequence[GratingSignal]) -> tuple[Span, ...]:
@@ -67,24 +88,32 @@ def _told(signal: GratingSignal) -> NDArray[np.bool_]:
     return told
 
 
-def cover_of(spans: Sequence[Span], first_s: float, last_s: float, frames: int) -> Cover:
+def cover_of(spans: Sequence[Span], first_s: float, last_s: float, frames: int, seen: Sequence[Span] = ()) -> Cover:
     """The cover of a film by spans of its chapters.
 
-    Parameters: first_s, last_s: times of the film's first and last frame; frames: number of them.
+    Parameters: first_s, last_s: times of the film's first and last frame; frames: number of them; seen: spans in which
+        the badge was seen.
     """
     step = (last_s - first_s) / (frames - 1) if frames > 1 else 0.0
-    joined: list[Span] = []
-    for start, end in sorted(spans):
-        if joined and start <= joined[-1][1] + 1.5 * step:
-            joined[-1] = joined[-1][0], max(end, joined[-1][1])
-        else:
-            joined.append((start, end))
+    joined = _joined(spans, step)
     ends = [first_s - step, *(end for _, end in joined)]
     starts = [*(start for start, _ in joined), last_s + step]
     gaps = [max(start - end - step, 0.0) for end, start in zip(ends, starts, strict=True)]
     judged = sum(end - start + step for start, end in joined)
     whole = last_s - first_s + step
-    return Cover(min(judged / whole, 1.0) if whole > 0 else 0.0, tuple(joined), max(gaps))
+    share = min(judged / whole, 1.0) if whole > 0 else 0.0
+    return Cover(share, tuple(joined), max(gaps), (first_s, last_s), tuple(_joined(seen, step)))
+
+
+def _joined(spans: Sequence[Span], step_s: float) -> list[Span]:
+    """The spans in order, and those that overlap or lie no further apart than a frame or so made one."""
+    joined: list[Span] = []
+    for start, end in sorted(spans):
+        if joined and start <= joined[-1][1] + 1.5 * step_s:
+            joined[-1] = joined[-1][0], max(end, joined[-1][1])
+        else:
+            joined.append((start, end))
+    return joined
 
 
 def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
@@ -94,6 +123,12 @@ def outside(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
         left = [part for one in left for part in ((one[0], min(one[1], start)), (max(one[0], end), one[1]))]
         left = [part for part in left if part[1] > part[0]]
     return tuple(left)
+
+
+def within(span: Span, spans: Sequence[Span]) -> tuple[Span, ...]:
+    """The parts of a span that lie in any of the others."""
+    parts = [(max(span[0], start), min(span[1], end)) for start, end in sorted(spans)]
+    return tuple(part for part in parts if part[1] > part[0])
 
 
 def cover_finding(cover: Cover, least: float) -> Reason:

@@ -129,6 +129,7 @@ def verify(
         overlap=overlapped,
         cover=cover,
         claim_source=claim.provenance.source if claim.provenance else None,
+        registry=claim.provenance.standing if claim.provenance else None,
     )
 
 

@@ -154,18 +154,18 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
     if read is None:
         return _nearest(identity.partial, enrolled)
     if not enrolled.holds(read):
-        text = f"The badge reads {read}, which nobody in this registry holds: it was never issued, or was revoked."
+        text = "Nobody in this registry holds the badge that is shown: it was never issued here, or was revoked."
         return None, Reason("enrolled", "fail", read, None, "", text)
     if identity.beats_agree is False:
-        text = f"The line spacing reads {read}, but the rows' fringe spacing does not belong to that badge."
+        text = "The badge's code is that of one badge, and the fringes of its rows are those of another."
         return None, Reason("beats", "fail", read, None, "", text)
     if identity.beats_agree is None:
-        text = f"The line spacing reads {read}, but no row's fringe spacing is clear enough to confirm it."
+        text = "The badge's code can be read, but no row's fringes are clear enough to confirm it."
         return read, Reason("beats", "undecided", read, None, "", text)
     for reason in identity.reasons:
         if reason.code == "cells_move" and reason.level != "pass":
             return None, reason
-    return read, Reason("enrolled", "pass", read, None, "", f"The badge reads {read}, which is enrolled.")
+    return read, Reason("enrolled", "pass", read, None, "", "The badge's code is that of an enrolled badge.")
 
 
 def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, Reason]:
@@ -182,7 +182,7 @@ def _nearest(word: PartialWord | None, enrolled: Enrolled) -> tuple[str | None, 
     if word.beats_agree(bytes.fromhex(found)) is not True or not enrolled.holds(found):
         return None, unread
     text = (
-        f"Too many symbols are wrong to correct them, but {agreeing} of {len(word.octets)} match {found}, who is "
-        f"enrolled; another badge would match so well with a probability of {word.wrong_person(agreeing):.0e} at most."
+        f"Too much of the badge's code is wrong to correct it, but {agreeing} of its {len(word.octets)} parts are "
+        f"those of one enrolled badge. Another would agree so well with a chance of {word.wrong_person(agreeing):.0e}."
     )
     return found, Reason("enrolled", "pass", found, None, "", text)

@@ -8,7 +8,7 @@ from typing import Any
 
 from moireid import __version__
 from moireid.badge import Badge
-from moireid.provenance import Source
+from moireid.provenance import Source, Standing
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.judge import Invariant
@@ -58,8 +58,12 @@ class Report:
         Whether the badge passed before the face; None where that was not asked for.
     cover : Cover or None
         Of which seconds the verdict speaks; None by a method that does not say.
-    claim_source : {"registry", "file"} or None
+    claim_source : {"registry", "file", "bundle"} or None
         Who named the badge's holder; None where nothing was claimed, or a program made the claim.
+    detectors : tuple of (str, float)
+        Names and scores of other detectors, as they were given; no part of the verdict.
+    registry : Standing or None
+        Authority and head of the registry, or of its bundle, that was asked; None where none was.
 
     Notes
     -----
@@ -84,6 +88,8 @@ class Report:
     overlap: Overlap | None = None
     cover: Cover | None = None
     claim_source: Source | None = None
+    detectors: tuple[tuple[str, float], ...] = ()
+    registry: Standing | None = None
 
     @property
     def badge(self) -> Badge:
@@ -106,6 +112,7 @@ class Report:
             "invariant": self.invariant.to_json(),
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
+            "registry": self.registry.to_json() if self.registry else None,
             "badge": {"id": self.badge.id, "name": self.badge.name},
             "camera": {
                 "focal_px": json_number(camera.focal_px),
@@ -132,6 +139,7 @@ class Report:
             "left_out": list(self.left_out),
             "input": self.film,
             "moireid": __version__,
+            "detectors": [{"name": name, "score": json_number(score)} for name, score in self.detectors],
         }
 
 

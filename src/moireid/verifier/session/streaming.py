@@ -140,8 +140,12 @@ class Verifier:
     @property
     def cover(self) -> Cover:
         """Of how much of the film so far the judged badge's chapters speak."""
-        spans = [span for chapter in self.chapters for span in chapter.judged_s]
-        return cover_of(spans, self._first_s, self.now_s, self._pushed) if self._pushed else Cover(0.0, (), 0.0)
+        if not self._pushed:
+            return Cover(0.0, (), 0.0)
+        chapters = self.chapters
+        judged = [span for chapter in chapters for span in chapter.judged_s]
+        seen = [span for chapter in chapters for span in chapter.seen_s]
+        return cover_of(judged, self._first_s, self.now_s, self._pushed, seen)
 
     @property
     def restarts(self) -> tuple[Reason, ...]:

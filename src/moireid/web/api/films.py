@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import json
 import zipfile
 from typing import Annotated, Any, Literal
 
@@ -17,13 +18,16 @@ from fastapi.responses import JSONResponse, Response, StreamingResponse
 from pydantic import BaseModel
 
 from moireid import __version__
+from moireid.verifier.report.page import render_page
 from moireid.web.api.schema import IDENTIFICATION, REPORT, answers, form
 from moireid.web.auth.roles import Visitor, anyone, require
 from moireid.web.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
 from moireid.web.jobs.events import events_of
 from moireid.web.jobs.queue import Job, State
+from moireid.web.jobs.task import SIGNALS
 from moireid.web.problems import Problem, Refusal, problem_responses
-from moireid.web.studio import studio_of
+from moireid.web.reports import circumstances_of, kept_file, pictures_of_job
+from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(prefix="/api")
 
@@ -137,6 +141,14 @@ async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> Stre
     return StreamingResponse(events_of(job), media_type="text/event-stream")
 
 
+def _report_files(studio: Studio, job: Job) -> dict[str, bytes]:
+    """The report of a job by the names of `moireid verify --report`.  Raises: Refusal 404 where it was removed."""
+    result = job.result or {}
+    page = render_page(result, pictures_of_job(job), circumstances_of(studio, job))
+    data = json.dumps(result, indent=1, ensure_ascii=False) + "\n"
+    return {"report.html": page.encode(), "report.json": data.encode(), SIGNALS: kept_file(job, SIGNALS)}
+
+
 @router.get(
     "/jobs/{job_id}/report",
     response_class=Response,
@@ -152,11 +164,7 @@ async def job_report(
         raise Refusal(409, "not_ready", "This film is not judged yet.")
     if not job.kept:
         raise Refusal(404, "no_report", "There is no report on this film.")
-    names = ["report.html"] if format == "html" else ["report.html", "report.json", "signals.csv"]
-    try:
-        files = {name: await run_in_threadpool((job.folder / name).read_bytes) for name in names}
-    except OSError as error:
-        raise Refusal(404, "no_report", "This report was removed already.") from error
+    files = await run_in_threadpool(_report_files, studio_of(request), job)
     if format == "html":
         content, kind = files["report.html"], "text/html; charset=utf-8"
     else:

@@ -39,10 +39,13 @@ class Holders(BaseModel):
 
 
 class Shown(Held):
-    """One record whole, as `moireid registry show --json` prints it."""
+    """One record, as `moireid registry show --json` prints it.
+
+    Who may not issue gets neither the badge's file nor its measured figures (null): the file is all that a copy takes.
+    """
 
     fingerprint: str
-    badge: dict[str, Any]
+    badge: dict[str, Any] | None
     as_built_at: str | None
     as_built: dict[str, Any] | None
 
@@ -99,12 +102,13 @@ def show(request: Request, badge_id: BadgeId, visitor: Reader) -> Shown:
     record = registry.by_id(badge_id)
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
+    whole = visitor.may("issuer")
     return Shown(
         **record.summary(),
         fingerprint=registry.fingerprint,
-        badge=json.loads(record.badge.to_json()),
+        badge=json.loads(record.badge.to_json()) if whole else None,
         as_built_at=record.as_built_at,
-        as_built=None if record.as_built is None else json.loads(record.as_built),
+        as_built=json.loads(record.as_built) if whole and record.as_built else None,
     )
 
 

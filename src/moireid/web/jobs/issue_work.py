@@ -118,7 +118,7 @@ def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[s
     if len(people) > MOST_AT_AN_EVENT:
         raise SpecError(
             f"the list names {len(people)} people, and {MOST_AT_AN_EVENT} can be issued from a page at once; split it, "
-            "or use print-your-badge --people"
+            "or use the command print-your-badge"
         )
     designed = list(design_people(people, wish.request("Everybody"), holder_of=registry.by_id))
     alike = registry.look_alikes(one.badge.name for one in designed if one.badge)

@@ -126,7 +126,7 @@ def checked(order: Order, registry: Registry) -> Checked:
     holder = registry.by_id(badge.id or "")
     if holder is not None and holder.badge != badge:
         raise RegistryError(
-            f"badge {badge.id} is held by {holder.name!r} already, and is another badge; give another --payload"
+            f"badge {badge.id} is held by {holder.name!r} already, and is another badge; give another identity"
         )
     parts = plan_parts(badge, order.mount)
     namesakes = [record for record in named(registry, badge.name) if record.id != badge.id]

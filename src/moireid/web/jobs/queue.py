@@ -18,9 +18,11 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
+from moireid.provenance import Standing
 from moireid.sandbox.limits import ProcessLimits
 from moireid.web.jobs.child import Lost, films, run_task
 from moireid.web.jobs.task import Task
@@ -42,7 +44,9 @@ FILE_BYTES = 256 << 20
 class Job:
     """One film: its owner, its progress, and its outcome.
 
-    result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence.
+    result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
+    was asked for; film_name, claim: as the visitor gave them; revoked_at: when the claimed badge was revoked; standing:
+    of the registry when the film came.
     """
 
     id: str
@@ -50,6 +54,11 @@ class Job:
     owner: str
     folder: Path
     label: str = ""
+    begun: datetime = field(default_factory=lambda: datetime.now(UTC))
+    film_name: str = ""
+    claim: str = ""
+    revoked_at: str | None = None
+    standing: Standing | None = None
     state: State = "receiving"
     frames: tuple[int, int | None] = (0, None)
     result: dict[str, Any] | None = None
@@ -202,6 +211,9 @@ class Jobs:
             job.frames = (int(done), None if of is None else int(of))
         elif "result" in message:
             job.result = message["result"]
+            if job.standing is not None and isinstance(job.result, dict):
+                # The server's own word, and not that of the process that reads the film.
+                job.result["registry"] = job.standing.to_json()
         else:
             job.kept = message
 

@@ -12,6 +12,8 @@ from typing import Any
 from moireid.badge import Lens
 from moireid.lenticule import ViewLaw
 
+#: The signals of a film that was verified, in the folder of its job.
+SIGNALS = "signals.csv"
 #: A lens, a pitch (mm) and their law.
 Law = tuple[Lens, float, ViewLaw]
 

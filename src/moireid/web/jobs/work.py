@@ -10,9 +10,9 @@ import os
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any
 
 import av  # noqa: F401 - loaded ahead
-import jinja2  # noqa: F401 - loaded ahead
 import jsonschema  # noqa: F401 - loaded ahead
 import matplotlib.backends.backend_svg
 import matplotlib.figure  # noqa: F401 - loaded ahead
@@ -21,13 +21,14 @@ from moireid.lenticule import know_law
 from moireid.registry import Claimed, People
 from moireid.sandbox.child import Talk
 from moireid.verifier.limits import MIN_COVER_SHARE
-from moireid.verifier.report.page import pictures_of, write_report
+from moireid.verifier.report.page import signals_csv
+from moireid.verifier.report.pictures import pictures_of
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
 from moireid.web.jobs.enroll_work import measure_capture
 from moireid.web.jobs.issue_work import Progress, Tell, issue_badge, issue_event, server_registry
-from moireid.web.jobs.task import Law, Task
+from moireid.web.jobs.task import SIGNALS, Law, Task
 
 #: Least time between two reports of progress.
 TELL_S = 0.1
@@ -46,7 +47,10 @@ def verify_film(
     report: bool = False,
     laws: Sequence[Law] = (),
 ) -> None:
-    """What `moireid verify --json` prints; with `report` also the files of `moireid verify --report`, and the plots."""
+    """What `moireid verify --json` prints; with `report` also the pictures and the signals of its report.
+
+    The page itself is made by the server, as this process is not to learn whose badge it has read.
+    """
     _know(laws)
     claim = Claim(
         found.badge,
@@ -63,13 +67,10 @@ def verify_film(
     if not report:
         return
     pictures = pictures_of(made)
-    drawn = [*pictures.plots, *([("Verdict over time", pictures.timeline)] if pictures.timeline else [])]
-    for number, (_, svg) in enumerate(drawn):
-        Path(f"plot{number}.svg").write_text(svg, encoding="utf-8")
-    if pictures.badge_png:
-        Path("badge.png").write_bytes(pictures.badge_png)
-    write_report(made, Path("."), pictures=pictures)
-    tell({"plots": [title for title, _ in drawn], "badge": pictures.badge_png is not None})
+    for name, content in pictures.files.items():
+        Path(name).write_bytes(content)
+    Path(SIGNALS).write_text(signals_csv(made), encoding="utf-8")
+    tell({"files": list(pictures.files), "plots": list(pictures.plots), "frame_s": pictures.frame_s})
 
 
 def identify_film(
@@ -79,6 +80,7 @@ def identify_film(
     *,
     registry_url: str,
     keys: str,
+    standing: dict[str, Any] | None = None,
     focal_px: float | None = None,
     laws: Sequence[Law] = (),
 ) -> None:
@@ -87,7 +89,8 @@ def identify_film(
     with server_registry(registry_url, keys) as registry:
         people = People(registry)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
-        tell({"result": outcome.to_json() | {"found_name": people.name(outcome.found_id)}})
+        name = people.name(outcome.found_id)
+        tell({"result": outcome.to_json() | {"found_name": name, "registry": standing}})
 
 
 def _know(laws: Sequence[Law]) -> None:

@@ -19,6 +19,7 @@ import struct
 import time
 from collections import Counter
 from collections.abc import Callable, MutableMapping
+from dataclasses import replace
 from typing import Any
 
 import anyio
@@ -132,7 +133,9 @@ def _start(studio: Studio, claim: str) -> Start:
 
     Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge was revoked.
     """
+    standing = studio.standing()
     found = find_claimed(studio.registry, claim)
+    found = replace(found, provenance=replace(found.provenance, standing=standing))
     if found.revoked is not None:
         raise RegistryError(f"the badge of {found.badge.name} was revoked ({found.revoked}); issue another")
     return Start(found)

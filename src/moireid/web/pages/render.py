@@ -10,6 +10,7 @@ from fastapi import Request
 from fastapi.responses import HTMLResponse
 
 from moireid import __version__
+from moireid.verifier.report.page import template as report_template
 from moireid.web.auth.roles import visitor_of
 from moireid.web.auth.tokens import Role
 from moireid.web.studio import studio_of
@@ -34,7 +35,8 @@ NAVIGATION = (
 )
 
 _environment = jinja2.Environment(
-    loader=jinja2.PackageLoader("moireid.web"),
+    # The parts of a verdict are those of the report's own page.
+    loader=jinja2.ChoiceLoader([jinja2.PackageLoader("moireid.web"), jinja2.FunctionLoader(report_template)]),
     autoescape=True,
     undefined=jinja2.StrictUndefined,
     trim_blocks=True,

@@ -9,14 +9,16 @@ from typing import Annotated
 
 from fastapi import APIRouter, Request
 from fastapi import Path as InPath
-from fastapi.responses import FileResponse, RedirectResponse, Response
+from fastapi.responses import RedirectResponse, Response
 
-from moireid.verifier.report.page import SAYS, SAYS_NOT, words_of
+from moireid.verifier.report.page import told
+from moireid.verifier.report.pictures import KINDS as KINDS_OF
+from moireid.verifier.report.pictures import NAME
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.checks import KINDS, start_job
-from moireid.web.jobs.queue import Job
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
+from moireid.web.reports import circumstances_of, kept_file, pictures_told
 from moireid.web.studio import studio_of
 
 router = APIRouter(prefix="/verify", include_in_schema=False)
@@ -24,12 +26,6 @@ router = APIRouter(prefix="/verify", include_in_schema=False)
 Verifier = Annotated[Visitor, require("verifier")]
 #: A plot has its own style; it is shown as a picture, and may run and load nothing.
 PICTURE_POLICY = {"Content-Security-Policy": "default-src 'none'; style-src 'unsafe-inline'; sandbox"}
-MOST_PLOTS = 16
-FINDINGS = {
-    "found": "The fringes moved as only a real badge's do, and the badge is enrolled.",
-    "nobody": "This is nobody's badge, as far as this registry knows.",
-    "inconclusive": "This film does not show enough to find out whose badge it is.",
-}
 
 
 @router.get("")
@@ -56,51 +52,17 @@ def outcome(request: Request, job_id: str, visitor: Verifier) -> Response:
         raise Refusal(503 if code in ("stopped", "system") else 422, code, text)
     keep = int(studio_of(request).settings.limits.keep_s)
     kept = f"{keep // 60} minutes" if keep >= 120 else f"{keep} seconds"
-    colour, title, words = _headline(job)
-    return render(
-        request,
-        "verdict.html.j2",
-        job=job,
-        result=job.result,
-        kept_for=kept,
-        says=SAYS,
-        says_not=SAYS_NOT,
-        colour=colour,
-        title=title,
-        words=words,
-    )
+    known = circumstances_of(studio_of(request), job)
+    shown = told(job.result, pictures_told(job), known, lambda name: f"/verify/{job.id}/picture/{name}")
+    return render(request, "verdict.html.j2", job=job, kept_for=kept, **shown)
 
 
-def _headline(job: Job) -> tuple[str, str, str]:
-    """Colour, title and sentence of a verdict or a finding."""
-    result = job.result or {}
-    if "finding" in result:
-        finding = result["finding"]
-        colour = {"found": "accept", "nobody": "reject"}.get(finding, "inconclusive")
-        title = {"found": f"✓ {result['found_name']}", "nobody": "✗ Nobody", "inconclusive": "? Inconclusive"}[finding]
-        return colour, title, FINDINGS[finding]
-    verdict = result["verdict"]
-    title = {"accept": "✓ Accepted", "reject": "✗ Rejected", "inconclusive": "? Inconclusive"}[verdict]
-    law, identity = (result[part]["verdict"] for part in ("invariant", "identity"))
-    return verdict, title, words_of(verdict, law, identity, result["claim_source"])
-
-
-@router.get("/{job_id}/plot/{number}")
-def plot(
-    request: Request, job_id: str, number: Annotated[int, InPath(ge=0, lt=MOST_PLOTS)], visitor: Verifier
+@router.get("/{job_id}/picture/{name}")
+def picture(
+    request: Request, job_id: str, name: Annotated[str, InPath(pattern=f"^(?:{NAME.pattern})$")], visitor: Verifier
 ) -> Response:
-    """One plot of the report."""
-    return _file(studio_of(request).jobs.find(job_id, visitor.id, *KINDS), f"plot{number}.svg", "image/svg+xml")
-
-
-@router.get("/{job_id}/badge")
-def badge(request: Request, job_id: str, visitor: Verifier) -> Response:
-    """The badge as the film shows it."""
-    return _file(studio_of(request).jobs.find(job_id, visitor.id, *KINDS), "badge.png", "image/png")
-
-
-def _file(job: Job, name: str, kind: str) -> Response:
-    path = job.folder / name
-    if not job.over or not path.is_file():
-        raise Refusal(404, "no_picture", "There is no such picture.")
-    return FileResponse(path, media_type=kind, headers=PICTURE_POLICY)
+    """A picture of the report."""
+    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
+    if not job.over:
+        raise Refusal(404, "no_picture", "There is no such picture yet.")
+    return Response(kept_file(job, name), media_type=KINDS_OF[name.rpartition(".")[2]], headers=PICTURE_POLICY)

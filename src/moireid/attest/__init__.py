@@ -1,0 +1,38 @@
+"""Verdicts that travel: signed by whoever judged, and checked by anyone later.
+
+keys.py              private keys with certificates, public keys, and how they are named
+strict_json.py       JSON from strangers, read strictly
+statement.py         what is signed: an in-toto statement about a film, with the report in it
+envelope.py          the signed statement as a DSSE envelope
+timestamp.py         time stamps of an RFC 3161 authority
+checking.py          does an envelope hold, and of which film?
+apart.py             a film judged in a process without the key
+carried.py           the content credentials that a film carries, as a note
+credentials.py       the verdict as content credentials (C2PA)
+credentials_work.py  the process that reads and writes content credentials, without the key
+
+The process that has the key never decodes a film.
+"""
+
+from typing import TYPE_CHECKING
+
+from moireid.lazy import lazy
+
+if TYPE_CHECKING:
+    from moireid.attest.checking import Checked, check
+    from moireid.attest.envelope import signed_envelope
+    from moireid.attest.keys import SigningKey, load_public_key, load_signing_key
+
+__all__ = ["Checked", "SigningKey", "check", "load_public_key", "load_signing_key", "signed_envelope"]
+
+__getattr__ = lazy(
+    __name__,
+    {
+        "Checked": "checking",
+        "check": "checking",
+        "SigningKey": "keys",
+        "load_public_key": "keys",
+        "load_signing_key": "keys",
+        "signed_envelope": "envelope",
+    },
+)

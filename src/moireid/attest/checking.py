@@ -1,0 +1,244 @@
+"""Does a signed verdict hold, and of which film is it?  In numbered steps.
+
+1. Open the envelope.
+2. Is the signature the key's over the report?
+3. Is it the key that was expected?
+4. Is what was signed a report of this format, by that key?
+5. Is the time stamp one of this signature, by a known authority?
+6. Do the certificates hold together, and were they valid then?
+7. Is the film the one that was judged?
+
+Steps 4 to 7 are left out where step 2 fails, as nothing in the report can be believed then.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from cryptography import x509
+
+from moireid.attest.envelope import Broken, Opened, opened
+from moireid.attest.keys import (
+    PublicKey,
+    algorithm,
+    certificate_digest,
+    chain_fault,
+    fingerprint,
+    holder,
+    issuer,
+)
+from moireid.attest.statement import statement_fault, utc
+from moireid.attest.strict_json import strict_object
+from moireid.attest.timestamp import Stamp, read_stamp
+from moireid.errors import SpecError
+
+
+@dataclass(frozen=True)
+class Checked:
+    """What a check found.
+
+    Attributes
+    ----------
+    faults : tuple of Broken
+        What does not hold; empty where all does.
+    opened : Opened or None
+        The envelope; None where it cannot be opened.
+    report : dict or None
+        The report as it was signed; None where nothing in it can be believed.
+    film_name : str
+        The film's name where it was judged.
+    stamp : Stamp or None
+        The time stamp, if there is one and it is of this signature.
+    key_given : bool
+        Whether the key was expected, and not only found in the envelope.
+    film_given : bool
+        Whether a film was compared.
+    """
+
+    faults: tuple[Broken, ...]
+    opened: Opened | None = None
+    report: dict[str, Any] | None = None
+    film_name: str = ""
+    stamp: Stamp | None = None
+    key_given: bool = False
+    film_given: bool = False
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing is wrong."""
+        return not self.faults
+
+    def to_json(self) -> dict[str, Any]:
+        """Give the object that ``attest check --json`` prints.
+
+        Returns
+        -------
+        dict
+            `holds`, `faults`, and of a report that can be believed who judged what, when, with what.
+        """
+        document: dict[str, Any] = {
+            "holds": self.holds,
+            "faults": [{"part": fault.part, "text": fault.text} for fault in self.faults],
+            "signer": self._signer(),
+        }
+        if self.report is None:
+            return document
+        told = self.report
+        wrong = {fault.part for fault in self.faults}
+        return document | {
+            "verdict": told["verdict"],
+            "film": {
+                "name": self.film_name,
+                "sha256": told["input"]["sha256"],
+                "same": "film" not in wrong if self.film_given else None,
+            },
+            "badge": told["badge"],
+            "claim_source": told["claim_source"],
+            "registry": told["registry"],
+            "moireid": told["moireid"],
+            "time": self._time(told["attested"]["at"]),
+            "report": told,
+        }
+
+    def _signer(self) -> dict[str, Any] | None:
+        if self.opened is None:
+            return None
+        own = self.opened.certificates[:1]
+        return {
+            "key_sha256": fingerprint(self.opened.key),
+            "algorithm": algorithm(self.opened.key),
+            "expected": all(fault.part != "key" for fault in self.faults) if self.key_given else None,
+            "certificate": {"holder": holder(own[0]), "issuer": issuer(own[0])} if own else None,
+        }
+
+    def _time(self, attested_at: str) -> dict[str, Any]:
+        stamped_at = utc(self.stamp.at) if self.stamp else None
+        trusted = self.stamp is not None and self.stamp.trusted
+        return {
+            "at": stamped_at if trusted else attested_at,
+            "source": "time stamp" if trusted else "signer's own clock",
+            "attested_at": attested_at,
+            "stamped_at": stamped_at,
+        }
+
+
+def check(
+    envelope: bytes,
+    *,
+    film: Path | None = None,
+    key: PublicKey | None = None,
+    authorities: tuple[x509.Certificate, ...] = (),
+) -> Checked:
+    """Check a signed verdict.
+
+    Parameters
+    ----------
+    envelope : bytes
+        As `envelope.read_envelope` reads it.
+    film : Path, optional
+        The film that it should be of.
+    key : PublicKey, optional
+        The key by which it should be signed; None: the one in the envelope, which proves nothing of its holder.
+    authorities : tuple of x509.Certificate
+        Certificates of the time authority to be believed, the root among them.
+
+    Returns
+    -------
+    Checked
+        With every fault that was found.
+
+    Raises
+    ------
+    SpecError
+        The film cannot be read.
+    """
+    empty = Checked((), key_given=key is not None, film_given=film is not None)
+    digest = _digest(film) if film is not None else None
+    try:
+        found = opened(envelope)  # 1
+    except Broken as broken:
+        return replace(empty, faults=(broken,))
+    faults = _signature_faults(found)  # 2
+    if key is not None and fingerprint(key) != fingerprint(found.key):  # 3
+        words = f"It was signed by key {fingerprint(found.key)[:16]}…, and not by the given {fingerprint(key)[:16]}…."
+        faults.append(Broken("key", words))
+    if any(fault.part in ("report", "signature") for fault in faults):
+        return replace(empty, faults=tuple(faults), opened=found)
+    try:
+        document = _statement(found)  # 4
+    except Broken as broken:
+        return replace(empty, faults=(*faults, broken), opened=found)
+    report = document["predicate"]
+    stamp = _stamp(found, authorities, faults)  # 5
+    faults += _certificate_faults(found, report["attested"], stamp)  # 6
+    if digest is not None and digest != report["input"]["sha256"]:  # 7
+        judged = report["input"]["sha256"][:16]
+        words = f"The film is another one, or was changed: its SHA-256 begins {digest[:16]}, the judged one's {judged}."
+        faults.append(Broken("film", words))
+    name = document["subject"][0]["name"]
+    return replace(empty, faults=tuple(faults), opened=found, report=report, film_name=name, stamp=stamp)
+
+
+def _signature_faults(found: Opened) -> list[Broken]:
+    if not found.signed_by(found.key):
+        if not found.payload_as_noted:
+            return [Broken("report", "The report was changed after it was signed.")]
+        return [Broken("signature", "The signature is not that of the key beside it: one of the two was changed.")]
+    if not found.payload_as_noted:
+        return [Broken("envelope", "The digest beside the signature was changed; report and signature were not.")]
+    return []
+
+
+def _statement(found: Opened) -> dict[str, Any]:
+    """The statement that was signed.  Raises: Broken where it is none, or another key's."""
+    try:
+        document = strict_object(found.payload)
+    except ValueError as error:
+        raise Broken("report", f"What was signed is no report: {error}.") from error
+    if fault := statement_fault(document):
+        raise Broken("report", f"What was signed is no report of this format: {fault}.")
+    signer = document["predicate"]["attested"]["signer"]
+    if signer["key_sha256"] != fingerprint(found.key):
+        raise Broken("report", "The report says that another key signs it.")
+    try:
+        _moment(document["predicate"]["attested"]["at"])
+    except ValueError as error:
+        raise Broken("report", "The report's date is none.") from error
+    own = certificate_digest(found.certificates[0]) if found.certificates else None
+    if signer["certificate_sha256"] != own:
+        raise Broken("certificate", "The certificate is not the one that the signer named in the report.")
+    return document
+
+
+def _stamp(found: Opened, authorities: tuple[x509.Certificate, ...], faults: list[Broken]) -> Stamp | None:
+    if found.timestamp is None:
+        if authorities:
+            faults.append(Broken("timestamp", "There is no time stamp, though a time authority is given."))
+        return None
+    stamp = read_stamp(found.timestamp, found.signature, authorities)
+    if stamp is None:
+        whose = " by the given authority" if authorities else ""
+        faults.append(Broken("timestamp", f"The time stamp is none of this signature{whose}, or was changed."))
+    return stamp
+
+
+def _certificate_faults(found: Opened, attested: dict[str, Any], stamp: Stamp | None) -> list[Broken]:
+    at = stamp.at if stamp and stamp.trusted else _moment(attested["at"])
+    fault = chain_fault(found.certificates, found.key, at)
+    return [Broken("certificate", f"The certificates do not hold: {fault}.")] if fault else []
+
+
+def _moment(text: str) -> datetime:
+    return datetime.strptime(text, "%Y-%m-%dT%H:%M:%SZ").replace(tzinfo=UTC)
+
+
+def _digest(film: Path) -> str:
+    try:
+        with film.open("rb") as stream:
+            return hashlib.file_digest(stream, "sha256").hexdigest()
+    except OSError as error:
+        raise SpecError(f"film {film} cannot be read ({error.strerror}); check its name and rights") from error

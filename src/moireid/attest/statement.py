@@ -1,0 +1,86 @@
+"""What is signed: an in-toto statement (v1) whose subject is the film and whose predicate is the report.
+
+Convention: the predicate is what `verify --json` prints, with the object `attested`: when, and by which key.  So
+whoever reads reports reads this one too.
+Source: in-toto attestation framework, Statement v1 (https://in-toto.io/Statement/v1).
+"""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime
+from functools import cache
+from importlib import resources
+from typing import Any
+
+from jsonschema import Draft202012Validator
+from referencing import Registry, Resource
+
+from moireid.attest.keys import SigningKey, certificate_digest, fingerprint
+from moireid.errors import SpecError
+
+STATEMENT_TYPE = "https://in-toto.io/Statement/v1"
+#: With the number of the report's format.
+PREDICATE_TYPE = "urn:moireid:predicate:verify-report:1"
+
+
+def attested(report: dict[str, Any], key: SigningKey) -> dict[str, Any]:
+    """A report with what its signer says beside it.
+
+    Parameters: report: as `Report.to_json` gives it, with the `registry` that was asked.
+    """
+    own = certificate_digest(key.chain[0]) if key.chain else None
+    # Both are signed, so that nobody can lay another certificate of the same key beside the signature.
+    signer = {"key_sha256": fingerprint(key.public), "certificate_sha256": own}
+    return report | {"attested": {"at": utc(datetime.now(UTC)), "signer": signer}}
+
+
+def statement(report: dict[str, Any], film_name: str) -> bytes:
+    """The statement about a film, as it is signed.
+
+    Parameters: report: as `attested` gives it; film_name: without folders, which are nobody's business.
+    Raises: SpecError where the report is not as the schema says.
+    """
+    document = {
+        "_type": STATEMENT_TYPE,
+        "subject": [{"name": film_name, "digest": {"sha256": report["input"]["sha256"]}}],
+        "predicateType": PREDICATE_TYPE,
+        "predicate": report,
+    }
+    if fault := statement_fault(document):
+        raise SpecError(f"this report cannot be signed: {fault}; that is an error of moireid, please report it")
+    return json.dumps(document, allow_nan=False).encode("ascii")
+
+
+def statement_schema() -> str:
+    """JSON Schema (2020-12) of the statement, as text; it refers to the report's."""
+    return _schema_text("attestation")
+
+
+def statement_fault(document: dict[str, Any]) -> str | None:
+    """The first thing in which a statement is not as the schema says, in words; None where it is."""
+    try:
+        wrong = next(_validator().iter_errors(document), None)
+    except RecursionError:
+        return "it nests too deeply"
+    if wrong is None:
+        subject, told = document["subject"][0]["digest"]["sha256"], document["predicate"]["input"]["sha256"]
+        return None if subject == told else "its report is of another film than its subject"
+    place = ".".join(map(str, wrong.absolute_path)) or "it"
+    return f"{place[:80]} breaks the rule {wrong.validator!r} of its schema"
+
+
+def utc(moment: datetime) -> str:
+    """A moment as reports write it, such as 2026-01-31T12:00:00Z."""
+    return moment.astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+
+
+@cache
+def _validator() -> Draft202012Validator:
+    report, own = (json.loads(_schema_text(name)) for name in ("report", "attestation"))
+    known: Registry[Any] = Registry().with_resource(report["$id"], Resource.from_contents(report))
+    return Draft202012Validator(own, registry=known)
+
+
+def _schema_text(name: str) -> str:
+    return resources.files("moireid").joinpath(f"schema/{name}.schema.json").read_text(encoding="utf-8")

@@ -1,0 +1,136 @@
+"""attest check: does a signed verdict hold, who gave it, when, and of which film?"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.cli.common import ACCEPT, REJECT, friendly, json_option, show_json
+
+if TYPE_CHECKING:
+    from moireid.attest import Checked
+
+
+def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
+    """Print the schema and leave, before a file is asked for."""
+    if asked and not context.resilient_parsing:
+        from moireid.attest.statement import statement_schema
+
+        click.echo(statement_schema(), nl=False)
+        context.exit()
+
+
+@click.group("attest")
+def attest_group() -> None:
+    """Check signed verdicts."""
+
+
+@attest_group.command("check")
+@click.argument("envelope", metavar="FILE", type=click.Path(path_type=Path))
+@click.option("--film", type=click.Path(path_type=Path), help="The film that it should be a verdict of.")
+@click.option(
+    "--key",
+    "key_file",
+    metavar="PUB.pem",
+    type=click.Path(path_type=Path),
+    help="The signer's public key or certificate, as you got it from the signer. Without it only the key in FILE is "
+    "used, which proves nothing about who signed.",
+)
+@click.option(
+    "--authority",
+    "authority_file",
+    metavar="CERT.pem",
+    type=click.Path(path_type=Path),
+    help="Certificates of the time authority that you trust, its root among them. Without it a time stamp is not "
+    "believed.",
+)
+@click.option(
+    "--schema",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_show_schema,
+    help="Print the JSON Schema of what is signed, and exit.",
+)
+@json_option
+@friendly
+def check_command(
+    envelope: Path, film: Path | None, key_file: Path | None, authority_file: Path | None, as_json: bool
+) -> None:
+    """Check a signed verdict: who judged what, and when?
+
+    FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. No registry and no network are needed.
+
+    Exit code 0: it holds; 1: it does not; 2: bad input.
+    """
+    from moireid.attest import check, load_public_key
+    from moireid.attest.envelope import read_envelope
+    from moireid.attest.keys import load_certificates
+
+    key = load_public_key(key_file) if key_file is not None else None
+    authorities = load_certificates(authority_file) if authority_file is not None else ()
+    found = check(read_envelope(envelope), film=film, key=key, authorities=authorities)
+    if as_json:
+        show_json(found.to_json())
+    else:
+        for line in lines_of(found):
+            click.echo(shown(line))
+    sys.exit(ACCEPT if found.holds else REJECT)
+
+
+def lines_of(found: Checked) -> list[str]:
+    """What a check found, for people."""
+    told = found.to_json()
+    faults = [f"  ✗ {fault.text}" for fault in found.faults]
+    if found.report is None:
+        return ["DOES NOT HOLD: nothing in it can be believed.", *faults]
+    head = "HOLDS" if found.holds else "DOES NOT HOLD"
+    film, badge = told["film"], told["badge"]
+    whose = f"badge of {badge['name']} ({badge['id']})" if badge["id"] else f"board {badge['name']!r}"
+    same = {True: "the given film is that film", False: "the given film is another", None: "no film was given"}
+    return [
+        f"{head}: {film['name']} was judged {told['verdict'].upper()}, {whose}",
+        *faults,
+        f"  film: SHA-256 {film['sha256']}; {same[film['same']]}",
+        f"  who: {_who(told['signer'])}",
+        f"  when: {_when(told['time'])}",
+        f"  with: moireid {told['moireid']}",
+        f"  registry: {_registry(told['registry'])}",
+    ]
+
+
+def shown(line: str) -> str:
+    """A line for a terminal: letters that would steer it, or turn the line round, become escapes."""
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in line)
+
+
+def _who(signer: dict[str, Any]) -> str:
+    certificate = signer["certificate"]
+    named = f", which a certificate by {certificate['issuer']} gives to {certificate['holder']}" if certificate else ""
+    key = f"key {signer['key_sha256'][:32]}… ({signer['algorithm']}){named}"
+    if signer["expected"] is not None:
+        return f"{key}; it is {'' if signer['expected'] else 'not '}the key that you gave"
+    what = "key and certificate" if certificate else "key"
+    return (
+        f"{key}; only the {what} in the file itself was used. The report is as that key signed it, but anybody can "
+        "make such a key, so this does not prove who signed. Get the signer's key from the signer, and give it by --key"
+    )
+
+
+def _when(time: dict[str, Any]) -> str:
+    if time["source"] == "time stamp":
+        return f"{time['at']} at the latest, by the time stamp of the given authority"
+    own = f"{time['attested_at']}, by the signer's own clock, which the signer can set"
+    if time["stamped_at"] is None:
+        return own
+    return f"{own}; a time stamp says {time['stamped_at']}, and is not believed unless you give --authority"
+
+
+def _registry(registry: dict[str, str | None] | None) -> str:
+    if registry is None:
+        return "none; the badge came from a file, and nobody vouches for its name"
+    until = f", by a bundle that counted until {registry['expires']}" if registry["expires"] else ""
+    return f"of authority {registry['fingerprint']}, log at {registry['head']}{until}"

@@ -1,0 +1,11 @@
+"""`moireid registry`: its commands, thin as all of them.
+
+records.py   init, list, show, revoke, forget
+checks.py    audit, checkpoint, publish
+transfer.py  export, import
+"""
+
+from moireid.cli.registry import checks, transfer
+from moireid.cli.registry.records import registry_group
+
+__all__ = ["checks", "registry_group", "transfer"]

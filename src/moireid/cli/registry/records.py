@@ -1,0 +1,130 @@
+"""registry init, list, show, revoke, forget: the records, and what was seen of registries."""
+
+from __future__ import annotations
+
+import click
+
+from moireid.cli.common import friendly, json_option, registry_option, show_json
+
+
+@click.group("registry")
+def registry_group() -> None:
+    """Look after the registry of badges: list, show, revoke, audit."""
+
+
+@registry_group.command("init")
+@registry_option
+@json_option
+@friendly
+def registry_init(registry_url: str | None, as_json: bool) -> None:
+    """Make an empty registry and its signing key.
+
+    A registry that already exists is left as it is.
+    """
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=True) as registry:
+        count, head, key = registry.count(), registry.head(), registry.key_path
+        if as_json:
+            document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
+            show_json(document | {"head": head, "key": str(key) if key.exists() else None})
+            return
+        click.echo(f"{registry.shown_url} is ready and holds {count} badges")
+        click.echo(f"the fingerprint of its authority is {registry.fingerprint}: tell it to whoever checks badges")
+        if key.exists():
+            click.echo(f"its private key is {key}: keep a copy, and show it to nobody")
+        else:
+            click.echo(f"its private key is not here ({key}), so it can only be read and not changed")
+
+
+@registry_group.command("list")
+@registry_option
+@json_option
+@friendly
+def registry_list(registry_url: str | None, as_json: bool) -> None:
+    """List all people who hold a badge."""
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry:
+        if as_json:
+            show_json({"registry": registry.shown_url, "badges": [record.summary() for record in registry.records()]})
+            return
+        for record in registry.records():
+            revoked = f"  revoked {record.revoked_at}" if record.revoked_at else ""
+            click.echo(f"{record.id}  {record.issued_at}  {record.name}{revoked}")
+
+
+@registry_group.command("show")
+@click.argument("claim", metavar="NAME|ID")
+@registry_option
+@json_option
+@friendly
+def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
+    """Show one person's record.
+
+    Give the name exactly as it was entered, or the badge's id.
+    """
+    import json
+
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry:
+        record, fingerprint = registry.find(claim), registry.fingerprint
+    if as_json:
+        document = record.summary() | {"fingerprint": fingerprint, "badge": json.loads(record.badge.to_json())}
+        measured = None if record.as_built is None else json.loads(record.as_built)
+        show_json(document | {"as_built_at": record.as_built_at, "as_built": measured})
+        return
+    click.echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
+    if record.revoked_at is not None:
+        click.echo(f"revoked on {record.revoked_at}: {record.revoked_reason}")
+    if record.as_built is not None:
+        click.echo(f"measured as built on {record.as_built_at}")
+    click.echo(f"signed by authority {fingerprint}")
+
+
+@registry_group.command("revoke")
+@click.argument("claim", metavar="NAME|ID")
+@click.option(
+    "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
+)
+@registry_option
+@json_option
+@friendly
+def registry_revoke(claim: str, reason: str, registry_url: str | None, as_json: bool) -> None:
+    """Revoke one person's badge, for good.
+
+    Every later verification rejects it. Give the name exactly as it was entered, or the badge's id.
+    """
+    from moireid.registry import open_registry
+
+    with open_registry(registry_url, create=False) as registry:
+        registry.check_head()
+        record = registry.revoke(claim, reason)
+        if as_json:
+            show_json(record.summary() | {"registry": registry.shown_url})
+        else:
+            click.echo(f"badge {record.id} of {record.name} is revoked since {record.revoked_at}")
+
+
+@registry_group.command("forget")
+@click.argument("fingerprint", metavar="FINGERPRINT")
+@json_option
+@friendly
+def registry_forget(fingerprint: str, as_json: bool) -> None:
+    """Forget how far a registry had grown.
+
+    Moireid remembers the last state of each registry that it has seen, and refuses an older one. If those who run the
+    registry had to put an older state back, for example after a broken disk, this accepts it once.
+    """
+    from moireid.registry.checkpoints.seen import forget
+    from moireid.registry.checkpoints.standing import as_fingerprint
+
+    wanted = as_fingerprint(fingerprint)
+    gone = forget(wanted)
+    if as_json:
+        show_json({"fingerprint": wanted, "forgotten": gone})
+    else:
+        click.echo(
+            f"what was seen of authority {wanted} is forgotten" if gone else f"authority {wanted} was never seen"
+        )

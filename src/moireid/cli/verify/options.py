@@ -1,0 +1,180 @@
+"""The options of `verify`, what was asked for by them, and what does not go together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.cli.attest.signing import signing_options
+from moireid.cli.common import FiniteRange, json_option, overwrite_option, registry_option, trust_option
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.attest.credentials import Form
+
+focal_option = click.option(
+    "--focal-px",
+    type=FiniteRange(50, 100000),
+    metavar="PX",
+    help="The camera's focal length in pixels, if known; else it is estimated from the film.",
+)
+
+
+def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
+    """Print the schema and leave, before a film is asked for."""
+    if asked and not context.resilient_parsing:
+        from moireid.verifier.session.result import report_schema
+
+        click.echo(report_schema(), nl=False)
+        context.exit()
+
+
+#: In the order of the help.
+OPTIONS = (
+    click.option("--claim", metavar="NAME|ID", help="Whose badge it is said to be; looked up in the registry."),
+    registry_option,
+    click.option(
+        "--badge",
+        "badge_json",
+        type=click.Path(path_type=Path),
+        help="The badge.json of the claimed badge, instead of --claim. Nobody vouches for the name in it, unless "
+        "--registry is given too and holds the badge.",
+    ),
+    click.option(
+        "--bundle",
+        "bundle_path",
+        type=click.Path(path_type=Path, dir_okay=False),
+        help="A file of `moireid registry publish`, instead of --registry: it needs no network and no access to one.",
+    ),
+    trust_option,
+    focal_option,
+    click.option(
+        "--report",
+        "report_folder",
+        type=click.Path(path_type=Path, file_okay=False),
+        help="Write a report here: report.html, with plots, and its figures.",
+    ),
+    click.option(
+        "--require-original/--no-require-original",
+        default=None,
+        help="Accept only the badge that was enrolled, and no copy of it; or accept copies too. Default: no copy where "
+        "it was enrolled with --capture.",
+    ),
+    click.option(
+        "--overlap",
+        is_flag=True,
+        help="Demand too that the badge passes in front of the face for a second; needs moireid[face].",
+    ),
+    click.option(
+        "--cover",
+        "cover_share",
+        type=click.FloatRange(0, 1),
+        help="Share of the film that the verdict must be of, 0 to 1; with less it is inconclusive.  [default: 0.5]",
+    ),
+    click.option(
+        "--photographs",
+        type=click.IntRange(0),
+        help="So many photographs of the badge a forger must need to make such a film; with fewer it is inconclusive. "
+        "[default: 0]",
+    ),
+    click.option(
+        "--pipeline",
+        type=click.Choice(["moireid", "published"]),
+        default="moireid",
+        show_default=True,
+        help="Our method, or the published one (Qing et al. 2026) for comparison: correlation only, and no identity.",
+    ),
+    click.option(
+        "--corners",
+        "corners_given",
+        metavar="X,Y,... | FILE.csv",
+        help="For films that lost their markers, scored with --pipeline published: the striped region's corners (top "
+        "left, top right, bottom right, bottom left; px) in the first frame, to be followed; corrections at later "
+        "frames as FRAME:X,Y,... after a blank. Our own pipeline follows markers alone; where they are seen in less "
+        "than half of the frames, it leaves such a film open.",
+    ),
+    click.option(
+        "--schema",
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=_show_schema,
+        help="Print the JSON Schema of what --json prints, and exit.",
+    ),
+    signing_options,
+    overwrite_option,
+    json_option,
+)
+
+
+def verify_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of `verify`."""
+    for option in reversed(OPTIONS):
+        command = option(command)
+    return command
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What was asked for, as it was typed; the names are those of the options."""
+
+    video: Path
+    claim: str | None
+    registry_url: str | None
+    badge_json: Path | None
+    bundle_path: Path | None
+    trust: str | None
+    focal_px: float | None
+    report_folder: Path | None
+    require_original: bool | None
+    overlap: bool
+    cover_share: float | None
+    photographs: int | None
+    pipeline: str
+    corners_given: str | None
+    key_file: Path | None
+    attest_file: Path | None
+    timestamp_url: str | None
+    form: Form | None
+    detectors: tuple[str, ...]
+    overwrite: bool
+    as_json: bool
+
+    @property
+    def published(self) -> bool:
+        """Whether the published method judges."""
+        return self.pipeline == "published"
+
+
+def check_wish(wish: Wish) -> None:
+    """Raise SpecError where options do not go together, before anything is opened."""
+    _check_pipeline(wish)
+    _check_claim(wish)
+
+
+def _check_pipeline(wish: Wish) -> None:
+    """The published method can do less, and only our own is signed."""
+    if wish.published and wish.require_original is not None:
+        raise SpecError("--pipeline published cannot do what --require-original asks for; leave one of them out")
+    wanted = {"--overlap": wish.overlap or None, "--cover": wish.cover_share, "--photographs": wish.photographs}
+    for name, value in wanted.items():
+        if wish.published and value is not None:
+            raise SpecError(f"--pipeline published cannot check {name}; leave one of them out")
+    if wish.key_file is not None and (wish.published or wish.corners_given is not None):
+        raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
+
+
+def _check_claim(wish: Wish) -> None:
+    """One claim, and one place to look it up."""
+    if (wish.claim is None) == (wish.badge_json is None):
+        raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
+    if wish.bundle_path is not None and (wish.registry_url is not None or wish.claim is None):
+        raise SpecError("--bundle stands in the place of --registry, and goes with --claim; leave the other one out")
+    if wish.trust is not None and wish.badge_json is not None and wish.registry_url is None:
+        raise SpecError(
+            "--trust is of a registry, and none is asked with --badge alone; add --registry, or leave it out"
+        )

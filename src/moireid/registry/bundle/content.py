@@ -1,0 +1,138 @@
+"""The content of a bundle: an SQLite database, so that a look-up among many people reads a handful of pages.
+
+people    name, its skeleton (`look_alikes`), sealed identity, layout, measured figures, revocation
+layouts   a specimen of each layout: a badge of nobody
+about     the checkpoint; the hashes of all log entries, 32 bytes each
+
+What is not in it: identities in the clear, lines, times of issue, and whose each log entry is.  The measured figures
+are: whoever has a film of a badge could measure them too, and without them a verifier knows no copy.
+"""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+import tempfile
+from collections.abc import Iterable
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+
+from moireid.provenance import Seal
+from moireid.registry.canonical import canonical_json
+
+_TABLES = """
+CREATE TABLE about (checkpoint TEXT NOT NULL, entries BLOB NOT NULL);
+CREATE TABLE layouts (number INTEGER PRIMARY KEY, badge TEXT NOT NULL);
+CREATE TABLE people (
+    number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, salt BLOB NOT NULL, seal BLOB NOT NULL,
+    layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT, revoked_reason TEXT
+);
+"""
+_INDEXES = "CREATE INDEX people_by_name ON people (name); CREATE INDEX people_by_skeleton ON people (skeleton);"
+_COLUMNS = "name, salt, seal, layout, as_built, revoked_at, revoked_reason"
+
+
+@dataclass(frozen=True)
+class Person:
+    """A person of a bundle; figures: as JSON, without the identity; layout: number of its specimen."""
+
+    name: str
+    seal: Seal
+    layout: int
+    figures: str | None
+    revoked_at: str | None
+    revoked_reason: str | None
+
+
+def without_id(as_built: str | None) -> str | None:
+    """Measured figures as a bundle holds them: the identity that stands among them is taken out."""
+    return None if as_built is None else canonical_json(json.loads(as_built) | {"badge_id": ""})
+
+
+def made_content(
+    checkpoint: str, entries: Iterable[bytes], layouts: Iterable[str], people: Iterable[tuple[Person, str]]
+) -> bytes:
+    """The content; layouts: badges as JSON in the order of their numbers; people: each with the name's skeleton."""
+    with tempfile.TemporaryDirectory(prefix="moireid-bundle-") as folder:
+        path = Path(folder) / "content.sqlite3"
+        # Whole in a folder of its own, and small pages: nobody else reads it, and a power cut leaves nothing behind.
+        with closing(sqlite3.connect(path)) as database:
+            database.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;" + _TABLES)
+            with database:
+                database.execute("INSERT INTO about VALUES (?, ?)", (checkpoint, b"".join(entries)))
+                database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
+                database.executemany(
+                    f"INSERT INTO people (skeleton, {_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", map(_row, people)
+                )
+                database.executescript(_INDEXES)
+        return path.read_bytes()
+
+
+class Content:
+    """A content whose signature was checked, read in memory: nobody can change it between check and use."""
+
+    def __init__(self, content: bytes) -> None:
+        """Raises: sqlite3.Error where it is no database."""
+        self._database = sqlite3.connect(":memory:")
+        self._database.deserialize(content)
+        self._database.execute("PRAGMA query_only = ON")
+        self._database.execute("PRAGMA trusted_schema = OFF")
+
+    def close(self) -> None:
+        """Give the memory back."""
+        self._database.close()
+
+    def named(self, name: str) -> list[Person]:
+        """All of this very name."""
+        return self._people("name = ?", name)
+
+    def alike(self, skeleton: str) -> list[Person]:
+        """All whose names look so."""
+        return self._people("skeleton = ?", skeleton)
+
+    def everybody(self) -> list[Person]:
+        """All people."""
+        return self._people("1 = ?", 1)
+
+    def count(self) -> int:
+        """How many people there are."""
+        return int(self._database.execute("SELECT count(*) FROM people").fetchone()[0])
+
+    def layout(self, number: int) -> str:
+        """A specimen's JSON."""
+        (found,) = self._database.execute("SELECT badge FROM layouts WHERE number = ?", (number,)).fetchone()
+        return str(found)
+
+    def hash_at(self, seq: int) -> str | None:
+        """The hash of a log entry; None where there is no such entry."""
+        (found,) = self._database.execute("SELECT substr(entries, ?, 32) FROM about", (32 * seq - 31,)).fetchone()
+        return found.hex() if seq > 0 and len(found) == 32 else None
+
+    def checkpoint(self) -> str:
+        """The checkpoint's note."""
+        return str(self._database.execute("SELECT checkpoint FROM about").fetchone()[0])
+
+    def entries(self) -> list[bytes]:
+        """The hashes of all log entries."""
+        (found,) = self._database.execute("SELECT entries FROM about").fetchone()
+        return [found[k : k + 32] for k in range(0, len(found), 32)]
+
+    def _people(self, condition: str, value: object) -> list[Person]:
+        rows = self._database.execute(f"SELECT {_COLUMNS} FROM people WHERE {condition} ORDER BY number", (value,))
+        return [Person(name, Seal(salt, seal), *rest) for name, salt, seal, *rest in rows]
+
+
+def _row(pair: tuple[Person, str]) -> tuple[object, ...]:
+    person, skeleton = pair
+    seal = person.seal
+    return (
+        skeleton,
+        person.name,
+        seal.salt,
+        seal.digest,
+        person.layout,
+        person.figures,
+        person.revoked_at,
+        person.revoked_reason,
+    )

@@ -1,0 +1,162 @@
+"""A bundle that somebody fetched: its checks, and the badge that a claim means.
+
+1. Its signature, over every byte.
+2. Its authority: the trusted one, or the one seen in this file before.
+3. Its expiry, and its head: not before what was seen of that authority.
+"""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+import unicodedata
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from os import cpu_count
+from pathlib import Path
+from types import TracebackType
+
+from moireid.asbuilt import as_built_from_json
+from moireid.badge import badge_from_json
+from moireid.errors import RegistryError
+from moireid.provenance import Claimed, Holder, Provenance
+from moireid.registry.bundle.content import Content, Person
+from moireid.registry.bundle.parcel import check_expiry, opened_parcel
+from moireid.registry.checkpoints.standing import hold
+from moireid.registry.log import Head
+from moireid.registry.look_alikes import skeleton
+
+#: So many people of names that look alike are named.
+MOST_ALIKE = 3
+#: Among so many people the holder of a badge that was read is looked up: 2 s of one processor at 0.4 ms a seal.
+MOST_SEALS = 5000
+#: An identity in hex digits, as a claim.
+_ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
+
+
+class Bundle:
+    """An open bundle; a context manager that gives its memory back.
+
+    Parameters
+    ----------
+    path : Path or str
+        What `Registry.publish` wrote.
+    trust : str, optional
+        The fingerprint of the one authority that counts; None for the one that was seen in this file first.
+
+    Attributes
+    ----------
+    standing : Standing
+        Authority, head and expiry.
+    opens_soon : bool
+        Whether it holds so few people that `holder_of` takes no more than 2 s.
+
+    Raises
+    ------
+    RegistryError
+        Where it is no bundle, was changed, has expired, is another authority's, or is older than what was seen.
+    SpecError
+        Where `trust` is no fingerprint.
+    """
+
+    def __init__(self, path: Path | str, trust: str | None = None) -> None:
+        self.path = Path(path)
+        header, authority, content = opened_parcel(self.path)
+        try:
+            self._content = Content(content)
+            self.opens_soon = self._content.count() <= MOST_SEALS
+            head = Head.parse(header.head)
+            # Both were signed together; a bundle in which they differ was made by another program.
+            if self._content.hash_at(head.seq) != head.hash:
+                raise sqlite3.DataError("its head is not the end of its log")
+        except sqlite3.Error as error:
+            raise RegistryError(
+                f"bundle {path} cannot be read ({error}); fetch one that this moireid's version or an older one wrote"
+            ) from error
+        what, place = f"bundle {path}", f"bundle:{self.path.absolute()}"
+        fingerprint, hash_at = authority.fingerprint, self._content.hash_at
+        check_expiry(header, self.path)
+        self.standing = hold(what, place, fingerprint, lambda: head, hash_at, trust, header.expires)
+
+    def __enter__(self) -> Bundle:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._content.close()
+
+    def claimed(self, claim: str) -> Claimed:
+        """Look up the badge that a claim means.
+
+        Parameters
+        ----------
+        claim : str
+            A name, matched exactly after Unicode NFC; or an id in hex digits, which is tried on every seal.
+
+        Returns
+        -------
+        Claimed
+            A specimen of its layout with the person's name, the seal of its identity, and whether it was revoked.
+
+        Raises
+        ------
+        RegistryError
+            Where it means nobody, or several people.
+        """
+        name = unicodedata.normalize("NFC", claim)
+        found = self._content.named(name) or self._of_id(claim.lower())
+        if len(found) > 1:
+            raise RegistryError(
+                f"{len(found)} people are named {name[:80]!r}, and a bundle keeps their ids sealed; claim the id that "
+                "the person or the registry gave you",
+                claim=claim,
+                ids=[],
+            )
+        if not found:
+            alike = self._alike(name)
+            more = f"; but it looks like {' and '.join(alike)}, whose name is written in other letters" if alike else ""
+            raise RegistryError(
+                f"nobody named {name[:80]!r} is in bundle {self.path} of {self.standing.head.split(':')[0]} log "
+                f"entries, and nobody there has such an id; fetch a newer one, or look at the spelling{more}",
+                claim=claim,
+                ids=[],
+                alike=alike,
+            )
+        return self._of(found[0])
+
+    def holder_of(self, badge_id: object) -> Holder | None:
+        """Tell who holds the badge that was read in a film, by trying its identity on every seal.
+
+        Parameters
+        ----------
+        badge_id : object
+            Hex digits, or whatever a process that reads strangers' films gives in their place.
+
+        Returns
+        -------
+        Holder or None
+            None where it is no identity, or nobody in the bundle holds such a badge.
+        """
+        for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
+            return Holder(person.name, person.revoked_at, person.revoked_reason)
+        return None
+
+    def _of(self, person: Person) -> Claimed:
+        badge = badge_from_json(self._content.layout(person.layout), source=f"a layout of bundle {self.path}")
+        as_built = as_built_from_json(person.figures) if person.figures else None
+        provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
+        named = replace(badge, name=person.name)
+        return Claimed(named, as_built, person.revoked_reason, provenance, person.revoked_at, person.seal)
+
+    def _of_id(self, badge_id: str) -> list[Person]:
+        if not _ID.fullmatch(badge_id):
+            return []
+        people = self._content.everybody()
+        with ThreadPoolExecutor(cpu_count()) as pool:
+            opens = pool.map(lambda person: person.seal.holds(badge_id), people, chunksize=64)
+            return [person for person, right in zip(people, opens, strict=True) if right]
+
+    def _alike(self, name: str) -> tuple[str, ...]:
+        found = [one.name for one in self._content.alike(skeleton(name)) if one.name != name]
+        return tuple(found[:MOST_ALIKE])

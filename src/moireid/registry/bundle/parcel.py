@@ -1,0 +1,108 @@
+"""The bundle's file: one line with its kind, a signed note (`checkpoints/note.py`), and the content.
+
+The note names the content's SHA-256, so whoever has checked the note and that digest has checked every byte; and it
+names the public key, which counts only where its fingerprint is the trusted one.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+from moireid.errors import RegistryError
+from moireid.registry.canonical import sha256_hex
+from moireid.registry.checkpoints.note import opened, parted, signed_note
+from moireid.registry.keys import Authority, Signer
+from moireid.registry.log import Head
+
+ORIGIN = "moireid/bundle/"
+_FIRST = re.compile(rb"moireid bundle 1 (\d{6})\n")
+#: Lines of the header after its origin, in this order.
+_LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
+TIME = "%Y-%m-%dT%H:%M:%SZ"
+
+
+@dataclass(frozen=True)
+class Header:
+    """What the signed note says.
+
+    Convention: times as in records; key: the authority's public key, 64 hex digits.
+    """
+
+    key: str
+    issued: str
+    expires: str
+    head: str
+    people: int
+    length: int
+    sha256: str
+
+    def parcel(self, signer: Signer, content: bytes) -> bytes:
+        """The whole file."""
+        name = ORIGIN + signer.authority.fingerprint
+        text = "".join(f"{line} {getattr(self, line)}\n" for line in _LINES)
+        note = signed_note(f"{name}\n{text}", name, signer).encode()
+        return b"moireid bundle 1 %06d\n" % len(note) + note + content
+
+
+def opened_parcel(path: Path) -> tuple[Header, Authority, bytes]:
+    """The header, its authority and the content of a bundle, every byte checked against the signature.
+
+    Raises: RegistryError where the file cannot be read, is none, or was changed.
+    """
+    try:
+        whole = path.read_bytes()
+    except OSError as error:
+        raise RegistryError(f"bundle {path} cannot be read ({error.strerror}); give the path of one") from error
+    first = _FIRST.match(whole)
+    if first is None:
+        raise RegistryError(f"{path} is no bundle of a registry; give a file that `moireid registry publish` wrote")
+    begin = first.end() + int(first[1])
+    try:
+        header, authority = _header(whole[first.end() : begin].decode())
+        content = memoryview(whole)[begin:]
+        if len(content) != header.length:
+            raise ValueError(f"it has {len(content)} bytes of content, and {header.length} were signed")
+        if sha256_hex(content) != header.sha256:
+            raise ValueError("its content is another than was signed")
+    except ValueError as error:
+        raise RegistryError(
+            f"bundle {path} is cut, changed or damaged ({error}); fetch it again, and ask its publisher if that fails"
+        ) from error
+    return header, authority, bytes(content)
+
+
+def now() -> datetime:
+    """This moment, UTC."""
+    return datetime.now(UTC)
+
+
+def check_expiry(header: Header, path: Path) -> None:
+    """Raise RegistryError unless the bundle still counts."""
+    if now() >= datetime.strptime(header.expires, TIME).replace(tzinfo=UTC):
+        raise RegistryError(
+            f"bundle {path} expired on {header.expires}, so it may lack revocations; fetch a newer one from where it "
+            "is published",
+            code="expired",
+            expires=header.expires,
+        )
+
+
+def _header(note: str) -> tuple[Header, Authority]:
+    """Header and authority of a note that bears that authority's signature.  Raises: ValueError where it does not."""
+    text, _ = parted(note)
+    origin, *lines = text[:-1].split("\n")
+    values = [line.removeprefix(f"{name} ") for name, line in zip(_LINES, lines, strict=True)]
+    if any(not line.startswith(f"{name} ") for name, line in zip(_LINES, lines, strict=True)):
+        raise ValueError("its header is none")
+    key, issued, expires, head, people, size, digest = values
+    authority = Authority(key)
+    if origin != ORIGIN + authority.fingerprint:
+        raise ValueError("its key is not that of its origin")
+    opened(note, origin, authority)
+    for time in (issued, expires):
+        datetime.strptime(time, TIME)
+    Head.parse(head)
+    return Header(key, issued, expires, head, int(people), int(size), digest), authority

@@ -1,0 +1,127 @@
+"""From a registry to a bundle: one state of it, each record checked on its way out, the identities sealed."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from pathlib import Path
+
+from sqlalchemy import Connection
+
+from moireid.badge import Badge
+from moireid.files import planned, whole_file
+from moireid.provenance import Seal
+from moireid.registry.bundle.content import Person, made_content, without_id
+from moireid.registry.bundle.parcel import TIME, Header, now, opened_parcel
+from moireid.registry.canonical import sha256_hex
+from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
+from moireid.registry.checkpoints.merkle import Tree, leaf_hash
+from moireid.registry.checkpoints.standing import standing_of
+from moireid.registry.ledger import Ledger, pages
+from moireid.registry.log import Head
+from moireid.registry.look_alikes import skeleton
+from moireid.registry.record import Fault, Record, record_of, tampered
+from moireid.registry.schema import badges, select_records
+
+Progress = Callable[[int, int | None], None]
+SALT_BYTES = 16
+#: Seals are made so many at a time, each on one of the processors.
+CHUNK = 2000
+
+
+@dataclass(frozen=True)
+class Published:
+    """A bundle that was written: number of people, the log's head, and until when it counts."""
+
+    people: int
+    head: str
+    expires: str
+
+
+def publish(
+    ledger: Ledger,
+    path: Path,
+    specimen: Callable[[Badge], Badge],
+    *,
+    days: float,
+    overwrite: bool,
+    progress: Progress | None,
+) -> Published:
+    """What `Registry.publish` does."""
+    planned([path], overwrite=overwrite)
+    # First the key: only where it lies, this authority is surely the right one here.
+    signer = ledger.signer()
+    standing_of(ledger, ledger.authority.fingerprint)
+    with ledger.snapshot() as connection:
+        head, entries = ledger.head_in(connection), entry_hashes(connection)
+        records, layouts = _records(ledger, connection, specimen)
+    tree = Tree()
+    for entry in entries:
+        tree.add(leaf_hash(entry))
+    people = _people(records, progress)
+    content = made_content(sign_checkpoint(tree, signer).note, entries, layouts, people)
+    header = _header(head, len(people), content, signer.authority.public_hex, days)
+    with whole_file(path) as temporary:
+        temporary.write_bytes(header.parcel(signer, content))
+        opened_parcel(temporary)
+    return Published(len(people), str(head), header.expires)
+
+
+def _records(
+    ledger: Ledger, connection: Connection, specimen: Callable[[Badge], Badge]
+) -> tuple[list[tuple[str, Person]], list[str]]:
+    """Identity and person of each record, not sealed yet, and the specimen of each layout as JSON."""
+    numbers: dict[str, int] = {}
+    layouts: list[str] = []
+    found = []
+    for row in pages(connection, select_records(), badges.c.id):
+        try:
+            record = record_of(row, ledger.authority)
+        except Fault as fault:
+            raise tampered(ledger.shown, fault) from fault
+        if record.layout_key not in numbers:
+            numbers[record.layout_key] = len(layouts)
+            layouts.append(specimen(record.badge).to_json())
+        found.append((record.id, _bare(record, numbers[record.layout_key])))
+    # By name, as the order of identities would tell something of them; and a name tells nothing that is not there.
+    return sorted(found, key=lambda pair: (pair[1].name, secrets.token_bytes(8))), layouts
+
+
+def _bare(record: Record, layout: int) -> Person:
+    return Person(
+        record.name,
+        Seal(b"", b""),
+        layout,
+        without_id(record.as_built),
+        record.revoked_at,
+        record.revoked_reason,
+    )
+
+
+def _people(records: Sequence[tuple[str, Person]], progress: Progress | None) -> list[tuple[Person, str]]:
+    """The people with their sealed identities, and the skeletons of their names."""
+
+    def sealed(pair: tuple[str, Person]) -> tuple[Person, str]:
+        badge_id, person = pair
+        seal = Seal.of(badge_id, secrets.token_bytes(SALT_BYTES))
+        return replace(person, seal=seal), skeleton(person.name)
+
+    people: list[tuple[Person, str]] = []
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        for begin in range(0, len(records), CHUNK):
+            people += pool.map(sealed, records[begin : begin + CHUNK])
+            if progress:
+                progress(len(people), len(records))
+    return people
+
+
+def _header(head: Head, people: int, content: bytes, key: str, days: float) -> Header:
+    issued = now()
+    expires = issued + timedelta(days=days)
+    return Header(
+        key, issued.strftime(TIME), expires.strftime(TIME), str(head), people, len(content), sha256_hex(content)
+    )

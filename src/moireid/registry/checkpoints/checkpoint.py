@@ -1,0 +1,134 @@
+"""A checkpoint: the size of a registry's log and the root of the tree over it, signed, in a form that all logs share.
+
+The leaf of an entry is the entry's hash, which its chain and signature cover already (`registry/log.py`): so a
+checkpoint speaks of every letter of every entry up to it, and gives away none.
+
+Convention: the lines are origin, size, root in base64, and the date as an extension line, which C2SP allows.
+Source: C2SP tlog-checkpoint, https://c2sp.org/tlog-checkpoint; tree of RFC 6962.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sqlalchemy import Connection, select
+
+from moireid.errors import RegistryError
+from moireid.registry.canonical import utc_now
+from moireid.registry.checkpoints.merkle import Tree, consistency_proof, leaf_hash, root_of
+from moireid.registry.checkpoints.note import opened, parted, signed_note
+from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signer
+from moireid.registry.ledger import Ledger, pages
+from moireid.registry.schema import log
+
+ORIGIN = "moireid/registry/"
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A log's state as somebody keeps it.
+
+    Attributes
+    ----------
+    fingerprint : str
+        Of the authority that signed it, 32 hex digits.
+    size : int
+        Entries of the log.
+    root : bytes
+        Root of the Merkle tree over them, 32 bytes.
+    date : str
+        When it was signed; UTC, ISO 8601 to the second.
+    note : str
+        The signed note whole.
+    """
+
+    fingerprint: str
+    size: int
+    root: bytes
+    date: str
+    note: str
+
+    def check(self, authority: Authority, source: str) -> None:
+        """Check the signature.
+
+        Parameters
+        ----------
+        authority : Authority
+            Of this checkpoint's fingerprint.
+        source : str
+            Names the checkpoint in messages.
+
+        Raises
+        ------
+        RegistryError
+            Where it is not the authority's.
+        """
+        try:
+            opened(self.note, ORIGIN + authority.fingerprint, authority)
+        except ValueError as error:
+            raise RegistryError(
+                f"checkpoint {source} was changed or is damaged ({error}); get another copy of it"
+            ) from error
+
+
+def checkpoint_from(note: str, source: str) -> Checkpoint:
+    """The checkpoint that a note writes; its signature is not checked.  Raises: RegistryError where it writes none."""
+    try:
+        text, _ = parted(note)
+        origin, size, root, *more = text[:-1].split("\n")
+        fingerprint = origin.removeprefix(ORIGIN)
+        dates = [line.removeprefix("date ") for line in more if line.startswith("date ")]
+        content = base64.b64decode(root, validate=True)
+        whole = re.fullmatch(f"[0-9a-f]{{{FINGERPRINT_DIGITS}}}", fingerprint) and re.fullmatch(r"[1-9]\d{0,17}", size)
+        if origin == fingerprint or not whole or len(content) != 32 or len(dates) != 1:
+            raise ValueError("it is not one of a moireid registry")
+    except (ValueError, binascii.Error) as error:
+        raise RegistryError(
+            f"{source} is no checkpoint ({error}); give a file that `moireid registry checkpoint` wrote"
+        ) from error
+    return Checkpoint(fingerprint, int(size), content, dates[0], note)
+
+
+def sign_checkpoint(tree: Tree, signer: Signer) -> Checkpoint:
+    """The checkpoint of a log whose tree this is."""
+    fingerprint, date = signer.authority.fingerprint, utc_now()
+    root = base64.b64encode(tree.root()).decode()
+    text = f"{ORIGIN}{fingerprint}\n{tree.size}\n{root}\ndate {date}\n"
+    return Checkpoint(fingerprint, tree.size, tree.root(), date, signed_note(text, ORIGIN + fingerprint, signer))
+
+
+def leaf_of(entry_hash: str) -> bytes:
+    """The leaf of a log entry, from its hash in hex digits.  Raises: ValueError where that is none."""
+    return leaf_hash(bytes.fromhex(entry_hash))
+
+
+def entry_hashes(connection: Connection) -> list[bytes]:
+    """The hashes of all entries in order.  Raises: ValueError where one is none."""
+    return [bytes.fromhex(row.hash) for row in pages(connection, select(log.c.seq, log.c.hash), log.c.seq)]
+
+
+def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
+    """A checkpoint of the log as it is, and the proofs that it adds to older ones."""
+    signer = ledger.signer()
+    with ledger.snapshot() as connection:
+        ledger.head_in(connection)
+        leaves = [leaf_hash(content) for content in entry_hashes(connection)]
+    proofs = [(one.size, _proof(leaves, one, ledger)) for one in older]
+    tree = Tree()
+    for leaf in leaves:
+        tree.add(leaf)
+    return sign_checkpoint(tree, signer), proofs
+
+
+def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger) -> list[bytes]:
+    older.check(ledger.authority, f"of {older.date}")
+    if older.size > len(leaves) or root_of(leaves[: older.size]) != older.root:
+        raise RegistryError(
+            f"registry {ledger.shown} does not begin as its checkpoint of {older.date} says, so nothing is signed; "
+            "look with `moireid registry audit --since`"
+        )
+    return consistency_proof(leaves, older.size)

@@ -1,0 +1,119 @@
+"""What this user saw last: which authority signs at which place, and how far each authority's log had grown.
+
+A small SQLite file in the user's data folder; MOIREID_SEEN names another file.  A head is only ever replaced by a
+later one, in one statement, so that programs that run at once lose nothing.  Places are kept as hashes, because an
+address may name people and servers.  Where the file cannot be written (a read-only home), nothing is remembered, and
+callers say so.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing, contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from platformdirs import user_data_path
+
+from moireid.errors import RegistryError
+from moireid.registry.log import Head
+
+SEEN_VARIABLE = "MOIREID_SEEN"
+#: How long one program waits for another's write, seconds.
+WAIT_S = 10.0
+
+_TABLES = """
+CREATE TABLE IF NOT EXISTS places (place TEXT PRIMARY KEY, fingerprint TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS heads (fingerprint TEXT PRIMARY KEY, seq INTEGER NOT NULL, hash TEXT NOT NULL);
+"""
+
+
+def seen_path() -> Path:
+    """Where it is kept; nothing is made."""
+    given = os.environ.get(SEEN_VARIABLE)
+    return Path(given).expanduser().absolute() if given else user_data_path("moireid", appauthor=False) / "seen.sqlite3"
+
+
+def authority_at(place: str) -> str | None:
+    """The fingerprint of the authority that was seen at a place; None where none was.
+
+    Raises: RegistryError where what was seen cannot be read.
+    """
+    row = _row("SELECT fingerprint FROM places WHERE place = ?", _key(place))
+    return None if row is None else str(row[0])
+
+
+def last_head(fingerprint: str) -> Head | None:
+    """The last head of an authority's log that was seen.  Raises: RegistryError as `authority_at`."""
+    row = _row("SELECT seq, hash FROM heads WHERE fingerprint = ?", fingerprint)
+    return None if row is None else Head(int(row[0]), str(row[1]))
+
+
+def remember(place: str, fingerprint: str, head: Head) -> bool:
+    """Keep what is seen now; returns whether that was possible.
+
+    Convention: the authority of a place is replaced, an authority's head only by a later one.
+    """
+    path = seen_path()
+    with suppress(OSError, sqlite3.Error, RegistryError):
+        if authority_at(place) == fingerprint and last_head(fingerprint) == head:
+            return True
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
+        with closing(sqlite3.connect(path, timeout=WAIT_S)) as database, database:
+            database.executescript(_TABLES)
+            database.execute("BEGIN IMMEDIATE")
+            database.execute("INSERT OR REPLACE INTO places VALUES (?, ?)", (_key(place), fingerprint))
+            database.execute(
+                "INSERT INTO heads VALUES (?, ?, ?) ON CONFLICT (fingerprint) DO UPDATE SET seq = excluded.seq, "
+                "hash = excluded.hash WHERE excluded.seq > heads.seq",
+                (fingerprint, head.seq, head.hash),
+            )
+        return True
+    return False
+
+
+def forget(fingerprint: str) -> bool:
+    """Forget all that was seen of an authority; returns whether something was.
+
+    Raises: RegistryError where the file cannot be read or written.
+    """
+    if last_head(fingerprint) is None:
+        return False
+    with _readable(), closing(sqlite3.connect(seen_path(), timeout=WAIT_S)) as database, database:
+        database.execute("DELETE FROM places WHERE fingerprint = ?", (fingerprint,))
+        database.execute("DELETE FROM heads WHERE fingerprint = ?", (fingerprint,))
+    return True
+
+
+def _row(query: str, value: str) -> tuple[Any, ...] | None:
+    path = seen_path()
+    if not path.exists():
+        return None
+    # Not for reading alone: after a program was killed in a write, the next reader must undo what it left.  A file that
+    # may not be written is opened for reading all the same.
+    with _readable(), closing(sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, timeout=WAIT_S)) as database:
+        # A program that is killed between making the file and its tables leaves it without them.
+        if not database.execute("SELECT 1 FROM sqlite_master WHERE name = 'heads'").fetchone():
+            return None
+        found: tuple[Any, ...] | None = database.execute(query, (value,)).fetchone()
+        return found
+
+
+@contextmanager
+def _readable() -> Iterator[None]:
+    try:
+        yield
+    except sqlite3.Error as error:
+        # Passing over it would let whoever damages this file turn back any registry.
+        raise RegistryError(
+            f"what was seen of registries before, {seen_path()}, cannot be read ({error}); put that file right, or "
+            "remove it to begin anew"
+        ) from error
+
+
+def _key(place: str) -> str:
+    return hashlib.sha256(place.encode()).hexdigest()

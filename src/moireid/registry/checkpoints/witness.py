@@ -1,0 +1,120 @@
+"""Checkpoints as somebody else kept them, and a log held against them entry by entry.
+
+A witness is any second holder of checkpoints: a file, a folder of them, or a web address.
+"""
+
+from __future__ import annotations
+
+import urllib.error
+import urllib.request
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from moireid.errors import RegistryError
+from moireid.registry.checkpoints.checkpoint import ORIGIN, Checkpoint, checkpoint_from, leaf_of
+from moireid.registry.checkpoints.merkle import Tree
+from moireid.registry.keys import Authority
+from moireid.registry.log import Head
+from moireid.registry.record import Fault
+
+#: A checkpoint is 250 bytes, more with the lines of witnesses; and how long a web server may take.
+LONGEST, WAIT_S = 65536, 15.0
+
+
+def checkpoints_from(source: str) -> list[Checkpoint]:
+    """The checkpoints that a witness holds.
+
+    Parameters
+    ----------
+    source : str
+        Path of a checkpoint, or of a folder of them, or an address that begins with http:// or https://.
+
+    Returns
+    -------
+    list of Checkpoint
+        At least one; their signatures are not checked yet.
+
+    Raises
+    ------
+    RegistryError
+        Where there is none, or it cannot be read.
+    """
+    if source.startswith(("http://", "https://")):
+        return [checkpoint_from(_fetched(source), source)]
+    path = Path(source)
+    if not path.is_dir():
+        return [checkpoint_from(_read(path), source)]
+    texts = {one: _read(one) for one in sorted(path.iterdir()) if one.is_file()}
+    found = [checkpoint_from(text, str(one)) for one, text in texts.items() if text.startswith(ORIGIN)]
+    if not found:
+        raise RegistryError(f"no file in folder {source} is a checkpoint; give one that holds some")
+    return found
+
+
+class Watch:
+    """A log that is walked over, held against checkpoints."""
+
+    def __init__(self, checkpoints: Sequence[Checkpoint], authority: Authority) -> None:
+        """Raises: RegistryError where a checkpoint names this authority and does not bear its signature."""
+        self._own = [one for one in checkpoints if one.fingerprint == authority.fingerprint]
+        self._others = [one for one in checkpoints if one.fingerprint != authority.fingerprint]
+        for one in self._own:
+            one.check(authority, f"of {one.date}")
+        self._authority, self._tree = authority, Tree()
+        self._forked: list[Checkpoint] = []
+
+    def entry(self, entry_hash: str) -> None:
+        """Take the next entry."""
+        if not self._own:
+            return
+        try:
+            self._tree.add(leaf_of(entry_hash))
+        except ValueError:
+            # The audit itself reports such a hash; here it only must not be taken for the right one.
+            self._tree.add(b"")
+        due = [one for one in self._own if one.size == self._tree.size]
+        self._forked += [one for one in due if one.root != self._tree.root()]
+
+    def findings(self, head: Head | None) -> Iterator[tuple[Fault, int | None]]:
+        """What does not hold, and the entry that it is about; head: the log's end where its signature holds."""
+        for one in self._others:
+            text = (
+                f"the registry is signed by authority {self._authority.fingerprint}, and the checkpoint of {one.date} "
+                f"by {one.fingerprint}: its key was replaced"
+            )
+            yield Fault("key_replaced", text), None
+        for one in self._forked:
+            text = (
+                f"the log's first {one.size} entries are not those of the checkpoint of {one.date}: it was forked, and "
+                "something was written in the place of what had been signed"
+            )
+            yield Fault("forked", text), one.size
+        size = self._tree.size
+        for one in self._own:
+            if one.size <= size:
+                continue
+            noted = f"the log ends at entry {size}, and the checkpoint of {one.date} names {one.size} entries"
+            if head is None:
+                yield Fault("log_cut", f"{noted}: its end was cut off"), one.size
+            else:
+                text = f"{noted}: the registry was rolled back, an earlier state was put back"
+                yield Fault("rolled_back", text), one.size
+
+
+def _read(path: Path) -> str:
+    try:
+        with path.open("rb") as stream:
+            return stream.read(LONGEST).decode("utf-8", errors="replace")
+    except OSError as error:
+        raise RegistryError(
+            f"checkpoint {path} cannot be read ({error.strerror}); give the path of a file or folder, or a web address"
+        ) from error
+
+
+def _fetched(address: str) -> str:
+    try:
+        with urllib.request.urlopen(address, timeout=WAIT_S) as answer:
+            return bytes(answer.read(LONGEST)).decode("utf-8", errors="replace")
+    except (OSError, ValueError, urllib.error.URLError) as error:
+        reason = getattr(error, "reason", error)
+        raise RegistryError(f"checkpoint {address} cannot be fetched ({reason}); check the address") from error

@@ -1,0 +1,98 @@
+"""What a film does not tell of its own check: when and how it was made, and what a registry knows.
+
+Whoever shows a report fills this in, outside the process that decodes strangers' films: who holds the badge that was
+read is looked up once the film is judged, and that process never learns it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from typing import Any
+
+from moireid.provenance import Holder, Standing
+
+#: Not by the system's locale: the report is in one language.
+MONTHS = (
+    "January",
+    "February",
+    "March",
+    "April",
+    "May",
+    "June",
+    "July",
+    "August",
+    "September",
+    "October",
+    "November",
+    "December",
+)
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """How a check was made.
+
+    Parameters
+    ----------
+    checked_at : datetime
+        When, with its time zone.
+    film_name : str, optional
+        The film's name as people know it; None for the name in the report.
+    claim : str, optional
+        The claim as it was made, where one was.
+    revoked_at : str, optional
+        When the claimed badge was revoked, UTC, ISO 8601; None where it was not, or that is not known.
+    read : Holder, optional
+        Who holds the badge that was read in the film, by the registry; None where nobody does.
+    standing : Standing, optional
+        Authority and head of the registry, or of its bundle, that was asked; None where none was.
+    registry : str, optional
+        Where the registry or bundle lies; None where that is nobody's business.
+    looked_up : bool
+        Whether all whom the registry holds were looked through for `read`; a large bundle's seals take too long.
+    """
+
+    checked_at: datetime
+    film_name: str | None = None
+    claim: str | None = None
+    revoked_at: str | None = None
+    read: Holder | None = None
+    standing: Standing | None = None
+    registry: str | None = None
+    looked_up: bool = True
+
+    @property
+    def bundle(self) -> str | None:
+        """Until which day the bundle counts that was asked, in words; None where it was a registry, or nothing."""
+        expires = self.standing.expires if self.standing else None
+        return None if expires is None else day(expires, self.checked_at)
+
+
+def read_id(document: Mapping[str, Any]) -> object:
+    """The badge whose holder is to be looked up for a report: the one found, or else the one read in the film."""
+    return document.get("found_id") or (document.get("identity") or {}).get("decoded_id")
+
+
+def day(moment: str | datetime, now: datetime) -> str:
+    """A date in words, such as 3 May; with its year where that is not the present one.
+
+    Parameters: moment: a time, or its ISO 8601 text.  A text that is none is given back as it is.
+    """
+    if isinstance(moment, str):
+        try:
+            when = datetime.fromisoformat(moment)
+        except ValueError:
+            return moment
+    else:
+        when = moment
+    own = when.astimezone(UTC)
+    year = "" if own.year == now.astimezone(UTC).year else f" {own.year}"
+    return f"{own.day} {MONTHS[own.month - 1]}{year}"
+
+
+def moment_words(moment: datetime) -> str:
+    """A time to the minute in UTC, such as 3 May 2026, 14:05 UTC."""
+    own = moment.astimezone(UTC)
+    return f"{own.day} {MONTHS[own.month - 1]} {own.year}, {own:%H:%M} UTC"

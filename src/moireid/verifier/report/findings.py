@@ -1,0 +1,63 @@
+"""The findings of a report in the order in which people need them: what fails, is open, warns, holds."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+#: One finding, as in the JSON of a report.
+Finding = Mapping[str, Any]
+#: What says most comes first; all other codes follow as they were found.
+WEIGHTIEST = (
+    *("revoked", "name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
+    *("gain", "correlation", "agreement", "residual", "spacing", "waveform", "likelihood"),
+)
+#: What leaves all else open comes before what it leaves open.
+CAUSES = ("badge_absent", "fringes", "camera", "mixed_frames", "covered", "motion")
+#: Notes that warn; all others are for experts.
+WARNINGS = frozenset(
+    {"claim_source", "look_alike", "name_derived", "copyable", "others", "times", "covered", "strays", "challenge"}
+)
+
+
+@dataclass(frozen=True)
+class Findings:
+    """Findings by what they mean: they fail, leave the film open, warn, or hold; the rest is for experts."""
+
+    fail: tuple[Finding, ...]
+    open: tuple[Finding, ...]
+    warn: tuple[Finding, ...]
+    hold: tuple[Finding, ...]
+    rest: tuple[Finding, ...]
+
+    @property
+    def first(self) -> tuple[Finding, ...]:
+        """What stands above the fold, failures first."""
+        return self.fail + self.open + self.warn
+
+    @property
+    def failed(self) -> dict[str, Finding]:
+        """The first failure of each code."""
+        return {finding["code"]: finding for finding in reversed(self.fail)}
+
+
+def sorted_findings(reasons: Sequence[Finding]) -> Findings:
+    """Sort the findings of a report, as in its JSON."""
+
+    def of(*levels: str) -> list[Finding]:
+        order = CAUSES + WEIGHTIEST if levels == ("undecided",) else WEIGHTIEST
+        return sorted((one for one in reasons if one["level"] in levels), key=lambda one: _rank(one["code"], order))
+
+    notes = of("note")
+    return Findings(
+        tuple(of("fail")),
+        tuple(of("undecided")),
+        tuple(note for note in notes if note["code"] in WARNINGS),
+        tuple(of("pass")),
+        tuple(note for note in notes if note["code"] not in WARNINGS),
+    )
+
+
+def _rank(code: str, order: Sequence[str]) -> int:
+    return order.index(code) if code in order else len(order)

@@ -1,0 +1,197 @@
+"""What is the case, in one line by name; what it means; and what to do next.
+
+Convention: a name is said of a badge only where a registry vouches for it.  "Genuine" is said only where the fringes
+keep the law, and whatever fails comes before whatever is open.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from moireid.verifier.report.circumstances import Circumstances, day
+from moireid.verifier.report.findings import Finding, Findings, sorted_findings
+from moireid.verifier.report.open_words import GENERAL, OPEN
+from moireid.verifier.report.person import Claimed, claimed_in
+
+#: A ratio of motions that is called still, and the shares that have words of their own.
+STILL, SHARES = 0.12, ((0.45, 0.55, "half as far as"), (1.9, 2.1, "twice as far as"))
+#: The law itself; what else fails is not about the fringes.
+LAW = ("gain", "correlation", "agreement", "residual", "likelihood", "window_correlation", "overlap_law", "genuine")
+DISTRUST = "Do not use this film as proof. If you think that it is genuine, ask for the file as the camera made it."
+
+
+@dataclass(frozen=True)
+class Headline:
+    """The case in a line, in a sentence or two, and what to do next.
+
+    colour: "accept", "reject" or "inconclusive"; title, text, advice: plain text, with names as they are.
+    """
+
+    colour: str
+    title: str
+    text: str
+    advice: str
+
+    @property
+    def mark(self) -> str:
+        """A sign for those who do not see the colour."""
+        return {"accept": "✓", "reject": "✗"}.get(self.colour, "?")
+
+
+def headline_of(document: Mapping[str, Any], known: Circumstances) -> Headline:
+    """The headline of a report.
+
+    Parameters: document: what `verify --json` or `identify --json` prints; known: with the holder of the badge read.
+    """
+    found = sorted_findings(document["reasons"])
+    claimed = claimed_in(document)
+    verdict = document.get("finding") or document["verdict"]
+    if verdict in ("accept", "found"):
+        return _genuine(document, claimed, known)
+    if verdict == "inconclusive" and not found.fail:
+        return _open(found)
+    return _refused(document, found, claimed, known)
+
+
+def _genuine(document: Mapping[str, Any], claimed: Claimed, known: Circumstances) -> Headline:
+    law = "The fringes moved as only a real badge's do"
+    if document.get("finding") == "found":
+        name = known.read.name if known.read else document.get("found_name") or document["found_id"]
+        text = f"{law}, and this registry issued the badge to {name}."
+        return Headline("accept", f"Genuine, and {name}'s", text, _look(name))
+    if document["identity"]["verdict"] == "not_claimed":
+        text = f"{law}. Nobody was claimed, so the film says nothing of whose badge it is."
+        return Headline("accept", "Genuine; nobody was claimed", text, "To learn whose badge it is, name a person.")
+    if not claimed.vouched:
+        text = "The film shows the badge of the file that was given. Nobody vouches for the name in that file."
+        advice = "Ask whoever issues such badges for the registry, and check again by it."
+        return Headline("accept", "Genuine, and the badge of the file", text, advice)
+    text = f"{law}, and the badge is the one that was issued to {claimed.name}."
+    if document["identity"].get("built") == "original":
+        text = f"{law}, and it is the very badge that was issued to {claimed.name}, and no copy of it."
+    if known.bundle is not None:
+        text += f" So says the registry's authority, in a bundle that counts until {known.bundle}."
+    return Headline("accept", f"Genuine, and {claimed.name}'s", text, _look(claimed.name))
+
+
+def _look(name: str) -> str:
+    return (
+        f"Look at the picture: is the badge worn by {name}, in the film's own light, with no edge around it? "
+        "Only the badge was checked, in the seconds that were judged."
+    )
+
+
+def _open(found: Findings) -> Headline:
+    """The first open finding says why; what else is open stands below."""
+    code = found.open[0]["code"] if found.open else ""
+    words = OPEN.get(code, GENERAL)
+    text = "This film neither proves nor disproves the badge."
+    return Headline("inconclusive", f"Cannot tell: {words.because}", text, words.advice)
+
+
+def _refused(document: Mapping[str, Any], found: Findings, claimed: Claimed, known: Circumstances) -> Headline:
+    failed = found.failed
+    held = (document.get("invariant") or {}).get("verdict") == "accept"
+    if "revoked" in failed:
+        return _revoked(document, failed["revoked"], claimed, known)
+    broken = [code for code in LAW if code in failed]
+    if broken:
+        text = "So this is no film of a real badge that moved as the picture shows."
+        return Headline("reject", f"The fringes do not follow the law: {_how(document, failed)}", text, DISTRUST)
+    if "cells_move" in failed:
+        text = "A code that stands still was put between fringes that move."
+        return Headline("reject", "The badge's code is a still picture", text, DISTRUST)
+    if "name" in failed:
+        text = f"The registry issued this badge to {claimed.name}. The file that was given names somebody else."
+        return Headline("reject", "The name in the file is wrong", text, "Do not trust whoever gave you that file.")
+    if "enrolled" in failed:
+        return _nobody(failed["enrolled"], held, known)
+    if "identities" in failed:
+        text = "A film that is cut together from several, or a badge that was exchanged, looks so."
+        return Headline("reject", "Several badges, one after another", text, DISTRUST)
+    if "beats" in failed:
+        text = "The badge's code is that of one badge, and the fringes of its rows are those of another."
+        return Headline("reject", "Put together from two badges", text, DISTRUST)
+    if "identity" in failed:
+        return _another(held, claimed, known)
+    if "built" in failed:
+        text = f"The fringes move as a real badge's do, but it is not the piece that was issued to {claimed.name}."
+        advice = f"Ask {claimed.name} whether the badge was lost, or its files were copied."
+        return Headline("reject", f"A copy of {claimed.whose}", text, advice)
+    first = found.fail[0]["text"] if found.fail else "What was asked for is not shown."
+    return Headline("reject", "Not accepted", first, DISTRUST)
+
+
+def _revoked(document: Mapping[str, Any], finding: Finding, claimed: Claimed, known: Circumstances) -> Headline:
+    on = f" on {day(known.revoked_at, known.checked_at)}" if known.revoked_at else ""
+    rest = {
+        ("accept", "match"): "Apart from that it is genuine: the fringes moved as only a real badge's do.",
+        ("accept", "mismatch"): "Besides, the film shows another badge.",
+    }.get((document["invariant"]["verdict"], document["identity"]["verdict"]), "")
+    if document["invariant"]["verdict"] == "reject":
+        rest = "Besides, the fringes do not follow the law."
+    text = f"{claimed.whose.capitalize() if not claimed.vouched else claimed.whose} is no longer valid. {rest}".strip()
+    advice = f"Accept no film of this badge. Ask {claimed.name} for one of the badge that replaced it."
+    return Headline("reject", f"Revoked{on}: {finding['measured']}", text, advice)
+
+
+def _another(held: bool, claimed: Claimed, known: Circumstances) -> Headline:
+    """The film shows another badge than the claimed one, whose holder the registry may know."""
+    genuine, read = ("Genuine, but " if held else "Another badge: "), known.read
+    law = "The fringes move as a real badge's do" if held else "Whether the fringes follow the law is open"
+    advice = f"Do not take this film as one of {claimed.name}. Ask who is to be seen in it."
+    if not claimed.vouched:
+        advice = "Do not take this film as one of that badge. Ask who is to be seen in it."
+    if read is None:
+        where = "registry" if known.bundle is None else "bundle"
+        other = f"nobody's in this {where}" if known.standing and known.looked_up else "another badge"
+        text = f"{law}, but it is not {claimed.whose}."
+        if not known.looked_up:
+            text += " The bundle keeps identities sealed, and holds too many to look up whose badge it is."
+        return Headline("reject", f"{genuine}{other}, not {claimed.possessive}", text, advice)
+    whose = f"{read.name}'s"
+    if claimed.vouched and read.name == claimed.name:
+        whose = f"another badge of the name {read.name}"
+    text = f"{law}, and the registry issued the badge that is shown to {read.name}."
+    if read.revoked_at is not None:
+        text += f" It was revoked on {day(read.revoked_at, known.checked_at)}: {read.revoked_reason}."
+    return Headline("reject", f"{genuine}{whose}, not {claimed.possessive}", text, advice)
+
+
+def _nobody(finding: Finding, held: bool, known: Circumstances) -> Headline:
+    """Nobody was claimed, and nobody valid holds the badge that is shown."""
+    if known.read is not None and known.read.revoked_at is not None:
+        title = f"Revoked on {day(known.read.revoked_at, known.checked_at)}: {known.read.revoked_reason}"
+        text = f"The badge was issued to {known.read.name}, and is no longer valid."
+        return Headline("reject", title, text, "Accept no film of this badge.")
+    title = "Genuine, but nobody's in this registry" if held else "Nobody's in this registry"
+    return Headline("reject", title, finding["text"], "If it should be known, ask whose registry the badge is in.")
+
+
+def _how(document: Mapping[str, Any], failed: Mapping[str, Finding]) -> str:
+    """In which way the law is broken, in a few words."""
+    invariant = document["invariant"]
+    gain, still = failed.get("gain"), STILL * (invariant.get("excitation_rad") or 0.0)
+    ratio = (invariant.get("gain_ratio") or 0.0) / (invariant.get("gain_expected") or 1.0)
+    if gain is not None and isinstance(gain["measured"], float):
+        ratio = gain["measured"] / (invariant.get("gain_expected") or 1.0)
+    if abs(ratio) < STILL and (invariant.get("phase_residual_rad") or 0.0) < still:
+        return "they stand still while the badge moves"
+    if "correlation" in failed or "window_correlation" in failed:
+        return "they move the wrong way" if ratio < -0.5 else "they do not go with the badge's motion"
+    if gain is not None:
+        return f"they move {_far(ratio)} they should"
+    if "agreement" in failed:
+        return "parts of the badge move apart"
+    if "overlap_law" in failed:
+        return "they leave it while the badge is before the face"
+    return "they stray from it, as forged fringes do"
+
+
+def _far(ratio: float) -> str:
+    if ratio < 0:
+        return "the other way than"
+    named = next((words for low, high, words in SHARES if low <= ratio <= high), None)
+    return named or f"{'only ' if ratio < 1 else ''}{ratio:.2g} times as far as"

@@ -1,0 +1,60 @@
+"""A verdict as a page: what a job's process found, with what the registry knows.
+
+The registry is asked here, in the server.  The process that decoded the film is told of the claimed badge alone, and
+never learns whose badge it has read.  What that process says and leaves in its folder is nobody's word: names of
+pictures are among ours, and a link is not followed.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from typing import Any
+
+from moireid.registry import holder_of
+from moireid.verifier.report.circumstances import Circumstances, read_id
+from moireid.verifier.report.pictures import NAME, Pictures
+from moireid.web.jobs.queue import Job
+from moireid.web.problems import Refusal
+from moireid.web.studio import Studio
+
+#: Greatest number of plots, and letters of a plot's title.
+MOST_PLOTS, MOST_LETTERS = 16, 80
+
+
+def circumstances_of(studio: Studio, job: Job) -> Circumstances:
+    """How a job's check was made, and who holds the badge that it read.  Raises: RegistryError as `holder_of`."""
+    read = holder_of(studio.registry, read_id(job.result or {}))
+    # The registry's place is not for those who come from outside.
+    return Circumstances(
+        job.begun, job.film_name or None, job.claim or None, job.revoked_at, read, job.standing or studio.standing()
+    )
+
+
+def pictures_told(job: Job) -> Pictures:
+    """The pictures of a job by their names, without their contents."""
+    named = [name for name in _texts(job.kept.get("files")) if NAME.fullmatch(name)]
+    titles = tuple(title[:MOST_LETTERS] for title in _texts(job.kept.get("plots")))[:MOST_PLOTS]
+    there = [title for number, title in enumerate(titles) if f"plot{number}.svg" in named]
+    frame_s = job.kept.get("frame_s")
+    return Pictures(dict.fromkeys(named, b""), tuple(there), frame_s if isinstance(frame_s, float) else None)
+
+
+def pictures_of_job(job: Job) -> Pictures:
+    """The pictures of a job.  Raises: Refusal 404 where they were removed."""
+    shown = pictures_told(job)
+    return Pictures({name: kept_file(job, name) for name in shown.files}, shown.plots, shown.frame_s)
+
+
+def kept_file(job: Job, name: str) -> bytes:
+    """A file that a job's process left; name: one of ours.  Raises: Refusal 404 where there is none."""
+    try:
+        handle = os.open(job.folder / name, os.O_RDONLY | os.O_NOFOLLOW)
+    except OSError as error:
+        raise Refusal(404, "no_report", "There is no such picture or report, or it was removed already.") from error
+    with os.fdopen(handle, "rb") as stream:
+        return stream.read()
+
+
+def _texts(said: Any) -> Iterable[str]:
+    return [one for one in said if isinstance(one, str)] if isinstance(said, list) else []

@@ -1,0 +1,83 @@
+"""The process that judges has no key, and what it says is not believed.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import pickle
+import re
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from kit.places import FILMS
+from moireid import errors
+from moireid.attest import apart
+from moireid.attest.apart import Order, judged_apart, talk_with
+from moireid.badge import load_badge
+from moireid.errors import CodeError, MediaError, MoireIdError
+from moireid.verifier import Claim
+
+WORK = "kit.sandbox_work:act"
+
+
+def order_of(film: Path, **more: Any) -> Order:
+    return Order(film, Claim(load_badge(FILMS / "badge.json")), **more)
+
+
+def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str, Any]) -> None:
+    """Catches: another verdict by another way; a report's page that is forgotten; progress that nobody sees."""
+    seen: list[tuple[int, int | None]] = []
+    order = order_of(film, detectors=(("lips", 0.5),), pictures=True, revoked="lost")
+    judged_there = judged_apart(order, lambda done, of: seen.append((done, of)))
+    found = judged_there.report
+    assert found["verdict"] == "reject" and found["reasons"][-1]["code"] == "revoked"
+    assert found["invariant"] == judged["invariant"] and found["detectors"] == [{"name": "lips", "score": 0.5}]
+    assert {"law.svg", "badge.png"} <= set(judged_there.pictures.files) and seen and seen[0][1] in (70, None)
+    assert judged_there.signals.startswith("frame,time_s") and judged_there.signals.count("\n") > 60
+
+
+@pytest.mark.parametrize(
+    ("asked", "error", "words"),
+    [
+        ("crash", MediaError, "SIGSEGV"),
+        ("leave", MediaError, "exit code 7"),
+        ("fail", MediaError, "LookupError: nothing there"),
+        ("refuse", MediaError, "no film"),
+    ],
+)
+def test_a_process_that_fails_is_told_in_a_sentence(asked: str, error: type[MoireIdError], words: str) -> None:
+    """Catches: a traceback, or a wait without an end, where a film breaks its reader."""
+    with pytest.raises(error, match=words) as caught:
+        talk_with(WORK, (asked,), Path("film.mp4"), lambda told: None)
+    assert "\n" not in str(caught.value)
+
+
+def test_an_error_of_the_work_keeps_its_kind() -> None:
+    """Catches: a badge that this version cannot read told as a damaged film; a kind that a process makes up."""
+    kinds = {
+        "CodeError": CodeError,
+        "MissingExtraError": errors.MissingExtraError,
+        "SystemExit": MediaError,
+        "__doc__": MediaError,
+    }
+    for kind, wanted in kinds.items():
+        assert type(apart._ours(apart.Ended(kind, "why", ours=True))) is wanted
+
+
+def test_a_report_of_another_film_is_not_taken(film: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a film that is swapped while it is judged, and a process that reports what it likes."""
+    here = Path(shutil.copy(film, tmp_path / "film.mp4"))
+    for report in ({"input": {"sha256": "0" * 64}}, {"input": None}, {}, [1]):
+
+        def hostile(
+            work: str, message: Any, path: Path, answer: Callable[[dict[str, Any]], Any], told: Any = report
+        ) -> None:
+            # What the process is given holds no key: neither its file nor its content.
+            assert not re.search(rb"PRIVATE|\.pem|Ed25519|Elliptic", pickle.dumps(message))
+            answer({"result": told})
+
+        monkeypatch.setattr(apart, "talk_with", hostile)
+        with pytest.raises(MediaError, match="changed while it was judged"):
+            judged_apart(order_of(here), lambda done, of: None)

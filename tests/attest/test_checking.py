@@ -1,0 +1,307 @@
+"""Is a signed verdict what it was, of which film, and by whom?  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import base64
+import copy
+import hashlib
+import json
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+from securesystemslib.dsse import Envelope
+from securesystemslib.signer import CryptoSigner
+
+from kit.signing import certificate, certified_key, new_key, pem_of_certificates, public_pem_of
+from moireid.attest import check, load_signing_key
+from moireid.attest.envelope import MOST_BYTES
+from moireid.attest.keys import SigningKey
+from moireid.cli.main import moireid
+
+Sign = Callable[..., str]
+
+
+def changed(text: str, change: Callable[[dict[str, Any]], None]) -> str:
+    document = json.loads(text)
+    change(document)
+    return json.dumps(document)
+
+
+def checked(path: Path, *options: str | Path) -> Result:
+    """Run the command, which tells of whatever is wrong in a sentence."""
+    done = CliRunner().invoke(moireid, ["attest", "check", str(path), *map(str, options)])
+    assert "Traceback" not in done.output and "inside moireid" not in done.output, done.output
+    return done
+
+
+@pytest.fixture
+def key(tmp_path: Path) -> SigningKey:
+    made = new_key("ed25519")
+    (tmp_path / "pub.pem").write_bytes(public_pem_of(made))
+    return SigningKey(made)
+
+
+@pytest.fixture
+def envelope(tmp_path: Path, key: SigningKey, sign: Sign) -> Path:
+    path = tmp_path / "verdict.json"
+    path.write_text(sign(key))
+    return path
+
+
+def test_it_is_told_who_judged_what_when_and_against_which_registry(envelope: Path, film: Path, tmp_path: Path) -> None:
+    """Catches: a check that only says yes, a registry that is not named, a key that counts as known unasked."""
+    done = checked(envelope, "--film", film, "--key", tmp_path / "pub.pem")
+    assert done.exit_code == 0 and done.output.startswith("HOLDS: film.mp4 was judged ACCEPT"), done.output
+    for words in ("the given film is that film", "it is the key that you gave", "signer's own clock", "moireid 0."):
+        assert words in done.output
+    assert "of authority " + "ab" * 16 in done.output
+    told = json.loads(checked(envelope, "--json").stdout)
+    assert told["holds"] and told["verdict"] == "accept" and told["film"]["same"] is None
+    assert told["time"]["source"] == "signer's own clock" and told["time"]["at"] == told["time"]["attested_at"]
+    assert told["signer"]["expected"] is None and told["registry"]["head"].startswith("2:")
+
+
+def test_a_key_that_is_only_in_the_file_proves_nothing_and_that_is_said(tmp_path: Path, sign: Sign) -> None:
+    """Catches: a green verdict signed by anybody, with a certificate that anybody made."""
+    certified_key(tmp_path / "key.pem", "p256", "Famous Newsroom")
+    (tmp_path / "verdict.json").write_text(sign(load_signing_key(tmp_path / "key.pem")))
+    done = checked(tmp_path / "verdict.json")
+    assert done.exit_code == 0 and "does not prove who signed" in done.output
+    assert "a certificate by Root, House gives to Famous Newsroom, House; only the key and certificate" in done.output
+
+
+def flipped(text: str, part: str, place: int) -> str:
+    """One bit of one byte of a base64 text's content changed, so that it is still base64."""
+
+    def change(document: dict[str, Any]) -> None:
+        holder, name = (document, "payload") if part == "report" else (document["signatures"][0], "sig")
+        content = bytearray(base64.b64decode(holder[name]))
+        content[place] ^= 1
+        holder[name] = base64.b64encode(content).decode()
+
+    return changed(text, change)
+
+
+@pytest.mark.parametrize("kind", ["ed25519", "p256"])
+def test_one_byte_is_told_by_its_place(kind: str, sign: Sign, film: Path, tmp_path: Path) -> None:
+    """Catches: a change that passes, and one that is told as another: of the film, of the report, of the signature."""
+    text = sign(SigningKey(new_key(kind)))
+    size = len(base64.b64decode(json.loads(text)["payload"]))
+    for part, places in (("report", (0, size // 2, size - 1)), ("signature", (0, 9, 40, 63))):
+        for place in places:
+            faults = check(flipped(text, part, place).encode(), film=film).faults
+            assert [fault.part for fault in faults] == [part], (part, place)
+    other = bytearray(film.read_bytes())
+    other[len(other) // 2] ^= 1
+    (tmp_path / "other.mp4").write_bytes(other)
+    found = check(text.encode(), film=tmp_path / "other.mp4")
+    assert [fault.part for fault in found.faults] == ["film"] and found.report is not None
+    assert check(text.encode(), film=film).holds
+
+
+def test_every_letter_of_the_signature_s_text_counts(envelope: Path) -> None:
+    """Catches: spare bits at the end of base64 that let two files pass for one."""
+    text = envelope.read_text()
+    letter = re.search(r'"sig": "[^"=]*([^"=])==', text)
+    assert letter is not None
+    at = letter.start(1)
+    alphabet = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/"
+    near = alphabet[alphabet.index(text[at]) ^ 1]
+    (fault,) = check((text[:at] + near + text[at + 1 :]).encode()).faults
+    assert fault.part == "signature"
+
+
+def test_another_key_and_another_signer_s_certificate_are_told(tmp_path: Path, sign: Sign, film: Path) -> None:
+    """Catches: a certificate of the same key laid beside the signature, which names somebody else."""
+    key = certified_key(tmp_path / "key.pem", "p256")
+    text = sign(load_signing_key(tmp_path / "key.pem"))
+    thief = new_key("p256")
+    swapped = certificate("Famous Newsroom", key, "Thief", thief)
+
+    def swap(document: dict[str, Any]) -> None:
+        document["signatures"][0]["certificates"] = [pem_of_certificates(swapped).decode()]
+
+    def strip(document: dict[str, Any]) -> None:
+        document["signatures"][0]["certificates"] = []
+
+    for change in (swap, strip):
+        assert [fault.part for fault in check(changed(text, change).encode()).faults] == ["certificate"]
+    (tmp_path / "verdict.json").write_text(text)
+    (tmp_path / "other.pem").write_bytes(public_pem_of(thief))
+    done = checked(tmp_path / "verdict.json", "--film", film, "--key", tmp_path / "other.pem")
+    assert (
+        done.exit_code == 1 and "not by the given" in done.output and "it is not the key that you gave" in done.output
+    )
+
+
+def test_a_report_signed_again_by_another_is_told_by_the_key_alone(
+    envelope: Path, tmp_path: Path, key: SigningKey, sign: Sign
+) -> None:
+    """Catches: trust in the key that lies in the file where one is given: anybody can sign a better verdict."""
+    forged = tmp_path / "forged.json"
+    forged.write_text(sign(SigningKey(new_key("ed25519")), verdict="inconclusive"))
+    assert checked(forged).exit_code == 0
+    assert checked(forged, "--key", tmp_path / "pub.pem").exit_code == 1
+    assert checked(envelope, "--key", tmp_path / "pub.pem").exit_code == 0
+
+
+def _again(document: dict[str, Any], payload: Any, key: SigningKey) -> None:
+    """Another payload under a true signature of it, as a hostile signer can make it."""
+    content = payload if isinstance(payload, bytes) else json.dumps(payload).encode()
+    made = Envelope(content, document["payloadType"], {})
+    made.sign(CryptoSigner(key.private))
+    told = made.to_dict()
+    told["signatures"][0]["payloadSha256"] = hashlib.sha256(content).hexdigest()
+    document["payload"] = told["payload"]
+    document["signatures"][0] |= told["signatures"][0]
+
+
+def _statement(document: dict[str, Any]) -> dict[str, Any]:
+    found: dict[str, Any] = json.loads(base64.b64decode(document["payload"]))
+    return found
+
+
+def _put(document: dict[str, Any], value: Any, *place: str) -> dict[str, Any]:
+    told = inner = copy.deepcopy(_statement(document))
+    for name in place[:-1]:
+        inner = inner[name]
+    inner[place[-1]] = value
+    return told
+
+
+Hostile = Callable[[dict[str, Any], SigningKey], Any]
+#: What is done to a sound envelope, and the part that must be named.  What is given back takes the document's place.
+HOSTILE: dict[str, tuple[str, Hostile]] = {
+    "payload type": ("envelope", lambda d, k: d.update(payloadType="application/json")),
+    "payload type of a list": ("envelope", lambda d, k: d.update(payloadType=["application/vnd.in-toto+json"])),
+    "payload a number": ("report", lambda d, k: d.update(payload=1)),
+    "payload null": ("report", lambda d, k: d.update(payload=None)),
+    "payload not base64": ("report", lambda d, k: d.update(payload="é" + d["payload"])),
+    "no payload": ("envelope", lambda d, k: d.pop("payload") and None),
+    "no signature": ("envelope", lambda d, k: d.update(signatures=[])),
+    "two signatures": ("envelope", lambda d, k: d.update(signatures=d["signatures"] * 2)),
+    "signatures an object": ("envelope", lambda d, k: d.update(signatures=d["signatures"][0])),
+    "signature a text": ("envelope", lambda d, k: d.update(signatures=["abc"])),
+    "sig a list": ("signature", lambda d, k: d["signatures"][0].update(sig=[1])),
+    "sig empty": ("signature", lambda d, k: d["signatures"][0].update(sig="")),
+    "sig long": ("signature", lambda d, k: d["signatures"][0].update(sig="A" * 400_000)),
+    "key of another algorithm": (
+        "signature",
+        lambda d, k: d["signatures"][0].update(publicKey=public_pem_of(new_key("p256")).decode()),
+    ),
+    "key no PEM": ("signature", lambda d, k: d["signatures"][0].update(publicKey="-----BEGIN PUBLIC KEY-----")),
+    "key an object": ("signature", lambda d, k: d["signatures"][0].update(publicKey={"a": 1})),
+    "key id": ("signature", lambda d, k: d["signatures"][0].update(keyid="0" * 64)),
+    "key id a list": ("signature", lambda d, k: d["signatures"][0].update(keyid=[1])),
+    "certificates a text": ("certificate", lambda d, k: d["signatures"][0].update(certificates="x")),
+    "certificates of nothing": ("certificate", lambda d, k: d["signatures"][0].update(certificates=[None])),
+    "many certificates": ("certificate", lambda d, k: d["signatures"][0].update(certificates=["x"] * 10_000)),
+    "stamp no base64": ("timestamp", lambda d, k: d["signatures"][0].update(timestamp="§")),
+    "stamp none": ("timestamp", lambda d, k: d["signatures"][0].update(timestamp="AAAA")),
+    "digest": ("envelope", lambda d, k: d["signatures"][0].update(payloadSha256="0" * 64)),
+    "digest a list": ("envelope", lambda d, k: d["signatures"][0].update(payloadSha256=[1])),
+    "signed: no JSON": ("report", lambda d, k: _again(d, b"\x00\xff", k)),
+    "signed: a list": ("report", lambda d, k: _again(d, [1], k)),
+    "signed: deep": ("report", lambda d, k: _again(d, b'{"a":' * 200_000, k)),
+    "signed: another statement": ("report", lambda d, k: _again(d, _put(d, "https://x/v0.1", "_type"), k)),
+    "signed: a later format": ("report", lambda d, k: _again(d, _put(d, 2, "predicate", "format"), k)),
+    "signed: another subject": (
+        "report",
+        lambda d, k: _again(d, _put(d, [{"name": "x", "digest": {"sha256": "0" * 64}}], "subject"), k),
+    ),
+    "signed: no such day": (
+        "report",
+        lambda d, k: _again(d, _put(d, "2026-02-30T00:00:00Z", "predicate", "attested", "at"), k),
+    ),
+    "signed: another's key": (
+        "report",
+        lambda d, k: _again(d, _put(d, "0" * 64, "predicate", "attested", "signer", "key_sha256"), k),
+    ),
+    "signed: reasons of numbers": ("report", lambda d, k: _again(d, _put(d, [1, 2], "predicate", "reasons"), k)),
+    "signed: two verdicts": (
+        "report",
+        lambda d, k: _again(
+            d, json.dumps(_statement(d)).replace('"verdict":', '"verdict": "reject", "verdict":', 1).encode(), k
+        ),
+    ),
+    "signed: infinity": (
+        "report",
+        lambda d, k: _again(
+            d, re.sub(r'"total_s": [0-9.]+', '"total_s": 1e999', json.dumps(_statement(d))).encode(), k
+        ),
+    ),
+    "signed: nested": ("report", lambda d, k: _again(d, _put(d, json.loads("[" * 40 + "]" * 40), "predicate", "x"), k)),
+    "signed: not a number": ("report", lambda d, k: _again(d, _put(d, float("nan"), "predicate", "timing"), k)),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_a_hostile_envelope_gives_a_sentence(name: str, envelope: Path, key: SigningKey, tmp_path: Path) -> None:
+    """Catches: a traceback, an endless wait, or an envelope that readers understand differently."""
+    part, spoil = HOSTILE[name]
+    document = json.loads(envelope.read_text())
+    spoil(document, key)
+    (tmp_path / "hostile.json").write_text(json.dumps(document))
+    done = checked(tmp_path / "hostile.json", "--json")
+    told = json.loads(done.stdout)
+    assert done.exit_code == 1 and not told["holds"]
+    assert "verdict" not in told or part == "timestamp" or name.startswith("digest")
+    assert [fault["part"] for fault in told["faults"]] == [part], told
+    done = checked(tmp_path / "hostile.json")
+    assert done.exit_code == 1 and done.output.startswith("DOES NOT HOLD") and len(done.output) < 900
+
+
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"\xff\xfe",
+        b"[]",
+        b"null",
+        b'{"a": 1, "a": 2}',
+        b"[" * 500_000,
+        b'{"a":' * 500_000,
+        b'{"payload": ' + b"9" * 10_000 + b"}",
+        b"-" * (MOST_BYTES + 2),
+    ],
+    ids=["empty", "no text", "list", "null", "twice", "deep", "deep objects", "long number", "huge"],
+)
+def test_what_is_no_envelope_gives_a_sentence(content: bytes, tmp_path: Path) -> None:
+    """Catches: a traceback of the JSON reader, a stack that overflows, a file that fills the memory."""
+    (tmp_path / "any").write_bytes(content)
+    done = checked(tmp_path / "any")
+    assert done.exit_code == 1 and "no signed verdict" in done.output and len(done.output) < 400
+
+
+def test_a_cut_envelope_never_holds(envelope: Path) -> None:
+    """Catches: a verdict that a broken download still vouches for."""
+    content = envelope.read_bytes()
+    for length in range(0, len(content.rstrip()), 997):
+        assert not check(content[:length]).holds
+    spoilt = envelope.read_text().replace('"payload"', '"payload": "", "payload"', 1)
+    assert [fault.part for fault in check(spoilt.encode()).faults] == ["envelope"]
+
+
+def test_names_from_strangers_do_not_steer_the_terminal(tmp_path: Path, sign: Sign, key: SigningKey) -> None:
+    """Catches: a name that clears the screen and writes HOLDS, or that turns the line round."""
+    badge = {"id": None, "name": "\x1b[2J\u202eHOLDS\nHOLDS"}
+    (tmp_path / "verdict.json").write_text(sign(key, badge=badge))
+    done = checked(tmp_path / "verdict.json")
+    assert done.exit_code == 0 and not set("\x1b\u202e") & set(done.output) and "\nHOLDS" not in done.output
+
+
+def test_what_is_not_there_is_bad_input(tmp_path: Path, envelope: Path) -> None:
+    """Catches: exit code 1, by which a script would take a wrong name for a forgery."""
+    for options in ((tmp_path / "none",), (envelope, "--film", tmp_path / "none"), (envelope, "--key", envelope)):
+        done = checked(*options)
+        assert done.exit_code == 2 and done.stderr.startswith("error: ") and done.stdout == ""
+
+
+def test_the_schema_is_printed() -> None:
+    """Catches: an option that asks for a file first."""
+    done = CliRunner().invoke(moireid, ["attest", "check", "--schema"])
+    assert done.exit_code == 0 and json.loads(done.stdout)["$id"] == "urn:moireid:schema:attestation:1"

@@ -1,0 +1,178 @@
+"""The verdict as content credentials, read by c2pa's own reader.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import c2pa
+import pytest
+
+from kit.coded_films import first_frames
+from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates
+from moireid.attest import carried, credentials, load_signing_key
+from moireid.attest.carried import with_carried
+from moireid.attest.credentials import check_credentials_key, credentials_path, write_credentials
+from moireid.attest.credentials_work import LABEL, read
+from moireid.attest.keys import SigningKey
+from moireid.attest.statement import attested
+from moireid.badge import load_badge
+from moireid.errors import MediaError, MissingExtraError, SpecError
+from moireid.verifier import Claim, Report, verify
+
+
+@pytest.fixture
+def here(film: Path, tmp_path: Path) -> Path:
+    """The film in a folder of its own."""
+    return Path(shutil.copy(film, tmp_path / "film.mp4"))
+
+
+@pytest.fixture(params=["ed25519", "p256"])
+def key(request: pytest.FixtureRequest, tmp_path: Path) -> SigningKey:
+    certified_key(tmp_path / "key.pem", request.param)
+    return load_signing_key(tmp_path / "key.pem")
+
+
+def assertion_of(reader: c2pa.Reader) -> dict[str, Any]:
+    """Ours, as c2pa's own reader gives it."""
+    assert reader.get_validation_state() == "Valid"
+    codes = {one["code"] for one in json.loads(reader.json())["validation_status"]}
+    assert codes == {"signingCredential.untrusted"}
+    (manifest,) = json.loads(reader.crjson())["manifests"]
+    found: dict[str, Any] = manifest["assertions"][LABEL]
+    return found
+
+
+def test_a_sidecar_leaves_the_film_as_it_is(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
+    """Catches: a film that is written to, a sidecar of another film, numbers that the format turns into others."""
+    before, state = here.read_bytes(), here.stat()
+    report = attested(judged, key)
+    words = write_credentials(report, here, "sidecar", key)
+    assert "'Desk, House'" in words and "on no trust list" in words
+    assert here.read_bytes() == before and here.stat().st_mtime_ns == state.st_mtime_ns
+    assert sorted(os.listdir(here.parent)) == ["film.c2pa", "film.mp4", "key.pem"]
+    sidecar = here.with_suffix(".c2pa").read_bytes()
+    with here.open("rb") as stream:
+        assert assertion_of(c2pa.Reader("video/mp4", stream, sidecar)) == report
+    assert len(sidecar) < 40_000
+    other = bytearray(before)
+    other[len(other) // 2] ^= 1
+    here.write_bytes(other)
+    found = read(here, sidecar)
+    assert found is not None and found["state"] == "Invalid"
+
+
+def test_an_embedded_verdict_is_in_a_new_film(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
+    """Catches: the old film written over; a new one that no longer plays, or whose pictures are others."""
+    before = here.read_bytes()
+    report = attested(judged, key)
+    write_credentials(report, here, "embed", key)
+    made = here.with_name("film.c2pa.mp4")
+    assert here.read_bytes() == before and credentials_path(here, "embed") == made
+    assert assertion_of(c2pa.Reader(made)) == report
+    badge = load_badge(Path(__file__).parents[1] / "data" / "films" / "badge.json")
+    again = verify(made, Claim(badge))
+    assert again.verdict == "accept" and again.invariant.to_json() == judged["invariant"]
+    assert report["input"]["sha256"] == hashlib.sha256(before).hexdigest() != again.film["sha256"]
+
+
+@pytest.fixture
+def open_report(film: Path) -> Report:
+    """Of a film that is too short to tell."""
+    badge = load_badge(Path(__file__).parents[1] / "data" / "films" / "badge.json")
+    short = first_frames(film, film.with_name("short.mp4"), 12)
+    found = verify(short, Claim(badge))
+    assert found.verdict != "accept"
+    return found
+
+
+def test_carried_credentials_are_a_note_and_never_a_reason(
+    here: Path, judged: dict[str, Any], key: SigningKey, open_report: Report
+) -> None:
+    """Catches: a verdict that rises, or falls, by what a file says of itself; damaged credentials told as sound."""
+    assert with_carried(open_report, here) is open_report
+    write_credentials(attested(judged, key), here, "embed", key)
+    made = here.with_name("film.c2pa.mp4")
+    noted = with_carried(open_report, made)
+    assert noted.verdict == open_report.verdict and noted.reasons[:-1] == open_report.reasons
+    note = noted.reasons[-1]
+    assert (note.code, note.level, note.measured) == ("content_credentials", "note", "Valid") and "'Desk'" in note.text
+    content = bytearray(made.read_bytes())
+    content[-100] ^= 1
+    made.write_bytes(content)
+    damaged = with_carried(open_report, made).reasons[-1]
+    assert damaged.measured == "Invalid" and "do not hold" in damaged.text and damaged.level == "note"
+    hurt = content.replace(b"jumb", b"jumc")
+    made.write_bytes(hurt)
+    assert with_carried(open_report, made).verdict == open_report.verdict
+
+
+def test_without_the_extra_a_film_is_judged_all_the_same(
+    here: Path, open_report: Report, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a verify that fails where c2pa-python is not installed."""
+    monkeypatch.setattr(carried, "find_spec", lambda name: None)
+    monkeypatch.setattr(carried, "read", lambda film: {"state": "Valid", "signer": "", "verdict": None})
+    assert carried.with_carried(open_report, here) is open_report
+
+
+def test_a_film_that_carries_credentials_keeps_them(here: Path, judged: dict[str, Any], key: SigningKey) -> None:
+    """Catches: the camera's own credentials thrown away by ours."""
+    report = attested(judged, key)
+    write_credentials(report, here, "embed", key)
+    made = here.with_name("film.c2pa.mp4")
+    write_credentials(report, made, "embed", key)
+    told = json.loads(c2pa.Reader(made.with_name("film.c2pa.c2pa.mp4")).json())
+    assert len(told["manifests"]) == 2
+
+
+def test_the_key_signs_nothing_but_credentials(
+    here: Path, judged: dict[str, Any], key: SigningKey, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a process that reads strangers' films and gets a signature under a verdict of its own making."""
+
+    def hostile(work: str, message: object, film: Path, answer: Callable[[dict[str, Any]], object]) -> None:
+        assert pem_of(key.private) not in repr(message).encode()
+        answer({"sign": base64.b64encode(b"DSSEv1 28 application/vnd.in-toto+json 2 {}").decode()})
+
+    monkeypatch.setattr(credentials, "talk_with", hostile)
+    with pytest.raises(MediaError, match="another signature"):
+        write_credentials(attested(judged, key), here, "sidecar", key)
+    # Nor does it believe a process that says that all went well.
+    monkeypatch.setattr(credentials, "talk_with", lambda work, message, film, answer: answer({"state": "Valid"}))
+    with pytest.raises(MediaError, match="do not hold when they are read again"):
+        write_credentials(attested(judged, key), here, "sidecar", key)
+    assert sorted(os.listdir(here.parent)) == ["film.mp4", "key.pem"]
+
+
+@pytest.mark.parametrize("name", ["film.mkv", "film", "film.txt"])
+def test_a_film_that_can_hold_none_is_told(name: str, here: Path, judged: dict[str, Any], tmp_path: Path) -> None:
+    """Catches: a traceback of the library for a container that it does not know."""
+    certified_key(tmp_path / "key.pem", "p256")
+    key = load_signing_key(tmp_path / "key.pem")
+    other = here.with_name(name)
+    other.write_bytes(b"\x1a\x45\xdf\xa3 no film")
+    with pytest.raises(MediaError, match="no content credentials"):
+        write_credentials(attested(judged, key), other, "embed", key)
+    assert sorted(os.listdir(here.parent)) == sorted([name, "film.mp4", "key.pem"])
+
+
+def test_a_key_without_an_authority_s_certificate_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a refusal that comes after the film was judged, in the library's words."""
+    key = new_key("p256")
+    own = certificate("Desk", key, "Desk", key)
+    for content in (pem_of(key), pem_of(key) + pem_of_certificates(own)):
+        (tmp_path / "key.pem").write_bytes(content)
+        with pytest.raises(SpecError, match="a certificate that an authority issued"):
+            check_credentials_key(load_signing_key(tmp_path / "key.pem"))
+    certified_key(tmp_path / "key.pem", "p256")
+    check_credentials_key(load_signing_key(tmp_path / "key.pem"))
+    monkeypatch.setattr(credentials, "find_spec", lambda name: None)
+    with pytest.raises(MissingExtraError, match=r"moireid\[c2pa\]"):
+        check_credentials_key(load_signing_key(tmp_path / "key.pem"))

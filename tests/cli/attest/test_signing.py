@@ -1,0 +1,134 @@
+"""`verify --sign` as it is typed.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import base64
+import json
+import os
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from kit.coded_films import first_frames
+from kit.places import FILMS
+from kit.signing import certified_key, new_key, pem_of, public_pem_of
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.registry import open_registry
+from moireid.verifier.session import film as judging
+
+BADGE = ("--badge", str(FILMS / "badge.json"))
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a film, a key without and one with a certificate."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    first_frames(FILMS / "genuine_1.0m.mp4", tmp_path / "film.mp4", 70)
+    key = new_key("ed25519")
+    (tmp_path / "key.pem").write_bytes(pem_of(key))
+    (tmp_path / "pub.pem").write_bytes(public_pem_of(key))
+    certified_key(tmp_path / "desk.pem", "p256")
+    return tmp_path
+
+
+def ran(*words: str) -> Result:
+    done = CliRunner().invoke(moireid, words)
+    assert "inside moireid" not in done.output, done.output
+    return done
+
+
+def test_a_verdict_is_signed_in_every_form(here: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a film that is decoded where the key is; another report printed than signed; a file left out."""
+
+    def never(*given: object, **more: object) -> None:
+        raise AssertionError("a film is judged in the process that has the key")
+
+    monkeypatch.setattr(judging, "verify", never)
+    monkeypatch.setattr("moireid.verifier.verify", never)
+    command = ["verify", "film.mp4", *BADGE, "--sign", "desk.pem", "--attest", "verdict.json", "--c2pa", "sidecar"]
+    done = ran(*command, "--report", "report", "--detector", "lips=0.25", "--json")
+    assert done.exit_code == 0, done.output
+    printed = json.loads(done.stdout)
+    assert "on no trust list" in done.stderr and "signed verdict: verdict.json" in done.stderr
+    envelope = json.loads((here / "verdict.json").read_text())
+    assert json.loads(base64.b64decode(envelope["payload"]))["predicate"] == printed
+    assert printed["detectors"] == [{"name": "lips", "score": 0.25}] and printed["registry"] is None
+    assert {"film.c2pa", "report", "verdict.json"} <= set(os.listdir(here))
+    checked = ran("attest", "check", "verdict.json", "--film", "film.mp4", "--key", "desk.pem")
+    assert checked.exit_code == 0 and checked.stdout.startswith("HOLDS: film.mp4 was judged ACCEPT")
+    # Nothing is replaced unasked, and the film is read for nothing.
+    again = ran(*command)
+    assert again.exit_code == 2 and "verdict.json exists already; add --overwrite" in again.stderr
+
+
+def test_another_detector_s_score_is_told_and_counts_for_nothing(here: Path) -> None:
+    """Catches: a verdict that follows another program; a score that is swallowed where nothing is signed."""
+    plain = json.loads(ran("verify", "film.mp4", *BADGE, "--json").stdout)
+    scored = ran("verify", "film.mp4", *BADGE, "--detector", "lips=-1e9", "--detector", "a=b=2", "--json")
+    told = json.loads(scored.stdout)
+    assert plain["detectors"] == [] and (scored.exit_code, told["verdict"]) == (0, "accept")
+    assert told["detectors"] == [{"name": "lips", "score": -1e9}, {"name": "a=b", "score": 2.0}]
+    assert told["reasons"] == plain["reasons"]
+    words = ran("verify", "film.mp4", *BADGE, "--detector", "lips=0.5").stdout
+    assert "Detector lips gives 0.5; that is no part of the verdict." in words
+
+
+def test_every_verdict_is_signed_with_the_registry_that_was_asked(here: Path, ada: Badge) -> None:
+    """Catches: only acceptances signed, so that a rejection can be lost; a registry's address, with its password."""
+    with open_registry("sqlite:///people.sqlite3", create=True) as registry:
+        registry.enroll(ada)
+        asked = {"fingerprint": registry.fingerprint, "head": registry.head()}
+    command = ["verify", "film.mp4", "--claim", "Ada Lovelace", "--registry", "sqlite:///people.sqlite3"]
+    done = ran(*command, "--sign", "key.pem", "--attest", "verdict.json", "--json")
+    assert done.exit_code in (1, 3), done.output
+    told = json.loads(done.stdout)
+    assert told["registry"] == asked | {"expires": None} and "sqlite" not in json.dumps(told)
+    checked = ran("attest", "check", "verdict.json", "--key", "pub.pem")
+    assert checked.exit_code == 0 and asked["fingerprint"] in checked.stdout
+    assert told["verdict"].upper() in checked.stdout and f"badge of Ada Lovelace ({ada.id})" in checked.stdout
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--attest", "v.json"], "--attest needs a key"),
+        (["--c2pa", "embed"], "--c2pa needs a key"),
+        (["--timestamp", "http://127.0.0.1:1/"], "--timestamp needs a key"),
+        (["--sign", "key.pem"], "needs a place for the signed verdict"),
+        (["--sign", "desk.pem", "--c2pa", "sidecar", "--timestamp", "http://127.0.0.1:1/"], "add --attest FILE"),
+        (["--sign", "none.pem", "--attest", "v.json"], "none.pem cannot be read"),
+        (["--sign", "pub.pem", "--attest", "v.json"], "no private key"),
+        (["--sign", "key.pem", "--c2pa", "sidecar"], "a certificate that an authority issued"),
+        (["--sign", "key.pem", "--attest", "film.mp4", "--overwrite"], "take the place of the film or the key"),
+        (["--sign", "key.pem", "--attest", "./key.pem", "--overwrite"], "take the place of the film or the key"),
+        (["--sign", "key.pem", "--attest", "v.json", "--pipeline", "published"], "own pipeline"),
+        (["--sign", "key.pem", "--attest", "."], "--attest"),
+        (["--detector", "lips"], "NAME=SCORE"),
+        (["--detector", "=1"], "NAME=SCORE"),
+        (["--detector", "lips=nan"], "NAME=SCORE"),
+        (["--detector", "lips=1", "--detector", "lips=2"], "given twice"),
+    ],
+)
+def test_a_wish_that_cannot_be_is_refused_before_the_film_is_read(here: Path, options: list[str], words: str) -> None:
+    """Catches: a minute of work thrown away, a film or a key written over, an option that does nothing in silence."""
+    before = {name: (here / name).stat().st_mtime_ns for name in os.listdir(here)}
+    done = CliRunner().invoke(moireid, ["verify", "film.mp4", *BADGE, *options])
+    message = done.stderr or str(done.exception)
+    assert done.exit_code == 2 and words in message and done.stdout == "", done.output
+    assert {name: (here / name).stat().st_mtime_ns for name in os.listdir(here)} == before
+
+
+def test_what_fails_after_the_film_leaves_nothing(here: Path) -> None:
+    """Catches: credentials without the envelope that was asked for with them, or a time stamp left out in silence."""
+    before = sorted(os.listdir(here))
+    command = ["verify", "film.mp4", *BADGE, "--sign", "desk.pem", "--attest", "v.json", "--c2pa", "sidecar"]
+    done = ran(*command, "--timestamp", "http://127.0.0.1:1/")
+    assert done.exit_code == 2 and "gives no time stamp" in done.stderr and done.stdout == ""
+    (here / "text.mp4").write_text("no film")
+    done = ran("verify", "text.mp4", *BADGE, "--sign", "key.pem", "--attest", "v.json")
+    assert done.exit_code == 2 and "text.mp4" in done.stderr
+    (here / "text.mp4").unlink()
+    assert sorted(os.listdir(here)) == before

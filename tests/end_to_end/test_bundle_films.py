@@ -1,0 +1,129 @@
+"""A film judged by a bundle, and by the registry that it was made of.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from kit.report_faults import faults
+from kit.signing import new_key, pem_of, public_pem_of
+from kit.webbing import badge_film
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge
+from moireid.idcodes import specimen_of
+from moireid.registry import Registry, open_registry
+from moireid.registry.bundle import held
+
+
+@pytest.fixture(scope="module")
+def film(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return badge_film(ada, tmp_path_factory.mktemp("film") / "ada.mp4")
+
+
+@pytest.fixture
+def registry(ada: Badge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Registry]:
+    """Ada, whose film it is, and Sarah; what is seen of them lies with the test."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
+    with open_registry(f"sqlite:///{tmp_path}/people.sqlite3", create=True) as opened:
+        opened.enroll(ada)
+        opened.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
+        yield opened
+
+
+def verified(film: Path, claim: str, *options: object) -> dict[str, Any]:
+    done = CliRunner().invoke(moireid, ["verify", str(film), "--claim", claim, "--json", *map(str, options)])
+    assert done.exit_code in (0, 1, 3), done.output
+    return json.loads(done.stdout)
+
+
+def test_a_bundle_judges_as_the_registry_does(film, registry, ada, tmp_path):
+    """Catches: a specimen that is read otherwise; a seal that nobody opens; a report without its registry."""
+    registry.publish(tmp_path / "bundle", specimen_of, days=7)
+    online = verified(film, ada.name, "--registry", f"sqlite:///{tmp_path}/people.sqlite3")
+    offline = verified(film, ada.name, "--bundle", tmp_path / "bundle", "--trust", registry.fingerprint)
+    assert online["verdict"] == offline["verdict"] == "accept"
+    assert (online["claim_source"], offline["claim_source"]) == ("registry", "bundle")
+    for told in (online, offline):
+        assert faults(told) == []
+        assert (told["registry"]["fingerprint"], told["registry"]["head"]) == (registry.fingerprint, registry.head())
+        assert told["identity"]["decoded_id"] == told["identity"]["claimed_id"] == ada.id
+        assert told["badge"]["name"] == ada.name
+    assert online["registry"]["expires"] is None and offline["registry"]["expires"]
+    assert offline["identity"]["expected_beat_period_mm"] == online["identity"]["expected_beat_period_mm"]
+    assert offline["invariant"]["gain_ratio"] == pytest.approx(online["invariant"]["gain_ratio"], abs=0.01)
+
+
+def test_another_person_of_a_bundle_is_not_the_one_filmed(film, registry, ada, tmp_path):
+    """Catches: a sealed claim that any identity opens; an identity told that the film does not show."""
+    registry.publish(tmp_path / "bundle", specimen_of, days=7)
+    told = verified(film, "Sarah Example", "--bundle", tmp_path / "bundle")
+    assert told["verdict"] == "reject" and told["identity"]["verdict"] == "mismatch" and faults(told) == []
+    assert (told["identity"]["decoded_id"], told["identity"]["claimed_id"]) == (ada.id, None)
+    assert bytes(range(8)).hex() not in json.dumps(told)
+    (reason,) = (one for one in told["reasons"] if one["code"] == "identity")
+    assert "sealed" in reason["text"]
+
+
+def shown(film: Path, claim: str, *options: object) -> str:
+    return CliRunner().invoke(moireid, ["verify", str(film), "--claim", claim, *map(str, options)]).stdout
+
+
+def test_a_small_bundle_names_whose_badge_it_is(film, registry, ada, tmp_path, monkeypatch):
+    """Catches: "nobody's" of a badge that was not looked up; a look-up that keeps a user waiting for minutes."""
+    bundle = tmp_path / "bundle"
+    registry.publish(bundle, specimen_of, days=7)
+    told = shown(film, "Sarah Example", "--bundle", bundle)
+    assert told.startswith(f"REJECT: Genuine, but {ada.name}'s, not Sarah Example's")
+    monkeypatch.setattr(held, "MOST_SEALS", 1)
+    told = shown(film, "Sarah Example", "--bundle", bundle)
+    assert told.startswith("REJECT: Genuine, but another badge, not Sarah Example's")
+    assert "holds too many to look up" in told and ada.name not in told
+    assert shown(film, ada.name, "--bundle", bundle).startswith(f"ACCEPT: Genuine, and {ada.name}'s")
+
+
+def test_a_badge_that_no_seal_opens_for_is_nobody_s(film, ada, tmp_path, monkeypatch):
+    """Catches: a seal that opens for any identity; a badge of nobody that is told as somebody's."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
+    with open_registry(f"sqlite:///{tmp_path}/other.sqlite3", create=True) as opened:
+        opened.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
+        opened.publish(tmp_path / "bundle", specimen_of, days=7)
+    told = shown(film, "Sarah Example", "--bundle", tmp_path / "bundle")
+    assert told.startswith("REJECT: Genuine, but nobody's in this bundle, not Sarah Example's")
+
+
+def test_a_verdict_by_a_bundle_is_signed_and_shown(film, registry, ada, tmp_path, monkeypatch):
+    """Catches: a bundle's claim that another process cannot judge; a signed report or page without its authority."""
+    monkeypatch.chdir(tmp_path)
+    registry.publish(tmp_path / "bundle", specimen_of, days=7)
+    key = new_key("ed25519")
+    (tmp_path / "key.pem").write_bytes(pem_of(key))
+    (tmp_path / "pub.pem").write_bytes(public_pem_of(key))
+    signing = ("--sign", "key.pem", "--attest", "verdict.json", "--report", "report")
+    told = verified(film, ada.name, "--bundle", "bundle", "--trust", registry.fingerprint, *signing)
+    assert (told["verdict"], told["claim_source"], told["identity"]["claimed_id"]) == ("accept", "bundle", ada.id)
+    asked = told["registry"]
+    assert (asked["fingerprint"], asked["head"]) == (registry.fingerprint, registry.head()) and asked["expires"]
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert f"Genuine, and {ada.name}" in page and "by a bundle that counts until" in page
+    assert registry.fingerprint in page and registry.head() in page
+    assert json.loads((tmp_path / "report" / "report.json").read_text()) == told
+    checked = CliRunner().invoke(moireid, ["attest", "check", "verdict.json", "--film", str(film), "--key", "pub.pem"])
+    assert checked.exit_code == 0 and f"by a bundle that counted until {asked['expires']}" in checked.stdout
+
+
+def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
+    """Catches: revocations that are not in it, or not looked at."""
+    registry.revoke(ada.name, "lost on the train")
+    registry.publish(tmp_path / "bundle", specimen_of, days=7)
+    told = verified(film, ada.name, "--bundle", tmp_path / "bundle", "--report", tmp_path / "report")
+    assert told["verdict"] == "reject" and told["identity"]["verdict"] == "match"
+    assert "lost on the train" in (tmp_path / "report" / "report.html").read_text()
+    assert registry.fingerprint in (tmp_path / "report" / "report.html").read_text()

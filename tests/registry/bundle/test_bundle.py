@@ -1,0 +1,230 @@
+"""The trust bundle: what it holds, what it gives away, and what is refused.  Beside each test: what it catches."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sqlite3
+from dataclasses import replace
+from datetime import timedelta
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from kit.registries import badge_of, tamper, url_of
+from moireid.asbuilt import AsBuilt
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError
+from moireid.idcodes import specimen_of
+from moireid.registry import Registry, open_registry
+from moireid.registry.bundle import parcel
+from moireid.registry.bundle.content import Content
+from moireid.registry.bundle.held import Bundle
+from moireid.registry.checkpoints.checkpoint import checkpoint_from
+from moireid.registry.checkpoints.merkle import leaf_hash, root_of
+
+BUILT = AsBuilt("", 0.03, 1e-4, 0.5, 0.01, 1e-4, 1e-5, 0.98, 0.01)
+
+
+@pytest.fixture(autouse=True)
+def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
+    return tmp_path / "seen.sqlite3"
+
+
+@pytest.fixture
+def people(url: str):
+    """Ada, who was measured; Bo, who was revoked; two of one name; and one who looks like Ada."""
+    with open_registry(url, create=True) as registry:
+        for name in ("Ada", "Bo", "Аda"):
+            registry.enroll(badge_of(name))
+        for payload in (b"\x01\x02\x03", b"\x01\x02\x04"):
+            registry.enroll(badge_of("Cy", payload))
+        built = replace(BUILT, badge_id=badge_of("Ada").id)
+        registry.store_as_built(badge_of("Ada").id, built.to_json())
+        registry.revoke("Bo", "lost on the train")
+        yield registry
+
+
+def published(registry: Registry, path: Path, days: float = 7.0) -> Path:
+    made = registry.publish(path, specimen_of, days=days, overwrite=True)
+    assert made.people == registry.count() and made.head == registry.head()
+    return path
+
+
+def run(*command: object, code: int = 0) -> Result:
+    done = CliRunner().invoke(moireid, [str(word) for word in command])
+    assert done.exit_code == code, done.output
+    return done
+
+
+def test_claims_mean_in_a_bundle_what_they_mean_in_the_registry(people, tmp_path):
+    """Catches: a revocation, a measured figure or a look-alike that is left behind; a seal of another identity."""
+    with Bundle(published(people, tmp_path / "b")) as bundle:
+        ada, bo = bundle.claimed("Ada"), bundle.claimed("Bo")
+        assert ada.provenance.source == "bundle" and ada.badge.name == "Ada" and ada.badge.id is None
+        assert ada.seal and ada.seal.holds(badge_of("Ada").id) and not ada.seal.holds(badge_of("Bo").id)
+        assert ada.as_built == BUILT and bo.as_built is None
+        assert (ada.revoked, bo.revoked) == (None, "lost on the train")
+        assert ada.provenance.alike == ("Аda",)
+        assert ada.badge.layout_key() == badge_of("Ada").layout_key()
+        assert bundle.claimed(badge_of("Bo").id.upper()).badge.name == "Bo"
+        for claim, words in (("Cy", "2 people are named"), ("Di", "nobody named"), ("ff" * 8, "nobody there has")):
+            with pytest.raises(RegistryError, match=words):
+                bundle.claimed(claim)
+        assert bundle.claimed("010204").badge.name == "Cy"
+        standing = bundle.standing
+    assert (standing.fingerprint, standing.head) == (people.fingerprint, people.head())
+
+
+def test_it_gives_no_badge_away(people, tmp_path):
+    """Catches: an identity, lines, or a log entry's record in the file; one specimen that is somebody's badge."""
+    whole = published(people, tmp_path / "b").read_bytes()
+    header = whole.index(b"SQLite format 3")
+    (tmp_path / "content").write_bytes(whole[header:])
+    with sqlite3.connect(tmp_path / "content") as database:
+        dump = "\n".join(database.iterdump())
+        layouts = [badge for (badge,) in database.execute("SELECT badge FROM layouts")]
+    # What lines are in it are those of the identity zero, which is nobody's.
+    assert sorted(layouts) == sorted({specimen_of(record.badge).to_json() for record in people.records()})
+    for record in people.records():
+        assert record.id.encode() not in whole and bytes.fromhex(record.id) not in whole
+        assert record.id not in dump.lower()
+        assert record.issued_at not in dump.replace(record.revoked_at or "-", "")
+    # A seal has a salt of its own: two bundles have nothing in common by which to follow a person who was renamed.
+    with Bundle(published(people, tmp_path / "c")) as second, Bundle(tmp_path / "b") as first:
+        assert first.claimed("Ada").seal != second.claimed("Ada").seal
+
+
+def test_a_specimen_is_the_same_whoever_it_was_made_of():
+    """Catches: a pitch, a beat or an edge of the person whose badge it was made of."""
+    one, other = badge_of("Ada"), badge_of("Bo")
+    assert one.gratings != other.gratings and specimen_of(one) == specimen_of(other)
+    assert specimen_of(one).layout_key() == one.layout_key()
+    again = specimen_of(one, one.id)
+    assert again.gratings == one.gratings and again.id == one.id
+
+
+def test_its_log_is_that_of_its_checkpoint(people, tmp_path):
+    """Catches: hashes in another order; a checkpoint of another moment."""
+    path = published(people, tmp_path / "b")
+    _, authority, content = parcel.opened_parcel(path)
+    held = Content(content)
+    checkpoint = checkpoint_from(held.checkpoint(), "the bundle's")
+    checkpoint.check(authority, "the bundle's")
+    assert checkpoint.size == int(people.head().split(":")[0]) == len(held.entries())
+    assert checkpoint.root == root_of([leaf_hash(entry) for entry in held.entries()])
+    assert (held.hash_at(0), held.hash_at(checkpoint.size + 1)) == (None, None)
+    assert held.hash_at(checkpoint.size) == people.head().split(":")[1]
+
+
+def test_every_byte_is_signed(people, tmp_path):
+    """Catches: a part of the file that may be changed, added or cut."""
+    path = published(people, tmp_path / "b")
+    whole = path.read_bytes()
+    places = [*range(0, 700, 11), *range(700, len(whole), len(whole) // 40), len(whole) - 1]
+    for place in places:
+        path.write_bytes(whole[:place] + bytes([whole[place] ^ 1]) + whole[place + 1 :])
+        with pytest.raises(RegistryError, match=r"is no bundle|is cut, changed or damaged"):
+            Bundle(path)
+    for other in (b"", whole[:-1], whole + b"x", whole[:300], b"moireid bundle 1 999999\n"):
+        path.write_bytes(other)
+        with pytest.raises(RegistryError, match=r"is no bundle|is cut, changed or damaged"):
+            Bundle(path)
+    path.write_bytes(whole)
+    Bundle(path)
+    with pytest.raises(RegistryError, match="cannot be read"):
+        Bundle(tmp_path / "absent")
+
+
+def test_a_bundle_expires(people, tmp_path, monkeypatch):
+    """Catches: an old bundle that a mirror serves for ever."""
+    path = published(people, tmp_path / "b", days=2)
+    moment = parcel.now()
+    monkeypatch.setattr(parcel, "now", lambda: moment + timedelta(days=1.9))
+    Bundle(path)
+    monkeypatch.setattr(parcel, "now", lambda: moment + timedelta(days=2.1))
+    with pytest.raises(RegistryError, match="expired on") as caught:
+        Bundle(path)
+    assert caught.value.details["code"] == "expired"
+
+
+def test_an_older_bundle_is_refused_once_a_newer_one_was_seen(people, tmp_path):
+    """Catches: a mirror that serves the bundle from before a revocation, which has not expired."""
+    old = published(people, tmp_path / "old")
+    people.revoke("Ada", "stolen")
+    new = published(people, tmp_path / "new")
+    (tmp_path / "seen.sqlite3").unlink()
+    Bundle(old)
+    Bundle(new)
+    with pytest.raises(RegistryError, match="rolled back") as caught:
+        Bundle(old)
+    assert caught.value.details["code"] == "rolled_back"
+
+
+def test_a_bundle_of_a_forked_registry_is_refused(path, tmp_path):
+    """Catches: a publisher who shows one history to one newsroom and another to the next."""
+    with open_registry(url_of(path), create=True) as registry:
+        shutil.copy(path, tmp_path / "early")
+        registry.enroll(badge_of("Ada"))
+        one = published(registry, tmp_path / "one")
+    (tmp_path / "seen.sqlite3").unlink()
+    shutil.copy(tmp_path / "early", path)
+    with open_registry(url_of(path), create=False) as registry:
+        for name in ("Bo", "Cy"):
+            registry.enroll(badge_of(name))
+        other = published(registry, tmp_path / "other")
+    (tmp_path / "seen.sqlite3").unlink()
+    Bundle(one)
+    with pytest.raises(RegistryError, match="forked"):
+        Bundle(other)
+
+
+def test_only_the_trusted_authority_counts(people, tmp_path, monkeypatch):
+    """Catches: a bundle that brings its own key, and is believed."""
+    path = published(people, tmp_path / "b")
+    (tmp_path / "seen.sqlite3").unlink()
+    assert Bundle(path).standing.new and not Bundle(path).standing.new
+    with open_registry(url_of(tmp_path / "eve.sqlite3"), create=True) as eve:
+        eve.enroll(badge_of("Ada"))
+        published(eve, path)
+        other = eve.fingerprint
+    with pytest.raises(RegistryError, match="key was replaced"):
+        Bundle(path)
+    with pytest.raises(RegistryError, match="key was replaced"):
+        Bundle(path, people.fingerprint)
+    assert Bundle(path, other).standing.fingerprint == other
+
+
+def test_a_tampered_registry_is_not_published(url, people, tmp_path):
+    """Catches: a record that nobody signed, signed anew by the bundle."""
+    tamper(url, "UPDATE badges SET revoked_at = NULL WHERE name_nfc = 'Bo'")
+    with pytest.raises(RegistryError, match="tampered"):
+        people.publish(tmp_path / "b", specimen_of, days=7)
+    assert not (tmp_path / "b").exists()
+
+
+def test_the_command_publishes_and_overwrites_only_if_told(url, people, tmp_path):
+    """Catches: a missing key of the contract; an older bundle lost."""
+    to = ("--registry", url, "--out", tmp_path / "b")
+    said = json.loads(run("registry", "publish", *to, "--json", "--days", 3).stdout)
+    assert (said["people"], said["fingerprint"], said["head"]) == (5, people.fingerprint, people.head())
+    assert "--overwrite" in run("registry", "publish", *to, code=2).stderr
+    assert "5 people" in run("registry", "publish", *to, "--overwrite").stdout
+    for days in ("0", "-1", "nan", "1000"):
+        run("registry", "publish", *to, "--overwrite", "--days", days, code=2)
+
+
+def test_a_bundle_stands_in_the_place_of_the_registry(people, tmp_path):
+    """Catches: two sources of one claim, of which one is passed over in silence."""
+    path = published(people, tmp_path / "b")
+    (tmp_path / "badge.json").write_text(badge_of("Ada").to_json())
+    for options in (
+        ("--claim", "Ada", "--registry", "sqlite:///x"),
+        ("--badge", tmp_path / "badge.json"),
+    ):
+        refused = run("verify", tmp_path / "film", "--bundle", path, *options, code=2)
+        assert "--bundle stands in the place of --registry" in refused.stderr
+    lone = run("verify", tmp_path / "film", "--badge", tmp_path / "badge.json", "--trust", "ab" * 16, code=2)
+    assert "--trust" in lone.stderr

@@ -1,0 +1,188 @@
+"""Checkpoints that others hold, against everything that can be done to a registry.  Beside each test: what it
+catches."""
+
+from __future__ import annotations
+
+import http.server
+import json
+import shutil
+import threading
+from functools import partial
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+
+from kit.registries import badge_of, tamper, url_of
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError
+from moireid.registry import open_registry
+from moireid.registry.checkpoints.merkle import consistent
+from moireid.registry.checkpoints.witness import checkpoints_from
+
+
+@pytest.fixture
+def copies(tmp_path: Path) -> Path:
+    folder = tmp_path / "copies"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def forgetful(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """What was seen lies with the test, so that one test's registries are not another's."""
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
+    return tmp_path / "seen.sqlite3"
+
+
+def run(*command: object, code: int = 0) -> Result:
+    done = CliRunner().invoke(moireid, [str(word) for word in command])
+    assert done.exit_code == code, done.output
+    return done
+
+
+def codes(path: Path, *witnesses: object) -> list[str]:
+    """What the audit finds, held against these checkpoints; its exit code agrees."""
+    options = [word for one in witnesses for word in ("--since", one)]
+    done = CliRunner().invoke(moireid, ["registry", "audit", "--registry", url_of(path), "--json", *map(str, options)])
+    found = json.loads(done.stdout)
+    assert done.exit_code == (0 if found["sound"] else 1)
+    return [one["code"] for one in found["findings"]]
+
+
+def noted(path: Path, out: Path) -> Path:
+    """A checkpoint of the registry, written by the command."""
+    run("registry", "checkpoint", "--out", out, "--registry", url_of(path))
+    return out
+
+
+@pytest.fixture
+def grown(path: Path, copies: Path) -> Path:
+    """A registry that grew from `early` to `late`, of which both checkpoints and files are kept; Bo is revoked last."""
+    with open_registry(url_of(path), create=True) as registry:
+        for name in ("Ada", "Bo"):
+            registry.enroll(badge_of(name))
+    noted(path, copies / "early")
+    shutil.copy(path, copies / "early.sqlite3")
+    with open_registry(url_of(path), create=False) as registry:
+        registry.revoke("Bo", "lost")
+    noted(path, copies / "late")
+    return path
+
+
+def test_a_registry_that_only_grew_holds(grown, copies):
+    """Catches: a checkpoint that counts only while it is the newest; a folder of which only one file is read."""
+    assert codes(grown, copies / "early", copies / "late") == []
+    with open_registry(url_of(grown), create=False) as registry:
+        registry.enroll(badge_of("Cy"))
+    assert codes(grown, copies) == []
+
+
+def test_rolled_back_by_one_entry_is_named(grown, copies):
+    """Catches: an earlier state that was sound by itself."""
+    shutil.copy(copies / "early.sqlite3", grown)
+    assert codes(grown) == [] and codes(grown, copies / "early") == []
+    assert codes(grown, copies / "late") == ["rolled_back"]
+    text = run("registry", "audit", "--since", copies / "late", "--registry", url_of(grown), code=1).stdout
+    assert "rolled back" in text and "ends at entry 3" in text and "names 4 entries" in text
+
+
+def test_cut_at_its_end_is_named(grown, copies):
+    """Catches: a cut that is taken for a rollback; one that only the head tells, which can be taken away too."""
+    tamper(url_of(grown), "DELETE FROM log WHERE seq = 4")
+    assert "log_cut" in codes(grown, copies / "late") and "rolled_back" not in codes(grown, copies / "late")
+    tamper(url_of(grown), "UPDATE authority SET head_seq = 3, head_signature = ''")
+    found = codes(grown, copies / "late")
+    assert "head_signature" in found and "log_cut" in found and "rolled_back" not in found
+    assert "cut off" in run("registry", "audit", "--since", copies / "late", "--registry", url_of(grown), code=1).stdout
+
+
+def test_forked_is_named(grown, copies):
+    """Catches: a log as long as before, signed by the same key, in which something else was written."""
+    shutil.copy(copies / "early.sqlite3", grown)
+    with open_registry(url_of(grown), create=False) as registry:
+        registry.enroll(badge_of("Cy"))
+    assert codes(grown) == [] and codes(grown, copies / "early") == []
+    assert codes(grown, copies / "late") == ["forked"]
+    with open_registry(url_of(grown), create=False) as registry:
+        registry.enroll(badge_of("Di"))
+    assert codes(grown, copies) == ["forked"]
+
+
+def test_another_key_is_named(grown, copies):
+    """Catches: a registry made anew, which is sound; a key that is put in the other one's place."""
+    grown.unlink()
+    with open_registry(url_of(grown), create=True) as registry:
+        for name in ("Ada", "Bo", "Cy"):
+            registry.enroll(badge_of(name))
+    assert codes(grown) == [] and codes(grown, copies / "late") == ["key_replaced"]
+
+
+@pytest.mark.parametrize(("old", "new"), [("\n4\n", "\n3\n"), ("date 2", "date 1"), ("date ", "dates ")])
+def test_a_changed_checkpoint_is_refused(grown, copies, old, new):
+    """Catches: a size, root or date that is believed without its signature."""
+    text = (copies / "late").read_text()
+    assert old in text
+    (copies / "late").write_text(text.replace(old, new))
+    refused = run("registry", "audit", "--since", copies / "late", "--registry", url_of(grown), code=2)
+    assert refused.stderr.startswith("error: ") and refused.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "content", [b"", b"nonsense", b"\xff\xfe\x00", b"moireid/registry/\n1\nAA==\n\n\xe2\x80\x94 a b\n"]
+)
+def test_what_is_no_checkpoint_is_said_in_one_sentence(grown, copies, content):
+    """Catches: a traceback; an empty file that proves that all is well."""
+    (copies / "none").write_bytes(content)
+    refused = run("registry", "audit", "--since", copies / "none", "--registry", url_of(grown), code=2)
+    assert refused.stderr.startswith("error: ") and refused.stderr.count("\n") == 1 and "checkpoint" in refused.stderr
+    for path in (copies / "absent", copies.parent / "registry"):
+        run("registry", "audit", "--since", path, "--registry", url_of(grown), code=2)
+
+
+def test_a_web_address_is_a_witness(grown, copies):
+    """Catches: an address that is taken for a path; an error of the network that is a traceback."""
+    handler = partial(http.server.SimpleHTTPRequestHandler, directory=str(copies))
+    with http.server.ThreadingHTTPServer(("127.0.0.1", 0), handler) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = f"http://127.0.0.1:{server.server_address[1]}"
+        assert codes(grown, f"{address}/late") == []
+        shutil.copy(copies / "early.sqlite3", grown)
+        assert codes(grown, f"{address}/late") == ["rolled_back"]
+        with pytest.raises(RegistryError, match="cannot be fetched"):
+            checkpoints_from(f"{address}/absent")
+        server.shutdown()
+
+
+def test_a_checkpoint_proves_that_it_adds_to_an_earlier_one(grown, copies, tmp_path):
+    """Catches: a proof of something else; a registry that signs what contradicts what it signed."""
+    early = checkpoints_from(str(copies / "early"))[0]
+    options = ("--registry", url_of(grown), "--since", copies / "early", "--json")
+    said = json.loads(run("registry", "checkpoint", "--out", tmp_path / "new", *options).stdout)
+    (told,) = said["consistent_with"]
+    proof = [bytes.fromhex(step) for step in told["proof"]]
+    assert consistent(told["size"], early.root, said["size"], bytes.fromhex(said["root"]), proof)
+    assert (told["size"], said["size"]) == (3, 4) and said["fingerprint"] == early.fingerprint
+    late = ("--since", copies / "late", "--registry", url_of(grown))
+    (copies.parent / "seen.sqlite3").unlink()
+    shutil.copy(copies / "early.sqlite3", grown)
+    refused = run("registry", "checkpoint", "--out", tmp_path / "other", *late, code=2)
+    assert "nothing is signed" in refused.stderr and not (tmp_path / "other").exists()
+
+
+def test_a_rolled_back_registry_signs_nothing(grown, copies, tmp_path):
+    """Catches: a checkpoint of a state that contradicts one that this machine has seen."""
+    shutil.copy(copies / "early.sqlite3", grown)
+    to = ("--registry", url_of(grown))
+    for command in (("checkpoint",), ("publish",)):
+        assert "rolled back" in run("registry", *command, "--out", tmp_path / "x", *to, code=2).stderr
+    assert not (tmp_path / "x").exists()
+
+
+def test_without_the_key_nothing_is_signed(grown, tmp_path, keys):
+    """Catches: an unsigned checkpoint."""
+    next(keys.iterdir()).unlink()
+    assert (
+        "private key"
+        in run("registry", "checkpoint", "--out", tmp_path / "x", "--registry", url_of(grown), code=2).stderr
+    )

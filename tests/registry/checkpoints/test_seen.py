@@ -1,0 +1,163 @@
+"""What was seen of a registry before, and what is refused for it.  Beside each test: what it catches."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from kit.registries import badge_of, url_of
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError, SpecError
+from moireid.registry import open_registry
+from moireid.registry.checkpoints.seen import authority_at, forget, last_head, remember
+from moireid.registry.log import Head
+
+
+@pytest.fixture(autouse=True)
+def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "home" / "seen.sqlite3"))
+    return tmp_path / "home" / "seen.sqlite3"
+
+
+def code_of(registry, trust=None) -> str | None:
+    """The code of the refusal, if there is one."""
+    try:
+        registry.standing(trust)
+    except RegistryError as error:
+        assert "\n" not in str(error) and ";" in str(error)
+        return str(error.details["code"])
+    return None
+
+
+def test_a_step_back_is_refused_and_a_step_on_is_not(path):
+    """Catches: a registry put back from before a revocation, which verify accepted; one that may not grow."""
+    with open_registry(url_of(path), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+        assert code_of(registry) is None
+        shutil.copy(path, path.with_suffix(".old"))
+        registry.revoke("Ada", "lost")
+    # Nobody looked since; the one who revoked has remembered it.
+    shutil.copy(path, path.with_suffix(".new"))
+    shutil.copy(path.with_suffix(".old"), path)
+    with open_registry(url_of(path), create=False) as registry:
+        assert code_of(registry) == code_of(registry, registry.fingerprint) == "rolled_back"
+        # The audit still opens it, and others read it.
+        assert registry.audit().sound
+        with pytest.raises(RegistryError, match="rolled back"):
+            registry.check_head()
+    shutil.copy(path.with_suffix(".new"), path)
+    with open_registry(url_of(path), create=False) as registry:
+        registry.enroll(badge_of("Bo"))
+        assert code_of(registry) is None
+
+
+def test_a_fork_is_refused(path):
+    """Catches: a log that is longer than before, and another one."""
+    with open_registry(url_of(path), create=True) as registry:
+        shutil.copy(path, path.with_suffix(".old"))
+        registry.enroll(badge_of("Ada"))
+        registry.standing()
+    shutil.copy(path.with_suffix(".old"), path)
+    with open_registry(url_of(path), create=False) as registry:
+        registry.enroll(badge_of("Bo"))
+        registry.enroll(badge_of("Cy"))
+        assert code_of(registry) == "forked"
+
+
+def test_another_key_in_the_same_place_is_refused_until_it_is_trusted(path, tmp_path, monkeypatch):
+    """Catches: a registry that was made anew by somebody else; a pin that pins nothing; a trust that lasts one call."""
+    with open_registry(url_of(path), create=True) as registry:
+        first = registry.standing().fingerprint
+    path.rename(path.with_suffix(".own"))
+    # Somebody else makes theirs, with a home of their own.
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setenv("MOIREID_SEEN", str(tmp_path / "theirs"))
+        with open_registry(url_of(path), create=True) as registry:
+            registry.enroll(badge_of("Ada"))
+            other = registry.fingerprint
+    with open_registry(url_of(path), create=False) as registry:
+        assert code_of(registry) == code_of(registry, first) == "key_replaced"
+        assert code_of(registry, ":".join(other.upper()[k : k + 2] for k in range(0, 32, 2))) is None
+        assert code_of(registry) is None and code_of(registry, first) == "key_replaced"
+        with pytest.raises(SpecError, match="is none"):
+            registry.standing("abc")
+
+
+def test_a_registry_that_is_made_anew_by_its_own_user_is_theirs(path):
+    """Catches: a script that fails when it is run twice."""
+    for name in ("Ada", "Bo"):
+        with open_registry(url_of(path), create=True) as registry:
+            registry.enroll(badge_of(name))
+        with open_registry(url_of(path), create=False) as registry:
+            assert code_of(registry) is None
+        path.unlink()
+
+
+def test_only_a_later_head_replaces_one(seen):
+    """Catches: a read, then a write, between which another program remembers a later one."""
+    heads = [Head(number, f"{number:064x}") for number in range(1, 60)]
+    with ThreadPoolExecutor(8) as pool:
+        assert all(pool.map(lambda head: remember("place", "f" * 32, head), reversed(heads)))
+    assert last_head("f" * 32) == heads[-1] and authority_at("place") == "f" * 32
+    assert b"place" not in seen.read_bytes().replace(b"places", b"").replace(b"place TEXT", b"").replace(b"place_", b"")
+    assert stat.S_IMODE(os.stat(seen).st_mode) == 0o600
+    assert forget("f" * 32) and not forget("f" * 32)
+    assert last_head("f" * 32) is None and authority_at("place") is None
+
+
+def test_where_nothing_can_be_kept_it_is_said(path, tmp_path, monkeypatch):
+    """Catches: a read-only home in which nothing can be verified; one that is passed over in silence."""
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "file" / "seen.sqlite3"))
+    with open_registry(url_of(path), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+        assert registry.standing().remembered is False
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "other"))
+    with open_registry(url_of(path), create=False) as registry:
+        assert registry.standing().remembered is True
+
+
+def test_a_damaged_memory_is_no_way_round(path, seen):
+    """Catches: damage that forgets all, in silence."""
+    with open_registry(url_of(path), create=True) as registry:
+        registry.standing()
+        seen.write_bytes(b"not a database, and longer than the header of one would be" * 20)
+        with pytest.raises(RegistryError, match="cannot be read"):
+            registry.standing()
+        seen.write_bytes(b"")
+        assert registry.standing().remembered
+
+
+def test_a_program_that_was_killed_in_a_write_is_no_hindrance(seen):
+    """Catches: a memory that nobody can read any more, once a power cut has left its journal behind."""
+    assert remember("place", "f" * 32, Head(1, "0" * 64))
+    program = (
+        "import os, sqlite3, sys; d = sqlite3.connect(sys.argv[1]); d.execute('PRAGMA cache_size = 1'); "
+        "d.execute('CREATE TABLE big (x)'); "
+        "d.executemany('INSERT INTO big VALUES (?)', [('x' * 5000,)] * 200); os.kill(os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", program, str(seen)], check=False)
+    assert seen.with_name(seen.name + "-journal").exists()
+    assert last_head("f" * 32) == Head(1, "0" * 64) and remember("place", "f" * 32, Head(2, "1" * 64))
+
+
+def test_forgetting_by_command(path):
+    """Catches: a registry restored on purpose that can never be used again."""
+    with open_registry(url_of(path), create=True) as registry:
+        shutil.copy(path, path.with_suffix(".old"))
+        registry.enroll(badge_of("Ada"))
+        fingerprint = registry.standing().fingerprint
+    shutil.copy(path.with_suffix(".old"), path)
+    done = CliRunner().invoke(moireid, ["registry", "forget", fingerprint])
+    assert done.exit_code == 0 and "forgotten" in done.stdout
+    assert "never seen" in CliRunner().invoke(moireid, ["registry", "forget", fingerprint]).stdout
+    with open_registry(url_of(path), create=False) as registry:
+        assert code_of(registry) is None

@@ -1,0 +1,124 @@
+"""The whole frame of a report.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import shutil
+import struct
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import av
+import cv2
+import numpy as np
+import pytest
+
+from kit.numeric_films import FRAMES, TYPICAL, filmed
+from moireid.badge import Badge
+from moireid.errors import MediaError
+from moireid.verifier.fringes.signals import measure
+from moireid.verifier.identity.decode import Identity
+from moireid.verifier.motion.judge import judge_invariant
+from moireid.verifier.report.frame import frame_picture, telling_moment
+from moireid.verifier.session.result import Report
+from moireid.verifier.video import Film
+
+SIZE = (320, 192)
+
+
+@pytest.fixture(scope="module")
+def counted(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A film of 60 frames whose grey is their number times four; its upper left quarter is white."""
+    path = tmp_path_factory.mktemp("counted") / "film.mp4"
+    with av.open(str(path), "w") as made:
+        stream = made.add_stream("libx264", rate=30, options={"crf": "4", "bf": "0"})
+        stream.width, stream.height, stream.pix_fmt = *SIZE, "yuv420p"
+        for number in range(60):
+            grey = np.full((SIZE[1], SIZE[0], 3), 4 * number, np.uint8)
+            grey[: SIZE[1] // 2, : SIZE[0] // 2] = 255
+            frame = av.VideoFrame.from_ndarray(grey, format="rgb24")
+            frame.pts, frame.time_base = number, Fraction(1, 30)
+            made.mux(stream.encode(frame))
+        made.mux(stream.encode())
+    return path
+
+
+@pytest.mark.parametrize("number", [0, 1, 30, 59])
+@pytest.mark.parametrize("by_time", [True, False])
+def test_the_frame_is_the_one_that_is_asked_for(counted: Path, number: int, by_time: bool) -> None:
+    """Catches: the key frame before it, the frame after it, a time of another film's rate."""
+    seen, turns = Film(counted).picture(number, number / 30 if by_time else None)
+    assert seen.shape == (SIZE[1], SIZE[0], 3) and turns == 0
+    assert float(seen[150:, 200:].mean()) == pytest.approx(4 * number, abs=1.6)
+
+
+def test_a_frame_that_is_not_there_is_an_error(counted: Path) -> None:
+    """Catches: the last frame in place of none."""
+    with pytest.raises(MediaError, match="has no frame 60"):
+        Film(counted).picture(60)
+
+
+def test_a_phone_s_picture_stands_upright(counted: Path, tmp_path: Path) -> None:
+    """Catches: a portrait that lies on its side, or on the other one; an outline that is not turned with it."""
+    content = bytearray(counted.read_bytes())
+    # The matrix of the track's header (ISO/IEC 14496-12), 40 bytes behind its name: a quarter turn clockwise.
+    at = content.index(b"tkhd") + 44
+    content[at : at + 36] = struct.pack(">9i", 0, 1 << 16, 0, -(1 << 16), 0, 0, 0, 0, 1 << 30)
+    path = tmp_path / "portrait.mp4"
+    path.write_bytes(content)
+    seen, turns = Film(path).picture(10)
+    assert seen.shape[:2] == (SIZE[1], SIZE[0]) and turns == 3
+    upright = np.rot90(seen, turns)
+    assert float(upright[:100, -60:].mean()) > 250 > float(upright[:100, :60].mean())
+
+
+def report_on(badge: Badge, path: Path, verdict: str = "accept") -> Report:
+    """A report on numbers, said to be of this film."""
+    track = filmed(badge, TYPICAL)
+    track = replace(track, correlations=np.where(np.arange(FRAMES) == 30, 0.99, 0.5), image_px=(1920, 1080))
+    measurement = measure(track, focal_px=1450.0)
+    invariant = replace(judge_invariant(measurement), verdict=verdict)
+    film = Film(path).described()
+    counts, timing = {"read": 60, "tracked": 60}, {"total_s": 1.0, "stages": {}}
+    return Report(verdict, (), invariant, Identity("match", ()), film, counts, timing, (), track, measurement)
+
+
+def test_the_moment_tells_most(ada: Badge, counted: Path) -> None:
+    """Catches: the first frame, whatever happens; the clearest frame of a film whose lie is elsewhere."""
+    report = report_on(ada, counted)
+    moment = telling_moment(report)
+    assert (moment.index, moment.time_s) == (30, pytest.approx(1.0))
+    assert report.measurement is not None
+    signal = report.measurement.gratings[0]
+    lie = signal.measured_rad + np.where(np.arange(FRAMES) == 50, 2.0, 0.0)
+    measurement = replace(report.measurement, gratings=(replace(signal, measured_rad=lie),))
+    broken = replace(report_on(ada, counted, "reject"), measurement=measurement)
+    assert telling_moment(broken).index == 50
+
+
+def test_the_badge_is_outlined_where_it_is(ada: Badge, counted: Path) -> None:
+    """Catches: an outline of another frame or size; one that is mirrored with the measurement and not with the film."""
+    report = report_on(ada, counted)
+    moment = telling_moment(report)
+    corners = np.array([[60.0, 60.0], [120.0, 60.0], [120.0, 130.0], [60.0, 130.0]])
+    coded = frame_picture(report, replace(moment, corners_px=corners))
+    assert coded is not None
+    seen = cv2.imdecode(np.frombuffer(coded, np.uint8), cv2.IMREAD_COLOR)[:, :, ::-1].astype(int)
+    assert seen.shape == (SIZE[1], SIZE[0], 3)
+    green = seen[:, :, 1] - seen[:, :, 0] > 60
+    assert green[125:135, 90].any() and not green[:50].any() and not green[:, 140:].any()
+    x, mirrored = moment.corners_px, telling_moment(replace(report, track=replace(report.track, mirrored=True)))
+    assert x is not None and mirrored.corners_px is not None
+    assert mirrored.corners_px[:, 0] == pytest.approx(1919 - x[:, 0])
+
+
+def test_another_film_is_never_shown(ada: Badge, counted: Path, tmp_path: Path, films: Path) -> None:
+    """Catches: a picture of whatever lies at the path by then; a report that fails without its film."""
+    path = tmp_path / "film.mp4"
+    shutil.copy(counted, path)
+    report = report_on(ada, path)
+    assert frame_picture(report, telling_moment(report)) is not None
+    shutil.copy(films / "genuine_1.0m.mp4", path)
+    assert frame_picture(report, telling_moment(report)) is None
+    path.unlink()
+    assert frame_picture(report, telling_moment(report)) is None

@@ -1,0 +1,188 @@
+"""What is the case, in one line by name.  Beside each test: the wrong implementation it would catch.
+
+The documents are as `verify --json` prints them, put together by hand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Any
+
+import pytest
+
+from moireid.provenance import Holder, Standing
+from moireid.verifier.report.circumstances import Circumstances, day, moment_words
+from moireid.verifier.report.findings import CAUSES, WEIGHTIEST, sorted_findings
+from moireid.verifier.report.headline import headline_of
+from moireid.verifier.report.open_words import OPEN
+from moireid.verifier.report.person import claimed_in
+
+NOW = datetime(2026, 5, 7, 12, 0, tzinfo=UTC)
+REGISTRY = Standing("c0ffee" * 5, "3:" + "ab" * 32)
+ASKED = Circumstances(NOW, standing=REGISTRY)
+ADA, SARAH = "aa" * 8, "bb" * 8
+
+
+def finding(code: str, level: str = "fail", measured: Any = None) -> dict[str, Any]:
+    return {"code": code, "level": level, "measured": measured, "limit": None, "unit": "", "text": f"About {code}."}
+
+
+def document(verdict: str, *reasons: dict[str, Any], law="accept", identity="match", **more: Any) -> dict[str, Any]:
+    """A report on a film that was claimed to show Sarah's badge."""
+    figures = {"excitation_rad": 0.8, "phase_residual_rad": 0.01, "gain_ratio": 1.0, "gain_expected": 1.0}
+    return {
+        "verdict": verdict,
+        "reasons": list(reasons),
+        "claim_source": "registry",
+        "badge": {"name": "Sarah Example"},
+        "invariant": {"verdict": law, **figures, **more.pop("figures", {})},
+        "identity": {"verdict": identity, "decoded_id": ADA, "claimed_id": SARAH, "built": "not_known"},
+    } | more
+
+
+def title(said: dict[str, Any], known: Circumstances = ASKED) -> str:
+    return headline_of(said, known).title
+
+
+def test_a_genuine_badge_is_its_holder_s() -> None:
+    """Catches: a verdict without a name; a copy or an original of which the page says nothing."""
+    found = headline_of(document("accept"), ASKED)
+    assert (found.colour, found.mark, found.title) == ("accept", "✓", "Genuine, and Sarah Example's")
+    whole = document("accept")
+    whole["identity"]["built"] = "original"
+    assert "no copy" in headline_of(whole, ASKED).text and "copy" not in found.text
+
+
+def test_nobody_vouches_for_a_name_in_a_file() -> None:
+    """Catches: a headline that says of a file's name what only a registry's may be said of."""
+    for verdict, reasons in (("accept", ()), ("reject", (finding("identity"),))):
+        identity = "match" if verdict == "accept" else "mismatch"
+        found = headline_of(document(verdict, *reasons, identity=identity, claim_source="file"), Circumstances(NOW))
+        assert "Sarah" not in f"{found.title} {found.text} {found.advice}"
+    bundle, until = document("accept", claim_source="bundle"), replace(REGISTRY, expires="2026-05-12T08:00:00Z")
+    found = headline_of(bundle, Circumstances(NOW, standing=until))
+    assert found.title == "Genuine, and Sarah Example's" and "a bundle that counts until 12 May." in found.text
+    assert "bundle" not in headline_of(document("accept"), ASKED).text
+
+
+def test_a_sealed_claim_is_told_as_sealed() -> None:
+    """Catches: "no identity" of a claim that has one; a badge of which nobody looked whose it is, called nobody's."""
+    other = document("reject", finding("identity"), identity="mismatch", claim_source="bundle")
+    assert claimed_in(other).holder == "Sarah Example"
+    other["identity"]["claimed_id"] = None
+    assert claimed_in(other).holder == "Sarah Example (identity sealed in the bundle)"
+    known = Circumstances(NOW, standing=replace(REGISTRY, expires="2026-05-12T08:00:00Z"))
+    assert title(other, known) == "Genuine, but nobody's in this bundle, not Sarah Example's"
+    large = replace(known, looked_up=False)
+    assert title(other, large) == "Genuine, but another badge, not Sarah Example's"
+    assert "too many" in headline_of(other, large).text and "too many" not in headline_of(other, known).text
+
+
+def test_another_s_badge_is_named_where_the_registry_knows_it() -> None:
+    """Catches: the claimed name for the read one; "genuine" where the law is open; a revocation that is passed over."""
+    other = document("reject", finding("identity"), identity="mismatch")
+    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
+    assert title(other, ada) == "Genuine, but Ada Lovelace's, not Sarah Example's"
+    assert title(other) == "Genuine, but nobody's in this registry, not Sarah Example's"
+    assert title(other, Circumstances(NOW)) == "Genuine, but another badge, not Sarah Example's"
+    vague = document("reject", finding("identity"), law="inconclusive", identity="mismatch")
+    assert title(vague, ada) == "Another badge: Ada Lovelace's, not Sarah Example's"
+    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2025-12-31T23:59:00Z", "stolen"), standing=REGISTRY)
+    assert "revoked on 31 December 2025: stolen" in headline_of(other, gone).text
+    same = Circumstances(NOW, read=Holder("Sarah Example"), standing=REGISTRY)
+    assert title(other, same) == "Genuine, but another badge of the name Sarah Example, not Sarah Example's"
+
+
+def test_a_badge_of_two_is_nobody_s() -> None:
+    """Catches: a forger who glues Ada's code upon his own rows, and has the page say that the badge is Ada's."""
+    glued = document("reject", finding("beats"), identity="mismatch")
+    ada = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
+    assert title(glued, ada) == "Put together from two badges"
+    assert "Ada" not in headline_of(glued, ada).text
+
+
+@pytest.mark.parametrize("law", ["accept", "reject", "inconclusive"])
+@pytest.mark.parametrize("identity", ["match", "mismatch", "unreadable"])
+def test_a_revocation_is_told_before_all_else(law: str, identity: str) -> None:
+    """Catches: a revoked badge whose page is about its fringes, or its name, with the revocation further down."""
+    others = [finding("gain", measured=0.5), finding("identity"), finding("name")]
+    known = Circumstances(NOW, revoked_at="2026-05-03T08:00:00Z", standing=REGISTRY)
+    gone = document("reject", *others, finding("revoked", measured="lost on the train"), law=law, identity=identity)
+    found = headline_of(gone, known)
+    assert found.title == "Revoked on 3 May: lost on the train"
+    assert ("genuine" in found.text) == (law == "accept" and identity == "match")
+    assert ("follow the law" in found.text) == (law == "reject")
+    assert sorted_findings(gone["reasons"]).first[0]["code"] == "revoked"
+
+
+@pytest.mark.parametrize(
+    ("codes", "figures", "words"),
+    [
+        ({"gain": 0.5}, {}, "they move half as far as they should"),
+        ({"gain": 2.0}, {}, "they move twice as far as they should"),
+        ({"gain": 0.3}, {}, "they move only 0.3 times as far as they should"),
+        ({"gain": 1.42}, {}, "they move 1.4 times as far as they should"),
+        # Over what the badge was measured to do, not over the design.
+        ({"gain": 0.6}, {"gain_expected": 1.2}, "they move half as far as they should"),
+        ({"gain": -0.9}, {}, "they move the other way than they should"),
+        ({"gain": 0.02, "correlation": 0.1}, {}, "they stand still while the badge moves"),
+        # Fringes that move by themselves have no gain either, and do not stand still.
+        ({"gain": 0.02, "correlation": 0.1}, {"phase_residual_rad": 0.8}, "they do not go with the badge's motion"),
+        ({"correlation": 0.1}, {"phase_residual_rad": 0.8}, "they do not go with the badge's motion"),
+        ({"agreement": 0.2}, {}, "parts of the badge move apart"),
+        ({"residual": 0.2, "likelihood": -3.0}, {}, "they stray from it, as forged fringes do"),
+    ],
+)
+def test_how_the_law_is_broken_is_told(codes: dict[str, float], figures: dict[str, float], words: str) -> None:
+    """Catches: one sentence for every forgery; a direction or a size that is not that of the film."""
+    reasons = [finding(code, measured=value) for code, value in codes.items()]
+    figures = {"gain_ratio": codes.get("gain", 1.0)} | figures
+    found = headline_of(document("reject", *reasons, finding("identity"), law="reject", figures=figures), ASKED)
+    assert found.title == f"The fringes do not follow the law: {words}"
+
+
+def test_an_open_film_says_why_and_what_to_do() -> None:
+    """Catches: a finding that opens films and has no words; "cannot tell" of a film that something rejects."""
+    found = headline_of(document("inconclusive", finding("motion", "undecided"), law="inconclusive"), ASKED)
+    assert found.title == "Cannot tell: the badge hardly moved" and "20 cm" in found.advice
+    both = document("reject", finding("motion", "undecided"), finding("identity"), identity="mismatch")
+    assert not title(both).startswith("Cannot tell")
+    first = [finding(code, "undecided") for code in ("cover", "identity", "motion", "badge_absent")]
+    assert title(document("inconclusive", *first)) == "Cannot tell: the badge is hardly to be seen"
+    assert set(OPEN) >= {"badge_absent", "fringes", "motion", "identity", "built", "cover", "steady", "gain", "camera"}
+    assert all(words.advice.endswith(".") for words in OPEN.values())
+
+
+def test_no_claim_finds_a_holder_or_nobody() -> None:
+    """Catches: an unknown badge that is called forged; a revoked one that is called unknown."""
+    found = document("accept", identity="not_claimed") | {"finding": "found", "found_id": ADA, "found_name": "Ada"}
+    known = Circumstances(NOW, read=Holder("Ada Lovelace"), standing=REGISTRY)
+    assert title(found, known) == "Genuine, and Ada Lovelace's"
+    nobody = document("accept", finding("enrolled"), identity="not_claimed") | {"finding": "nobody", "found_id": None}
+    assert title(nobody) == "Genuine, but nobody's in this registry"
+    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2026-05-03T08:00:00Z", "lost"), standing=REGISTRY)
+    assert title(nobody, gone) == "Revoked on 3 May: lost"
+    empty = {"finding": "nobody", "found_id": None, "reasons": [finding("enrolled")]}
+    assert title(empty) == "Nobody's in this registry"
+    unclaimed = document("accept", identity="not_claimed")
+    assert title(unclaimed) == "Genuine; nobody was claimed"
+
+
+def test_dates_are_in_words_and_by_one_clock() -> None:
+    """Catches: a date by the machine's own place or language; a year that is missing where it is another one."""
+    assert day("2026-05-03T23:30:00-05:00", NOW) == "4 May"
+    assert day("2024-01-01T00:00:00Z", NOW) == "1 January 2024"
+    assert day("some day", NOW) == "some day"
+    assert moment_words(datetime(2026, 12, 9, 7, 5, tzinfo=UTC)) == "9 December 2026, 07:05 UTC"
+
+
+def test_each_finding_stands_in_one_group() -> None:
+    """Catches: a finding lost or told twice; a warning that is folded away."""
+    levels = ("pass", "fail", "undecided", "note")
+    reasons = [finding(code, level) for code in (*WEIGHTIEST, *CAUSES, "copyable", "unheard_of") for level in levels]
+    found = sorted_findings(reasons)
+    told = [*found.fail, *found.open, *found.warn, *found.hold, *found.rest]
+    assert len(told) == len(reasons) and all(one in told for one in reasons)
+    assert [one["code"] for one in found.warn] == ["covered", "copyable"]
+    assert {one["level"] for one in found.first} == {"fail", "undecided", "note"}

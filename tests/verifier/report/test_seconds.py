@@ -1,0 +1,84 @@
+"""Of which seconds the verdict speaks.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from moireid.verifier.report.drawing import broken
+from moireid.verifier.report.seconds import Seconds, seconds_of
+from moireid.verifier.session.cover import cover_of, seen_spans, within
+
+
+def told(seen: Any, judged: Any, film: Any = (0.0, 30.0), segments: Any = (), share: float = 0.1) -> Seconds:
+    cover = {"share": share, "spans_s": judged, "longest_gap_s": 1.0, "film_s": film, "seen_s": seen}
+    found = seconds_of({"cover": cover, "segments": list(segments)})
+    assert found is not None
+    return found
+
+
+def bars(found: Seconds, label: str) -> list[tuple[float, float, str]]:
+    return [(bar.at, bar.width, bar.kind) for bar in dict(found.rows)[label]]
+
+
+def test_bars_lie_where_the_badge_was() -> None:
+    """Catches: a bar over the track's time and not the film's, so that 2 s of badge fill it; seen taken for judged."""
+    found = told([[10.0, 16.0]], [[12.0, 13.5]], (0.0, 30.0))
+    assert bars(found, "badge seen") == [(pytest.approx(100 / 3), pytest.approx(20.0), "seen")]
+    assert bars(found, "judged") == [(pytest.approx(40.0), pytest.approx(5.0), "judged")]
+    late = told([[12.0, 13.0]], [[12.0, 13.0]], (10.0, 20.0))
+    assert bars(late, "judged") == [(pytest.approx(20.0), pytest.approx(10.0), "judged")] and late.end == "10.0 s"
+
+
+def test_what_is_not_judged_is_said() -> None:
+    """Catches: 2 s of badge told as a proof of 30 s of film; a gap before the first span or after the last lost."""
+    text = told([[10.0, 12.0]], [[10.0, 12.0]]).text
+    assert "10 % of the film's 30.0 s" in text and "nothing of 0.0 to 10.0 s, 12.0 to 30.0 s." in text
+    assert "No part of it is left out" in told([[0.0, 30.0]], [[0.0, 30.0]], share=1.0).text
+    assert "No more than a moment of it" in told([[0.1, 29.9]], [[0.1, 29.9]], share=0.99).text
+    assert "none of them could be judged" in told([[1.0, 3.0]], []).text
+    assert "not followed anywhere" in told([], []).text
+    many = [[float(k), k + 0.4] for k in range(0, 30, 2)]
+    assert told(many, many).text.endswith("and more.")
+
+
+def test_the_law_is_shown_only_where_the_badge_was_seen() -> None:
+    """Catches: a green bar across seconds in which nobody saw a badge."""
+    part = {"start_s": 4.0, "end_s": 8.0, "tracked": 30, "verdict": "accept"}
+    unseen = {"start_s": 8.0, "end_s": 12.0, "tracked": 0, "verdict": "inconclusive"}
+    found = told([[4.0, 5.0], [7.0, 8.0]], [], (0.0, 20.0), (part, unseen))
+    assert [(at, width) for at, width, _ in bars(found, "the law")] == [(20.0, 5.0), (35.0, 5.0)]
+    assert found.kinds == (("accept", "the law holds"),)
+
+
+def test_a_report_that_does_not_say_has_no_bars() -> None:
+    """Catches: a page that fails on the published method's reports, on a picture, or on those of an older version."""
+    assert seconds_of({"cover": None, "segments": []}) is None and seconds_of({"finding": "nobody"}) is None
+    assert seconds_of({"cover": {"share": 0.0, "spans_s": [], "longest_gap_s": 0.0}, "segments": []}) is None
+
+
+def test_seen_spans_break_where_frames_are_missing() -> None:
+    """Catches: one span from the first to the last frame; a film's own rate taken for a gap."""
+    times = np.concatenate([np.arange(60) / 30, 5 + np.arange(30) / 30])
+    assert seen_spans(times) == ((0.0, pytest.approx(59 / 30)), (5.0, pytest.approx(5 + 29 / 30)))
+    assert seen_spans(np.zeros(0)) == ()
+    cover = cover_of([], 0.0, 10.0, 301, [(2.0, 3.0), (0.0, 1.0), (1.02, 2.0)])
+    assert cover.seen_s == ((0.0, 3.0),) and cover.film_s == (0.0, 10.0) and cover.share == 0.0
+
+
+def test_parts_within_spans() -> None:
+    """Catches: a part that reaches beyond the span, or one of no length."""
+    assert within((1.0, 5.0), [(4.0, 9.0), (0.0, 2.0), (5.0, 6.0)]) == ((1.0, 2.0), (4.0, 5.0))
+
+
+def test_lines_break_at_a_gap_and_at_a_cut() -> None:
+    """Catches: a line across frames that are missing; a break at every frame; values that are moved or dropped."""
+    times = np.array([0.0, 0.1, 0.2, 1.2, 1.3, 1.4, 1.5])
+    stretch = np.array([0, 0, 0, 1, 1, 2, 2])
+    at, value = broken(times, stretch, np.arange(7.0))
+    assert list(np.flatnonzero(np.isnan(value))) == [3, 6]
+    assert list(value[np.isfinite(value)]) == list(range(7)) and np.all(np.isfinite(at))
+    (same,) = broken(times[:1], stretch[:1])
+    assert list(same) == [0.0]
