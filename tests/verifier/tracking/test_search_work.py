@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import draw, filmed, seen_from
+from moireid.verifier.limits import MAX_UNSEARCHED_S
 from moireid.verifier.tracking.markers import MarkerFinder
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, search_work_ns
@@ -119,7 +120,7 @@ def test_looking_keeps_within_its_budget_whatever_the_film_shows(content, ada, r
     share = sum(one.share for one in (purses.near, purses.glance, purses.wide))
     # Each purse may owe a search at the end, and all searches of one frame together are the dearest yet.
     assert purses.work_ns <= share * decoded_ns * (frames + SAVED_FRAMES) + 3 * whole
-    assert view.unsearched > frames / 4
+    assert view.unsearched > frames / 4 and view.unsearched_s > MAX_UNSEARCHED_S
 
 
 def test_noise_is_dearer_than_an_even_wall(rng):
@@ -144,6 +145,8 @@ def test_a_film_without_a_badge_is_searched_less_and_less(ada, room, monkeypatch
         every.append(len(looks) > before)
     first, last = np.mean(every[:30]), np.mean(every[-200:])
     assert every[0] and first > 3 * last > 0 and view.unsearched == len(every) - sum(every)
+    gaps = np.diff([*(index for index, looked in enumerate(every) if looked), len(every)])
+    assert view.unsearched_s == pytest.approx((gaps.max() - 1) / FPS) and view.unsearched_s < MAX_UNSEARCHED_S
 
 
 def counted(finder: MarkerFinder, looks: list[int]):

@@ -103,7 +103,7 @@ def verify(
         reasons += overlapped.reasons
     cover = seen.verifier.cover
     if seen.tracked:
-        reasons += (cover_finding(cover, claim.cover_share),)
+        reasons += (cover_finding(cover, claim.cover_share), *seen.verifier.long_unsearched)
     reasons += claim_reasons(claim, identity)
     if revoked is not None:
         reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)

@@ -68,8 +68,10 @@ class SceneTracker:
         #: Pages that the last look saw, registered or not.
         self._may_be: list[Array] = []
         self.trackers = [self._new_tracker()]
-        #: Frames without a badge in which the whole picture was not searched.
-        self.unsearched = 0
+        #: Frames without a badge in which the whole picture was not searched, and the longest time of them in a row, s.
+        self.unsearched, self.unsearched_s = 0, 0.0
+        #: When a badge was last followed, or the whole picture searched.
+        self._looked_s: float | None = None
         #: Lost badges that made room for others since this list was last emptied.
         self.given_up: list[BadgeTracker] = []
 
@@ -77,6 +79,7 @@ class SceneTracker:
         """Take one frame; returns whether a badge was found in it."""
         luma = _mirror(frame.luma) if self._mirrored else frame.luma
         self._purses.earn(luma.size)
+        before = self.unsearched
         for tracker in self.trackers:
             # Places of the last frame must not count as occupied in this one.
             tracker.place = None
@@ -88,7 +91,14 @@ class SceneTracker:
             self._search(frame, luma)
         for tracker in self._lost():
             tracker.course.lose()
+        self._note_when_looked(frame, unsearched=self.unsearched > before)
         return bool(self._places())
+
+    def _note_when_looked(self, frame: Frame, *, unsearched: bool) -> None:
+        """Keep the longest time for which nothing was followed or searched; unsearched: in this frame."""
+        if not unsearched or self._looked_s is None:
+            self._looked_s = frame.time_s
+        self.unsearched_s = max(self.unsearched_s, frame.time_s - self._looked_s)
 
     def _new_tracker(self) -> BadgeTracker:
         return BadgeTracker(self._badge, self._finder, self._registrar, self._reader, self._purses)
