@@ -6,10 +6,14 @@ the decoded frames.  WORDs leave only the rows that they begin.
 tracked: share of the frames that show the whole badge.  corners: distance of the sixteen marker corners from where they
 truly are, px, median and worst frame.  parallax: error of the camera's Cx/|Cz| of a single frame, root mean square,
 before any smoothing, with the focal length known.  ms/frame: of the tracker alone.
+
+Rows "back": the camera turns from a room full of things to the badge and away again, to nine places of the picture.
+Printed: seconds from the first frame that shows the badge until it is followed, median and worst place.
 """
 
 from __future__ import annotations
 
+import itertools
 import sys
 import tempfile
 import time
@@ -21,6 +25,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
+from speed_films import Room
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge, payload_from_hex
@@ -108,6 +113,13 @@ def cases(make: Maker) -> Iterator[tuple[str, Callable[[str], None]]]:
     yield "mirrored", lambda name: _row(name, make.at(1000.0), _mirrored)
     for jump_px in (0, 150):
         yield f"cut, {jump_px} px aside", lambda name, jump_px=jump_px: _cut_row(name, make.at(2000.0), jump_px)
+    for size_px in (36, 18, 13):
+        distance_mm = 26 * CAMERA.focal_px / size_px
+        for away_s in (1.0, 10.0):
+            yield (
+                f"back, {size_px} px, after {away_s:g} s",
+                lambda name, d=distance_mm, away_s=away_s: _back_row(name, make.at(d), away_s),
+            )
     yield "nothing", lambda name: _nothing_row(name, make.badge)
 
 
@@ -268,6 +280,42 @@ def _cut_row(name: str, made: Filmed, jump_px: int) -> None:
     after = [int(number) for number in track.frame_numbers if number >= away.stop]
     until = f"{(after[0] - away.stop) / FPS:.2f} s until followed again" if after else "never followed again"
     print(f"{name:<28}{len(made.frames):>7}   {until}", flush=True)
+
+
+def _back_row(name: str, made: Filmed, away_s: float) -> None:
+    """Seconds until a badge is followed that comes back, at nine places of the picture one after another."""
+    room, view, waits, shown, tracked = Room(CAMERA), SceneTracker(made.badge), [], 0, 0
+    numbers = itertools.count()
+
+    def push(picture: Picture) -> bool:
+        number = next(numbers)
+        return view.push(Frame(number, number / FPS, picture))
+
+    for place in itertools.product((0.0, 0.5, 1.0), repeat=2):
+        for number in range(round(away_s * FPS)):
+            push(room.alone(number, made.frames[0].luma, made.homographies[number % FRAMES]))
+        found = [push(picture) for picture in _at(place, made, room)]
+        waits.append(found.index(True) / FPS if any(found) else np.inf)
+        shown, tracked = shown + len(found), tracked + sum(found)
+    print(
+        f"{name:<28}{shown:>7}{tracked / shown:>9.3f}   {np.median(waits):.2f} s until followed, "
+        f"{max(waits):.2f} at most",
+        flush=True,
+    )
+
+
+def _at(place: tuple[float, float], made: Filmed, room: Room) -> Iterator[Picture]:
+    """A film's pictures with the badge moved to a place, (0, 0) top left to (1, 1) bottom right, before the room."""
+    x, y = made.badge.page_mm
+    page = np.array([[[0.0, 0.0], [x, 0.0], [x, y], [0.0, y]]])
+    outlines = np.array([cv2.perspectiveTransform(page, homography)[0] for homography in made.homographies])
+    low, high = outlines.min(axis=(0, 1)), outlines.max(axis=(0, 1))
+    shift = np.round(place * (np.array([CAMERA.width, CAMERA.height]) - 8 - (high - low)) + 4 - low)
+    moved = np.array([[1, 0, shift[0]], [0, 1, shift[1]]])
+    for frame, homography, outline in zip(made.frames, made.homographies, outlines, strict=True):
+        picture = cv2.warpAffine(frame.luma, moved, frame.luma.shape[::-1], borderMode=cv2.BORDER_REPLICATE)
+        there = cv2.fillConvexPoly(np.zeros_like(picture), np.round(outline + shift).astype(np.int32), 1)
+        yield np.where(there > 0, picture, room.alone(frame.index, picture, homography))
 
 
 def _nothing_row(name: str, badge: Badge) -> None:

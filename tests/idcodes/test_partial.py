@@ -80,7 +80,7 @@ def test_one_person_is_told_from_a_word_that_cannot_be_mended(rng):
     assert word.agreeing(payload) == 16
     outcome = found_among(People(ids), word)
     assert (outcome.finding, outcome.found_id) == ("found", ids[17])
-    assert "16 of 26" in outcome.reasons[-1].text
+    assert "16 of its 26" in outcome.reasons[-1].text
     outcome = found_among(People(ids), spoilt(payload, [0, 1, 2, 3, *range(8, 15)]))
     assert (outcome.finding, outcome.found_id) == ("inconclusive", None)
 

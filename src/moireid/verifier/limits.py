@@ -168,6 +168,9 @@ MAX_LAG_S = 1 / 30
 WANDER_MEAN_S = 0.25
 #: The shortest forgery that is searched by itself.  Set by hand: half a word; a mean over the film would hide it.
 SPELL_S = 1.0
+#: For no longer may nothing be followed or searched, as looking may cost only so much (`tracking.search_work`).  Set by
+#: hand: twice what a room full of things before a moving camera needs; a chessboard that fills the picture needs more.
+MAX_UNSEARCHED_S = 2.0
 #: A spell must have this share of the median number of frames.  Set by hand: fewer mean the edge of a gap.
 MIN_SPELL_FRAMES_SHARE = 0.6
 

@@ -14,7 +14,7 @@ from kit.places import FILMS
 from moireid.badge import Badge
 from moireid.verifier import Claim, Running, Verifier, verify
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.limits import SEGMENT_S
+from moireid.verifier.limits import MAX_UNSEARCHED_S, SEGMENT_S
 from moireid.verifier.motion.segments import judge_segments
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
@@ -175,3 +175,11 @@ def test_segments_are_judged_by_their_own_motion(whole, prototype):
     assert len(parts) == 3 and sum(part.tracked for part in parts) == 120
     assert np.diff([part.start_s for part in parts]) == pytest.approx([SEGMENT_S] * 2)
     assert len({part.excitation_rad for part in parts}) == 3
+
+
+@pytest.mark.parametrize(("longest_s", "level"), [(MAX_UNSEARCHED_S, None), (MAX_UNSEARCHED_S + 0.1, "undecided")])
+def test_seconds_in_which_nobody_looked_leave_a_film_open(ada, longest_s, level):
+    """Catches: a forged badge shown while a chessboard beside it makes looking too dear, in a film that is accepted."""
+    verifier = Verifier(Claim(ada))
+    verifier._view.unsearched_s = longest_s
+    assert [reason.level for reason in verifier.long_unsearched] == ([level] if level else [])

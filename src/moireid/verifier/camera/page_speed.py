@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
-from scipy.special import binom
 
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.stretches import AROUND
@@ -19,7 +18,7 @@ from moireid.verifier.limits import JUMP_NOISE_SDS, MAX_PICTURE_JUMP, TREMOR_HZ
 
 Array = NDArray[np.float64]
 #: A value less the polynomial through its eight neighbours on either side, scaled to keep the size of white noise.
-ALONE = binom(16, np.arange(17)) * (-1.0) ** np.arange(17) / math.sqrt(binom(32, 16))
+ALONE = np.array([(-1) ** k * math.comb(16, k) for k in range(17)]) / math.sqrt(math.comb(32, 16))
 #: Median of the absolute value of a normal distribution of standard deviation 1.
 NORMAL_MEDIAN = 0.6745
 

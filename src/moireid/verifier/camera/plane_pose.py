@@ -48,18 +48,13 @@ class PlanePoses:
         """Error of the better pose of each frame, (T,)."""
         return np.asarray(self.error_px.min(axis=1))
 
-    def residuals_px(
-        self, plane: Array, points_px: Array, focal: float, centre: tuple[float, float], slack: Array | None = None
-    ) -> Array:
+    def residuals_px(self, plane: Array, points_px: Array, focal: float, centre: tuple[float, float]) -> Array:
         """What the better pose of each frame leaves of points (T, N, 2), (T, 2 N) px."""
         frames, better = np.arange(len(self.error_px)), self.error_px.argmin(axis=1)
         turned = np.einsum("tij,nj->tni", self.rotation[frames, better], plane)
         local = turned + self.translation[frames, better][:, None]
         seen = focal * local[..., :2] / local[..., 2:] + np.array(centre)
-        left = np.moveaxis(seen - points_px, -1, -2)
-        if slack is not None:
-            left = loosened(left, slack[:, None])
-        return np.asarray(np.moveaxis(left, -1, -2).reshape(len(frames), -1))
+        return np.asarray((seen - points_px).reshape(len(frames), -1))
 
 
 def loosened(errors: Array, slack: Array) -> Array:

@@ -389,9 +389,8 @@ class FilmWide:
         return start_poses(self.plane, self._flat(slice(None)), self.focal, self._centre, self._slack(slice(None)))
 
     def residuals_px(self, poses: PlanePoses) -> Array:
-        """What the poses of all frames leave, (T, 2 N) px."""
-        points, slack = self._flat(slice(None)), self._slack(slice(None))
-        return poses.residuals_px(self.plane, points, self.focal, self._centre, slack)
+        """What the poses of all frames leave, (T, 2 N) px; in full, as a zoom would hide behind the rows' slack."""
+        return poses.residuals_px(self.plane, self._flat(slice(None)), self.focal, self._centre)
 
     def zoom_told(self) -> tuple[Array, Array]:
         """What the chosen frames tell of a zoom: the residual along a zoom's direction, px, and its slope, (n,) each.

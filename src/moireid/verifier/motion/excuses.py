@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import MAX_LASTING_PX, MAX_MIXED_SHARE, MOST_ZOOM, SUSPECT_PX
+from moireid.verifier.limits import MAX_LASTING_PX, MAX_MIXED_SHARE, MIN_CORRELATION, MOST_ZOOM, SUSPECT_PX
 from moireid.verifier.motion.sheet_gain import SheetGain
 from moireid.verifier.reasons import Reason
 
@@ -66,12 +66,15 @@ def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
     """Whether fringes tell of another distance than the page's size, and move as far as after a zoom.
 
     A zoom about the picture's middle hardly shows in the poses where the badge is seen from the front.  One by up to
-    two scales the motion by as much, which leaves a correlation of 0.95 (Cauchy and Schwarz).
+    two scales the motion by as much, which leaves a correlation of 0.95 (Cauchy and Schwarz); what else a film may
+    lose is another 0.95.
     """
-    spacing, gain = codes.get("spacing"), codes["gain"].measured
-    if spacing is None or spacing.level != "undecided" or codes["correlation"].level == "fail":
+    spacing, gain, correlation = codes.get("spacing"), codes["gain"].measured, codes["correlation"].measured
+    if spacing is None or spacing.level != "undecided":
         return False
-    return isinstance(gain, float) and 1 / MOST_ZOOM < gain / sheet.expected < MOST_ZOOM
+    if not (isinstance(gain, float) and isinstance(correlation, float)) or correlation < MIN_CORRELATION**2:
+        return False
+    return 1 / MOST_ZOOM < gain / sheet.expected < MOST_ZOOM
 
 
 def _mixed(share: float) -> Reason:

@@ -45,6 +45,10 @@ OPEN = {
         "something covers the badge", "Ask for another film in which no hand, caption or glare covers it."
     ),
     "strays": Words("the badge does not lie flat in too many frames", NEARER),
+    "unsearched": Words(
+        "the badge may have been in view where nobody looked",
+        "Ask for another film, before a plainer background, that shows the badge throughout.",
+    ),
     "cover": Words(
         "the badge is judged in too few of the film's seconds",
         "Look at the bar of seconds: judge only those, or ask for a film that shows the badge throughout.",

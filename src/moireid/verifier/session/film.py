@@ -24,6 +24,8 @@ import time
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from threadpoolctl import threadpool_limits
+
 from moireid.badge import Badge
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
@@ -83,7 +85,9 @@ def verify(
     """
     begun = time.perf_counter()
     film = Film(video)  # 1
-    seen = _judged(film, claim, overlap, progress)
+    # The matrices are small: a second thread of BLAS waits far longer than it works, half a verify in all.
+    with threadpool_limits(limits=1, user_api="blas"):
+        seen = _judged(film, claim, overlap, progress)
     invariant = invariant_of(seen.chapters)
     identity, built_reasons = identity_of(seen.chapters)
     reasons = (
@@ -99,7 +103,7 @@ def verify(
         reasons += overlapped.reasons
     cover = seen.verifier.cover
     if seen.tracked:
-        reasons += (cover_finding(cover, claim.cover_share),)
+        reasons += (cover_finding(cover, claim.cover_share), *seen.verifier.long_unsearched)
     reasons += claim_reasons(claim, identity)
     if revoked is not None:
         reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
@@ -117,7 +121,7 @@ def verify(
         film.described(),
         {"read": seen.read, "tracked": seen.tracked},
         timing,
-        _left_out(claim.badge, shown.measurement),
+        _left_out(claim.badge, shown.measurement, seen.verifier.unsearched),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
@@ -170,9 +174,13 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
     return _Seen(verifier, watch, chapters, read, stages)
 
 
-def _left_out(badge: Badge, measurement: Measurement | None) -> tuple[str, ...]:
-    """Steps that this film and badge did not need."""
+def _left_out(badge: Badge, measurement: Measurement | None, unsearched: int) -> tuple[str, ...]:
+    """Steps that this film and badge did not need, or that would cost more than decoding allows."""
     parts = ["colour", "the picture away from the badge once it is found"]
+    if unsearched:
+        parts.append(
+            f"the whole picture in {unsearched} frames without a badge, as looking may cost a share of decoding"
+        )
     if measurement and measurement.camera.focal_given:
         parts.append("solving for the focal length")
     if len({grating.axis for grating in badge.gratings}) == 1:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import FOCAL_KEPT_SHARE, MIN_FRAMES, WINDOW_FRAMES
+from moireid.verifier.limits import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S, MIN_FRAMES, WINDOW_FRAMES
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, breaking_finding, others_note, rank_of, reasons_of
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
@@ -121,6 +121,11 @@ class Verifier:
         return [(one, one.corners_px(one.place)) for one in trackers if one.place is not None]
 
     @property
+    def unsearched(self) -> int:
+        """Frames without a badge in which the whole picture was not searched."""
+        return self._view.unsearched
+
+    @property
     def others(self) -> tuple[Reason, ...]:
         """Findings on the badges that the verdict is not of, where there are any."""
         judged = self.judged
@@ -141,6 +146,18 @@ class Verifier:
         judged = [span for chapter in chapters for span in chapter.judged_s]
         seen = [span for chapter in chapters for span in chapter.seen_s]
         return cover_of(judged, self._first_s, self.now_s, self._pushed, seen)
+
+    @property
+    def long_unsearched(self) -> tuple[Reason, ...]:
+        """A finding where nothing was followed or searched for so long that a badge may have gone unseen."""
+        longest_s = self._view.unsearched_s
+        if longest_s <= MAX_UNSEARCHED_S:
+            return ()
+        text = (
+            f"For {longest_s:.1f} s in a row nobody looked for the badge, as so much in the picture looks like "
+            "markers that looking costs more than decoding. What the badge did then is not known."
+        )
+        return (Reason("unsearched", "undecided", longest_s, MAX_UNSEARCHED_S, "s", text),)
 
     @property
     def restarts(self) -> tuple[Reason, ...]:

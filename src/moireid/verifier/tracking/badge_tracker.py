@@ -20,6 +20,7 @@ from moireid.verifier.tracking.markers import MarkerFinder, faint_turns, marker_
 from moireid.verifier.tracking.page_groups import same_page
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.tracking.search_work import Purses
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Frame
@@ -27,6 +28,9 @@ from moireid.verifier.video import Frame
 Array = NDArray[np.float64]
 #: Pixels per millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
 SNAPSHOT_PX_PER_MM = 3.0
+#: A lost badge of less contrast is searched as faded print is: OpenCV's usual limits need 10 counts between black and
+#: white, and light may change by half.
+FAINT_BELOW_COUNTS = 20.0
 
 
 class BadgeTracker:
@@ -39,9 +43,12 @@ class BadgeTracker:
     Source: `registration`, or `smeared_frames`, or `markers`, and `profiles`, in that order in each frame.
     """
 
-    def __init__(self, badge: Badge, finder: MarkerFinder, registrar: PageRegistrar, reader: ProfileReader) -> None:
-        """Parameters: finder, registrar, reader: made for the badge's layout."""
+    def __init__(
+        self, badge: Badge, finder: MarkerFinder, registrar: PageRegistrar, reader: ProfileReader, purses: Purses
+    ) -> None:
+        """Parameters: finder, registrar, reader: made for the badge's layout; purses: of the whole scene."""
         self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
+        self._purses = purses
         self.course, self._template, self._faint = Course(), KeptTemplate(registrar.printer), faint_turns()
         self._shaken = ShakenFollower(badge.markers, registrar, self._template, self.course)
         self._corners_mm = marker_corners_mm(badge.markers)
@@ -49,6 +56,8 @@ class BadgeTracker:
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
         self._mirrored = False
         self._image_px = (0, 0)
+        #: Whether its markers were faded where it was last seen.
+        self.faint = False
         #: Homography in the present frame; None if the badge is not seen.
         self.place: Array | None = None
         #: Size and duration of view: its scale squared, summed over all frames that show it, (px / mm)^2.
@@ -83,22 +92,40 @@ class BadgeTracker:
         registration = _clear(self._registered(luma, expected)) if expected is not None else None
         self._lap("register")
         if registration is None:
-            registration = _clear(self._shaken.find(luma, frame.time_s))
+            registration = self._shaken_off(frame, luma)
             self._lap("shaken")
         return self._taken_in(frame, luma, registration, taken)
+
+    def _shaken_off(self, frame: Frame, luma: NDArray[np.uint8]) -> Registration | None:
+        """The page in a smeared frame, if looking for it is paid for.
+
+        A page that was there in the last frame has a purse of its own: what is tried in vain after it has left must not
+        be missing where it is seen, smeared, in frame after frame.
+        """
+        purse = self._purses.smeared if self.course.followed else self._purses.gone
+        if not purse.open:
+            return None
+        before_ns = self._purses.work_ns
+        registration = _clear(self._shaken.find(luma, frame.time_s))
+        purse.pay(self._purses.work_ns - before_ns, found=registration is not None)
+        return registration
 
     def seek(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
         """Look for its markers around its last place; returns whether it was found."""
         self._clock = time.perf_counter()
-        last = self.course.last
-        if last is None or not self.course.followed:
+        last, purse = self.course.last, self._purses.near
+        if last is None or not self.course.followed or not purse.open:
             return False
-        near = self._finder.pages_near(luma, last.page, faint=next(self._faint))
+        before_ns = self._purses.work_ns
+        # A search for faded print costs ten times as much, so it is left out where little is saved and the print clear.
+        near = self._finder.pages_near(luma, last.page, faint=next(self._faint) and (self.faint or purse.ample))
         pages = [page for page in near if not self._is_one_of(page, taken)]
         self._lap("find")
         # The largest first, but before all the page at this badge's own place.
         pages.sort(key=lambda page: not same_page(page, last.page, self._corners_mm))
-        return bool(pages) and self.begin(frame, luma, pages[0], taken)
+        found = any(self.begin(frame, luma, page, taken) for page in pages)
+        purse.pay(self._purses.work_ns - before_ns, found=found)
+        return found
 
     def begin(
         self, frame: Frame, luma: NDArray[np.uint8], page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
@@ -127,7 +154,7 @@ class BadgeTracker:
         """Read the frame if the page was registered, at a place of no other badge; returns whether it was."""
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
-        self.place = registration.homography
+        self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
         self.course.follow(Seen(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._numbers.append(frame.index)

@@ -71,6 +71,23 @@ def _plain(quads_px: Array, squares_mm: Array) -> list[Array]:
     return [np.vstack([similar, [0.0, 0.0, 1.0]])]
 
 
+def moved_page(quads_px: Array, index: Sequence[int], corners_mm: Array, before: Array) -> Array | None:
+    """The page as it was a moment ago, turned, scaled and shifted in the picture onto two markers; None for others.
+
+    Two markers tell a page's tilt poorly, and registration by the gratings' borders begins only from within a pixel.
+    Parameters: as `pages_of`, and before: homography page mm -> px of a recent frame.
+    Source: least squares over the eight corners; tilt and perspective stay those of the recent frame.
+    """
+    if len(quads_px) != 2 or index[0] == index[1]:
+        return None
+    then = cv2.perspectiveTransform(corners_mm[list(index)].reshape(-1, 1, 2), before)
+    similar, _ = cv2.estimateAffinePartial2D(then, quads_px.reshape(-1, 1, 2), method=cv2.LMEDS)
+    if similar is None or not np.all(np.isfinite(similar)):
+        return None
+    moved = np.vstack([similar, [0.0, 0.0, 1.0]]) @ before
+    return np.asarray(moved / moved[2, 2])
+
+
 def _largest_group(quads_px: Array, index: Sequence[int], corners_mm: Array, left: list[int]) -> list[int]:
     """The group that most markers fit, and of equal groups the one that fits best; [] if no two markers fit."""
     best: tuple[int, float, list[int]] = (0, 0.0, [])

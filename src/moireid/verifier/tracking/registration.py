@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Markers
 from moireid.verifier.tracking.borders import Borders
+from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 from moireid.verifier.tracking.template import Template, TemplatePrinter, without_gains
 
 Array = NDArray[np.float64]
@@ -91,12 +92,12 @@ class KeptTemplate:
 
 
 class PageRegistrar:
-    """Registers pages of one layout; it keeps no state between frames."""
+    """Registers pages of one layout; between frames it keeps only `work_ns`, the work of all registrations."""
 
     def __init__(self, markers: Markers, borders: Borders | None = None) -> None:
         """Parameters: borders: of the badge's gratings; they help if only two markers are visible."""
         self._borders = borders
-        self.printer = TemplatePrinter(markers)
+        self.printer, self.work_ns = TemplatePrinter(markers), 0.0
         self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are estimated in coordinates of about one, so that their eight parameters are of like size.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
@@ -114,13 +115,16 @@ class PageRegistrar:
             values = sample(picture, warp, template.points)
             if values is None:
                 return None
+            self.work_ns += STEP_NS * len(values)
             residual, correlation, seen, contrast = self._residual(values, template)
             # A page that is found but still moves goes on: where it is stopped, a marker may lie a pixel beside itself.
-            if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not correlation >= MIN_CORRELATION):
+            found = correlation >= MIN_CORRELATION and sum(seen) >= MIN_MARKERS
+            if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not found):
                 break
             # Far from the right place all markers match badly; then all of them are used for the step.
             asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
             if asked != solved:
+                self.work_ns += SOLVED_NS * len(values) * (asked not in template.solvers)
                 solved, solver = asked, template.solver(asked)
             step = solver @ residual
             moved = _stepped(warp, step)

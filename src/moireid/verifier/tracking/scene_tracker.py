@@ -4,6 +4,10 @@ A frame is searched in this order: each badge near its expected place; the missi
 no badge is seen, the whole frame, with one enlarged tile per frame for small badges.  While a badge is seen, others are
 searched every two seconds: by a glance, which is cheap, or by a full search if a badge is lost.
 
+Looking may cost a share of decoding (`search_work`).  What is saved is spent as soon as a badge is lost, frame after
+frame.  Then the whole frame is searched closely now and then, and between that by a quick look, which a badge that
+comes back seldom escapes; where it sees what may be a badge, that place is searched closely at once.
+
 A page that is found belongs to the badge that was last lost near there.  If the film has shown one badge so far and the
 page is alone, it belongs to that badge, which may have left and come back.  Otherwise it begins a new track.  So after
 a cut between several badges each piece is a track of its own, and no track joins two badges.
@@ -12,6 +16,8 @@ a cut between several badges each piece is a track of its own, and no track join
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterator
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,20 +25,24 @@ from numpy.typing import NDArray
 from moireid.badge import Badge
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.borders import borders_of
-from moireid.verifier.tracking.markers import Box, MarkerFinder, faint_turns, marker_corners_mm, tiles_of
+from moireid.verifier.tracking.course import Seen
+from moireid.verifier.tracking.markers import EitherWay, MarkerFinder, faint_turns, marker_corners_mm, tiles_of
 from moireid.verifier.tracking.page_groups import MOST_PAGES, same_page
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.tracking.search_work import Purse, Purses
 from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 Luma = NDArray[np.uint8]
+#: Pages of a picture, and of its mirror image.
+Look = Callable[[Luma], EitherWay]
 #: Time between two searches for further badges while one is seen.
 GLANCE_S = 2.0
 #: Of several badges, a lost one is recognised by its place: within this time, this distance as a share of its size, and
 #: this ratio of scales.
 KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
-#: A lost small badge is searched around its last place for this long: after a hand has passed, it is still there.
+#: A lost badge is searched around its last place for this long: after a hand has passed, it is still there.
 KEPT_S = 4.0
 #: Most tiles that are enlarged in the first frame searched; a frame of 3840 x 2160 has 16.
 MOST_TILES = 16
@@ -54,13 +64,22 @@ class SceneTracker:
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._size_mm = float(np.ptp(self._corners_mm.reshape(-1, 2), axis=0).max())
         self._mirrored, self._glance_s, self._tile = False, 0.0, 0
+        self._purses = Purses((self._finder, self._registrar, self._registrar.printer))
+        #: Pages that the last look saw, registered or not.
+        self._may_be: list[Array] = []
         self.trackers = [self._new_tracker()]
+        #: Frames without a badge in which the whole picture was not searched, and the longest time of them in a row, s.
+        self.unsearched, self.unsearched_s = 0, 0.0
+        #: When a badge was last followed, or the whole picture searched.
+        self._looked_s: float | None = None
         #: Lost badges that made room for others since this list was last emptied.
         self.given_up: list[BadgeTracker] = []
 
     def push(self, frame: Frame) -> bool:
         """Take one frame; returns whether a badge was found in it."""
         luma = _mirror(frame.luma) if self._mirrored else frame.luma
+        self._purses.earn(luma.size)
+        before = self.unsearched
         for tracker in self.trackers:
             # Places of the last frame must not count as occupied in this one.
             tracker.place = None
@@ -72,10 +91,17 @@ class SceneTracker:
             self._search(frame, luma)
         for tracker in self._lost():
             tracker.course.lose()
+        self._note_when_looked(frame, unsearched=self.unsearched > before)
         return bool(self._places())
 
+    def _note_when_looked(self, frame: Frame, *, unsearched: bool) -> None:
+        """Keep the longest time for which nothing was followed or searched; unsearched: in this frame."""
+        if not unsearched or self._looked_s is None:
+            self._looked_s = frame.time_s
+        self.unsearched_s = max(self.unsearched_s, frame.time_s - self._looked_s)
+
     def _new_tracker(self) -> BadgeTracker:
-        return BadgeTracker(self._badge, self._finder, self._registrar, self._reader)
+        return BadgeTracker(self._badge, self._finder, self._registrar, self._reader, self._purses)
 
     def _places(self) -> list[Array]:
         return [tracker.place for tracker in self.trackers if tracker.place is not None]
@@ -101,39 +127,79 @@ class SceneTracker:
                 self.trackers.append(tracker)
 
     def _sought(self, frame: Frame, luma: Luma) -> tuple[list[Array], Luma]:
-        """Pages in the whole frame, or if there are none, in the enlarged parts whose turn it is.
+        """Pages in the frame, as far as its looks are paid for.
 
         Returns: the pages, and the frame in which they lie, which may be mirrored.
         """
-        new, turned = all(tracker.course.first is None for tracker in self.trackers), _mirror(luma)
-        for box in (None, *self._parts(frame, luma)):
-            pages, mirrored = (
-                self._finder.either_way(luma, faint=next(self._faint))
-                if box is None
-                else self._finder.enlarged(luma, box)
-            )
-            found = self._registered(luma, pages)
+        searched = False
+        for purse, look in self._looks(frame, luma):
+            before_ns, pages = self._purses.work_ns, look(luma)
+            found, there = self._either_way_registered(luma, pages)
+            purse.pay(self._purses.work_ns - before_ns, found=bool(found) and purse is self._purses.near)
             if found:
-                return found, luma
-            # Only until the first badge is found: a film is mirrored as a whole or not at all.
-            found = self._registered(turned, mirrored) if new else []
-            if found:
-                self._mirrored = not self._mirrored
-                return found, turned
+                return found, there
+            self._may_be = pages[0]
+            searched = searched or purse is not self._purses.near
+        self.unsearched += not (searched or self._places())
         return [], luma
 
-    def _parts(self, frame: Frame, luma: Luma) -> list[Box]:
-        """The last places of small badges; and all tiles of the first frame searched, one tile of each later frame.
+    def _looks(self, frame: Frame, luma: Luma) -> Iterator[tuple[Purse, Look]]:
+        """Looks at a frame, and what pays them.
+
+        Closely where that is paid for; otherwise around lost badges, quickly at the whole frame, and around what may be
+        a badge.
+        """
+        purses, finder = self._purses, self._finder
+        lost = [(tracker, last) for tracker in self._lost() if (last := self._recently(tracker, frame)) is not None]
+        if purses.wide.open:
+            clear = bool(lost) and not (purses.wide.ample or any(tracker.faint for tracker, _ in lost))
+            for look in self._close_looks(luma.shape, [last for _, last in lost], faint=not clear):
+                yield purses.wide, look
+            return
+        for tracker, last in lost:
+            # A badge that the last frame showed was sought there already, but not as closely as small markers need it.
+            small = finder.around(last.page, luma.shape) is not None
+            if small and purses.near.open:
+                yield purses.near, partial(finder.closely, page=last.page)
+            if not (small or tracker.course.followed) and purses.near.open:
+                yield purses.near, partial(finder.near, page=last.page, faint=tracker.faint)
+        if purses.glance.open:
+            yield purses.glance, finder.quick
+            for page in list(self._may_be):
+                if purses.near.open:
+                    yield purses.near, partial(finder.closely, page=page)
+
+    def _recently(self, tracker: BadgeTracker, frame: Frame) -> Seen | None:
+        """Where a lost badge was last seen, unless that is too long ago."""
+        last = tracker.course.last
+        return last if last is not None and frame.time_s - last.time_s <= KEPT_S else None
+
+    def _close_looks(self, shape: tuple[int, ...], lost: list[Seen], *, faint: bool) -> Iterator[Look]:
+        """The whole frame; the last places of small badges; all tiles of the first frame searched, and one tile of each
+        later frame.
 
         If there are more than `MOST_TILES` tiles, the search is spread over several frames.
         """
-        tiles = tiles_of(luma.shape)
+        finder, tiles = self._finder, tiles_of(shape)
         count = MOST_TILES if self._tile == 0 else 1
         due = [tiles[(self._tile + k) % len(tiles)] for k in range(min(count, len(tiles)))]
         self._tile += count
-        lost = [tracker.course.last for tracker in self._lost() if tracker.course.last is not None]
-        near = [self._finder.around(seen.page, luma.shape) for seen in lost if frame.time_s - seen.time_s <= KEPT_S]
-        return [*(box for box in near if box is not None), *due]
+        yield partial(finder.either_way, faint=next(self._faint) and faint)
+        near = [finder.around(seen.page, shape) for seen in lost]
+        for box in (*(box for box in near if box is not None), *due):
+            yield partial(finder.enlarged, box=box)
+
+    def _either_way_registered(self, luma: Luma, pages: EitherWay) -> tuple[list[Array], Luma]:
+        """The pages that are the badge, and the frame in which they lie: mirrored, if the film turns out to be so."""
+        found = self._registered(luma, pages[0])
+        # Only until the first badge is found: a film is mirrored as a whole or not at all.
+        if found or not pages[1] or any(tracker.course.first is not None for tracker in self.trackers):
+            return found, luma
+        turned = _mirror(luma)
+        found = self._registered(turned, pages[1])
+        if found:
+            self._mirrored = not self._mirrored
+        return found, turned if found else luma
 
     def _registered(self, luma: Luma, pages: list[Array]) -> list[Array]:
         """The pages that look like the print and are not followed already."""

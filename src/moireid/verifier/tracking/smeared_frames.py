@@ -27,17 +27,25 @@ from moireid.verifier.tracking.registration import (
     KeptTemplate,
     PageRegistrar,
     Registration,
+    scale_px_per_mm,
 )
+from moireid.verifier.tracking.search_work import CORRELATED_NS, LINEAR_NS
 from moireid.verifier.tracking.template import Template, without_gains
 
 Array = NDArray[np.float64]
+Picture = NDArray[np.float32]
 #: A badge that was lost for longer must be found again by its markers.
 LOST_S = 0.25
 #: Radius of the search around the expected place, in modules; growth for each lost frame; and the most, for `LOST_S` at
 #: 30 frames a second.  The last is needed because a file with repeated times could count a million lost frames.
 REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
+#: A page that is expected this many times as large or as small as it last was, is expected by a false motion.
+MOST_GROWTH = 2.0
 #: Mean correlation of the four markers below which another smear is tried, and below which the page is given up.
 UNSURE, SOUGHT = 0.65, 0.4
+#: Prints are correlated at half size first if they are searched within at least this many samples, and then within some
+#: samples around the place found.
+COARSE_FROM, AROUND = 12, 3
 #: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
 MOST_MODULES = 3.0
 #: Exposures to try while none is known, as a share of the time between two frames.
@@ -66,8 +74,12 @@ class ShakenFollower:
         before, last = self._course.before, self._course.last
         if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
             return None
-        light = np.asarray(cv2.LUT(luma, LINEAR_COUNTS))
         expected, lost = _expected(before, last, time_s)
+        grown = self._scale(expected) / self._scale(last.page)
+        if not 1 / MOST_GROWTH < grown < MOST_GROWTH:
+            return None
+        light = np.asarray(cv2.LUT(luma, LINEAR_COUNTS))
+        self._registrar.work_ns += LINEAR_NS * luma.size
         frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
         found = [self._registered(light, (before, last), expected, exposure_s, time_s, lost) for exposure_s in tried]
@@ -76,6 +88,9 @@ class ShakenFollower:
             known_s = self.exposure_s or exposure_s
             self.exposure_s = (1 - LEARNT) * known_s + LEARNT * exposure_s
         return best
+
+    def _scale(self, page: Array) -> float:
+        return scale_px_per_mm(page, self._registrar.printer.middle)
 
     def _velocity(self, past: tuple[Seen, Seen], page: Array, time_s: float) -> Array:
         """Velocity (4, 2) of the markers, page mm/s, if `page` is the present homography."""
@@ -143,7 +158,7 @@ class ShakenFollower:
         pitch = 1 / template.px_per_mm
         reach = math.ceil(reach_modules * self._module_mm / pitch)
         points = template.points * printer.extent + printer.middle
-        total = np.zeros((2 * reach + 1, 2 * reach + 1), np.float32)
+        pairs = []
         for index in range(4):
             here = template.marker == index
             corner = points[here].min(axis=0)
@@ -154,12 +169,13 @@ class ShakenFollower:
             corner = corner - reach * pitch
             to_page = np.array([[pitch, 0, corner[0]], [0, pitch, corner[1]], [0, 0, 1.0]])
             size = (count + 2 * reach, count + 2 * reach)
+            self._registrar.work_ns += CORRELATED_NS * size[0] * size[1]
             flat = cv2.warpPerspective(light, expected @ to_page, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
-            total += np.clip(cv2.matchTemplate(flat, printed, cv2.TM_CCOEFF_NORMED), 0, None)
-        row, column = np.unravel_index(int(np.argmax(total)), total.shape)
+            pairs.append((np.asarray(flat), printed))
+        score, (column, row) = _best_shift(pairs, reach)
         shift = np.array([[1, 0, (column - reach) * pitch], [0, 1, (row - reach) * pitch], [0, 0, 1.0]])
         place = expected @ shift
-        return float(total[row, column]) / 4, np.asarray(place / place[2, 2])
+        return score, np.asarray(place / place[2, 2])
 
     def _change(
         self, light: NDArray[np.float32], place: Array, template: Template, smear: Array
@@ -181,8 +197,49 @@ class ShakenFollower:
         return float(change[0]), float(change[1])
 
 
+def _best_shift(pairs: list[tuple[Picture, Picture]], reach: int) -> tuple[float, tuple[int, int]]:
+    """The shift (column, row) of all prints in their pictures, each up to 2 `reach`, that correlates best, and its mean
+    correlation.
+
+    Source: at half size first, then around that at full size: a print's correlation is broader than a pixel, and a
+        correlation costs the fourth power of the size.
+    """
+    if reach < COARSE_FROM:
+        return _peak(_correlation(pairs))
+    halves = [(_halved(flat), _halved(printed)) for flat, printed in pairs]
+    _, (column, row) = _peak(_correlation(halves))
+    left, top = (min(max(2 * at - AROUND, 0), 2 * reach - 2 * AROUND) for at in (column, row))
+    near = [
+        (flat[top : top + side + 2 * AROUND, left : left + side + 2 * AROUND], printed)
+        for flat, printed in pairs
+        for side in (len(printed),)
+    ]
+    score, (column, row) = _peak(_correlation(near))
+    return score, (left + column, top + row)
+
+
+def _correlation(pairs: list[tuple[Picture, Picture]]) -> Picture:
+    """Sum over the markers of the correlations at each shift; one that is opposite to its print counts as none."""
+    each = [cv2.matchTemplate(flat, printed, cv2.TM_CCOEFF_NORMED) for flat, printed in pairs]
+    rows, columns = (min(sizes) for sizes in zip(*(one.shape for one in each), strict=True))
+    return np.asarray(sum(np.clip(one[:rows, :columns], 0, None) for one in each))
+
+
+def _peak(total: Picture) -> tuple[float, tuple[int, int]]:
+    row, column = np.unravel_index(int(np.argmax(total)), total.shape)
+    return float(total[row, column]) / 4, (int(column), int(row))
+
+
+def _halved(picture: Picture) -> Picture:
+    rows, columns = (size // 2 for size in picture.shape)
+    return np.asarray(cv2.resize(picture[: 2 * rows, : 2 * columns], (columns, rows), interpolation=cv2.INTER_AREA))
+
+
 def _expected(before: Seen, last: Seen, time_s: float) -> tuple[Array, int]:
     """The expected homography, and how many frames ago the page was last seen."""
+    if last.time_s - before.time_s > LOST_S:
+        # It has just come back, so its motion is not known yet.
+        return last.page, 1
     between = max(last.time_s - before.time_s, 1e-6)
     lost = max(1, round((time_s - last.time_s) / between))
     moved = last.page

@@ -1,0 +1,120 @@
+"""What looking for a badge costs, and how much of it a film may spend.
+
+Time is no measure of it: a verdict must be the same on a slow machine and a fast one, and run after run.  So work is
+counted in what a step does, in nanoseconds of a nominal machine on which a pixel takes `DECODED_NS` to decode.  Each
+frame earns a share of its own decoding; a search is paid when it is done, and the next waits until as much is earned.
+Looking that finds the badge where it was just now is part of measuring it, and pays `FOUND_SHARE`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+#: Work of decoding, a pixel, and of a marker search: a pixel and window of the threshold, a pixel and window at which
+#: the thresholded picture changes along its row, and a square whose bits are read.  Measured by
+#: `benchmarks/verify_speed.py` on H.264 of a low bit rate, where decoding costs least (it took 2 ns in other films),
+#: and on pictures from an even grey to white noise: a search takes 0.8 to 1.3 of this, one for faded print in smooth
+#: clouds twice as much.
+DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
+#: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
+#: of a step of registration, a sample; of correlating, a pixel; and of a picture made linear in light, a pixel.
+#: Measured as above, on markers of 50 to 100 px.
+DRAWN_NS, SMEARED_NS, SMEAR_STEP_NS, SOLVED_NS, STEP_NS, CORRELATED_NS = 20.0, 15.0, 4.5, 450.0, 32.0, 16.0
+LINEAR_NS = 1.1
+#: Share that is paid where looking finds the badge where it was just now: a hand over two markers, or a badge that is
+#: not held still, asks for it in each frame.  Not nothing, as else a film of such frames would have no bound.  Set so
+#: that a badge in a hand at 1 m, which needs it in two frames of three, is followed through films of any length.
+FOUND_SHARE = 0.125
+#: One row in this many is looked at for changes.
+EVERY_ROW = 16
+#: Saved are at most the earnings of this many frames, ten seconds at 60 a second.  So a badge that is lost for a moment
+#: is searched as closely as ever, and a long film has not saved for an hour's search.
+SAVED_FRAMES = 600
+
+
+@dataclass
+class Purse:
+    """What one kind of looking may still cost; it begins full.
+
+    share: of the work of decoding that it may cost in the long run.
+    Convention: a search may begin while nothing is owed, and its cost is owed afterwards.  So no search is too dear to
+    be ever made, and what is earned bounds how often.
+    """
+
+    share: float
+    _most: float = 0.0
+    _spent: float = 0.0
+
+    def earn(self, pixels: int) -> None:
+        """Earn a share of decoding a frame."""
+        earned = self.share * DECODED_NS * pixels
+        self._most, self._spent = SAVED_FRAMES * earned, max(self._spent - earned, 0.0)
+
+    def pay(self, work_ns: float, *, found: bool = False) -> None:
+        """Pay a search; found: whether it has found the badge where it was just now."""
+        self._spent += FOUND_SHARE * work_ns if found else work_ns
+
+    @property
+    def open(self) -> bool:
+        """Whether nothing is owed."""
+        return self._spent <= self._most
+
+    @property
+    def ample(self) -> bool:
+        """Whether half of what can be saved is left."""
+        return self._spent <= self._most / 2
+
+
+class Tool(Protocol):
+    """What counts the work that it does."""
+
+    work_ns: float
+
+
+class Purses:
+    """One purse for each kind of looking, so that one kind cannot use up what another needs.
+
+    smeared: the smeared print of a page that the last frame showed; gone: of one that it did not; near: markers around
+    the last place; glance: clear markers in the whole picture; wide: the whole picture closely, and a part of it
+    enlarged.  Where no badge was seen for some seconds, only the last two are spent.
+    Source: the shares are set by hand.  That of glances pays two or three a second in a room full of things, at 30
+        frames a second; a page in view and smeared needs most.
+    """
+
+    def __init__(self, tools: Sequence[Tool]) -> None:
+        """Parameters: tools: whose work is paid."""
+        self._tools = tools
+        self.smeared, self.gone, self.near = Purse(0.30), Purse(0.05), Purse(0.10)
+        self.glance, self.wide = Purse(0.25), Purse(0.10)
+
+    def earn(self, pixels: int) -> None:
+        """Earn for a frame of so many pixels."""
+        for purse in (self.smeared, self.gone, self.near, self.glance, self.wide):
+            purse.earn(pixels)
+
+    @property
+    def work_ns(self) -> float:
+        """Work of the tools so far."""
+        return sum(tool.work_ns for tool in self._tools)
+
+
+def search_work_ns(picture: NDArray[np.uint8], parameters: cv2.aruco.DetectorParameters, squares: int) -> float:
+    """Work of one marker search.
+
+    Parameters: squares: whose bits were read.
+    Source: OpenCV thresholds the picture once for each window, follows every outline, and reads the bits of each
+        square.  Outlines are as long as there are pixels at which the thresholded picture changes.
+    """
+    rows = picture[EVERY_ROW // 2 :: EVERY_ROW] if len(picture) > EVERY_ROW else picture
+    least, most = parameters.adaptiveThreshWinSizeMin, parameters.adaptiveThreshWinSizeMax
+    work = 0.0
+    for window in range(least, most + 1, parameters.adaptiveThreshWinSizeStep):
+        dark = cv2.subtract(cv2.blur(rows, (window, 1)), rows) > parameters.adaptiveThreshConstant
+        work += WINDOW_NS + CHANGE_NS * float(np.mean(dark[:, 1:] != dark[:, :-1]))
+    return picture.size * work + SQUARE_NS * squares
