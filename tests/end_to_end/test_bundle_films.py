@@ -127,3 +127,14 @@ def test_a_revoked_badge_of_a_bundle_is_rejected(film, registry, ada, tmp_path):
     assert told["verdict"] == "reject" and told["identity"]["verdict"] == "match"
     assert "lost on the train" in (tmp_path / "report" / "report.html").read_text()
     assert registry.fingerprint in (tmp_path / "report" / "report.html").read_text()
+
+
+def test_who_it_is_is_told_with_the_registry_that_was_asked(film, registry, ada, tmp_path):
+    """Catches: an identification that nobody can hold against a registry later."""
+    command = ["identify", str(film), "--registry", f"sqlite:///{tmp_path}/people.sqlite3", "--json"]
+    done = CliRunner().invoke(moireid, command)
+    told = json.loads(done.stdout)
+    assert (done.exit_code, told["found_name"]) == (0, ada.name)
+    assert told["registry"] == {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
+    other = CliRunner().invoke(moireid, [*command, "--trust", "0" * 32])
+    assert other.exit_code == 2 and "its key was replaced" in other.stderr
