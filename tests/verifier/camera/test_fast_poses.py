@@ -64,3 +64,29 @@ def test_what_is_left_over_is_the_better_pose_s(seen):
     assert left.shape == (FRAMES, 32)
     error = moved_poses(start, plane, points, 1.005, 1.005 * FOCAL, CENTRE, 30).least_error_px
     assert np.sqrt((left**2).sum(axis=1) / 16) == pytest.approx(error, rel=1e-4)
+
+
+@pytest.mark.parametrize("loose", [False, True])
+def test_slopes_are_what_the_poses_leave_of_a_move(seen, rng, loose):
+    """Catches: poses that do not follow; a wrong sign; points before coordinates; slack in residuals and not in slopes.
+
+    Against moves made small and refined by another way.
+    """
+    plane, points = seen
+    rows = plane[:, 1] / np.linalg.norm(plane[:, 1])
+    slack = np.tile(0.9 * rows, (FRAMES, 1)) if loose else None
+    start = moved_poses(start_poses(plane, points, FOCAL, CENTRE), plane, points, 1.0, FOCAL, CENTRE, 30, slack)
+    near, moves, small = NearPoses(plane, start, slack), rng.standard_normal(points.shape), 1e-3
+    left, there = (near.residuals_px(at, 1.0, FOCAL, CENTRE) for at in (points, points + small * moves))
+    told = near.following_px(moves)
+    usual = np.median(np.linalg.norm((there - left) / small - told, axis=1) / np.linalg.norm(told, axis=1))
+    assert usual < 0.02
+
+
+def test_a_frame_without_a_pose_tells_nothing(seen, rng):
+    """Catches: one such frame that makes the camera of the whole film no number."""
+    plane, points = seen
+    start = start_poses(plane, points, FOCAL, CENTRE)
+    start.rotation[3], start.translation[3] = np.nan, np.nan
+    told = NearPoses(plane, start).following_px(rng.standard_normal(points.shape))
+    assert np.all(told[3] == 0) and np.all(np.isfinite(told)) and np.all(np.any(told[[0, 1, 2]], axis=1))

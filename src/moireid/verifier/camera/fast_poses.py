@@ -66,12 +66,13 @@ class NearPoses:
     def following_px(self, moves_px: Array) -> Array:
         """How residuals change as points move by so much, (T, N, 2) px, and the better poses follow; (T, 2 N) px.
 
+        Convention: 0 in a frame without a pose, which tells nothing.
         Source: the moves less their projection onto the derivatives by the pose, at the known poses.
         """
         moves = self._weighed(moves_px.transpose(2, 1, 0))
         flat = moves.reshape(-1, moves.shape[-1]).T
         along = flat[:, None] @ self._reach
-        return np.asarray((along @ self._reach.swapaxes(-1, -2))[:, 0] - flat)
+        return np.nan_to_num((along @ self._reach.swapaxes(-1, -2))[:, 0] - flat)
 
     def _residuals(
         self, points_px: Array, zoom: float, focal: float, centre: tuple[float, float], steps: int

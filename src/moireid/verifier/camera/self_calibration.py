@@ -175,7 +175,7 @@ class FilmWide:
         left = [self._near.following_px(np.stack(pair, axis=-1)) for pair in ((rows, none), (none, rows))]
         told = float(np.median((np.square(left).sum(axis=(0, 2))) / 2))
         moved_px = hidden_speed_px_s(self._points, self._times, self.cuts) * self.shutter_s
-        error_px = point_error_px(self._start, len(self.plane))
+        error_px = point_error_px(self._start, len(self.plane)) or 1e-9
         hidden = min(MOST_HIDDEN, told * (moved_px / error_px) ** 2)
         if hidden < LEAST_HIDDEN:
             return
