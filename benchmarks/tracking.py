@@ -34,10 +34,11 @@ from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Scene
+from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.video import Film
 
 Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]

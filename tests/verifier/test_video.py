@@ -11,6 +11,7 @@ import threading
 import time
 import zlib
 from fractions import Fraction
+from itertools import islice
 from pathlib import Path
 
 import av
@@ -20,7 +21,7 @@ import pytest
 from kit.coded_films import written
 from moireid.errors import MediaError
 from moireid.verifier import Claim, verify, video
-from moireid.verifier.video import Film, luma_of
+from moireid.verifier.video import Film, picture_of
 
 
 @pytest.mark.parametrize(
@@ -49,14 +50,32 @@ def test_the_luma_plane_is_what_a_conversion_would_give(films: Path):
     """Catches: a look-up table that is a count off, rows that slip by the decoder's padding."""
     with av.open(str(films / "genuine_2.0m.mp4")) as container:
         for _, picture in zip(range(3), container.decode(video=0), strict=False):
-            assert np.array_equal(luma_of(picture), picture.to_ndarray(format="gray"))
+            assert np.array_equal(picture_of(picture).whole, picture.to_ndarray(format="gray"))
+
+
+def test_a_frame_that_is_kept_stays_as_it_was(films: Path):
+    """Catches: brightness read from memory that the decoder has given to a later frame by then."""
+    film = Film(films / "genuine_2.0m.mp4")
+    kept = list(islice(film.frames(), 90))
+    for frame, now in zip(kept, film.frames(), strict=False):
+        assert np.array_equal(frame.luma, now.luma.copy())
+
+
+def test_a_part_is_that_of_the_whole(films: Path):
+    """Catches: a part cut with rows and columns exchanged, or left in coded counts; a mirror that shifts the middle."""
+    picture = next(Film(films / "genuine_2.0m.mp4").frames()).picture
+    whole = picture.whole
+    assert np.array_equal(picture.part((300, 200, 420, 250)), whole[200:250, 300:420])
+    assert np.array_equal(picture.mirrored().whole, whole[:, ::-1])
+    squared = np.arange(256, dtype=np.float32) ** 2
+    assert np.array_equal(picture.graded(squared).part((300, 200, 420, 250)), squared[whole[200:250, 300:420]])
 
 
 def test_pictures_without_a_luma_plane_are_turned_grey(tmp_path):
     """Catches: red taken for brightness in a film of RGB pictures."""
     picture = np.zeros((64, 64, 3), np.uint8)
     picture[..., 1] = 200
-    grey = luma_of(av.VideoFrame.from_ndarray(picture, format="rgb24"))
+    grey = picture_of(av.VideoFrame.from_ndarray(picture, format="rgb24")).whole
     assert 100 < grey.mean() < 180
 
 
@@ -119,7 +138,7 @@ def test_the_decoder_ends_with_its_reader(films: Path, error):
 def test_no_more_than_a_few_frames_are_decoded_ahead(films: Path, monkeypatch):
     """Catches: a queue without a bound, which takes the whole film into memory before a slow reader."""
     made = []
-    monkeypatch.setattr(video, "luma_of", lambda picture: made.append(1) or luma_of(picture))
+    monkeypatch.setattr(video, "picture_of", lambda picture: made.append(1) or picture_of(picture))
     frames = Film(films / "genuine_2.0m.mp4").frames_ahead()
     next(frames)
     time.sleep(0.5)

@@ -12,12 +12,14 @@ report/     the report for people
 live/       a live check: random prompts that the person must follow
 
 video.py        grey frames with their times
+picture.py      one frame, turned into counts where it is read
 opened_file.py  the film's file, opened once
 limits.py       every constant on which a verdict depends, with its source
 reasons.py      findings with value, limit and unit
 timeline.py     rising frame times, and time intervals
 """
 
+from moireid.verifier.picture import Frame
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.page import write_report
 from moireid.verifier.session.claim import Claim
@@ -25,7 +27,7 @@ from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import Identification, identify
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Running, Verifier
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.video import Film
 
 __all__ = [
     "Circumstances",

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from numpy.typing import NDArray
 
 from moireid.errors import MediaError
 from moireid.verifier.opened_file import OpenedFile
+from moireid.verifier.picture import Frame, Picture
 
 if TYPE_CHECKING:
     import av
@@ -51,25 +51,6 @@ AHEAD_FRAMES = 8
 SAME_S = 1e-4
 #: Called while a film is read: frames read, and frames expected (None if the file does not say).
 Progress = Callable[[int, int | None], None]
-
-
-@dataclass(frozen=True)
-class Frame:
-    """One picture of a film.
-
-    Parameters
-    ----------
-    index : int
-        Its number, from 0.
-    time_s : float
-        Its time, s.
-    luma : array (height, width) of uint8
-        Brightness, 0 black to 255 white.
-    """
-
-    index: int
-    time_s: float
-    luma: NDArray[np.uint8]
 
 
 class Film:
@@ -170,15 +151,15 @@ class Film:
                 stream.codec_context.options = LIMITS
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
-                    luma = luma_of(picture)
-                    if luma.shape != self._coded[::-1]:
+                    seen = picture_of(picture)
+                    if seen.shape != self._coded[::-1]:
                         raise MediaError(
                             f"{self.path} changes its picture size from {self._coded[0]} x {self._coded[1]} to "
-                            f"{luma.shape[1]} x {luma.shape[0]} at frame {count}; export it anew at one size"
+                            f"{seen.shape[1]} x {seen.shape[0]} at frame {count}; export it anew at one size"
                         )
                     if self._coded != (self.width, self.height):
-                        luma = np.asarray(cv2.resize(luma, (self.width, self.height)), np.uint8)
-                    yield Frame(count, time_s, luma)
+                        seen = Picture(np.asarray(cv2.resize(seen.whole, (self.width, self.height)), np.uint8))
+                    yield Frame(count, time_s, seen)
                     count += 1
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{self.path} breaks off after frame {count} ({_reason(error)}); {ADVICE}") from error
@@ -275,25 +256,24 @@ def one_thread() -> bool:
     return bool(cv2.getNumThreads() == 1)
 
 
-def luma_of(picture: av.VideoFrame) -> NDArray[np.uint8]:
-    """The picture's brightness, (height, width), 0 black to 255 white, for any coded range and depth.
+def picture_of(picture: av.VideoFrame) -> Picture:
+    """The picture's brightness, for any coded range and depth.
 
     The luma plane of the decoder is used if there is one: converting a picture costs more than decoding it.  A phone's
     rotation flag is ignored: markers are found at any angle, and the rows stay those of the rolling shutter.
     """
     depth = PLANAR_DEPTH.get(picture.format.name)
     if depth is None:
-        return np.asarray(picture.to_ndarray(format="gray"), np.uint8)
+        return Picture(np.asarray(picture.to_ndarray(format="gray"), np.uint8))
+    # The array holds the decoded picture, and the decoder takes other memory for the next one.
     plane = picture.planes[0]
     if depth == 8:
         rows = np.frombuffer(plane, np.uint8).reshape(picture.height, -1)[:, : picture.width]
     else:
         deep = np.frombuffer(plane, np.uint16).reshape(picture.height, -1)[:, : picture.width]
         rows = (deep >> (depth - 8)).astype(np.uint8)
-    if picture.format.name.startswith("yuvj") or picture.color_range == FULL_RANGE:
-        # The decoder reuses this memory for the next picture.
-        return rows.copy()
-    return np.asarray(cv2.LUT(rows, VIDEO_RANGE), np.uint8)
+    full = picture.format.name.startswith("yuvj") or picture.color_range == FULL_RANGE
+    return Picture(rows, None if full else VIDEO_RANGE)
 
 
 def _reason(error: Exception) -> str:

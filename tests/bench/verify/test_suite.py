@@ -15,8 +15,9 @@ from moireid.bench.verify.films import KINDS, Filmed, Kind, Truth, phase_error_r
 from moireid.bench.verify.judged import judge_frames
 from moireid.bench.verify.motion_extremes import cases, outcome_of, read_extreme
 from moireid.verifier.fringes import signals as measure
+from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.video import Film
 
 
 def row_of(kind: Kind, setting: verify.Setting, *, phase: float, cpu_ms: float, right: bool = True) -> dict:

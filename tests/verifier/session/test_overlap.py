@@ -25,6 +25,7 @@ from moireid.simulate.recording.encode import FilmWriter, recipe_for
 from moireid.verifier import verify
 from moireid.verifier.limits import MIN_OVERLAP_S
 from moireid.verifier.live.challenge import Prompt
+from moireid.verifier.picture import Frame
 from moireid.verifier.report.page import write_report
 from moireid.verifier.session import faces
 from moireid.verifier.session.chapters import Chapter
@@ -33,7 +34,7 @@ from moireid.verifier.session.faces import CARRY_S, HIDDEN_S, Face, FaceFollower
 from moireid.verifier.session.overlap import OverlapWatch, law_through, overlap_share
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.timeline import BREAK_S, Spans
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.video import Film
 
 #: A call: the badge goes to the left, across the face, and down from there.
 CALL = (Prompt("left", 1.0), Prompt("face", 3.0), Prompt("right", 6.5))

@@ -24,14 +24,14 @@ FPS = 15
 def every_second(film: Path) -> Iterator[Frame]:
     """Every second frame of a film of 30 frames a second: 120 of them."""
     frames = (frame for frame in Film(film).frames() if frame.index % 2 == 0)
-    return (replace(frame, index=k, time_s=k / FPS) for k, frame in enumerate(frames))
+    return (Frame(k, k / FPS, frame.picture) for k, frame in enumerate(frames))
 
 
 def judged(film: Path, badge: Badge, told_s: Callable[[float], float]) -> Verifier:
     """A film with changed timestamps, judged to its end."""
     verifier = Verifier(Claim(badge), running=False)
     for frame in every_second(film):
-        verifier.push(replace(frame, time_s=told_s(frame.time_s)))
+        verifier.push(frame.at(told_s(frame.time_s)))
     verifier.finish()
     return verifier
 

@@ -16,12 +16,13 @@ from moireid.verifier import Claim, Running, Verifier, verify
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MAX_UNSEARCHED_S, SEGMENT_S
 from moireid.verifier.motion.segments import judge_segments
+from moireid.verifier.picture import Frame
 from moireid.verifier.session import chapters
 from moireid.verifier.session import streaming as stream
 from moireid.verifier.session.chapters import identity_of, invariant_of, judge_chapter
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import no_track
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.video import Film
 
 
 def frames_of(*paths: Path) -> Iterator[Frame]:

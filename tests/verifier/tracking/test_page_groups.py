@@ -22,6 +22,7 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import Poses, motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.verifier import verify
+from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
 from moireid.verifier.session.claim import Claim
@@ -29,7 +30,7 @@ from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.page_groups import MOST_PAGES, pages_of, same_page
 from moireid.verifier.tracking.scene_tracker import SceneTracker
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.video import Film
 
 WIDTH, HEIGHT, FPS, FRAMES = 960, 540, 30.0, 80
 CAMERA = Camera(width=WIDTH, height=HEIGHT, focal_px=725.0)

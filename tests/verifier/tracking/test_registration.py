@@ -16,7 +16,8 @@ from kit.drawn_pages import HEIGHT, MARKERS, WIDTH, apart_px, corners_px, draw, 
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.page_groups import fit_homography
-from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, sample, scale_px_per_mm
+from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, scale_px_per_mm
+from moireid.verifier.tracking.sampling import sample
 
 
 @pytest.fixture(scope="module")

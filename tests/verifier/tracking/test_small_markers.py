@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, nudged, seen_from
+from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm, tiles_of
 from moireid.verifier.tracking.page_groups import PLAIN_BELOW_PX, pages_of, same_page
 from moireid.verifier.tracking.scene_tracker import SceneTracker
-from moireid.verifier.video import Frame
 
 SHAPE = (480, 640)
 FPS = 30.0

@@ -17,7 +17,8 @@ from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Camera, Scene
 from moireid.simulate.truth import shown_phase_rad
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.picture import Frame
+from moireid.verifier.video import Film
 
 Array = NDArray[np.float64]
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")

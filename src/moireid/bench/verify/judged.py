@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from moireid.verifier.motion.judge import Invariant
+from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.streaming import Verifier
-from moireid.verifier.video import Frame
 
 
 @dataclass(frozen=True)

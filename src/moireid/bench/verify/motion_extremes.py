@@ -32,8 +32,9 @@ from moireid.simulate.filming import film, truth_path
 from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Camera, Scene
+from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.video import Film, Frame
+from moireid.verifier.video import Film
 
 Array = NDArray[np.float64]
 Outcome = Literal["right", "open", "wrong"]

@@ -32,8 +32,8 @@ from moireid.evaluation.baseline.published import PublishedReader, judge
 from moireid.kept import keep_row, kept_rows, program_digest
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.fringes import signals as measure
+from moireid.verifier.picture import Frame
 from moireid.verifier.session.claim import Claim
-from moireid.verifier.video import Frame
 
 #: 8 s, so that every fourth frame is still more than the verifier asks for at least.
 FRAMES, QUICK_FRAMES = 250, 150

@@ -33,13 +33,13 @@ from moireid.verifier.live.challenge import (
     place_of,
 )
 from moireid.verifier.live.clock import MOST_LATE, BoundedClock
+from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.streaming import Running, Verifier
 from moireid.verifier.tracking.markers import marker_corners_mm
-from moireid.verifier.video import Frame
 
 Event = dict[str, Any]
 Draw = Callable[[float], list[Prompt]]

@@ -21,7 +21,7 @@ If several badges are in view, the verdict is about one of them (`badge_session`
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from threadpoolctl import threadpool_limits
@@ -161,7 +161,7 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
         verifier.push(frame)  # 2, and 3 to 7 where a chapter is full
         if watch:
             begin = time.perf_counter()
-            watch.push(replace(frame, time_s=verifier.now_s), verifier.in_view)
+            watch.push(frame.at(verifier.now_s), verifier.in_view)
             face_s += time.perf_counter() - begin
         if progress:
             progress(read, film.frames_expected)

@@ -41,12 +41,12 @@ from moireid.verifier.limits import (
 from moireid.verifier.motion.figures import figures_of
 from moireid.verifier.motion.judge import judge_signals
 from moireid.verifier.motion.sheet_gain import SheetGain
+from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 from moireid.verifier.session.chapters import Chapter
 from moireid.verifier.session.faces import Face, FaceFollower
 from moireid.verifier.timeline import Spans
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
-from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 

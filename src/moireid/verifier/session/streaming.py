@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.limits import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S, MIN_FRAMES, WINDOW_FRAMES
+from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, Verdict, worst
 from moireid.verifier.session.badge_session import Line, breaking_finding, others_note, rank_of, reasons_of
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
@@ -25,7 +26,6 @@ from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
-from moireid.verifier.video import Frame
 
 #: The running verdict uses this many of the last tracked frames, and is renewed after this time.
 RUNNING_FRAMES, RUNNING_S = 240, 1.0
@@ -191,7 +191,7 @@ class Verifier:
         self.now_s, restarted = self._times.place(frame.time_s)
         self._first_s = min(self._first_s, self.now_s)
         self._pushed += 1
-        frame = replace(frame, time_s=self.now_s)
+        frame = frame.at(self.now_s)
         if restarted:
             for line in self._lines:
                 line.end_piece()

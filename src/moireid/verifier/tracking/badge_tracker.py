@@ -14,16 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.even_sample import EvenSample
 from moireid.verifier.tracking.markers import MarkerFinder, faint_turns, marker_corners_mm
 from moireid.verifier.tracking.page_groups import same_page
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
+from moireid.verifier.tracking.sampling import hull_of, part_around
 from moireid.verifier.tracking.search_work import Purses
 from moireid.verifier.tracking.smeared_frames import ShakenFollower
 from moireid.verifier.tracking.track import Track
-from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
 #: Pixels per millimetre of the picture in the report; a 500 mm board stays under 3 megapixels.
@@ -79,7 +80,7 @@ class BadgeTracker:
         """Frames of the present track in which the badge was found and registered."""
         return len(self._times)
 
-    def follow(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
+    def follow(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
         """Begin the next frame: look for the badge near its expected place; returns whether it was found.
 
         Parameters: luma: of the frame, unmirrored if the film is mirrored; taken: pages of other badges.
@@ -96,7 +97,7 @@ class BadgeTracker:
             self._lap("shaken")
         return self._taken_in(frame, luma, registration, taken)
 
-    def _shaken_off(self, frame: Frame, luma: NDArray[np.uint8]) -> Registration | None:
+    def _shaken_off(self, frame: Frame, luma: Picture) -> Registration | None:
         """The page in a smeared frame, if looking for it is paid for.
 
         A page that was there in the last frame has a purse of its own: what is tried in vain after it has left must not
@@ -110,7 +111,7 @@ class BadgeTracker:
         purse.pay(self._purses.work_ns - before_ns, found=registration is not None)
         return registration
 
-    def seek(self, frame: Frame, luma: NDArray[np.uint8], taken: Sequence[Array] = ()) -> bool:
+    def seek(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
         """Look for its markers around its last place; returns whether it was found."""
         self._clock = time.perf_counter()
         last, purse = self.course.last, self._purses.near
@@ -128,7 +129,7 @@ class BadgeTracker:
         return found
 
     def begin(
-        self, frame: Frame, luma: NDArray[np.uint8], page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
+        self, frame: Frame, luma: Picture, page: Array, taken: Sequence[Array] = (), *, mirrored: bool = False
     ) -> bool:
         """Start to follow the badge at a page; returns whether it is there.  mirrored: whether the film is mirrored."""
         self._clock = time.perf_counter()
@@ -142,15 +143,13 @@ class BadgeTracker:
         """Add the time of a search of the whole frame to this track."""
         self._stages["find"] += seconds
 
-    def _registered(self, luma: NDArray[np.uint8], page: Array) -> Registration | None:
+    def _registered(self, luma: Picture, page: Array) -> Registration | None:
         return self._registrar.register(luma, page, self._template.at(page))
 
     def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
         return any(same_page(page, other, self._corners_mm) for other in taken)
 
-    def _taken_in(
-        self, frame: Frame, luma: NDArray[np.uint8], registration: Registration | None, taken: Sequence[Array]
-    ) -> bool:
+    def _taken_in(self, frame: Frame, luma: Picture, registration: Registration | None, taken: Sequence[Array]) -> bool:
         """Read the frame if the page was registered, at a place of no other badge; returns whether it was."""
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
@@ -250,10 +249,11 @@ def _by_strip(
     )
 
 
-def straighten(luma: NDArray[np.uint8], homography: Array, badge: Badge) -> NDArray[np.uint8]:
+def straighten(luma: Picture, homography: Array, badge: Badge) -> NDArray[np.uint8]:
     """The board as seen in a frame, rectified to `SNAPSHOT_PX_PER_MM`."""
     x0, y0, x1, y1 = badge.outline_mm
     to_page = np.array([[1 / SNAPSHOT_PX_PER_MM, 0, x0], [0, 1 / SNAPSHOT_PX_PER_MM, y0], [0, 0, 1.0]])
     size = (round((x1 - x0) * SNAPSHOT_PX_PER_MM), round((y1 - y0) * SNAPSHOT_PX_PER_MM))
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    return np.asarray(cv2.warpPerspective(luma, homography @ to_page, size, flags=flags), np.uint8)
+    part, warp = part_around(luma, homography @ to_page, hull_of((0, 0, *size)))
+    return np.asarray(cv2.warpPerspective(part, warp, size, flags=flags), np.uint8)

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.picture import Box, Picture, as_picture
 from moireid.verifier.tracking.page_groups import moved_page, pages_of
 from moireid.verifier.tracking.search_work import search_work_ns
 
@@ -46,7 +47,6 @@ FINE_CELL_PX, FINE_MARGIN = 8, 0.25
 TILE_PX, TILE_SHARE, OVERLAP_PX = (1200, 720), 0.625, 120
 
 Array = NDArray[np.float64]
-Box = tuple[int, int, int, int]  #: Left, top, right, bottom, px.
 #: Homographies of the pages in a picture, and of those in its mirror image, in px of that image.
 EitherWay = tuple[list[Array], list[Array]]
 
@@ -92,18 +92,18 @@ class MarkerFinder:
             setattr(parameters, name, value)
         return cv2.aruco.ArucoDetector(self._dictionaries, parameters)
 
-    def pages(self, luma: NDArray[np.uint8], *, faint: bool = False) -> list[Array]:
+    def pages(self, luma: Picture | NDArray[np.uint8], *, faint: bool = False) -> list[Array]:
         """Homographies of all pages in the frame with at least two visible markers, the largest first.
 
         Parameters: faint: also look for faded print, which takes longer.
         """
         return self.either_way(luma, faint=faint)[0]
 
-    def either_way(self, luma: NDArray[np.uint8], *, faint: bool = False) -> EitherWay:
+    def either_way(self, luma: Picture | NDArray[np.uint8], *, faint: bool = False) -> EitherWay:
         """As `pages`, and also the mirrored pages."""
         return self._find_in(luma, (0, 0, luma.shape[1], luma.shape[0]), self._faint if faint else self._detector)
 
-    def enlarged(self, luma: NDArray[np.uint8], box: Box) -> EitherWay:
+    def enlarged(self, luma: Picture | NDArray[np.uint8], box: Box) -> EitherWay:
         """As `either_way`, for small markers in a part of the frame."""
         return self._find_in(luma, box, self._small, enlarge=True)
 
@@ -111,16 +111,16 @@ class MarkerFinder:
         """The neighbourhood of a page if its markers are so small that enlarging helps; otherwise None."""
         return self._neighbourhood(shape, page) if self._marker_px(page) < ENLARGE_BELOW_PX else None
 
-    def closely(self, luma: NDArray[np.uint8], page: Array) -> EitherWay:
+    def closely(self, luma: Picture | NDArray[np.uint8], page: Array) -> EitherWay:
         """As `near`, by the windows of small markers; for a page that was just lost, or for what may be a page."""
         small = self._marker_px(page) < ENLARGE_BELOW_PX
         return self._find_in(luma, self._neighbourhood(luma.shape, page), self._small, enlarge=small, before=page)
 
-    def pages_near(self, luma: NDArray[np.uint8], page: Array, *, faint: bool = False) -> list[Array]:
+    def pages_near(self, luma: Picture | NDArray[np.uint8], page: Array, *, faint: bool = False) -> list[Array]:
         """As `pages`, but only in the neighbourhood of the page in the last frame."""
         return self.near(luma, page, faint=faint)[0]
 
-    def near(self, luma: NDArray[np.uint8], page: Array, *, faint: bool = False) -> EitherWay:
+    def near(self, luma: Picture | NDArray[np.uint8], page: Array, *, faint: bool = False) -> EitherWay:
         """As `either_way`, but only in the neighbourhood of the page in a recent frame.
 
         A page with two markers follows once more, with the tilt that it had then.
@@ -129,15 +129,15 @@ class MarkerFinder:
         small = self._marker_px(page) < ENLARGE_BELOW_PX and (x1 - x0) * (y1 - y0) < 10**6
         return self._find_in(luma, box, self._faint if faint else self._detector, enlarge=small, before=page)
 
-    def glance(self, luma: NDArray[np.uint8]) -> list[Array]:
+    def glance(self, luma: Picture | NDArray[np.uint8]) -> list[Array]:
         """As `pages`, but only for clear markers of at least `GLANCE_PX`; much faster."""
-        coarse = self._searcher(**_one_threshold(luma, GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS))
-        return self._found_by(coarse, luma, 1.0, (0, 0), luma.shape[1])[0]
+        coarse = self._searcher(**_one_threshold(luma.shape, GLANCE_PX, GLANCE_WINDOW_PX, GLANCE_COUNTS))
+        return self._found_by(coarse, as_picture(luma).whole, 1.0, (0, 0), luma.shape[1])[0]
 
-    def quick(self, luma: NDArray[np.uint8]) -> EitherWay:
+    def quick(self, luma: Picture | NDArray[np.uint8]) -> EitherWay:
         """As `either_way`, but only for clear markers of at least `QUICK_PX`; three times as fast."""
-        quick = self._searcher(**_one_threshold(luma, QUICK_PX, QUICK_WINDOW_PX, QUICK_COUNTS), **self._finely)
-        return self._found_by(quick, luma, 1.0, (0, 0), luma.shape[1])
+        quick = self._searcher(**_one_threshold(luma.shape, QUICK_PX, QUICK_WINDOW_PX, QUICK_COUNTS), **self._finely)
+        return self._found_by(quick, as_picture(luma).whole, 1.0, (0, 0), luma.shape[1])
 
     def _neighbourhood(self, shape: tuple[int, ...], page: Array) -> Box:
         corners = cv2.perspectiveTransform(self._corners_mm.reshape(-1, 1, 2), page).reshape(-1, 2)
@@ -149,7 +149,7 @@ class MarkerFinder:
 
     def _find_in(
         self,
-        luma: NDArray[np.uint8],
+        luma: Picture | NDArray[np.uint8],
         box: Box,
         detector: cv2.aruco.ArucoDetector,
         *,
@@ -160,7 +160,7 @@ class MarkerFinder:
         x0, y0, x1, y1 = box
         if x1 - x0 < 16 or y1 - y0 < 16:
             return [], []
-        crop, scale = np.ascontiguousarray(luma[y0:y1, x0:x1]), 1.0
+        crop, scale = as_picture(luma).part(box), 1.0
         if enlarge:
             scale = 2.0
             crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
@@ -204,14 +204,14 @@ class MarkerFinder:
         return float(np.linalg.norm(first[1] - first[0]))
 
 
-def _one_threshold(luma: NDArray[np.uint8], least_px: float, window_px: int, counts: float) -> dict[str, Any]:
+def _one_threshold(shape: tuple[int, ...], least_px: float, window_px: int, counts: float) -> dict[str, Any]:
     """Settings for markers of at least some side, and a single threshold."""
     return {
         "adaptiveThreshConstant": counts,
         "adaptiveThreshWinSizeMin": window_px,
         "adaptiveThreshWinSizeMax": window_px,
         # OpenCV takes the least perimeter as a share of the picture's longer side.
-        "minMarkerPerimeterRate": 4 * least_px / max(luma.shape),
+        "minMarkerPerimeterRate": 4 * least_px / max(shape),
     }
 
 

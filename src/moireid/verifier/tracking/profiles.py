@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.errors import SpecError
+from moireid.verifier.picture import Picture, as_picture
+from moireid.verifier.tracking.sampling import Places, part_around
 
 MAX_STRIP_MM = 10.0
 #: Margin left out at a cell's border, across and along the fringes' axis, mm: blur mixes neighbours there.
@@ -98,25 +100,25 @@ class ProfileReader:
                 grid = np.stack(np.meshgrid(along, across), axis=-1)
                 points.append(grid if axis == 0 else grid[..., ::-1])
                 self._row_counts.append(count)
-        self._points = np.concatenate(points).reshape(-1, 2).T.copy()
+        self._places = Places(np.concatenate(points).reshape(-1, 2), rows=sum(self._row_counts))
         self._first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])
 
-    def read(self, luma: NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
+    def read(self, luma: Picture | NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """Brightness profile of every strip in a coded picture, (S, N), in `LINEAR_COUNTS`."""
-        return self._means(LINEAR_COUNTS[self._sampled(luma, homography)])
+        return self._means(cv2.LUT(self._sampled(luma, homography), LINEAR_COUNTS))
 
     def read_light(self, light: NDArray[np.float32], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """As `read`, but from a picture that is light already, (height, width), in its own unit."""
         return self._means(self._sampled(light, homography))
 
-    def _sampled(self, picture: NDArray[Any], homography: NDArray[np.float64]) -> NDArray[Any]:
+    def _sampled(self, picture: Picture | NDArray[Any], homography: NDArray[np.float64]) -> NDArray[Any]:
         """The picture at the strips' points, one row of points after another."""
-        mapped = homography[:, :2] @ self._points + homography[:, 2:]
-        x, y = (mapped[:2] / mapped[2]).astype(np.float32).reshape(2, -1, self.samples)
+        part, warp = part_around(as_picture(picture), homography, self._places.hull)
+        x, y = self._places.mapped(warp)
         # Single precision is enough: a strip averages some hundred samples per fringe.
-        return np.asarray(cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+        return np.asarray(cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
 
-    def _means(self, light: NDArray[np.float32]) -> NDArray[np.float32]:
+    def _means(self, light: NDArray[Any]) -> NDArray[np.float32]:
         """Mean over the rows of points of each strip."""
         sums = np.add.reduceat(light, self._first_rows, axis=0)
         return np.asarray(sums / np.array(self._row_counts, np.float32)[:, None])

@@ -14,12 +14,13 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.borders import Borders
+from moireid.verifier.tracking.sampling import Places, Sampler, inverse
 from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 from moireid.verifier.tracking.template import Template, TemplatePrinter, without_gains
 
@@ -49,8 +50,6 @@ SMEARED_CORRELATION = 0.5
 MIN_GAIN = 2.0
 #: The template is drawn again when the picture's scale changes by more than this factor.
 SCALE_STEP = 1.2
-#: OpenCV's remap takes at most 32767 places in a row.
-MOST_IN_A_ROW = 32767
 
 
 @dataclass(frozen=True)
@@ -101,22 +100,26 @@ class PageRegistrar:
         self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are estimated in coordinates of about one, so that their eight parameters are of like size.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
+        self._from_page = np.linalg.inv(self._to_page)
 
-    def register(self, picture: NDArray[Any], start: Array, template: Template | None = None) -> Registration | None:
+    def register(
+        self, picture: Picture | NDArray[Any], start: Array, template: Template | None = None
+    ) -> Registration | None:
         """Refine `start` on this frame; None if the page does not match.
 
         Parameters: template: at about the scale of `start`, smeared like the frame; None: draw a sharp one.
         Convention: as `MarkerFinder`.
         """
         template = template or self.printer.draw(scale_px_per_mm(start, self._middle))
-        warp, solver = start @ self._to_page, np.zeros(0)
+        warp, sampler = start @ self._to_page, Sampler(picture)
         solved: tuple[bool, ...] = ()
         for steps in range(2 * MAX_STEPS + 1):
-            values = sample(picture, warp, template.points)
+            values = sampler.at(warp, template.places)
             if values is None:
                 return None
             self.work_ns += STEP_NS * len(values)
-            residual, correlation, seen, contrast = self._residual(values, template)
+            compared = _compared(values, template)
+            correlation, seen, contrast = compared.correlation, compared.seen, compared.contrast
             # A page that is found but still moves goes on: where it is stopped, a marker may lie a pixel beside itself.
             found = correlation >= MIN_CORRELATION and sum(seen) >= MIN_MARKERS
             if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not found):
@@ -125,8 +128,8 @@ class PageRegistrar:
             asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
             if asked != solved:
                 self.work_ns += SOLVED_NS * len(values) * (asked not in template.solvers)
-                solved, solver = asked, template.solver(asked)
-            step = solver @ residual
+                solved = asked
+            step = compared.step(values, template, asked)
             moved = _stepped(warp, step)
             if moved is None:
                 return None
@@ -137,17 +140,17 @@ class PageRegistrar:
         if sum(seen) < MIN_MARKERS:
             # With two markers on one side the page can still tilt about them, so the pose is useless without the
             # borders. A smeared border cannot help: its displacement would follow the smear.
-            held = None if template.smeared else self._held_by_borders(picture, warp, template, seen)
+            held = None if template.smeared else self._held_by_borders(sampler, warp, template, seen)
             if held is None:
                 return None
             warp, correlation, vague, contrast = held
-        homography = warp @ np.linalg.inv(self._to_page)
+        homography = warp @ self._from_page
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
         return Registration(homography / homography[2, 2], float(correlation), vague, contrast)
 
     def _held_by_borders(
-        self, picture: NDArray[Any], warp: Array, template: Template, seen: tuple[bool, ...]
+        self, sampler: Sampler, warp: Array, template: Template, seen: tuple[bool, ...]
     ) -> tuple[Array, float, tuple[float, float], float] | None:
         """The warp from two markers and the gratings' borders, correlation, vagueness and contrast; None without
         borders.
@@ -155,7 +158,7 @@ class PageRegistrar:
         borders = self._borders
         if borders is None or sum(seen) != 2:
             return None
-        places = ((borders.places - self._middle) / self._extent).reshape(-1, 2)
+        places = Places(((borders.places - self._middle) / self._extent).reshape(-1, 2))
         freed, prior = (
             np.zeros_like(borders.freedom_sd),
             np.diag([*np.zeros(8), *(BORDER_NOISE / borders.freedom_sd) ** 2]),
@@ -164,11 +167,12 @@ class PageRegistrar:
         free = without_gains(np.where(used[:, None], template.jacobian, 0.0), template.marker, template.values)
         normal = np.zeros_like(prior)
         for _ in range(MAX_STEPS):
-            values, edges = sample(picture, warp, template.points), sample(picture, warp, places)
+            values, edges = sampler.at(warp, template.places), sampler.at(warp, places)
             if values is None or edges is None:
                 return None
-            residual, correlation, visible, contrast = self._residual(values, template)
-            if visible != seen:
+            compared = _compared(values, template)
+            correlation, contrast = compared.correlation, compared.contrast
+            if compared.seen != seen:
                 return None
             edges = edges.reshape(borders.inward.shape)
             found = borders.equations(edges, freed, self._middle, self._extent, template.px_per_mm, contrast)
@@ -178,7 +182,7 @@ class PageRegistrar:
             normal = prior + rows.T @ rows
             normal[:8, :8] += free.T @ free
             side = rows.T @ right - prior @ np.append(np.zeros(8), freed)
-            side[:8] += free.T @ np.where(used, residual, 0.0)
+            side[:8] += free.T @ np.where(used, compared.residual(values, template), 0.0)
             step = np.linalg.lstsq(normal, side, rcond=None)[0]
             moved = _stepped(warp, step[:8])
             if moved is None:
@@ -196,42 +200,71 @@ class PageRegistrar:
         return float(ratio[0]), float(ratio[1])
 
     def residuals(
-        self, picture: NDArray[Any], homography: Array, template: Template
+        self, picture: Picture | NDArray[Any], homography: Array, template: Template
     ) -> tuple[Array | None, tuple[bool, ...]]:
         """Picture less print under this homography (None outside the picture), and which markers are visible."""
-        values = sample(picture, homography @ self._to_page, template.points)
+        values = Sampler(picture).at(homography @ self._to_page, template.places)
         if values is None:
             return None, (False,) * 4
-        residual, _, seen, _ = self._residual(values, template)
-        return residual, seen
+        compared = _compared(values, template)
+        return compared.residual(values, template), compared.seen
 
-    def _residual(self, values: Array, template: Template) -> tuple[Array, float, tuple[bool, ...], float]:
-        """Picture less print in units of print contrast, their correlation, which markers are visible, and the contrast
-        of the clearest, counts.
 
-        Gain and offset are fitted for each marker.  A hidden marker is left out, as its cover has edges of its own.
+@dataclass(frozen=True)
+class Compared:
+    """Picture and print, marker by marker: mean and gain of brightness (4,), counts; which markers are visible; the
+    correlation over those; the contrast of the clearest, counts.
+
+    A hidden marker is left out, as its cover has edges of its own.
+    """
+
+    mean: Array
+    gain: Array
+    seen: tuple[bool, ...]
+    correlation: float
+    contrast: float
+
+    def step(self, values: Array, template: Template, asked: tuple[bool, ...]) -> Array:
+        """Change of the warp's eight parameters that takes most of the residual away.
+
+        Convention: a solver's rows are free of each marker's offset and of its print, so the brightness may stand for
+            the residual.
         """
-        first, printed = template.first, template.printed
-        count = np.diff(np.append(first, len(values)))
-        picture = values - np.repeat(np.add.reduceat(values, first) / count, count)
-        power = np.add.reduceat(printed**2, first)
-        along = np.add.reduceat(picture * printed, first)
-        gain, most = along / power, np.sqrt(power * np.add.reduceat(picture**2, first))
-        # A washed-out marker must not be scaled up to full contrast.
-        clear = gain > MIN_GAIN
-        seen = clear & (along >= (SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION) * most)
-        residual = picture * np.repeat(1 / np.where(clear, gain, np.inf), count) - printed * np.repeat(clear, count)
-        explained, total = float(along[seen].sum()), float(most[seen].sum())
-        return residual, explained / total if total > 0 else 0.0, tuple(seen.tolist()), float(gain.max())
+        solver, step = template.solver(asked), np.zeros(8)
+        for part, gain in zip(template.parts, self.gain.tolist(), strict=True):
+            if gain > MIN_GAIN:
+                step += solver[:, part] @ values[part] / gain
+        return step
+
+    def residual(self, values: Array, template: Template) -> Array:
+        """Picture less print (N,), in units of print contrast, with each marker's own gain and offset."""
+        clear, count = self.gain > MIN_GAIN, template.count
+        share = np.repeat(1 / np.where(clear, self.gain, np.inf), count)
+        return (values - np.repeat(self.mean, count)) * share - template.printed * np.repeat(clear, count)
+
+
+def _compared(values: Array, template: Template) -> Compared:
+    """The brightness (N,) at a template's places, against its print."""
+    sums = [(float(part.sum()), float(part @ part)) for part in (values[part] for part in template.parts)]
+    total, squares = np.array(sums).T
+    mean = total / template.count
+    along = np.array([template.printed[part] @ values[part] for part in template.parts])
+    gain, most = along / template.power, np.sqrt(template.power * np.maximum(squares - mean * total, 0.0))
+    # A washed-out marker must not be scaled up to full contrast.
+    least = SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION
+    seen = (gain > MIN_GAIN) & (along >= least * most)
+    explained, whole = float(along[seen].sum()), float(most[seen].sum())
+    correlation = explained / whole if whole > 0 else 0.0
+    return Compared(mean, gain, tuple(seen.tolist()), correlation, float(gain.max()))
 
 
 def _stepped(warp: Array, step: Array) -> Array | None:
     """The warp after a step of its eight parameters, h33 = 1; None if the step folds the page."""
     increment = np.array([[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]])
-    try:
-        moved = warp @ np.linalg.inv(increment)
-    except np.linalg.LinAlgError:
+    back = inverse(increment)
+    if back is None:
         return None
+    moved = warp @ back
     return np.asarray(moved / moved[2, 2])
 
 
@@ -241,24 +274,3 @@ def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
     w = homography[2] @ (x, y, 1.0)
     # The Jacobian determinant of a homography is det(H) / w^3.
     return float(np.sqrt(abs(np.linalg.det(homography) / w**3)))
-
-
-def sample(luma: NDArray[Any], warp: Array, points: Array) -> Array | None:
-    """Bilinear brightness at warp(points), (N,); None if a point lies outside the picture.
-
-    Source: OpenCV's remap of a float picture.  From OpenCV 5 on it uses exact places; before, it rounded them to 1/32
-        pixel, which is too coarse for registration (a test checks it).
-    """
-    mapped = warp[:, :2] @ points.T + warp[:, 2:]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        x, y = mapped[:2] / mapped[2]
-    if not (x.min() >= 0 and y.min() >= 0 and x.max() < luma.shape[1] - 1 and y.max() < luma.shape[0] - 1):
-        return None
-    # Measured from a nearby corner, because single precision resolves only 1e-4 px at 2000 px.
-    left, top = int(x.min()), int(y.min())
-    near = luma[top : int(y.max()) + 2, left : int(x.max()) + 2].astype(np.float32)
-    rows = -(-x.size // MOST_IN_A_ROW)
-    places = np.zeros((2, rows * -(-x.size // rows)), np.float32)
-    places[0, : x.size], places[1, : x.size] = x - left, y - top
-    across, down = places.reshape(2, rows, -1)
-    return np.asarray(cv2.remap(near, across, down, cv2.INTER_LINEAR), float).ravel()[: x.size]

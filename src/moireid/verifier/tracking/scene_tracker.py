@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.borders import borders_of
 from moireid.verifier.tracking.course import Seen
@@ -31,12 +32,10 @@ from moireid.verifier.tracking.page_groups import MOST_PAGES, same_page
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.search_work import Purse, Purses
-from moireid.verifier.video import Frame
 
 Array = NDArray[np.float64]
-Luma = NDArray[np.uint8]
 #: Pages of a picture, and of its mirror image.
-Look = Callable[[Luma], EitherWay]
+Look = Callable[[Picture], EitherWay]
 #: Time between two searches for further badges while one is seen.
 GLANCE_S = 2.0
 #: Of several badges, a lost one is recognised by its place: within this time, this distance as a share of its size, and
@@ -77,7 +76,7 @@ class SceneTracker:
 
     def push(self, frame: Frame) -> bool:
         """Take one frame; returns whether a badge was found in it."""
-        luma = _mirror(frame.luma) if self._mirrored else frame.luma
+        luma = frame.picture.mirrored() if self._mirrored else frame.picture
         self._purses.earn(luma.size)
         before = self.unsearched
         for tracker in self.trackers:
@@ -109,7 +108,7 @@ class SceneTracker:
     def _lost(self) -> list[BadgeTracker]:
         return [tracker for tracker in self.trackers if tracker.place is None]
 
-    def _search(self, frame: Frame, luma: Luma) -> None:
+    def _search(self, frame: Frame, luma: Picture) -> None:
         """Search the whole frame, and give each page to its tracker."""
         self._glance_s = frame.time_s + GLANCE_S
         clock = time.perf_counter()
@@ -126,7 +125,7 @@ class SceneTracker:
                 self._make_room()
                 self.trackers.append(tracker)
 
-    def _sought(self, frame: Frame, luma: Luma) -> tuple[list[Array], Luma]:
+    def _sought(self, frame: Frame, luma: Picture) -> tuple[list[Array], Picture]:
         """Pages in the frame, as far as its looks are paid for.
 
         Returns: the pages, and the frame in which they lie, which may be mirrored.
@@ -143,7 +142,7 @@ class SceneTracker:
         self.unsearched += not (searched or self._places())
         return [], luma
 
-    def _looks(self, frame: Frame, luma: Luma) -> Iterator[tuple[Purse, Look]]:
+    def _looks(self, frame: Frame, luma: Picture) -> Iterator[tuple[Purse, Look]]:
         """Looks at a frame, and what pays them.
 
         Closely where that is paid for; otherwise around lost badges, quickly at the whole frame, and around what may be
@@ -189,19 +188,19 @@ class SceneTracker:
         for box in (*(box for box in near if box is not None), *due):
             yield partial(finder.enlarged, box=box)
 
-    def _either_way_registered(self, luma: Luma, pages: EitherWay) -> tuple[list[Array], Luma]:
+    def _either_way_registered(self, luma: Picture, pages: EitherWay) -> tuple[list[Array], Picture]:
         """The pages that are the badge, and the frame in which they lie: mirrored, if the film turns out to be so."""
         found = self._registered(luma, pages[0])
         # Only until the first badge is found: a film is mirrored as a whole or not at all.
         if found or not pages[1] or any(tracker.course.first is not None for tracker in self.trackers):
             return found, luma
-        turned = _mirror(luma)
+        turned = luma.mirrored()
         found = self._registered(turned, pages[1])
         if found:
             self._mirrored = not self._mirrored
         return found, turned if found else luma
 
-    def _registered(self, luma: Luma, pages: list[Array]) -> list[Array]:
+    def _registered(self, luma: Picture, pages: list[Array]) -> list[Array]:
         """The pages that look like the print and are not followed already."""
         found: list[Array] = []
         for page in pages:
@@ -245,8 +244,3 @@ class SceneTracker:
     def _middle_px(self, page: Array) -> Array:
         mapped = page @ (*self._middle, 1.0)
         return np.asarray(mapped[:2] / mapped[2])
-
-
-def _mirror(luma: Luma) -> Luma:
-    """The picture with left and right swapped; the principal point, its centre, stays."""
-    return np.ascontiguousarray(luma[:, ::-1])

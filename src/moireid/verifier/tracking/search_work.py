@@ -23,10 +23,9 @@ from numpy.typing import NDArray
 #: clouds twice as much.
 DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
 #: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
-#: of a step of registration, a sample; of correlating, a pixel; and of a picture made linear in light, a pixel.
+#: of a step of registration, a sample; and of correlating, a pixel.
 #: Measured as above, on markers of 50 to 100 px.
 DRAWN_NS, SMEARED_NS, SMEAR_STEP_NS, SOLVED_NS, STEP_NS, CORRELATED_NS = 20.0, 15.0, 4.5, 450.0, 32.0, 16.0
-LINEAR_NS = 1.1
 #: Share that is paid where looking finds the badge where it was just now: a hand over two markers, or a badge that is
 #: not held still, asks for it in each frame.  Not nothing, as else a film of such frames would have no bound.  Set so
 #: that a badge in a hand at 1 m, which needs it in two frames of three, is followed through films of any length.

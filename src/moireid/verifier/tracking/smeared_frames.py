@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS
 from moireid.verifier.tracking.registration import (
@@ -29,11 +30,12 @@ from moireid.verifier.tracking.registration import (
     Registration,
     scale_px_per_mm,
 )
-from moireid.verifier.tracking.search_work import CORRELATED_NS, LINEAR_NS
+from moireid.verifier.tracking.sampling import hull_of, part_around
+from moireid.verifier.tracking.search_work import CORRELATED_NS
 from moireid.verifier.tracking.template import Template, without_gains
 
 Array = NDArray[np.float64]
-Picture = NDArray[np.float32]
+Grey = NDArray[np.float32]
 #: A badge that was lost for longer must be found again by its markers.
 LOST_S = 0.25
 #: Radius of the search around the expected place, in modules; growth for each lost frame; and the most, for `LOST_S` at
@@ -69,7 +71,7 @@ class ShakenFollower:
         self._module_mm = registrar.printer.module_mm
         self.exposure_s: float | None = None  #: Estimated from the film so far.
 
-    def find(self, luma: NDArray[np.uint8], time_s: float) -> Registration | None:
+    def find(self, luma: Picture, time_s: float) -> Registration | None:
         """The page in a smeared frame; None if it is not found near its expected place."""
         before, last = self._course.before, self._course.last
         if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
@@ -78,8 +80,7 @@ class ShakenFollower:
         grown = self._scale(expected) / self._scale(last.page)
         if not 1 / MOST_GROWTH < grown < MOST_GROWTH:
             return None
-        light = np.asarray(cv2.LUT(luma, LINEAR_COUNTS))
-        self._registrar.work_ns += LINEAR_NS * luma.size
+        light = luma.graded(LINEAR_COUNTS)
         frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
         found = [self._registered(light, (before, last), expected, exposure_s, time_s, lost) for exposure_s in tried]
@@ -109,7 +110,7 @@ class ShakenFollower:
 
     def _registered(
         self,
-        light: NDArray[np.float32],
+        light: Picture,
         past: tuple[Seen, Seen],
         expected: Array,
         exposure_s: float,
@@ -150,9 +151,7 @@ class ShakenFollower:
         longest = float(np.linalg.norm(smear, axis=1).max())
         return np.asarray(smear * min(1.0, MOST_MODULES * self._module_mm / max(longest, 1e-9)))
 
-    def _sought(
-        self, light: NDArray[np.float32], expected: Array, template: Template, reach_modules: float
-    ) -> tuple[float, Array]:
+    def _sought(self, light: Picture, expected: Array, template: Template, reach_modules: float) -> tuple[float, Array]:
         """Best correlation of the smeared markers, and the homography there, shifted along the page."""
         printer = self._registrar.printer
         pitch = 1 / template.px_per_mm
@@ -170,16 +169,15 @@ class ShakenFollower:
             to_page = np.array([[pitch, 0, corner[0]], [0, pitch, corner[1]], [0, 0, 1.0]])
             size = (count + 2 * reach, count + 2 * reach)
             self._registrar.work_ns += CORRELATED_NS * size[0] * size[1]
-            flat = cv2.warpPerspective(light, expected @ to_page, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+            part, warp = part_around(light, expected @ to_page, hull_of((0, 0, *size)))
+            flat = cv2.warpPerspective(part, warp, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
             pairs.append((np.asarray(flat), printed))
         score, (column, row) = _best_shift(pairs, reach)
         shift = np.array([[1, 0, (column - reach) * pitch], [0, 1, (row - reach) * pitch], [0, 0, 1.0]])
         place = expected @ shift
         return score, np.asarray(place / place[2, 2])
 
-    def _change(
-        self, light: NDArray[np.float32], place: Array, template: Template, smear: Array
-    ) -> tuple[float, float]:
+    def _change(self, light: Picture, place: Array, template: Template, smear: Array) -> tuple[float, float]:
         """Share by which the smear should be longer, and angle by which it should be rotated, rad."""
         residual, seen = self._registrar.residuals(light, place, template)
         if residual is None:
@@ -197,7 +195,7 @@ class ShakenFollower:
         return float(change[0]), float(change[1])
 
 
-def _best_shift(pairs: list[tuple[Picture, Picture]], reach: int) -> tuple[float, tuple[int, int]]:
+def _best_shift(pairs: list[tuple[Grey, Grey]], reach: int) -> tuple[float, tuple[int, int]]:
     """The shift (column, row) of all prints in their pictures, each up to 2 `reach`, that correlates best, and its mean
     correlation.
 
@@ -218,19 +216,19 @@ def _best_shift(pairs: list[tuple[Picture, Picture]], reach: int) -> tuple[float
     return score, (left + column, top + row)
 
 
-def _correlation(pairs: list[tuple[Picture, Picture]]) -> Picture:
+def _correlation(pairs: list[tuple[Grey, Grey]]) -> Grey:
     """Sum over the markers of the correlations at each shift; one that is opposite to its print counts as none."""
     each = [cv2.matchTemplate(flat, printed, cv2.TM_CCOEFF_NORMED) for flat, printed in pairs]
     rows, columns = (min(sizes) for sizes in zip(*(one.shape for one in each), strict=True))
     return np.asarray(sum(np.clip(one[:rows, :columns], 0, None) for one in each))
 
 
-def _peak(total: Picture) -> tuple[float, tuple[int, int]]:
+def _peak(total: Grey) -> tuple[float, tuple[int, int]]:
     row, column = np.unravel_index(int(np.argmax(total)), total.shape)
     return float(total[row, column]) / 4, (int(column), int(row))
 
 
-def _halved(picture: Picture) -> Picture:
+def _halved(picture: Grey) -> Grey:
     rows, columns = (size // 2 for size in picture.shape)
     return np.asarray(cv2.resize(picture[: 2 * rows, : 2 * columns], (columns, rows), interpolation=cv2.INTER_AREA))
 

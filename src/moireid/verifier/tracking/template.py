@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
+from moireid.verifier.tracking.sampling import Places
 from moireid.verifier.tracking.search_work import DRAWN_NS, SMEAR_STEP_NS, SMEARED_NS
 
 Array = NDArray[np.float64]
@@ -65,6 +66,26 @@ class Template:
     drawing: Drawing
     smeared: bool = False
     solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
+
+    @cached_property
+    def places(self) -> Places:
+        """The points, as a warp takes them."""
+        return Places(self.points)
+
+    @cached_property
+    def parts(self) -> tuple[slice, ...]:
+        """Samples of each marker."""
+        return tuple(slice(*ends) for ends in pairwise([*self.first.tolist(), len(self.values)]))
+
+    @cached_property
+    def count(self) -> NDArray[np.int64]:
+        """Number of samples of each marker, (4,)."""
+        return np.diff(np.append(self.first, len(self.values)))
+
+    @cached_property
+    def power(self) -> Array:
+        """Sum of the squares of `printed` over each marker, (4,)."""
+        return np.asarray(np.add.reduceat(self.printed**2, self.first), float)
 
     @cached_property
     def jacobian(self) -> Array:

@@ -1,0 +1,120 @@
+"""Reading a picture at places of the page; only the part around them is turned into counts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.picture import Box, Picture, as_picture
+
+Array = NDArray[np.float64]
+#: OpenCV's remap takes at most 32767 places in a row.
+MOST_IN_A_ROW = 32767
+#: Pixels around the places that are made ready with them, for the steps that follow.
+MARGIN_PX = 6
+
+
+class Places:
+    """Places of the page, (N, 2), as a warp takes them."""
+
+    def __init__(self, points: Array, rows: int | None = None) -> None:
+        """Parameters: rows: rows in which `mapped` lays them out, of equal length; None for as few as may be."""
+        self.count = len(points)
+        self._rows = rows or -(-self.count // MOST_IN_A_ROW)
+        # What is left of the last row is filled with the last place.
+        filled = np.concatenate([points, np.repeat(points[-1:], -self.count % self._rows, axis=0)])
+        self._lifted = np.vstack([filled.T, np.ones(len(filled))]).astype(np.float32)
+        #: The corners of their bounding box.
+        self.hull = hull_of((*points.min(axis=0), *points.max(axis=0)))
+
+    def mapped(self, warp: Array) -> NDArray[np.float32]:
+        """The places under a warp, (2, rows, M): x and y."""
+        x_y_w = warp.astype(np.float32) @ self._lifted
+        return np.asarray((x_y_w[:2] / x_y_w[2]).reshape(2, self._rows, -1))
+
+
+def hull_of(rect: Sequence[float]) -> Array:
+    """Corners of a rectangle (left, top, right, bottom) of the page, (3, 4), as a warp takes them."""
+    x0, y0, x1, y1 = rect
+    return np.array([[x0, x1, x1, x0], [y0, y0, y1, y1], [1.0, 1.0, 1.0, 1.0]])
+
+
+class Sampler:
+    """Bilinear brightness of one picture at places; the part around them is made ready once for many warps.
+
+    Source: OpenCV's remap of a float picture.  From OpenCV 5 on it uses exact places; before, it rounded them to 1/32
+        pixel, which is too coarse for registration (a test checks it).
+    """
+
+    def __init__(self, luma: Picture | NDArray[Any]) -> None:
+        self._picture = as_picture(luma)
+        self._box: Box = (0, 0, 0, 0)
+        self._part = np.zeros((0, 0), np.float32)
+
+    def at(self, warp: Array, places: Places) -> Array | None:
+        """Brightness at warp(places), (N,); None if their bounding box is not within the picture."""
+        bounds, (height, width) = _bounds(warp, places.hull), self._picture.shape
+        if bounds is None or not _within(bounds, (0, 0, width, height)):
+            return None
+        if not _within(bounds, self._box):
+            self._box = _box(bounds, MARGIN_PX, self._picture)
+            self._part = np.asarray(self._picture.part(self._box), np.float32)
+        across, down = places.mapped(_from_corner(warp, self._box))
+        seen = cv2.remap(self._part, across, down, cv2.INTER_LINEAR)
+        return np.asarray(seen, float).ravel()[: places.count]
+
+
+def sample(luma: Picture | NDArray[Any], warp: Array, points: Array) -> Array | None:
+    """As `Sampler.at`, for points (N, 2)."""
+    return Sampler(luma).at(warp, Places(points))
+
+
+def part_around(picture: Picture, warp: Array, hull: Array) -> tuple[NDArray[Any], Array]:
+    """The part of a picture in which all places within a hull lie, (rows, columns), and the warp into it.
+
+    Convention: places beyond the picture lie beyond the part on the same side.
+    """
+    bounds = _bounds(warp, hull)
+    box = _box(bounds, 1, picture) if bounds else (0, 0, picture.shape[1], picture.shape[0])
+    return picture.part(box), _from_corner(warp, box)
+
+
+def inverse(matrix: Array) -> Array | None:
+    """Inverse of a 3 x 3 matrix; None if there is none.  OpenCV's takes a fifth of NumPy's time."""
+    determinant, inverted = cv2.invert(matrix)
+    return np.asarray(inverted, float) if determinant else None
+
+
+def _bounds(warp: Array, hull: Array) -> tuple[float, float, float, float] | None:
+    """Left, top, right, bottom of a hull under a warp; None if the horizon crosses it."""
+    x, y, w = (warp @ hull).tolist()
+    if not (min(w) > 0 or max(w) < 0):
+        return None
+    across, down = ([at / by for at, by in zip(part, w, strict=True)] for part in (x, y))
+    return min(across), min(down), max(across), max(down)
+
+
+def _within(bounds: tuple[float, float, float, float], box: Box) -> bool:
+    """Whether each place has four pixels of a box around it."""
+    left, top, right, bottom = bounds
+    return left >= box[0] and top >= box[1] and right < box[2] - 1 and bottom < box[3] - 1
+
+
+def _box(bounds: tuple[float, float, float, float], margin_px: int, picture: Picture) -> Box:
+    """The pixels around some bounds, and a margin, as far as the picture goes; it holds one pixel at least."""
+    height, width = picture.shape
+    left, right = (int(np.clip(at, 0, width - 1)) for at in (bounds[0] - margin_px, bounds[2] + 1 + margin_px))
+    top, bottom = (int(np.clip(at, 0, height - 1)) for at in (bounds[1] - margin_px, bounds[3] + 1 + margin_px))
+    return left, top, right + 1, bottom + 1
+
+
+def _from_corner(warp: Array, box: Box) -> Array:
+    """The warp in pixels counted from a box's corner: single precision resolves only 1e-4 px at 2000 px."""
+    moved = warp.copy()
+    moved[0] -= box[0] * warp[2]
+    moved[1] -= box[1] * warp[2]
+    return moved
