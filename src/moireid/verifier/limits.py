@@ -171,8 +171,8 @@ SPELL_S = 1.0
 #: For no longer may nothing be followed or searched, as looking may cost only so much (`tracking.search_work`).  Set by
 #: hand: twice what a room full of things before a moving camera needs; a chessboard that fills the picture needs more.
 MAX_UNSEARCHED_S = 2.0
-#: A spell must have this share of the median number of frames.  Set by hand: fewer mean the edge of a gap.
-MIN_SPELL_FRAMES_SHARE = 0.6
+#: A spell must have this share of the time that the median spell has.  Set by hand: less means the edge of a gap.
+MIN_SPELL_SHARE = 0.6
 
 # --- Do the fringes follow the law?  Wide limits, as every genuine film must pass each of them -----------------------
 

@@ -581,9 +581,13 @@ def test_a_doubted_frame_takes_its_neighbours_pose_and_keeps_its_fringes(frames,
     assert found[frames] == pytest.approx((course if mended else spoilt)[frames], abs=1e-6)
 
 
-def across_a_cut(kind: str) -> np.ndarray:
+EVEN = np.arange(80) / FPS
+#: The first fifty frames and then every second one.
+THINNED = np.concatenate([np.arange(50), 49 + 2 * np.arange(1, 31)]) / FPS
+
+
+def across_a_cut(kind: str, times: np.ndarray) -> np.ndarray:
     """Points in focal lengths of 80 frames; from frame 40 on another take, frame 40 exposed in both where so asked."""
-    times = np.arange(80) / FPS
     sway = 0.1 * np.sin(2 * np.pi * 0.6 * times)
     points = np.stack([sway, 0.5 * sway], axis=1)[:, None] + np.array([[0.0, 0.0], [0.05, 0.02]])
     points += 2e-5 * np.random.default_rng(5).standard_normal(points.shape)
@@ -594,10 +598,13 @@ def across_a_cut(kind: str) -> np.ndarray:
     return points
 
 
+@pytest.mark.parametrize("times", [EVEN, THINNED], ids=["even", "thinned"])
 @pytest.mark.parametrize(("kind", "before"), [("none", []), ("clean", [40]), ("blended", [40, 41])])
-def test_cuts_are_found_in_the_picture(kind, before):
-    """Catches: a cut found a frame early or late; a frame exposed across it joined to either take; a sway cut up."""
-    assert np.flatnonzero(jumps(across_a_cut(kind))).tolist() == before
+def test_cuts_are_found_in_the_picture(kind, before, times):
+    """Catches: a cut found a frame early or late; a frame exposed across it joined to either take; a sway cut up; a cut
+    seen where a film's frames go on at half their rate.
+    """
+    assert np.flatnonzero(jumps(across_a_cut(kind, times), times)).tolist() == before
 
 
 def test_nothing_is_interpolated_from_one_take_to_another():

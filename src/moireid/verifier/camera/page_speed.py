@@ -13,14 +13,22 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import median_filter
 
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
-from moireid.verifier.camera.stretches import AROUND
+from moireid.verifier.camera.stretches import AROUND, even_or_apart
 from moireid.verifier.limits import JUMP_NOISE_SDS, MAX_PICTURE_JUMP, TREMOR_HZ
 
 Array = NDArray[np.float64]
 #: A value less the polynomial through its eight neighbours on either side, scaled to keep the size of white noise.
 ALONE = np.array([(-1) ** k * math.comb(16, k) for k in range(17)]) / math.sqrt(math.comb(32, 16))
+#: Steps between frames that differ by more are not even.
+UNEVEN_RATIO = 1.5
 #: Median of the absolute value of a normal distribution of standard deviation 1.
 NORMAL_MEDIAN = 0.6745
+
+
+def _even(clock: Array) -> NDArray[np.bool_]:
+    """Whether the frames of each window of `ALONE` are evenly spaced, (T - 16,)."""
+    steps = np.lib.stride_tricks.sliding_window_view(np.diff(clock), len(ALONE) - 1)
+    return np.asarray(steps.max(axis=1) <= UNEVEN_RATIO * steps.min(axis=1))
 
 
 def velocity_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_]) -> Array:
@@ -54,26 +62,27 @@ def hidden_speed_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_])
     """
     middle = points_px.mean(axis=1)
     runs = unbroken(times_s, GAP_S, np.cumsum(cuts))
-    left = [
-        np.stack([np.convolve(middle[run, k], ALONE, "valid") for k in (0, 1)])
-        for run in runs
-        if len(run) >= len(ALONE)
-    ]
-    if not left:
+    runs = [run for run in runs if len(run) >= len(ALONE)]
+    if not runs:
         return 0.0
-    swing_px = float(np.median(np.abs(np.concatenate(left, axis=1)))) / NORMAL_MEDIAN
+    left = np.concatenate(
+        [np.stack([np.convolve(middle[run, k], ALONE, "valid") for k in (0, 1)]) for run in runs], axis=1
+    )
+    even = np.concatenate([_even(times_s[run]) for run in runs])
+    swing_px = float(np.median(np.abs(left[:, even] if even.any() else left))) / NORMAL_MEDIAN
     return 2 * math.pi * TREMOR_HZ * swing_px
 
 
-def jumps(points: Array) -> NDArray[np.bool_]:
+def jumps(points: Array, times_s: Array) -> NDArray[np.bool_]:
     """Frames before which the points (T, N, 2), in focal lengths, jump, (T,).
 
-    Source: third differences, in which a jump counts once, twice and once, and a hand's motion hardly at all.
+    Source: third differences, in which a jump counts once, twice and once, and a hand's motion hardly at all.  Frames
+        that are not evenly spaced have third divided differences in their place.
     """
     found = np.zeros(len(points), bool)
     if len(points) < AROUND:
         return found
-    jerk = np.abs(np.diff(points, 3, axis=0)).max(axis=(1, 2))
+    jerk = np.abs(_third_differences(points, times_s)).max(axis=(1, 2))
     sudden = jerk > np.maximum(MAX_PICTURE_JUMP, JUMP_NOISE_SDS * median_filter(jerk, AROUND, mode="nearest"))
     edges = np.diff(np.concatenate([[0], sudden, [0]]).astype(int))
     for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
@@ -81,6 +90,18 @@ def jumps(points: Array) -> NDArray[np.bool_]:
         places = (first + 3, end) if end - first >= 3 else (first + int(np.argmax(jerk[first:end])) + 2,)
         found[list(places)] = True
     return found
+
+
+def _third_differences(points: Array, times_s: Array) -> Array:
+    """Third differences (T - 3, N, 2), in the unit of the points.
+
+    Source: third divided differences (Newton), times 6 and the cube of the usual step; the same for even frames.
+    """
+    clock = even_or_apart(times_s)
+    spans = np.lib.stride_tricks.sliding_window_view(clock, 4)
+    between = spans[:, :, None] - spans[:, None, :] + np.eye(4)
+    weights = 6 * ((spans[:, -1] - spans[:, 0]) / 3)[:, None] ** 3 / between.prod(axis=2)
+    return np.asarray(sum(weights[:, k, None, None] * points[k : len(points) - 3 + k] for k in range(4)))
 
 
 def _apart(clock: Array, least_s: float) -> list[int]:

@@ -103,7 +103,7 @@ class FilmWide:
         self._steadied = False
         self.plane = np.column_stack([page_mm - page_mm.mean(axis=0), np.zeros(len(page_mm))])
         #: Frames before which the picture jumps, (T,).
-        self.cuts = jumps(points_px / (focal_px or FOCAL_PRIOR_RATIO * max(image_px)))
+        self.cuts = jumps(points_px / (focal_px or FOCAL_PRIOR_RATIO * max(image_px)), times_s)
         self._velocity = velocity_px_s(points_px, times_s, self.cuts)
         apart = (points_px - points_px.mean(axis=1, keepdims=True)) / np.array(image_px, float)
         # Programs rotate films, so the shutter may run down, right, up or left.

@@ -55,11 +55,12 @@ def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
     found = np.zeros(max(len(times_s) - 1, 0), bool)
     if len(times_s) < 2 * SIDE + 2:
         return found
-    steps = np.diff(tangents, axis=0)
+    steps, clock = np.diff(tangents, axis=0), even_or_apart(times_s)
     here = slice(SIDE - 1, len(found) - SIDE + 1)
     middles = np.median(np.lib.stride_tricks.sliding_window_view(tangents, SIDE, axis=0), axis=-1)
-    usual_step = median_filter(steps, (4 * SIDE - 1, 1), mode="nearest")[here]
-    sudden = np.abs(middles[SIDE:] - middles[:-SIDE] - SIDE * usual_step)
+    speed = median_filter(steps / np.diff(clock)[:, None], (4 * SIDE - 1, 1), mode="nearest")[here]
+    apart = clock[1:-1][SIDE:] - clock[1:-1][:-SIDE]
+    sudden = np.abs(middles[SIDE:] - middles[:-SIDE] - speed * apart[:, None])
     usual = 1.4826 * median_filter(sudden, (AROUND, 1), mode="nearest")
     time = np.diff(times_s)[here]
     reach = MAX_TURN_PER_S2 * np.where(time > 1.5 * np.median(time), time / 2, time) ** 2
@@ -71,6 +72,13 @@ def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
         first = max(int(place) - 1, 0)
         found[first + int(np.argmax(size[first : int(place) + 2]))] = True
     return found
+
+
+def even_or_apart(times_s: Array) -> Array:
+    """Times that are apart by a quarter of the usual step at least: a file may repeat a time."""
+    steps = np.diff(times_s)
+    usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 1.0
+    return np.concatenate([[0.0], np.cumsum(np.maximum(steps, usual / 4))])
 
 
 def within_stretches(series: Array, numbers: Numbers) -> Array:

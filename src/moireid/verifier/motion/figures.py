@@ -12,14 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import GAP_S, slow_part, unbroken
-from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.camera.stretches import longest_step_s, within_stretches
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
     GAIN_SD_RATIO,
     MAX_LAG_S,
     MAX_PLACE_SHARE,
     MAX_VAGUENESS_RATIO,
-    MIN_SPELL_FRAMES_SHARE,
+    MIN_SPELL_SHARE,
     SPELL_S,
     WANDER_MEAN_S,
     WINDOW_FRAMES,
@@ -123,14 +123,18 @@ def figures_of(signal: GratingSignal, gain_spread: float = GAIN_SD_RATIO) -> Fig
 def _worst_spell(wandering: Array, times_s: Array, phase_sd_rad: Array) -> float:
     """Root mean square of the deviation within the worst `SPELL_S` of the film, rad.
 
-    A frame with a larger error bar than the median counts less in proportion.
+    A frame with a larger error bar than the median counts less in proportion.  Windows that hold too little of the
+    time, at the ends of the film and beside gaps, are left out.
     """
     weighted = wandering * np.minimum(1.0, np.median(phase_sd_rad) / phase_sd_rad)
     power = np.concatenate([[0.0], np.cumsum(weighted**2)])
     first = np.searchsorted(times_s, times_s - SPELL_S / 2)
     end = np.searchsorted(times_s, times_s + SPELL_S / 2, side="right")
     frames = end - first
-    filled = frames >= MIN_SPELL_FRAMES_SHARE * np.median(frames)
+    # By time and not by number: some seconds have more frames than others.
+    told = np.concatenate([[0.0], np.cumsum(np.minimum(np.gradient(times_s), longest_step_s(times_s)))])
+    held = told[end] - told[first]
+    filled = held >= MIN_SPELL_SHARE * np.median(held)
     return math.sqrt(max(float(((power[end] - power[first]) / frames)[filled].max()), 0.0))
 
 

@@ -54,7 +54,8 @@ class Chapter:
 
     tracked: number of frames that are not in an earlier chapter; signals: of these frames; track, measurement: of all
     its frames, None once they are dropped; known: of the badge as built, if the chapter shows that badge; sheet: the
-    gain that was expected, under which its signals are; judged_s, seen_s: when it was judged, and the badge seen.
+    gain that was expected, under which its signals are; passed: as in `Track`;
+    judged_s, seen_s: when it was judged, and the badge seen.
     """
 
     frames_read: int
@@ -71,6 +72,7 @@ class Chapter:
     judged_s: tuple[Span, ...] = ()
     seen_s: tuple[Span, ...] = ()
     known: KnownBuilt | None = None
+    passed: int = 0
     sheet: SheetGain = DESIGNED
 
     def light(self) -> Chapter:
@@ -101,6 +103,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
             track,
             None,
             seen_s=seen_spans(track.times_s),
+            passed=track.passed,
         )
     sheet = claim.sheet
     measurement = measure(track, focal_px=claim.focal_px).under(sheet.expected)
@@ -130,6 +133,7 @@ def judge_chapter(track: Track, claim: Claim, *, repeated: int = 0) -> Chapter:
         judged_spans(signals),
         seen_spans(track.times_s),
         known,
+        track.passed,
         sheet,
     )
 

@@ -119,9 +119,9 @@ def verify(
         invariant,
         identity,
         film.described(),
-        {"read": seen.read, "tracked": seen.tracked},
+        {"read": seen.read, "tracked": seen.tracked + seen.passed, "measured": seen.tracked},
         timing,
-        _left_out(claim.badge, shown.measurement, seen.verifier.unsearched),
+        _left_out(claim.badge, shown.measurement, seen.verifier.unsearched, seen.passed),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
@@ -146,6 +146,10 @@ class _Seen:
     @property
     def tracked(self) -> int:
         return sum(chapter.tracked for chapter in self.chapters)
+
+    @property
+    def passed(self) -> int:
+        return sum(chapter.passed for chapter in self.chapters)
 
 
 def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _Seen:
@@ -174,13 +178,15 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
     return _Seen(verifier, watch, chapters, read, stages)
 
 
-def _left_out(badge: Badge, measurement: Measurement | None, unsearched: int) -> tuple[str, ...]:
+def _left_out(badge: Badge, measurement: Measurement | None, unsearched: int, passed: int) -> tuple[str, ...]:
     """Steps that this film and badge did not need, or that would cost more than decoding allows."""
     parts = ["colour", "the picture away from the badge once it is found"]
     if unsearched:
         parts.append(
             f"the whole picture in {unsearched} frames without a badge, as looking may cost a share of decoding"
         )
+    if passed:
+        parts.append(f"{passed} frames that show the calm badge as their neighbours do, of more than 30 a second")
     if measurement and measurement.camera.focal_given:
         parts.append("solving for the focal length")
     if len({grating.axis for grating in badge.gratings}) == 1:

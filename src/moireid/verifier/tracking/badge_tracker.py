@@ -6,8 +6,10 @@ kept for at most `SAMPLE_FRAMES` frames, evenly spread over a track.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
+from typing import Any
 
 import cv2
 import numpy as np
@@ -15,6 +17,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
+from moireid.verifier.tracking.calm import CALM_FRAMES, CALM_PX, FULL_FRAMES, LONGEST_STEP_S, RESTLESS_S, CalmWatch
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.even_sample import EvenSample
 from moireid.verifier.tracking.markers import MarkerFinder, faint_turns, marker_corners_mm
@@ -55,6 +58,11 @@ class BadgeTracker:
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
+        #: Of the frames that follow each other calmly, one in `_stride` is measured (`calm`); `_calm` were since one
+        #: differed, and until `_restless_s` each is.
+        self._watch, self._stride, self._calm, self._restless_s = CalmWatch(badge), 1, 0, -math.inf
+        #: Frames of the present track that were passed by.
+        self.passed, self._smeared = 0, False
         self._mirrored = False
         self._image_px = (0, 0)
         #: Whether its markers were faded where it was last seen.
@@ -80,6 +88,19 @@ class BadgeTracker:
         """Frames of the present track in which the badge was found and registered."""
         return len(self._times)
 
+    def passes(self, frame: Frame, luma: Picture) -> bool:
+        """Pass by a frame that shows the badge as the last measured one did; returns whether that is so."""
+        if self._stride == 1 or frame.index % self._stride == 0 or self._smeared or frame.time_s < self._restless_s:
+            return False
+        expected = self.course.expected(frame.index)
+        if expected is None:
+            return False
+        if self._watch.differs(luma, expected):
+            self._restless_s = frame.time_s + RESTLESS_S
+            return False
+        self.frames_read, self.passed, self.place = self.frames_read + 1, self.passed + 1, expected
+        return True
+
     def follow(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:
         """Begin the next frame: look for the badge near its expected place; returns whether it was found.
 
@@ -91,8 +112,10 @@ class BadgeTracker:
         # The expected place is mostly near enough for registration, so no marker has to be decoded.
         expected = self.course.expected(frame.index)
         registration = _clear(self._registered(luma, expected)) if expected is not None else None
+        self._smeared = False
         self._lap("register")
         if registration is None:
+            self._smeared = True
             registration = self._shaken_off(frame, luma)
             self._lap("shaken")
         return self._taken_in(frame, luma, registration, taken)
@@ -154,6 +177,7 @@ class BadgeTracker:
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
+        self._note_if_calm(frame, luma, registration.homography)
         self.course.follow(Seen(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._numbers.append(frame.index)
@@ -171,6 +195,44 @@ class BadgeTracker:
             self._snapshot = straighten(luma, registration.homography, self._badge)
             self._lap("snapshot")
         return True
+
+    def _note_if_calm(self, frame: Frame, luma: Picture, page: Array) -> None:
+        """Count the frames that look like the one before, and be restless after one that does not."""
+        last = self.course.last
+        if last is None or 2 * self._step_s(last, frame) > LONGEST_STEP_S:
+            self._calm = 0
+            return
+        expected = self.course.expected(frame.index)
+        goes_on = expected is not None and self._watch.apart_px(expected, page) <= CALM_PX
+        if goes_on and not self._watch.keep(luma, page):
+            self._calm += 1
+        else:
+            self._calm, self._restless_s = 0, frame.time_s + RESTLESS_S
+        if not goes_on:
+            self._watch.forget()
+        if self.tracked >= FULL_FRAMES and 2 * self._stride * self._step_s(last, frame) <= LONGEST_STEP_S:
+            self._widen_stride(min(self._calm, self.tracked))
+
+    def _step_s(self, last: Seen, frame: Frame) -> float:
+        """Time from one frame of the film to the next."""
+        return (frame.time_s - last.time_s) / max(frame.index - last.frame, 1)
+
+    def _widen_stride(self, calm: int) -> None:
+        """Leave out every second frame, of the last `calm` ones and of those to come, if they are enough."""
+        if calm < CALM_FRAMES:
+            return
+        self._stride, self._calm = 2 * self._stride, calm // 2
+        first = self.tracked - calm
+        kept = [k for k, number in enumerate(self._numbers) if k < first or number % self._stride == 0]
+        self.passed += self.tracked - len(kept)
+        for series in self._series:
+            series[:] = [series[k] for k in kept]
+        self._cells.thin(kept)
+
+    @property
+    def _series(self) -> tuple[list[Any], ...]:
+        """What is kept of each measured frame."""
+        return self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague
 
     def outline_px(self) -> Array | None:
         """Corners of the board in the first frame that shows it, as `corners_px`; None if no frame does."""
@@ -214,6 +276,7 @@ class BadgeTracker:
             snapshot=self._snapshot,
             vague=np.array(self._vague[first:]) if any(max(pair) > 1 for pair in self._vague[first:]) else None,
             stages_s=dict(self._stages),
+            passed=self.passed,
         )
 
     def take(self, keep: int = 0) -> Track:
@@ -223,11 +286,10 @@ class BadgeTracker:
         """
         track = self.look()
         gone = max(self.tracked - keep, 0)
-        kept_lists = (self._numbers, self._times, self._homographies, self._correlations, self._rows, self._vague)
-        for kept in kept_lists:
-            del kept[:gone]
+        for series in self._series:
+            del series[:gone]
         self._cells.drop(gone)
-        self.frames_read, self._best = 0, 0.0
+        self.frames_read, self.passed, self._best = 0, 0, 0.0
         self._stages = dict.fromkeys(self._stages, 0.0)
         return track
 

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.verifier.tracking.sampling import inverse
+
 Array = NDArray[np.float64]
 
 
@@ -29,12 +31,14 @@ class Course:
     first: Seen | None = None
     before: Seen | None = None
     last: Seen | None = None
-    #: Whether the last frame shows the badge.
+    #: Whether the last frame shows the badge, and whether all frames between the last two did.
     followed: bool = False
+    unbroken: bool = False
 
     def follow(self, seen: Seen) -> None:
         """Record a frame that shows the badge."""
-        self.before, self.last, self.followed = self.last, seen, True
+        self.before, self.last = self.last, seen
+        self.followed, self.unbroken = True, self.followed
         self.first = self.first or seen
 
     def lose(self) -> None:
@@ -44,12 +48,15 @@ class Course:
     def expected(self, frame: int) -> Array | None:
         """The expected homography in a frame; None if the last frame did not show the badge.
 
-        Source: the last motion between two frames, applied once more.
+        Source: the last motion, applied once more; over another number of frames, in proportion to first order.
         """
         if not self.followed or self.last is None:
             return None
         last, before = self.last, self.before
-        if before is None or frame - last.frame != 1 or last.frame - before.frame != 1:
+        between = last.frame - before.frame if before is not None else 0
+        back = inverse(before.page) if before is not None and self.unbroken and between > 0 else None
+        if back is None or not frame > last.frame:
             return last.page
-        moved = last.page @ np.linalg.inv(before.page) @ last.page
+        motion = back @ last.page
+        moved = last.page @ (np.eye(3) + (frame - last.frame) / between * (motion / motion[2, 2] - np.eye(3)))
         return np.asarray(moved / moved[2, 2])

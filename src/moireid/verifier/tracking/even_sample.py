@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -33,6 +34,13 @@ class EvenSample:
         if len(self.items) > self.limit:
             self.items, self.numbers = self.items[::2], self.numbers[::2]
             self.stride *= 2
+
+    def thin(self, kept: Sequence[int]) -> None:
+        """Forget all items offered but those of these numbers, which are numbered from 0 again."""
+        place = {number: k for k, number in enumerate(kept)}
+        left = [k for k, number in enumerate(self.numbers) if number in place]
+        self.items, self.numbers = [self.items[k] for k in left], [place[self.numbers[k]] for k in left]
+        self.offered, self.stride = len(kept), max(self.stride // 2, 1)
 
     def drop(self, count: int) -> None:
         """Forget the first `count` items offered; the rest are numbered from 0 again."""

@@ -27,6 +27,9 @@ from moireid.verifier.tracking.template import Template, TemplatePrinter, withou
 Array = NDArray[np.float64]
 #: Steps in which the page must be found; as many more may settle it.
 MAX_STEPS = 12
+#: No marker in sight after so many steps: it is given up.  On the films of `benchmarks/verify_speed.py`, pages that are
+#: found show one within three.
+HOPELESS_STEPS = 5
 #: Standard deviation of a sample at a border, in units of the markers' contrast.
 BORDER_NOISE = 0.05
 #: Iteration stops when no point of the page will move by more than this, px.
@@ -124,6 +127,8 @@ class PageRegistrar:
             found = correlation >= MIN_CORRELATION and sum(seen) >= MIN_MARKERS
             if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not found):
                 break
+            if steps == HOPELESS_STEPS and not any(seen):
+                return None
             # Far from the right place all markers match badly; then all of them are used for the step.
             asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
             if asked != solved:

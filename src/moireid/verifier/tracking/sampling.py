@@ -107,9 +107,10 @@ def _within(bounds: tuple[float, float, float, float], box: Box) -> bool:
 def _box(bounds: tuple[float, float, float, float], margin_px: int, picture: Picture) -> Box:
     """The pixels around some bounds, and a margin, as far as the picture goes; it holds one pixel at least."""
     height, width = picture.shape
-    left, right = (int(np.clip(at, 0, width - 1)) for at in (bounds[0] - margin_px, bounds[2] + 1 + margin_px))
-    top, bottom = (int(np.clip(at, 0, height - 1)) for at in (bounds[1] - margin_px, bounds[3] + 1 + margin_px))
-    return left, top, right + 1, bottom + 1
+    left, top, right, bottom = bounds
+    x0, x1 = (int(min(max(at, 0), width - 1)) for at in (left - margin_px, right + 1 + margin_px))
+    y0, y1 = (int(min(max(at, 0), height - 1)) for at in (top - margin_px, bottom + 1 + margin_px))
+    return x0, y0, x1 + 1, y1 + 1
 
 
 def _from_corner(warp: Array, box: Box) -> Array:

@@ -50,8 +50,8 @@ UNSURE, SOUGHT = 0.65, 0.4
 COARSE_FROM, AROUND = 12, 3
 #: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
 MOST_MODULES = 3.0
-#: Exposures to try while none is known, as a share of the time between two frames.
-FIRST_SHARES = (0.15, 0.35, 0.7)
+#: Exposures to try while none is known, as a share of the time between two frames; the middling one first.
+FIRST_SHARES = (0.35, 0.15, 0.7)
 #: Weight of a new frame in the learnt exposure, and number of repetitions of step 4.
 LEARNT, STEPS = 0.3, 3
 #: Largest change of a smear's length (as a share) and of its direction (rad) in one step of step 4.
@@ -83,11 +83,17 @@ class ShakenFollower:
         light = luma.graded(LINEAR_COUNTS)
         frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
-        found = [self._registered(light, (before, last), expected, exposure_s, time_s, lost) for exposure_s in tried]
-        best, exposure_s = max(found, key=lambda one: one[0].correlation if one[0] else 0.0)
+        best, best_s = None, 0.0
+        for exposure_s in tried:
+            found = self._registered(light, (before, last), expected, exposure_s, time_s, lost)
+            if found is None:
+                # Nothing there looks like a smeared page, so another smear would not either.
+                break
+            if found[0] is not None and (best is None or found[0].correlation > best.correlation):
+                best, best_s = found
         if best is not None and best.correlation >= FOLLOWED_CORRELATION:
-            known_s = self.exposure_s or exposure_s
-            self.exposure_s = (1 - LEARNT) * known_s + LEARNT * exposure_s
+            known_s = self.exposure_s or best_s
+            self.exposure_s = (1 - LEARNT) * known_s + LEARNT * best_s
         return best
 
     def _scale(self, page: Array) -> float:
@@ -116,19 +122,27 @@ class ShakenFollower:
         exposure_s: float,
         time_s: float,
         lost: int,
-    ) -> tuple[Registration | None, float]:
-        """Steps 3 and 4 with one exposure; returns the page, and the exposure estimated from its smear."""
+    ) -> tuple[Registration | None, float] | None:
+        """Steps 3 and 4 with one exposure.
+
+        Returns: the page, and the exposure estimated from its smear; None if step 3 finds nothing.
+        """
         reach, place = min(REACH_MODULES + REACH_MORE * (lost - 1), MOST_REACH), expected
         for _ in range(2):
             # The place found gives the velocity, and with it the smear.
-            smear = self._limited(exposure_s * self._velocity(past, place, time_s))
+            smear = self._smear(past, place, time_s, exposure_s)
             score, place = self._sought(light, expected, self._smeared(expected, smear), reach)
             if score < UNSURE:
                 still = self._sought(light, expected, self._template.at(expected), reach)
                 score, place = max((score, place), still, key=lambda found: found[0])
-        if score < SOUGHT:
-            return None, exposure_s
-        smear = self._limited(exposure_s * self._velocity(past, place, time_s))
+            if score < SOUGHT:
+                return None
+        return self._settled(light, place, self._smear(past, place, time_s, exposure_s), exposure_s)
+
+    def _settled(
+        self, light: Picture, place: Array, smear: Array, exposure_s: float
+    ) -> tuple[Registration | None, float]:
+        """Step 4 from a place and a smear; returns the page and the exposure, as `_registered`."""
         best: Registration | None = None
         told_s, tried_s = exposure_s, exposure_s
         for _ in range(STEPS):
@@ -143,6 +157,10 @@ class ShakenFollower:
             c, s = math.cos(turn), math.sin(turn)
             smear, tried_s = self._limited((1 + growth) * smear @ np.array([[c, s], [-s, c]])), (1 + growth) * tried_s
         return best, told_s
+
+    def _smear(self, past: tuple[Seen, Seen], place: Array, time_s: float, exposure_s: float) -> Array:
+        """Smear (4, 2) of the markers, page mm, if `place` is the present homography."""
+        return self._limited(exposure_s * self._velocity(past, place, time_s))
 
     def _smeared(self, place: Array, smear: Array) -> Template:
         return self._registrar.printer.smeared(self._template.at(place), smear)

@@ -28,6 +28,8 @@ Array = NDArray[np.float64]
 BORDER_MODULES, FREE_MODULES = 0.7, 1.05
 #: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
 BLUR_PX = 0.8
+#: Samples along a marker's side: at least this many, and more than this tell no more.
+SIDE_SAMPLES = (24, 96)
 #: The print is drawn with this many fine samples per sample of the template.
 FINE = 8
 
@@ -166,7 +168,7 @@ class TemplatePrinter:
     def _drawn(self, px_per_mm: float) -> Drawing:
         size_mm = self._markers.size_mm
         reach_mm = size_mm / 2 + BORDER_MODULES * self.module_mm
-        count = int(np.clip(2 * reach_mm * px_per_mm, 24, 160))
+        count = int(np.clip(2 * reach_mm * px_per_mm, *SIDE_SAMPLES))
         pitch_mm = 2 * reach_mm / count
         offsets = (np.arange(count * FINE) + 0.5) / FINE * pitch_mm - reach_mm
         column = np.floor((offsets + size_mm / 2) / self.module_mm).astype(int)

@@ -21,7 +21,8 @@ class Track:
     mm -> px; correlations (T,) of picture and print; profiles: one array per strip, counts: (T, N) for a uniform strip,
     (K, N) for a row of phase cells, in the K frames `cell_frames`; snapshot: the rectified board of the best registered
     frame, for people to look at; mirrored: whether the film is mirrored (a self-view), and was unmirrored before the
-    measurement; vague (T, 2): as `Registration.vague`, None if it is 1 everywhere.
+    measurement; vague (T, 2): as `Registration.vague`, None if it is 1 everywhere;
+    passed: frames that show the badge as their neighbours do, and were not measured.
     """
 
     badge: Badge
@@ -38,6 +39,7 @@ class Track:
     snapshot: NDArray[np.uint8] | None = None
     vague: Array | None = None
     stages_s: dict[str, float] = field(default_factory=dict)
+    passed: int = 0
 
     @property
     def tracked(self) -> int:
