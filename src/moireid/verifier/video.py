@@ -47,6 +47,8 @@ FULL_RANGE = 2
 MOST_ASPECT, LEAST_ASPECT = 4.0, 2e-4
 #: Frames that are decoded ahead; 17 MB at 1080p.
 AHEAD_FRAMES = 8
+#: Threads of the decoder: measuring takes most of the time of one, so more would only keep more pictures in memory.
+DECODER_THREADS = 2
 #: Times that differ by less than this are those of one frame.
 SAME_S = 1e-4
 #: Called while a film is read: frames read, and frames expected (None if the file does not say).
@@ -147,7 +149,7 @@ class Film:
             with av.open(self._file.reading(), options=OPENING) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
-                stream.codec_context.thread_count = 1 if one_thread() else 0
+                stream.codec_context.thread_count = 1 if one_thread() else DECODER_THREADS
                 stream.codec_context.options = LIMITS
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
@@ -194,7 +196,7 @@ class Film:
             with av.open(self._file.reading(), options=OPENING) as container:
                 stream = container.streams.video[0]
                 stream.thread_type = "AUTO"
-                stream.codec_context.thread_count = 1 if one_thread() else 0
+                stream.codec_context.thread_count = 1 if one_thread() else DECODER_THREADS
                 stream.codec_context.options = LIMITS
                 if time_s is not None and stream.time_base:
                     container.seek(round(time_s / stream.time_base), stream=stream)

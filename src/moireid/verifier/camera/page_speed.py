@@ -95,12 +95,11 @@ def jumps(points: Array, times_s: Array) -> NDArray[np.bool_]:
 def _third_differences(points: Array, times_s: Array) -> Array:
     """Third differences (T - 3, N, 2), in the unit of the points.
 
-    Source: third divided differences (Newton), times 6 and the cube of the usual step; the same for even frames.
+    Source: third divided differences (Newton), scaled to keep the size of white noise.
     """
-    clock = even_or_apart(times_s)
-    spans = np.lib.stride_tricks.sliding_window_view(clock, 4)
-    between = spans[:, :, None] - spans[:, None, :] + np.eye(4)
-    weights = 6 * ((spans[:, -1] - spans[:, 0]) / 3)[:, None] ** 3 / between.prod(axis=2)
+    spans = np.lib.stride_tricks.sliding_window_view(even_or_apart(times_s), 4)
+    weights = 1 / (spans[:, :, None] - spans[:, None, :] + np.eye(4)).prod(axis=2)
+    weights *= math.sqrt(math.comb(6, 3)) / np.linalg.norm(weights, axis=1, keepdims=True)
     return np.asarray(sum(weights[:, k, None, None] * points[k : len(points) - 3 + k] for k in range(4)))
 
 

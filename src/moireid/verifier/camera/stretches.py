@@ -58,9 +58,13 @@ def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
     steps, clock = np.diff(tangents, axis=0), even_or_apart(times_s)
     here = slice(SIDE - 1, len(found) - SIDE + 1)
     middles = np.median(np.lib.stride_tricks.sliding_window_view(tangents, SIDE, axis=0), axis=-1)
-    speed = median_filter(steps / np.diff(clock)[:, None], (4 * SIDE - 1, 1), mode="nearest")[here]
-    apart = clock[1:-1][SIDE:] - clock[1:-1][:-SIDE]
-    sudden = np.abs(middles[SIDE:] - middles[:-SIDE] - speed * apart[:, None])
+    usual_step, speed = (
+        median_filter(series, (4 * SIDE - 1, 1), mode="nearest")[here]
+        for series in (steps, steps / np.diff(clock)[:, None])
+    )
+    # Frames may go on at half their rate, which is no jump by time; and a few may be missing, which is none by number.
+    spans = (SIDE * usual_step, speed * (clock[1:-1][SIDE:] - clock[1:-1][:-SIDE])[:, None])
+    sudden = np.min([np.abs(middles[SIDE:] - middles[:-SIDE] - expected) for expected in spans], axis=0)
     usual = 1.4826 * median_filter(sudden, (AROUND, 1), mode="nearest")
     time = np.diff(times_s)[here]
     reach = MAX_TURN_PER_S2 * np.where(time > 1.5 * np.median(time), time / 2, time) ** 2
