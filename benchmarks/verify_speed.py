@@ -68,7 +68,7 @@ def made(film: SpeedFilm, folder: Path) -> Path:
 
 
 def decode_cpu_s(film: Path) -> float:
-    """CPU seconds of decoding to grey pictures and nothing else."""
+    """CPU seconds of decoding and nothing else: no picture is turned into counts."""
     begun = time.process_time()
     for _ in Film(film).frames():
         pass

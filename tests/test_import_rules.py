@@ -62,7 +62,7 @@ MAY_IMPORT = {
 #: Rooms inside rooms: which folders and files beside it in its room a folder may import.  Data flows one way, so a
 #: folder never imports one that stands below it here.
 WITHIN: dict[str, set[str]] = {
-    "verifier.tracking": {"video"},
+    "verifier.tracking": {"picture"},
     "verifier.camera": {"limits"},
     "verifier.fringes": {"tracking", "camera", "limits"},
     "verifier.motion": {"fringes", "camera", "limits", "reasons"},
@@ -76,10 +76,11 @@ WITHIN: dict[str, set[str]] = {
         "limits",
         "reasons",
         "timeline",
+        "picture",
         "video",
     },
     "verifier.report": {"camera", "motion", "identity", "session", "limits", "video"},
-    "verifier.live": {"tracking", "fringes", "session", "limits", "reasons", "timeline", "video"},
+    "verifier.live": {"tracking", "fringes", "session", "limits", "reasons", "timeline", "picture"},
     "evaluation.baseline": set(),
     "simulate.analytic": {"cameras", "compiled", "light", "motion", "scene"},
     "simulate.mitsuba": {"analytic", "light", "scene"},

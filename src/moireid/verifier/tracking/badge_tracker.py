@@ -99,6 +99,7 @@ class BadgeTracker:
             self._restless_s = frame.time_s + RESTLESS_S
             return False
         self.frames_read, self.passed, self.place = self.frames_read + 1, self.passed + 1, expected
+        self.shown += scale_px_per_mm(expected, self._middle) ** 2
         return True
 
     def follow(self, frame: Frame, luma: Picture, taken: Sequence[Array] = ()) -> bool:

@@ -55,7 +55,7 @@ class Course:
         last, before = self.last, self.before
         between = last.frame - before.frame if before is not None else 0
         back = inverse(before.page) if before is not None and self.unbroken and between > 0 else None
-        if back is None or not frame > last.frame:
+        if back is None or not last.frame < frame <= last.frame + 2 * between:
             return last.page
         motion = back @ last.page
         moved = last.page @ (np.eye(3) + (frame - last.frame) / between * (motion / motion[2, 2] - np.eye(3)))

@@ -25,15 +25,20 @@ class Places:
         """Parameters: rows: rows in which `mapped` lays them out, of equal length; None for as few as may be."""
         self.count = len(points)
         self._rows = rows or -(-self.count // MOST_IN_A_ROW)
+        low, high = points.min(axis=0), points.max(axis=0)
+        # Single precision is enough for what is counted from the middle.
+        self._middle = np.array(
+            [[1.0, 0.0, (low[0] + high[0]) / 2], [0.0, 1.0, (low[1] + high[1]) / 2], [0.0, 0.0, 1.0]]
+        )
         # What is left of the last row is filled with the last place.
         filled = np.concatenate([points, np.repeat(points[-1:], -self.count % self._rows, axis=0)])
-        self._lifted = np.vstack([filled.T, np.ones(len(filled))]).astype(np.float32)
+        self._lifted = np.vstack([(filled - self._middle[:2, 2]).T, np.ones(len(filled))]).astype(np.float32)
         #: The corners of their bounding box.
-        self.hull = hull_of((*points.min(axis=0), *points.max(axis=0)))
+        self.hull = hull_of((*low, *high))
 
     def mapped(self, warp: Array) -> NDArray[np.float32]:
         """The places under a warp, (2, rows, M): x and y."""
-        x_y_w = warp.astype(np.float32) @ self._lifted
+        x_y_w = (warp @ self._middle).astype(np.float32) @ self._lifted
         return np.asarray((x_y_w[:2] / x_y_w[2]).reshape(2, self._rows, -1))
 
 

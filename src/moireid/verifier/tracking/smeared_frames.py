@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Markers
-from moireid.verifier.picture import Picture
+from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS
 from moireid.verifier.tracking.registration import (
@@ -71,7 +71,7 @@ class ShakenFollower:
         self._module_mm = registrar.printer.module_mm
         self.exposure_s: float | None = None  #: Estimated from the film so far.
 
-    def find(self, luma: Picture, time_s: float) -> Registration | None:
+    def find(self, luma: Picture | NDArray[np.uint8], time_s: float) -> Registration | None:
         """The page in a smeared frame; None if it is not found near its expected place."""
         before, last = self._course.before, self._course.last
         if before is None or last is None or not 0 < time_s - last.time_s <= LOST_S:
@@ -80,7 +80,7 @@ class ShakenFollower:
         grown = self._scale(expected) / self._scale(last.page)
         if not 1 / MOST_GROWTH < grown < MOST_GROWTH:
             return None
-        light = luma.graded(LINEAR_COUNTS)
+        light = as_picture(luma).graded(LINEAR_COUNTS)
         frame_s = (time_s - last.time_s) / lost
         tried = [self.exposure_s] if self.exposure_s else [share * frame_s for share in FIRST_SHARES]
         best, best_s = None, 0.0
