@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 #: Work of decoding, a pixel, and of a marker search: a pixel and window of the threshold, a pixel and window at which
 #: the thresholded picture changes along its row, and a square whose bits are read.  Measured by
-#: `benchmarks/verify_speed.py` on H.264 of a low bit rate, where decoding costs least (it took 2 ns in other films),
-#: and on pictures from an even grey to white noise: a search takes 0.8 to 1.3 of this, one for faded print in smooth
-#: clouds twice as much.
+#: `benchmarks/verify_speed.py` on H.264 of a low bit rate, where decoding costs least; turned into counts, as searches
+#: need it (1.0 to 1.4 without).  On pictures from an even grey to white noise a search takes 0.8 to 1.3 of this, one
+#: for faded print in smooth clouds twice as much.
 DECODED_NS, WINDOW_NS, CHANGE_NS, SQUARE_NS = 1.5, 0.95, 43.0, 130e3
 #: Work of drawing a template, a fine sample; of smearing it, a sample, and a sample and step; of its solver, a sample;
 #: of a step of registration, a sample; and of correlating, a pixel.

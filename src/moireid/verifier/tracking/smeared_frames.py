@@ -50,6 +50,9 @@ UNSURE, SOUGHT = 0.65, 0.4
 COARSE_FROM, AROUND = 12, 3
 #: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
 MOST_MODULES = 3.0
+#: A page is not searched again if its smear changes by less than this, in modules.  Step 4 is not repeated from this
+#: correlation on, once the exposure is known: a smear is symmetric, so its length moves no page.
+SAME_MODULES, WELL_SMEARED = 0.25, 0.95
 #: Exposures to try while none is known, as a share of the time between two frames; the middling one first.
 FIRST_SHARES = (0.35, 0.15, 0.7)
 #: Weight of a new frame in the learnt exposure, and number of repetitions of step 4.
@@ -128,16 +131,19 @@ class ShakenFollower:
         Returns: the page, and the exposure estimated from its smear; None if step 3 finds nothing.
         """
         reach, place = min(REACH_MODULES + REACH_MORE * (lost - 1), MOST_REACH), expected
+        smear = self._smear(past, expected, time_s, exposure_s)
         for _ in range(2):
-            # The place found gives the velocity, and with it the smear.
-            smear = self._smear(past, place, time_s, exposure_s)
             score, place = self._sought(light, expected, self._smeared(expected, smear), reach)
             if score < UNSURE:
                 still = self._sought(light, expected, self._template.at(expected), reach)
                 score, place = max((score, place), still, key=lambda found: found[0])
             if score < SOUGHT:
                 return None
-        return self._settled(light, place, self._smear(past, place, time_s, exposure_s), exposure_s)
+            # The place found gives the velocity, and with it the smear.
+            before, smear = smear, self._smear(past, place, time_s, exposure_s)
+            if np.abs(smear - before).max() < SAME_MODULES * self._module_mm:
+                break
+        return self._settled(light, place, smear, exposure_s)
 
     def _settled(
         self, light: Picture, place: Array, smear: Array, exposure_s: float
@@ -151,6 +157,8 @@ class ShakenFollower:
             if found is None or (best is not None and found.correlation <= best.correlation):
                 break
             best, place, told_s = found, found.homography, tried_s
+            if self.exposure_s and found.correlation >= WELL_SMEARED:
+                break
             growth, turn = self._change(light, place, template, smear)
             if max(abs(growth), abs(turn)) < SETTLED:
                 break
