@@ -58,6 +58,7 @@ def serve_command(
     bound = _listen(host, port)
     shown = f"[{host}]" if ":" in host else host
     say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
+    say(_seal_words())
     registry = app.state.studio.registry
     if not registry.count():
         say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
@@ -65,6 +66,16 @@ def serve_command(
     # The user stops the server by an interrupt, so this is not an error.
     with contextlib.suppress(KeyboardInterrupt):
         uvicorn.Server(config).run(sockets=[bound])
+
+
+def _seal_words() -> str:
+    """What the process of a film can do, and cannot, on this system."""
+    from moireid.sandbox.process import sealed_here
+    from moireid.sandbox.seal import MEANS, missing
+
+    held = sealed_here()
+    words = f"a film's process {', '.join(MEANS[name] for name in held)}" if held else "a film's process is not sealed"
+    return words if (lacking := missing(held)) is None else f"{words}; on this system it {lacking}"
 
 
 def _listen(host: str, port: int) -> socket.socket:

@@ -1,6 +1,6 @@
 """Making packages in the studio's child processes, so that the server never loads build123d.
 
-The functions are called through `work.WORK`, with the file of the order and with callbacks for progress and results.
+The functions are called through `making.WORK`, with the file of the order and with callbacks for progress and results.
 They write to the present folder.  A badge is issued together with its files, as by `print-your-badge --registry`.
 If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new, if
 it gives the identities.
@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import shutil
 import zipfile
-from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -23,12 +22,11 @@ from moireid.idcodes import is_name_derived
 from moireid.registry import Record, Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE
 from moireid.web.jobs.orders import Order, Wish
+from moireid.web.jobs.task import Progress, Tell
 
 PACKAGE = "package.zip"
 #: An event's badges are made one after the other in one child; a larger one is for the command line.
 MOST_AT_AN_EVENT = 300
-Progress = Callable[[int, int | None], None]
-Tell = Callable[[dict[str, Any]], None]
 
 
 def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str) -> None:
