@@ -17,6 +17,7 @@ outward.py     what it shows to those outside: its standing, checkpoints, bundle
 store.py       the Registry: enroll, find, list, revoke, and calls to the rest
 batch.py       many badges at once
 audit.py       checks the whole log and all records; lists what an audit cannot find
+signing/       the private key in a process of its own
 checkpoints/   signed checkpoints that others keep, and what this user saw last
 bundle/        what a verifier needs, in one signed file
 transfer/      a registry to a JSON file, and back

@@ -16,9 +16,10 @@ from sqlalchemy.engine import URL
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.engine import AnyRow, AnySelect, connect, snapshot, translated, writing
-from moireid.registry.keys import Authority, Signer, load_signer
+from moireid.registry.keys import Authority, Signs
 from moireid.registry.log import Head, check_head, head_row, next_rows
 from moireid.registry.record import Fault, Record, read_record, tampered
+from moireid.registry.signing.client import load_signer
 from moireid.registry.url import show_url, sqlite_file
 
 #: Rows fetched at a time where all are read.
@@ -50,7 +51,7 @@ class Ledger:
         self.place = url.set(password=None).render_as_string()
         #: Whether something was written since it was opened.
         self.wrote = False
-        self._signer: Signer | None = None
+        self._signer: Signs | None = None
         self._authority: Authority | None = None
         if public_key is not None:
             self.adopt(public_key)
@@ -77,7 +78,7 @@ class Ledger:
         """Whether there is an authority; only a registry that awaits an import has none."""
         return self._authority is not None
 
-    def signer(self) -> Signer:
+    def signer(self) -> Signs:
         """The private key, read once.  Raises: RegistryError where it is not on this machine."""
         if self._signer is None:
             self._signer = load_signer(self.authority, self.shown)

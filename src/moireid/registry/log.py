@@ -18,7 +18,7 @@ from typing import Any
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import ENTRY, HEAD, Authority, Signer
+from moireid.registry.keys import ENTRY, HEAD, Authority, Signs
 from moireid.registry.record import Fault
 
 #: Stands for the hash before the first entry.
@@ -54,12 +54,12 @@ def entry_hash(entry: Mapping[str, Any]) -> str:
     return sha256_hex(ENTRY + canonical_json({key: entry[key] for key in HASHED}).encode())
 
 
-def head_row(signer: Signer, head: Head) -> dict[str, Any]:
+def head_row(signer: Signs, head: Head) -> dict[str, Any]:
     """The columns of `authority` that hold the head, signed."""
     return {"head_seq": head.seq, "head_hash": head.hash, "head_signature": signer.sign(HEAD, str(head).encode())}
 
 
-def next_rows(signer: Signer, head: Head, done: Iterable[tuple[str, str, str]]) -> tuple[list[dict[str, Any]], Head]:
+def next_rows(signer: Signs, head: Head, done: Iterable[tuple[str, str, str]]) -> tuple[list[dict[str, Any]], Head]:
     """Rows of `log` for what was done after `head`, each (action, subject, SHA-256 of the record), and the new head."""
     now, rows = utc_now(), []
     for action, subject, digest in done:
@@ -76,7 +76,7 @@ def next_rows(signer: Signer, head: Head, done: Iterable[tuple[str, str, str]]) 
     return rows, head
 
 
-def first_rows(signer: Signer) -> tuple[dict[str, Any], dict[str, Any]]:
+def first_rows(signer: Signs) -> tuple[dict[str, Any], dict[str, Any]]:
     """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
     rows, head = next_rows(signer, Head(0, GENESIS), [("init", authority.fingerprint, key_digest(authority))])

@@ -36,8 +36,8 @@ from sqlalchemy.exc import IntegrityError, ProgrammingError
 
 from moireid.errors import RegistryError
 from moireid.registry.engine import AnySelect, writing
-from moireid.registry.keys import make_key
 from moireid.registry.log import first_rows
+from moireid.registry.signing.client import make_key
 
 SCHEMA_VERSION = 2
 

@@ -3,9 +3,10 @@
 records.py   init, list, show, revoke, forget
 checks.py    audit, checkpoint, publish
 transfer.py  export, import
+keys.py      signer
 """
 
-from moireid.cli.registry import checks, transfer
+from moireid.cli.registry import checks, keys, transfer
 from moireid.cli.registry.records import registry_group
 
-__all__ = ["checks", "registry_group", "transfer"]
+__all__ = ["checks", "keys", "registry_group", "transfer"]

@@ -21,7 +21,7 @@ from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.merkle import Tree, consistency_proof, leaf_hash, root_of
 from moireid.registry.checkpoints.note import opened, parted, signed_note
-from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signer
+from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
 from moireid.registry.ledger import Ledger, pages
 from moireid.registry.schema import log
 
@@ -93,7 +93,7 @@ def checkpoint_from(note: str, source: str) -> Checkpoint:
     return Checkpoint(fingerprint, int(size), content, dates[0], note)
 
 
-def sign_checkpoint(tree: Tree, signer: Signer) -> Checkpoint:
+def sign_checkpoint(tree: Tree, signer: Signs) -> Checkpoint:
     """The checkpoint of a log whose tree this is."""
     fingerprint, date = signer.authority.fingerprint, utc_now()
     root = base64.b64encode(tree.root()).decode()

@@ -20,7 +20,7 @@ from moireid.designer.people import Designed, badges_of, design_people, parse_pe
 from moireid.errors import SpecError
 from moireid.idcodes import is_name_derived
 from moireid.registry import Record, Registry, open_registry
-from moireid.registry.keys import KEYS_VARIABLE
+from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
 from moireid.web.jobs.orders import Order, Wish
 from moireid.web.jobs.task import Progress, Tell
 
@@ -29,7 +29,9 @@ PACKAGE = "package.zip"
 MOST_AT_AN_EVENT = 300
 
 
-def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str) -> None:
+def issue_badge(
+    order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None
+) -> None:
     """Make one badge's package, and issue the badge; `order_file` holds the JSON of an `Order`.
 
     Raises: as `orders.checked`, and FabricationError where a file fails its check.
@@ -39,7 +41,7 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
 
     order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
     folder, steps = Path("badge"), count(1)
-    with server_registry(registry_url, keys) as registry:
+    with _registry(registry_url, keys, signer) as registry:
         drawn = drawn_badge(order.request(order.name), order.chosen(), registry.by_id)
         badge, holder = drawn.badge, drawn.holder
         most = len(file_names(plan_parts(badge, order.mount)))
@@ -67,7 +69,14 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
 
 
 def issue_event(
-    people_csv: Path, progress: Progress, tell: Tell, *, wish: dict[str, Any], registry_url: str, keys: str
+    people_csv: Path,
+    progress: Progress,
+    tell: Tell,
+    *,
+    wish: dict[str, Any],
+    registry_url: str,
+    keys: str,
+    signer: str | None,
 ) -> None:
     """Make the package of an event: sheets, a folder for each person, a summary; and issue all badges.
 
@@ -76,7 +85,7 @@ def issue_event(
     from moireid.fabrication.event import print_event
 
     wanted, folder = Wish.model_validate(wish), Path("event")
-    with server_registry(registry_url, keys) as registry:
+    with _registry(registry_url, keys, signer) as registry:
         people, request = parse_people(people_csv.read_bytes()), wanted.request("Everybody")
         badges = badges_of(design_people(people, request, holder_of=registry.by_id))
         event = print_event(
@@ -97,12 +106,15 @@ def issue_event(
     )
 
 
-def server_registry(url: str, keys: str) -> Registry:
-    """The registry, with the authority's private key from the folder `keys`.
+def _registry(url: str, keys: str, signer: str | None) -> Registry:
+    """The registry, with the authority's key from the folder `keys`, or by asking the signer.
 
     They are passed in, because the child works in another folder, and its parent may be older than the registry.
     """
     os.environ[KEYS_VARIABLE] = keys
+    os.environ.pop(SIGNER_VARIABLE, None)
+    if signer is not None:
+        os.environ[SIGNER_VARIABLE] = signer
     return open_registry(url, create=False)
 
 
