@@ -10,14 +10,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from sqlalchemy import Column, Connection, Engine, delete, insert, select, update
+from sqlalchemy import Column, Connection, Engine, and_, delete, insert, select, update
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.engine import AnyRow, AnySelect, connect, snapshot, translated, writing
 from moireid.registry.keys import Authority, Signs
-from moireid.registry.log import Head, check_head, head_row, next_rows
+from moireid.registry.log import ROTATED, Head, Rotation, check_head, head_row, linked, next_rows, rotation_of
 from moireid.registry.record import Fault, Record, read_record, tampered
 from moireid.registry.signing.client import load_signer
 from moireid.registry.url import show_url, sqlite_file
@@ -101,6 +101,23 @@ class Ledger:
     def head_in(self, connection: Connection) -> Head:
         """As `head`, within a snapshot."""
         return self._head(connection)
+
+    def rotations(self, connection: Connection | None = None) -> list[Rotation]:
+        """All changes of the authority's key, oldest first, each signed by the key before and the one after.
+
+        Parameters: connection: of a snapshot, in which they are looked up.
+        Raises: RegistryError where one of them does not hold, or the last one is not to this registry's key.
+        """
+        rows = self.rows(select_rotations()) if connection is None else connection.execute(select_rotations())
+        try:
+            return linked([rotation_of(dict(row._mapping)) for row in rows], self.authority)
+        except Fault as fault:
+            raise tampered(self.shown, fault) from fault
+
+    def stored_key(self) -> str | None:
+        """The public key that the database names now, whoever wrote it."""
+        rows = self.rows(select(schema.authority.c.public_key))
+        return str(rows[0].public_key) if rows else None
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None where there is no such entry."""
@@ -196,6 +213,13 @@ class Transaction:
 def last_entry() -> AnySelect:
     """The sequence number and hash of the log's last entry."""
     return select(schema.log.c.seq, schema.log.c.hash).order_by(schema.log.c.seq.desc()).limit(1)
+
+
+def select_rotations() -> AnySelect:
+    """The log's entries that gave it another key, in order."""
+    # The sign after the colon ends the range, so that the index serves it.
+    begins = and_(schema.log.c.subject >= ROTATED, schema.log.c.subject < ROTATED[:-1] + ";")
+    return select(schema.log).where(begins).order_by(schema.log.c.seq)
 
 
 def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterator[AnyRow]:

@@ -5,13 +5,16 @@ changed, dropped or inserted without changing all that follow, and each hash is 
 and hash of the last entry.  It has its own kind of signature, so the log's end cannot be cut off without a trace.
 The table `authority` holds the head; every writer locks that row first, so writers take turns.
 
+An entry "rotate" gives the log another key: it names the old key and the new one, and is signed by both.  The entries
+before it stay as they are, signed by the old key.
+
 If a whole registry is put back to an earlier state, only a head that was noted elsewhere shows it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +28,8 @@ from moireid.registry.record import Fault
 GENESIS = "0" * 64
 #: What is hashed of an entry.
 HASHED = ("action", "previous", "record_sha256", "seq", "subject", "time")
+#: The action of an entry that gives the log another key, and how its subject begins, as no id does.
+ROTATE, ROTATED = "rotate", "key:"
 
 
 @dataclass(frozen=True)
@@ -47,6 +52,16 @@ class Head:
                 "digits"
             )
         return cls(int(match[1]), match[2])
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """A change of the authority's key that both keys signed: the entry's number and hash, the old key and the new."""
+
+    seq: int
+    hash: str
+    old: Authority
+    new: Authority
 
 
 def entry_hash(entry: Mapping[str, Any]) -> str:
@@ -88,6 +103,43 @@ def key_digest(authority: Authority) -> str:
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
+def rotation_row(old: Signs, new: Signs, head: Head) -> tuple[dict[str, Any], Head]:
+    """The row of `log` that gives it another key, and the new head."""
+    subject = f"{ROTATED}{old.authority.public_hex}:{new.authority.public_hex}"
+    (row,), head = next_rows(old, head, [(ROTATE, subject, key_digest(new.authority))])
+    return row | {"signature": row["signature"] + new.sign(ENTRY, head.hash.encode())}, head
+
+
+def rotation_of(entry: Mapping[str, Any]) -> Rotation:
+    """The change of key that an entry makes, both signatures checked.  Raises: Fault where they do not hold."""
+    try:
+        old, new = map(Authority, str(entry["subject"]).removeprefix(ROTATED).split(":"))
+        right, signature = entry_hash(entry), str(entry["signature"])
+        if entry["hash"] != right or entry["record_sha256"] != key_digest(new) or entry["action"] != ROTATE:
+            raise ValueError("it was changed")
+    except (TypeError, ValueError) as error:
+        raise Fault("rotation", f"log entry {entry['seq']} changes the authority's key, and is damaged") from error
+    content, half = right.encode(), len(signature) // 2
+    if not (old.signed(ENTRY, content, signature[:half]) and new.signed(ENTRY, content, signature[half:])):
+        text = f"log entry {entry['seq']} changes the authority's key, and does not bear the signatures of both keys"
+        raise Fault("rotation", text)
+    return Rotation(int(entry["seq"]), right, old, new)
+
+
+def authority_after(entry: AnyRow, then: Authority) -> Authority:
+    """Whose key signs the next entry; then: whose signed this one, which was checked."""
+    return rotation_of(dict(entry._mapping)).new if entry.action == ROTATE else then
+
+
+def linked(rotations: Sequence[Rotation], authority: Authority) -> list[Rotation]:
+    """The rotations, if each goes on from the one before, and the last one leads to `authority`.  Raises: Fault."""
+    follows = [one.old for one in rotations[1:]] + [authority]
+    for one, after in zip(rotations, follows, strict=bool(rotations)):
+        if one.new.public_hex != after.public_hex:
+            raise Fault("rotation", f"log entry {one.seq} gives the log a key that is not the one after it")
+    return list(rotations)
+
+
 def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
     """Check an entry against the one before it; returns it as the head so far.
 
@@ -105,7 +157,10 @@ def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
         raise Fault("entry_hash", f"{what} is damaged ({error})") from error
     if row["hash"] != right:
         raise Fault("entry_hash", f"{what} was changed: its hash is that of another content")
-    if not authority.signed(ENTRY, right.encode(), row["signature"]):
+    if row["action"] == ROTATE:
+        if rotation_of(row).old.public_hex != authority.public_hex:
+            raise Fault("rotation", f"{what} takes the key from another authority than this log's")
+    elif not authority.signed(ENTRY, right.encode(), row["signature"]):
         raise Fault("entry_signature", f"{what} does not bear the authority's signature")
     names_key = (row["action"], row["subject"], row["record_sha256"]) == (
         "init",

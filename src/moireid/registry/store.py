@@ -32,6 +32,7 @@ from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_alike, select_layouts, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
+from moireid.registry.transfer.rotate import Rotated, rotate
 from moireid.registry.url import default_url, read_url
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
@@ -183,6 +184,30 @@ class Registry(Outward):
             As `enroll`.
         """
         return enroll_many(self._ledger, issued, progress)
+
+    def rotate_key(self, progress: Progress | None = None) -> Rotated:
+        """Give the authority a new key, by a log entry that the old and the new one sign.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called with records done, and None.
+
+        Returns
+        -------
+        Rotated
+            Both fingerprints, and the new head.
+
+        Raises
+        ------
+        RegistryError
+            Where the old key is not here, a new one cannot be kept, or a record is not as it was signed.
+
+        Notes
+        -----
+        Other programs that have the registry open must open it again.
+        """
+        return rotate(self._ledger, progress)
 
     def revoke(self, claim: str, reason: str) -> Record:
         """Revoke a badge, for good.

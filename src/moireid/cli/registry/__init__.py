@@ -3,7 +3,7 @@
 records.py   init, list, show, revoke, forget
 checks.py    audit, checkpoint, publish
 transfer.py  export, import
-keys.py      signer
+keys.py      rotate-key, signer
 """
 
 from moireid.cli.registry import checks, keys, transfer

@@ -117,15 +117,16 @@ def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoin
     with ledger.snapshot() as connection:
         ledger.head_in(connection)
         leaves = [leaf_hash(content) for content in entry_hashes(connection)]
-    proofs = [(one.size, _proof(leaves, one, ledger)) for one in older]
+    keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations()), ledger.authority)}
+    proofs = [(one.size, _proof(leaves, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
     tree = Tree()
     for leaf in leaves:
         tree.add(leaf)
     return sign_checkpoint(tree, signer), proofs
 
 
-def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger) -> list[bytes]:
-    older.check(ledger.authority, f"of {older.date}")
+def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:
+    older.check(authority, f"of {older.date}")
     if older.size > len(leaves) or root_of(leaves[: older.size]) != older.root:
         raise RegistryError(
             f"registry {ledger.shown} does not begin as its checkpoint of {older.date} says, so nothing is signed; "

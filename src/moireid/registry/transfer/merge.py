@@ -91,6 +91,10 @@ def merge(source: Ledger, target: Ledger) -> Import:
     """Take all that `source`, which is sound, holds into `target`, in one transaction."""
     with source.snapshot() as there:
         if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
+            if target.has_authority and target.authority.public_hex in [
+                one.old.public_hex for one in source.rotations()
+            ]:
+                return _follow(there, source, target)
             return _adopt(there, source, target)
         with target.writing() as transaction:
             theirs, ours = _head(there), transaction.head
@@ -109,6 +113,27 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
         added = _copy(there, here, badges, badges.c.id)
     target.adopt(source.authority.public_hex)
     return Import(added, 0, 0)
+
+
+def _follow(there: Connection, source: Ledger, target: Ledger) -> Import:
+    """Take in what an authority did since, where it has changed its key meanwhile: it has signed all records anew."""
+    with target.writing() as transaction:
+        here, ours = transaction.connection, transaction.head
+        if _head(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
+            raise RegistryError(
+                f"registry {target.shown} holds log entries that this export lacks, and its authority has changed its "
+                "key since; import the export into an empty registry, and enter what is missing there"
+            )
+        before, newer = _count(here), log.c.seq > ours.seq
+        known = set(here.scalars(select(badges.c.id)))
+        changed = known & set(there.scalars(select(log.c.subject).where(newer)))
+        here.execute(delete(badges))
+        count = _copy(there, here, badges, badges.c.id)
+        _copy(there, here, log, log.c.seq, newer)
+        here.execute(delete(schema.authority))
+        _copy(there, here, schema.authority, schema.authority.c.one)
+    target.adopt(source.authority.public_hex)
+    return Import(count - before, len(changed), before - len(changed))
 
 
 def _catch_up(there: Connection, transaction: Transaction) -> Import:
