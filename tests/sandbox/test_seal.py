@@ -161,6 +161,15 @@ def test_keys_within_what_may_be_read_stay_closed(begin: Begin, place: Place) ->
         assert told(child, "environment", os.getpid())["errno"] in (errno.EACCES, errno.EPERM, errno.ENOENT)
 
 
+def test_a_film_that_lies_beside_the_keys_is_read_all_the_same(begin: Begin, place: Place) -> None:
+    """Catches: a film in the program's own data folder that nobody can have judged; its neighbours given with it."""
+    film = place.key.with_name("film.mp4")
+    film.write_text("beside the key")
+    child = begin(reach(read=[film]))
+    assert told(child, "read", str(film)) == {"done": "beside the key"}
+    assert told(child, "read", str(place.key))["errno"] == errno.EACCES
+
+
 def test_all_but_what_is_closed_is_open(tmp_path: Path) -> None:
     """Catches: a closed folder's neighbours closed too, or its parent's parts left open."""
     for name in ("a/keys/deep", "a/b", "c", "a/keys2"):

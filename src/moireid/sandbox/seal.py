@@ -93,7 +93,9 @@ def _close_files(reach: Reach, scratch: str) -> bool:
     change = AccessFS.MAKE_REG | AccessFS.MAKE_DIR | AccessFS.REMOVE_FILE | AccessFS.REMOVE_DIR | AccessFS.REFER
     own = [part for root in program_folders() for part in open_parts(root, reach.keep_out)]
     # The environment of other processes is a file, too.
-    given = [part for root in reach.read for part in open_parts(root, (*reach.keep_out, "/proc"))]
+    closed = (*reach.keep_out, "/proc")
+    # A file that is named is meant, wherever it lies.
+    given = [part for root in reach.read for part in ([root] if os.path.isfile(root) else open_parts(root, closed))]
     rules = [(part, look) for part in (*own, *given)]
     rules += [(path, of_file | look | change) for path in (*reach.write, scratch)]
     rules.append((NULL, AccessFS.READ_FILE | AccessFS.WRITE_FILE))
