@@ -69,7 +69,7 @@ wheel: setup
 	bash .ci/build dist
 
 release: setup
-	$(PYTEST) tests/end_to_end/test_wheel.py tests/end_to_end/test_installed.py $(ARGS)
+	MOIREID_NEWEST=1 $(PYTEST) tests/end_to_end/test_wheel.py tests/end_to_end/test_installed.py $(ARGS)
 	$(BIN)/python .ci/audit.py requirements.lock || test $$? -eq 3
 	bash .ci/build dist
 
