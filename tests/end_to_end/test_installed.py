@@ -151,7 +151,9 @@ def ready(place: Place, extra: str) -> None:
     if extra == "simulate":
         assert place.run("moireid print Ada --out plain --mount none").returncode == 0
     elif extra == "archive":
-        (place.folder / "films.csv").write_text(f"video,label,claim,group\n{FILM},genuine,{BADGE},one\n", encoding="utf-8")
+        (place.folder / "films.csv").write_text(
+            f"video,label,claim,group\n{FILM},genuine,{BADGE},one\n", encoding="utf-8"
+        )
     elif extra == "c2pa":
         shutil.copy(FILM, place.folder / "film.mp4")
         certified_key(place.folder / "key.pem", "p256")
