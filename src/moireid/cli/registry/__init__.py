@@ -2,10 +2,11 @@
 
 records.py   init, list, show, revoke, forget
 checks.py    audit, checkpoint, publish
+proofs.py    prove, check-proof
 transfer.py  export, import
 """
 
-from moireid.cli.registry import checks, transfer
+from moireid.cli.registry import checks, proofs, transfer
 from moireid.cli.registry.records import registry_group
 
-__all__ = ["checks", "registry_group", "transfer"]
+__all__ = ["checks", "proofs", "registry_group", "transfer"]
