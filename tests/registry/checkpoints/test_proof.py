@@ -96,6 +96,16 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result
     return lambda *words: CliRunner().invoke(moireid, ["registry", *words])
 
 
+def test_no_command_writes_over_its_own_registry(run: Callable[..., Result], tmp_path: Path) -> None:
+    """Catches: a registry that is gone once a checkpoint, a proof, a bundle or an export was given its name."""
+    before = (tmp_path / "r.sqlite3").read_bytes()
+    to = ("--registry", "sqlite:///r.sqlite3", "--overwrite")
+    for words in (("checkpoint", "--out"), ("prove", "Ada", "--out"), ("publish", "--out"), ("export",)):
+        done = run(*words, "r.sqlite3", *to)
+        assert done.exit_code == 2 and "is a file that is read here" in done.output, done.output
+    assert (tmp_path / "r.sqlite3").read_bytes() == before
+
+
 def test_the_commands_make_and_check_it(run: Callable[..., Result], tmp_path: Path) -> None:
     """Catches: a file that everybody may read, though it holds an identity; another authority that is believed."""
     made = run("prove", "Ada", "--out", "ada.proof", "--registry", "sqlite:///r.sqlite3", "--json")

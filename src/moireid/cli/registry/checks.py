@@ -101,8 +101,9 @@ def registry_checkpoint(
     from moireid.files import planned, write_text
     from moireid.registry import open_registry
     from moireid.registry.checkpoints.witness import checkpoints_from
+    from moireid.registry.url import own_file
 
-    planned([path], overwrite=overwrite)
+    planned([path], overwrite=overwrite, kept=[own_file(registry_url), Path(witness) if witness else None])
     with open_registry(registry_url, create=False) as registry:
         older = checkpoints_from(witness) if witness else []
         made, proofs = registry.checkpoint(older)

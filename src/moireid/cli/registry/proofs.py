@@ -42,8 +42,9 @@ def registry_prove(claim: str, path: Path, registry_url: str | None, overwrite: 
     """
     from moireid.files import planned, whole_file
     from moireid.registry import open_registry
+    from moireid.registry.url import own_file
 
-    planned([path], overwrite=overwrite)
+    planned([path], overwrite=overwrite, kept=[own_file(registry_url)])
     with open_registry(registry_url, create=False) as registry:
         registry.standing(registry.fingerprint)
         record = registry.find(claim)
