@@ -158,6 +158,11 @@ def play(visitor: Visitor, films: Path, film: str) -> None:
     """
     page, sent = visitor.page, []
     page.on("request", lambda request: sent.append(request.url) if request.method != "GET" else None)
+    # Who sent it from this page need not choose it again; who comes back later chooses it.
+    expect(page.get_by_text("It is the film that was judged.")).to_be_visible()
+    expect(page.locator("#play-film")).to_be_visible()
+    page.reload()
+    expect(page.locator("#play-film")).to_be_hidden()
     page.get_by_label("The same film").set_input_files(films / "genuine_2.0m.mp4")
     expect(page.get_by_text("This is another film")).to_be_visible()
     expect(page.locator("#play-film")).to_be_hidden()

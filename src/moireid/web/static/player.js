@@ -108,4 +108,6 @@
   drawing.addEventListener("pointermove", seek);
   follow();
   player.hidden = false;
+  // Who sent the film from this page need not choose it again.
+  if (globalThis.moireid?.film) take(globalThis.moireid.film);
 })();
