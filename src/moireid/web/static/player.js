@@ -4,7 +4,7 @@
   const $ = (id) => document.getElementById(id);
   const WIDE = 1000, HIGH = 240, EDGE = 12, LEAST_WIDTHS = 0.2, MOST_HASHED = 1 << 30;
   const player = $("player"), film = $("play-film"), drawing = $("play-law");
-  const course = JSON.parse($("course").textContent);
+  const course = JSON.parse(player.dataset.course);
   const long = course.to_s - course.from_s;
   const seen = course.frames.filter((frame) => frame[0] !== null);
   const places = seen.flatMap((frame) => frame.slice(1)).filter((place) => place !== null);
