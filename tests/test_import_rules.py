@@ -92,7 +92,7 @@ WITHIN: dict[str, set[str]] = {
     "fabrication.acrylic": {"page", "meshes", "process", "sight", "solids"},
     "fabrication.assembly": {"page", "printed", "acrylic", "process", "sight"},
     "registry.checkpoints": {"canonical", "keys", "ledger", "log", "record", "schema"},
-    "registry.transfer": {"audit", "batch", "canonical", "engine", "keys", "ledger", "log", "record", "schema"},
+    "registry.transfer": {"audit", "batch", "canonical", "engine", "keys", "ledger", "log", "record", "schema", "url"},
     "registry.bundle": {
         "canonical",
         "checkpoints",
@@ -102,6 +102,7 @@ WITHIN: dict[str, set[str]] = {
         "look_alikes",
         "record",
         "schema",
+        "url",
     },
     "cli.registry": {"common"},
     "bench.identity": {"rows"},
