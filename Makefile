@@ -2,12 +2,19 @@
 # make test    the tests that a change needs    make test-all  the long tests, which `make test` leaves out
 # make lint    linter, formatter, type checker  make test ARGS="-k badge -x"   arguments for pytest
 # make docs    the guides, into site/           make gallery   their pictures
+# make wheel   wheel and source archive in dist/   make audit   are known holes in what is locked?
+# make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
 PYTHON ?= python3
 BIN := .venv/bin
 UV_VERSION := 0.13.8
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations 10
+# What the studio needs on a server, and what else people install; the rest is for those who develop moireid.
+SERVER := cad postgres web face c2pa
+PEOPLE := $(SERVER) archive simulate
+# For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
+RESOLVE := $(BIN)/uv pip compile pyproject.toml --generate-hashes --no-emit-index-url --no-emit-find-links --universal --python-version 3.11
 
-.PHONY: setup demo test test-all lint docs gallery lock clean
+.PHONY: setup demo test test-all lint docs gallery lock audit wheel release clean
 
 setup: .venv/.ready
 
@@ -46,9 +53,25 @@ docs: setup
 gallery: setup
 	$(BIN)/python docs/make_gallery.py
 
-# The lock is for Python 3.11 to 3.13 on Linux, macOS and Windows; it names hashes, and no place to download from.
+# The list of parts is written from an environment of its own, so that it knows licences and who needs whom.
 lock:
-	$(BIN)/uv pip compile pyproject.toml --all-extras --generate-hashes --no-emit-index-url --no-emit-find-links --universal --python-version 3.11 --output-file requirements.lock
+	$(RESOLVE) --all-extras --output-file requirements.lock
+	$(RESOLVE) $(SERVER:%=--extra %) --constraint requirements.lock --output-file requirements-server.lock
+	$(BIN)/uv venv --quiet --clear --python $(BIN)/python build/parts
+	$(RESOLVE) $(PEOPLE:%=--extra %) --constraint requirements.lock --quiet --output-file build/parts/requirements.lock
+	$(BIN)/uv pip install --quiet --python build/parts/bin/python --require-hashes -r build/parts/requirements.lock
+	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --output-file moireid.cdx.json build/parts/bin/python
+
+audit: setup
+	$(BIN)/python .ci/audit.py requirements.lock
+
+wheel: setup
+	bash .ci/build dist
+
+release: setup
+	MOIREID_NEWEST=1 $(PYTEST) tests/end_to_end/test_wheel.py tests/end_to_end/test_installed.py $(ARGS)
+	$(BIN)/python .ci/audit.py requirements.lock || test $$? -eq 3
+	bash .ci/build dist
 
 clean:
 	rm -rf demo build dist site .pytest_cache .mypy_cache .ruff_cache

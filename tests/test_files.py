@@ -29,6 +29,19 @@ def test_a_file_appears_only_when_it_is_whole(tmp_path: Path) -> None:
     assert tree(tmp_path) == {"badge.pdf": b"half and half"}
 
 
+def test_no_output_replaces_what_is_read(tmp_path: Path) -> None:
+    """Catches: names that are compared, where a link or another way of writing the path leads to the same file."""
+    read = tmp_path / "people.bundle"
+    read.write_text("read")
+    (tmp_path / "soft").symlink_to(read)
+    (tmp_path / "hard").hardlink_to(read)
+    (tmp_path / "inner").mkdir()
+    for name in ("people.bundle", "soft", "hard", "inner/../people.bundle"):
+        with pytest.raises(SpecError, match="is a file that is read here"):
+            planned([tmp_path / "new", tmp_path / name], overwrite=True, kept=[None, tmp_path / "none", read])
+    planned([tmp_path / "new"], overwrite=False, kept=[read, tmp_path / "new"])
+
+
 def test_an_old_file_stays_until_the_new_one_is_whole(tmp_path: Path) -> None:
     """Catches: the old file removed or cut short before its successor is there."""
     path = tmp_path / "a.json"

@@ -20,7 +20,7 @@ from moireid.simulate.forgeries.courses import KINDS
 
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
-GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept"}
+GROUND = {"asbuilt", "badge", "dots", "errors", "extras", "files", "kept"}
 GROUND |= {"lazy", "lenticule", "optics", "profiles", "provenance", "sheets"}
 ROOMS = {
     "archive",
@@ -104,6 +104,7 @@ WITHIN: dict[str, set[str]] = {
         "record",
         "schema",
         "signing",
+        "url",
     },
     "registry.bundle": {
         "canonical",
@@ -114,6 +115,7 @@ WITHIN: dict[str, set[str]] = {
         "look_alikes",
         "record",
         "schema",
+        "url",
     },
     "cli.registry": {"common"},
     "bench.identity": {"rows"},

@@ -17,16 +17,22 @@ from pathlib import Path
 from moireid.errors import SpecError
 
 
-def planned(paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True) -> None:
+def planned(
+    paths: Iterable[Path], *, overwrite: bool, make_folders: bool = True, kept: Iterable[Path | None] = ()
+) -> None:
     """Check that every output can be written, before the work that makes it.
 
-    Parameters: make_folders: create missing folders; otherwise nothing on the disk changes.
-    Raises: SpecError if a file exists and `overwrite` is false, or if its folder cannot be created or written.
+    Parameters: make_folders: create missing folders; otherwise nothing on the disk changes; kept: files that the work
+    reads, which no output may replace, by whatever name; None stands for none.
+    Raises: SpecError if a file exists and `overwrite` is false, if it is one of those kept, or if its folder cannot be
+    created or written.
     """
-    paths = list(paths)
+    paths, inputs = list(paths), [one for one in kept if one is not None and one.exists()]
     for path in paths:
         if path.is_dir():
             raise SpecError(f"{path} is a folder, but a file of that name is to be written; choose another output")
+        if path.exists() and any(path.samefile(one) for one in inputs):
+            raise SpecError(f"{path} is a file that is read here, and would be replaced; choose another output")
         if path.exists() and not overwrite:
             raise SpecError(f"{path} exists already; add --overwrite to replace it, or choose another output")
     for folder in dict.fromkeys(path.parent for path in paths):

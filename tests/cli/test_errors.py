@@ -24,7 +24,7 @@ import pytest
 from moireid.badge import Badge
 from moireid.cli.main import main, print_your_badge
 from moireid.designer import Request, design_badge
-from moireid.errors import MissingExtraError
+from moireid.extras import missing_extra
 from moireid.fabrication import package
 from moireid.registry import open_registry
 from moireid.verifier.video import Film
@@ -258,7 +258,7 @@ def test_an_interrupt_is_not_taken_for_a_package_that_is_not_there(run: Run, mon
     def swallow(*_: object) -> None:
         with suppress(KeyboardInterrupt):
             signal.raise_signal(signal.SIGINT)
-        raise MissingExtraError("a printed part needs a package; run pip install moireid[cad]")
+        raise missing_extra("a mount", "trimesh", "cad")
 
     monkeypatch.setattr(package, "write_preview", swallow)
     outcome = run("print", "Ada", "--out", "new", "--mount", "none", "--json")

@@ -138,3 +138,36 @@ def test_who_it_is_is_told_with_the_registry_that_was_asked(film, registry, ada,
     assert told["registry"] == {"fingerprint": registry.fingerprint, "head": registry.head(), "expires": None}
     other = CliRunner().invoke(moireid, [*command, "--trust", "0" * 32])
     assert other.exit_code == 2 and "its key was replaced" in other.stderr
+
+
+def identified(film: Path, *options: object) -> tuple[int, str, str]:
+    done = CliRunner().invoke(moireid, ["identify", str(film), *map(str, options)])
+    return done.exit_code, done.stdout, done.output
+
+
+def test_a_bundle_finds_whose_badge_it_is(film, registry, ada, tmp_path):
+    """Catches: a specimen that reads no identity; a name without the bundle's date; a revoked person who is found."""
+    bundle = tmp_path / "bundle"
+    registry.publish(bundle, specimen_of, days=7)
+    code, told, _ = identified(film, "--bundle", bundle, "--trust", registry.fingerprint, "--json")
+    document = json.loads(told)
+    assert code == 0 and (document["found_id"], document["found_name"]) == (ada.id, ada.name)
+    assert document["registry"]["expires"] and document["registry"]["fingerprint"] == registry.fingerprint
+    code, told, _ = identified(film, "--bundle", bundle)
+    assert code == 0 and f"Genuine, and {ada.name}'s" in told and "in a bundle that counts until" in told
+    registry.revoke(ada.name, "lost on the train")
+    registry.publish(bundle, specimen_of, days=7, overwrite=True)
+    code, told, _ = identified(film, "--bundle", bundle)
+    assert code == 1 and "Revoked on" in told and "lost on the train" in told
+
+
+def test_nobody_of_a_bundle_is_told_so(film, registry, tmp_path):
+    """Catches: "nobody's in this registry", which nobody asked; two places that are asked at once."""
+    other = tmp_path / "other.sqlite3"
+    with open_registry(f"sqlite:///{other}", create=True) as few:
+        few.enroll(design_badge(Request("Sarah Example"), bytes(range(8))))
+        few.publish(tmp_path / "few", specimen_of, days=7)
+    code, told, _ = identified(film, "--bundle", tmp_path / "few")
+    assert code == 1 and "nobody's in this bundle" in told
+    code, _, said = identified(film, "--bundle", tmp_path / "few", "--registry", f"sqlite:///{other}")
+    assert code == 2 and "leave one of them out" in said

@@ -24,4 +24,5 @@ portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL
 enrolling.py        what other processes do at a registry
 webbing.py          a visit to the studio
+releasing.py        the project in another folder, and what is built of it
 """

@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from moireid.errors import MediaError, MissingExtraError, MoireIdError, SpecError
+from moireid.extras import missing_extra
 
 #: Number of tries to fetch a file, and the wait before the second; each further wait is twice as long.
 FETCHES, WAIT_S = 3, 0.5
@@ -102,7 +103,7 @@ def _system(address: str) -> tuple[Any, str]:
     try:
         from fsspec.core import url_to_fs
     except ImportError as error:
-        raise MissingExtraError("films by address need more packages; pip install 'moireid[archive]'") from error
+        raise missing_extra("a film by its address", "fsspec", "archive") from error
     # Not only for bad addresses: s3fs also needs a region or credentials here.
     with _as_spec_error(f"address {address!r} cannot be used", ADVICE):
         try:

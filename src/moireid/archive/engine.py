@@ -24,7 +24,8 @@ from typing import Any
 
 from moireid.archive.isolated import START_S, Limits, Lost
 from moireid.archive.worker import Done, Order, do, stop_children
-from moireid.errors import MissingExtraError, MoireIdError, SpecError
+from moireid.errors import MoireIdError, SpecError
+from moireid.extras import missing_extra
 from moireid.kept import program_digest
 
 #: Tasks queued at the scheduler, at least and for each thread.  So workers never wait for this program, a deployment
@@ -200,7 +201,7 @@ def _client(scheduler: str | None, workers: int) -> Iterator[Any]:
         import dask
         import distributed
     except ImportError as error:
-        raise MissingExtraError("several workers need more packages; pip install 'moireid[archive]'") from error
+        raise missing_extra("the judging of many films", error.name or "a package", "archive") from error
     if scheduler not in (None, LOCAL):
         with _connected(distributed, str(scheduler)) as client:
             yield client
@@ -283,5 +284,5 @@ def _processors() -> int:
     try:
         from dask.system import CPU_COUNT
     except ImportError as error:
-        raise MissingExtraError("several workers need more packages; pip install 'moireid[archive]'") from error
+        raise missing_extra("the judging of many films", error.name or "a package", "archive") from error
     return int(CPU_COUNT)

@@ -12,7 +12,8 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
-from moireid.errors import MissingExtraError, SpecError
+from moireid.errors import SpecError
+from moireid.extras import missing_extra
 from moireid.files import whole_file
 
 #: Rewriting a part of this size takes some milliseconds, and a hundred thousand films give some hundred parts.
@@ -28,7 +29,7 @@ class Parts:
         try:
             import pyarrow as pa
         except ImportError as error:
-            raise MissingExtraError("results are kept in Parquet; pip install 'moireid[archive]'") from error
+            raise missing_extra("a table of results", "pyarrow", "archive") from error
         self._folder = folder
         types = dict(
             zip(TYPES, (pa.string(), pa.bool_(), pa.int64(), pa.float64(), pa.list_(pa.string())), strict=True)

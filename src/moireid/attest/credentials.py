@@ -18,7 +18,8 @@ from securesystemslib.signer import CryptoSigner
 from moireid.attest.apart import talk_with
 from moireid.attest.credentials_work import Asked
 from moireid.attest.keys import SigningKey, certificate_pem, holder
-from moireid.errors import MediaError, MissingExtraError, SpecError
+from moireid.errors import MediaError, SpecError
+from moireid.extras import missing_extra
 from moireid.files import whole_file
 
 Form = Literal["sidecar", "embed"]
@@ -43,7 +44,7 @@ def check_credentials_key(key: SigningKey) -> None:
     Raises: MissingExtraError without c2pa-python; SpecError where the key has no certificate of an authority.
     """
     if find_spec("c2pa") is None:
-        raise MissingExtraError("content credentials need c2pa-python; install it with: pip install 'moireid[c2pa]'")
+        raise missing_extra("--c2pa", "c2pa-python", "c2pa")
     if not key.chain or key.chain[0].issuer == key.chain[0].subject:
         raise SpecError(
             "content credentials need a certificate that an authority issued for the key of --sign; append it, and "

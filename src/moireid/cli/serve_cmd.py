@@ -11,7 +11,8 @@ from pathlib import Path
 import click
 
 from moireid.cli.common import friendly, json_option, registry_option, say, show_json, trust_option
-from moireid.errors import MissingExtraError, SpecError
+from moireid.errors import SpecError
+from moireid.extras import missing_extra
 
 data_option = click.option(
     "--data",
@@ -51,7 +52,7 @@ def serve_command(
         from moireid.web.app import create_app
         from moireid.web.settings import Settings, default_data, is_loopback
     except ModuleNotFoundError as error:
-        raise MissingExtraError(f"the studio needs the package {error.name}; install moireid[web]") from error
+        raise missing_extra("the studio", error.name or "a package", "web") from error
     if no_auth and not is_loopback(host):
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"

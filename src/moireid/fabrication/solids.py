@@ -17,7 +17,8 @@ from typing import Any
 
 import numpy as np
 
-from moireid.errors import FabricationError, MissingExtraError
+from moireid.errors import FabricationError
+from moireid.extras import missing_extra
 
 #: The volume that the kernel may lose by writing a STEP file and reading it again, as a share.
 STEP_VOLUME_SHARE = 1e-6
@@ -49,10 +50,7 @@ def cad_package(name: str) -> Any:
     try:
         return importlib.import_module(name)
     except ImportError as error:
-        raise MissingExtraError(
-            f"a printed part needs the package {name}, which cannot be imported; run pip install moireid[cad]",
-            package=name,
-        ) from error
+        raise missing_extra("a mount, which you may leave out,", name, "cad") from error
 
 
 def export_step(part: Any, path: Path) -> None:

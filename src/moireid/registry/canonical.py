@@ -13,11 +13,13 @@ from datetime import UTC, datetime
 
 #: Largest unpacked document, bytes; a larger one cannot be a badge, and may be meant to fill the memory.
 UNPACKED_LIMIT = 64 * 2**20
+# Made once: `json.dumps` would make one for each of a log's entries.
+_ENCODER = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
 
 
 def canonical_json(document: object) -> str:
     """The canonical text of a JSON document.  Raises: ValueError where it holds NaN or infinity."""
-    return json.dumps(document, sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+    return _ENCODER.encode(document)
 
 
 def sha256_hex(content: bytes | memoryview) -> str:

@@ -38,7 +38,8 @@ def claimed(registry: Registry, claim: str) -> Claimed:
     Raises
     ------
     RegistryError
-        As `Registry.find`: nobody, or several people.  It tells of people whose names look like the claimed one.
+        As `Registry.find`: nobody, or several people.  It tells of people whose names look like the claimed one.  Also
+        where the log was changed since the record was entered, as `Registry.check_newest` finds.
     """
     try:
         record = registry.find(claim)
@@ -47,6 +48,7 @@ def claimed(registry: Registry, claim: str) -> Claimed:
             text = f"{error}; but it looks like {' and '.join(alike)}, whose name is written in other letters"
             raise RegistryError(text, **error.details | {"alike": alike}) from error
         raise
+    registry.check_newest(record)
     return _of_record(record, Provenance("registry", alike=_alike(registry, record.name)))
 
 
@@ -68,11 +70,12 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
     Raises
     ------
     RegistryError
-        Where the record is not as the authority signed it.
+        Where the record is not as the authority signed it, or not the newest one.
     """
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
         return Claimed(badge)
+    registry.check_newest(record)
     name = unicodedata.normalize("NFC", badge.name).strip()
     other = badge.name if name != record.name.strip() else None
     return _of_record(record, Provenance("registry", other, _alike(registry, record.name)))
@@ -101,14 +104,17 @@ def holder_of(registry: Registry, badge_id: object) -> Holder | None:
     Raises
     ------
     RegistryError
-        Where the record is not as the authority signed it.
+        Where the record is not as the authority signed it, or not the newest one.
 
     Notes
     -----
     The process that reads the film never learns the answer, nor can it ask: it is told of the claimed badge alone.
     """
     record = registry.by_id(badge_id) if isinstance(badge_id, str) else None
-    return None if record is None else Holder(record.name, record.revoked_at, record.revoked_reason)
+    if record is None:
+        return None
+    registry.check_newest(record)
+    return Holder(record.name, record.revoked_at, record.revoked_reason)
 
 
 def _alike(registry: Registry, name: str) -> tuple[str, ...]:
@@ -141,9 +147,17 @@ class People:
         -------
         bool
             False also for an id that nobody has.
+
+        Raises
+        ------
+        RegistryError
+            As `Registry.check_newest`.
         """
         found = self.registry.by_id(badge_id)
-        return found is not None and found.revoked_at is None
+        if found is None or found.revoked_at is not None:
+            return False
+        self.registry.check_newest(found)
+        return True
 
     def alike(self, parts: Mapping[int, str]) -> list[str]:
         """Find the ids of which a part reads so, revoked or not.

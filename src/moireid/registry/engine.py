@@ -20,6 +20,7 @@ from sqlalchemy.engine import URL
 from sqlalchemy.exc import ArgumentError, DBAPIError, SAWarning, SQLAlchemyError
 
 from moireid.errors import RegistryError
+from moireid.extras import missing_extra
 from moireid.registry.url import show_url, sqlite_file
 
 #: A row, and a query, of whatever columns.
@@ -54,6 +55,8 @@ def connect(url: URL, *, create: bool = False) -> Engine:
             warnings.simplefilter("error", SAWarning)
             engine = create_engine(url, connect_args={"timeout": SQLITE_WAIT_S} if waits else {})
     except ImportError as error:
+        if error.name == "psycopg":
+            raise missing_extra("a registry on PostgreSQL", error.name, "postgres") from error
         raise RegistryError(
             f"registry {shown} needs the Python package {error.name!r}, which is not installed; install it, "
             "or give an SQLite URL such as sqlite:///people.sqlite3"

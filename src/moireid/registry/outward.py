@@ -9,8 +9,11 @@ from moireid.badge import Badge
 from moireid.provenance import Standing
 from moireid.registry.bundle.publish import Progress, Published, publish
 from moireid.registry.checkpoints.checkpoint import Checkpoint
+from moireid.registry.checkpoints.newest import check_newest
+from moireid.registry.checkpoints.proof import proof_of
 from moireid.registry.checkpoints.standing import check_head, checkpoint_of, standing_of
 from moireid.registry.ledger import Ledger
+from moireid.registry.record import Record
 
 
 class Outward:
@@ -50,6 +53,41 @@ class Outward:
     def check_head(self) -> None:
         """Raise RegistryError if the log was further before: whoever wrote to an earlier state would fork it."""
         check_head(self._ledger)
+
+    def check_newest(self, record: Record) -> None:
+        """Hold a record that somebody relies on against the log, entry by entry, up to its signed head.
+
+        Parameters
+        ----------
+        record : Record
+            As this registry gave it.
+
+        Raises
+        ------
+        RegistryError
+            Where the log was changed since that version was entered: it may have been revoked.
+        """
+        check_newest(self._ledger, record)
+
+    def prove(self, record: Record) -> str:
+        """Prove to somebody without the registry that a record's newest version is in the log.
+
+        Parameters
+        ----------
+        record : Record
+            As this registry gave it.
+
+        Returns
+        -------
+        str
+            JSON, with a checkpoint that is signed now; `checkpoints.proof.check_proof` reads it.
+
+        Raises
+        ------
+        RegistryError
+            Where the record is not the newest one, or the private key is not here.
+        """
+        return proof_of(self._ledger, record)
 
     def checkpoint(self, older: Sequence[Checkpoint] = ()) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
         """Sign the log as it is now, for others to keep.

@@ -65,8 +65,10 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
     Raises
     ------
     RegistryError
-        Where the URL is none, its driver is not installed, the registry is absent, or what is there cannot be opened,
+        Where the URL is none, its driver is not known, the registry is absent, or what is there cannot be opened,
         is no registry, or has another schema version; or where no key can be written.
+    MissingExtraError
+        Where it lies on PostgreSQL, and its driver is not installed.
     """
     parsed = read_url(default_url() if url is None else url)
     return Registry(open_ledger(parsed, create=create, make_authority=make_authority))

@@ -57,6 +57,14 @@ def sqlite_file(url: URL) -> Path | None:
     return Path(url.database) if url.get_backend_name() == "sqlite" and url.database else None
 
 
+def own_file(url: str | None) -> Path | None:
+    """The file of the registry at an SQLAlchemy URL, or at `default_url()` for None; None where it is no file.
+
+    Raises: RegistryError as `read_url`.
+    """
+    return sqlite_file(read_url(default_url() if url is None else url))
+
+
 def show_url(url: URL) -> str:
     """The URL for messages: without its password, and without its options, which may hold another."""
     return url.set(query={}).render_as_string(hide_password=True)

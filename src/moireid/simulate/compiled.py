@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from moireid.errors import MissingExtraError
+from moireid.extras import missing_extra
 
 __all__ = ["njit", "prange"]
 
@@ -20,4 +20,4 @@ else:
     try:
         from numba import njit, prange
     except ImportError as missing:  # pragma: no cover
-        raise MissingExtraError("simulating needs numba; install it with: pip install 'moireid[simulate]'") from missing
+        raise missing_extra("simulating", "numba", "simulate") from missing

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pytest
@@ -102,8 +103,8 @@ def test_every_verdict_is_signed_with_the_registry_that_was_asked(here: Path, ad
         (["--sign", "none.pem", "--attest", "v.json"], "none.pem cannot be read"),
         (["--sign", "pub.pem", "--attest", "v.json"], "no private key"),
         (["--sign", "key.pem", "--c2pa", "sidecar"], "a certificate that an authority issued"),
-        (["--sign", "key.pem", "--attest", "film.mp4", "--overwrite"], "take the place of the film or the key"),
-        (["--sign", "key.pem", "--attest", "./key.pem", "--overwrite"], "take the place of the film or the key"),
+        (["--sign", "key.pem", "--attest", "film.mp4", "--overwrite"], "is a file that is read here"),
+        (["--sign", "key.pem", "--attest", "./key.pem", "--overwrite"], "is a file that is read here"),
         (["--sign", "key.pem", "--attest", "v.json", "--pipeline", "published"], "own pipeline"),
         (["--sign", "key.pem", "--attest", "."], "--attest"),
         (["--detector", "lips"], "NAME=SCORE"),
@@ -119,6 +120,25 @@ def test_a_wish_that_cannot_be_is_refused_before_the_film_is_read(here: Path, op
     message = done.stderr or str(done.exception)
     assert done.exit_code == 2 and words in message and done.stdout == "", done.output
     assert {name: (here / name).stat().st_mtime_ns for name in os.listdir(here)} == before
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--badge", "read", "--attest", "read"],
+        ["--claim", "Ada", "--bundle", "read", "--attest", "link"],
+        ["--claim", "Ada", "--registry", "sqlite:///read", "--attest", "read"],
+        ["--badge", "signals.csv", "--attest", "v.json", "--report", "."],
+    ],
+)
+def test_what_is_read_is_not_written_over(here: Path, options: list[str]) -> None:
+    """Catches: --overwrite that takes the bundle, the badge or the registry which the verdict rests on."""
+    shutil.copy(BADGE[1], here / "read")
+    shutil.copy(BADGE[1], here / "signals.csv")
+    (here / "link").symlink_to("read")
+    done = ran("verify", "film.mp4", *options, "--sign", "key.pem", "--overwrite")
+    assert done.exit_code == 2 and "is a file that is read here" in done.stderr, done.output
+    assert (here / "read").read_bytes() == (here / "signals.csv").read_bytes() == Path(BADGE[1]).read_bytes()
 
 
 def test_what_fails_after_the_film_leaves_nothing(here: Path) -> None:

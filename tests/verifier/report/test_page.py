@@ -265,6 +265,17 @@ def test_the_check_itself_is_told(ada):
     assert "nobody vouches for a name" in alone and FINGERPRINT not in alone and HEAD not in alone
 
 
+def test_other_detectors_are_told_and_are_no_part_of_the_verdict(ada):
+    """Catches: a score that is asked for and is on no page; one that changes the headline; a name that writes HTML."""
+    without = report_of(ada)
+    report = replace(without, detectors=(("<b>lips</b>", 0.123456), ("voice", 7.0)))
+    page = render_page(report.to_json(), pictures_of(report), KNOWN)
+    assert "&lt;b&gt;lips&lt;/b&gt; gives 0.1235, voice gives 7; that is no part of the verdict" in page
+    plain = render_page(without.to_json(), pictures_of(without), KNOWN)
+    assert "other detectors" not in plain
+    assert re.findall("<h1>.*</h1>", page) == re.findall("<h1>.*</h1>", plain) != []
+
+
 def test_every_reason_and_figure_is_told(ada):
     """Catches: a page that shows the verdict alone; figures of another report."""
     report = report_of(ada)

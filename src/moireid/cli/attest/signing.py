@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -124,9 +124,11 @@ def planned_signing(
     form: Form | None,
     *,
     overwrite: bool,
+    kept: Sequence[Path | None] = (),
 ) -> Signing | None:
     """What is to be signed; None where nothing is.
 
+    Parameters: kept: files that are read, beside film and key.
     Raises: SpecError, MissingExtraError where it cannot be, before any work is done.
     """
     if key_file is None:
@@ -147,9 +149,7 @@ def planned_signing(
         check_credentials_key(key)
     outputs = [attest_file] if attest_file is not None else []
     outputs += [credentials_path(video, form)] if form is not None else []
-    if any(output.absolute() == kept.absolute() for output in outputs for kept in (video, key_file)):
-        raise SpecError("the signed verdict would take the place of the film or the key; choose another --attest FILE")
-    planned(outputs, overwrite=overwrite)
+    planned(outputs, overwrite=overwrite, kept=[video, key_file, *kept])
     return Signing(key, attest_file, timestamp_url, form)
 
 

@@ -2,11 +2,12 @@
 
 records.py   init, list, show, revoke, forget
 checks.py    audit, checkpoint, publish
+proofs.py    prove, check-proof
 transfer.py  export, import
 keys.py      rotate-key, signer
 """
 
-from moireid.cli.registry import checks, keys, transfer
+from moireid.cli.registry import checks, keys, proofs, transfer
 from moireid.cli.registry.records import registry_group
 
-__all__ = ["checks", "keys", "registry_group", "transfer"]
+__all__ = ["checks", "keys", "proofs", "registry_group", "transfer"]

@@ -101,8 +101,9 @@ def registry_checkpoint(
     from moireid.files import planned, write_text
     from moireid.registry import open_registry
     from moireid.registry.checkpoints.witness import checkpoints_from
+    from moireid.registry.url import own_file
 
-    planned([path], overwrite=overwrite)
+    planned([path], overwrite=overwrite, kept=[own_file(registry_url), Path(witness) if witness else None])
     with open_registry(registry_url, create=False) as registry:
         older = checkpoints_from(witness) if witness else []
         made, proofs = registry.checkpoint(older)
@@ -133,7 +134,7 @@ def registry_checkpoint(
 @json_option
 @friendly
 def registry_publish(path: Path, days: float, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
-    """Write a trust bundle, with which others verify badges offline.
+    """Write a trust bundle, for verifying offline.
 
     It is one signed file for any web server. It holds names, revocations with their reasons, layouts, and a
     checkpoint. It holds no badge files, and identities only sealed: nobody can print a badge from it.

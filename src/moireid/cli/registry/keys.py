@@ -55,7 +55,7 @@ def registry_rotate_key(registry_url: str | None, as_json: bool) -> None:
 @click.option("--group", metavar="NAME", help="Members of this group of the system may ask, too; default: you alone.")
 @friendly
 def registry_signer(path: Path, group: str | None) -> None:
-    """Sign for other programs, so that only this one reads the private key.
+    """Sign for others, who never see the private key.
 
     Run it as a user of its own who alone can read the keys folder (MOIREID_KEYS). Give the others, such as the studio,
     MOIREID_SIGNER=SOCKET: they ask for each signature, and never see the key. It signs records, log entries,

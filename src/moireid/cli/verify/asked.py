@@ -42,6 +42,16 @@ class Asked:
         return replace(self.look_up(document), claim=claim, revoked_at=self.found.revoked_at)
 
 
+def files_read(wish: Wish) -> list[Path | None]:
+    """The files that are read for a wish, which no output may replace."""
+    found = [wish.video, wish.key_file, wish.bundle_path, wish.badge_json]
+    if wish.registry_url is None and (wish.claim is None or wish.bundle_path is not None):
+        return found
+    from moireid.registry.url import own_file
+
+    return [*found, own_file(wish.registry_url)]
+
+
 def asked_of(wish: Wish) -> AbstractContextManager[Asked]:
     """The claimed badge: by a bundle, by a registry, or by a file alone; open as long as something is looked up."""
     if wish.bundle_path is not None:

@@ -1,9 +1,14 @@
-"""identify: whose badge a film shows, of all in a registry."""
+"""identify: whose badge a film shows, of all in a registry or a bundle of it."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -19,40 +24,102 @@ from moireid.cli.common import (
     tell_standing,
     trust_option,
 )
-from moireid.cli.verify.asked import known_by
-from moireid.cli.verify.options import focal_option
+from moireid.cli.verify.asked import LookUp, known_by
+from moireid.cli.verify.options import bundle_option, focal_option
 from moireid.cli.verify.showing import show_verdict
+from moireid.errors import SpecError
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.provenance import Standing
+    from moireid.verifier.report.circumstances import Circumstances
+    from moireid.verifier.session.identify import Enrolled
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """Who may be found, and what is known of whom was found."""
+
+    standing: Standing
+    layouts: list[Badge]
+    enrolled: Enrolled
+    name: Callable[[str | None], str | None]
+    look_up: LookUp
 
 
 @click.command("identify")
 @click.argument("video", type=click.Path(path_type=Path))
 @registry_option
+@bundle_option
 @trust_option
 @focal_option
 @json_option
 @friendly
 def identify_command(
-    video: Path, registry_url: str | None, trust: str | None, focal_px: float | None, as_json: bool
+    video: Path,
+    registry_url: str | None,
+    bundle_path: Path | None,
+    trust: str | None,
+    focal_px: float | None,
+    as_json: bool,
 ) -> None:
     """Find out whose badge a film shows.
 
-    Everyone in the registry is considered, and no claim is needed.
+    Everyone in the registry, or in the bundle, is considered, and no claim is needed.
 
     Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
     """
-    from moireid.registry import People, open_registry
     from moireid.verifier.session.identify import identify
     from moireid.verifier.video import Film
 
+    if bundle_path is not None and registry_url is not None:
+        raise SpecError("--bundle stands in the place of --registry; leave one of them out")
     Film(video)
-    with open_registry(registry_url, create=False) as registry, progress_bar("reading the film") as progress:
-        standing, people = registry.standing(trust), People(registry)
-        tell_standing(standing)
-        outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
-        document = outcome.to_json() | {"found_name": people.name(outcome.found_id), "registry": standing.to_json()}
-        known = known_by(registry, standing, document)
+    opened = _of_registry(registry_url, trust) if bundle_path is None else _of_bundle(bundle_path, trust)
+    with opened as asked, progress_bar("reading the film") as progress:
+        tell_standing(asked.standing)
+        outcome = identify(video, asked.layouts, asked.enrolled, focal_px=focal_px, progress=progress)
+        found = {"found_name": asked.name(outcome.found_id), "registry": asked.standing.to_json()}
+        document = outcome.to_json() | found
+        known = asked.look_up(document)
     if as_json:
         show_json(document)
     else:
         show_verdict(outcome.finding.upper(), document, known)
     sys.exit({"found": ACCEPT, "nobody": REJECT, "inconclusive": INCONCLUSIVE}[outcome.finding])
+
+
+@contextmanager
+def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_Asked]:
+    from moireid.registry import People, open_registry
+
+    with open_registry(registry_url, create=False) as registry:
+        standing, people = registry.standing(trust), People(registry)
+        yield _Asked(
+            standing,
+            registry.layouts(),
+            people,
+            people.name,
+            lambda document: known_by(registry, standing, document),
+        )
+
+
+@contextmanager
+def _of_bundle(path: Path, trust: str | None) -> Iterator[_Asked]:
+    """Each identity that is read is tried on every seal, however many there are: that is what was asked for."""
+    from moireid.registry.bundle.held import Bundle, BundlePeople
+    from moireid.verifier.report.circumstances import Circumstances, read_id
+
+    with Bundle(path, trust) as bundle:
+        people = BundlePeople(bundle)
+
+        def name(badge_id: str | None) -> str | None:
+            holder = people.holder(badge_id) if badge_id else None
+            return holder.name if holder else None
+
+        def look_up(document: Mapping[str, Any]) -> Circumstances:
+            read = read_id(document)
+            holder = people.holder(read) if isinstance(read, str) else None
+            return Circumstances(datetime.now(UTC), read=holder, standing=bundle.standing, registry=str(path))
+
+        yield _Asked(bundle.standing, bundle.layouts(), people, name, look_up)

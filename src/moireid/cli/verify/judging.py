@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -94,13 +94,13 @@ def judge_apart(wish: Wish, found: Claimed, scores: Scores, progress: Progress) 
     return Outcome(judged.report | own, lambda: (judged.pictures, judged.signals))
 
 
-def plan_pages(folder: Path | None, *, overwrite: bool) -> None:
-    """Raise SpecError where a page would be in the way of a file."""
+def plan_pages(folder: Path | None, *, overwrite: bool, kept: Sequence[Path | None]) -> None:
+    """Raise SpecError where a page would be in the way of a file, or of one of those that are read."""
     if folder is not None:
         from moireid.files import planned
         from moireid.verifier.report.page import report_paths
 
-        planned(report_paths(folder), overwrite=overwrite)
+        planned(report_paths(folder), overwrite=overwrite, kept=kept)
 
 
 def write_pages_of(outcome: Outcome, signing: Signing | None, known: Circumstances, wish: Wish) -> dict[str, Any]:

@@ -23,6 +23,13 @@ focal_option = click.option(
     help="The camera's focal length in pixels, if known; else it is estimated from the film.",
 )
 
+bundle_option = click.option(
+    "--bundle",
+    "bundle_path",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="A file of `moireid registry publish`, instead of --registry: it needs no network and no access to one.",
+)
+
 
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
     """Print the schema and leave, before a film is asked for."""
@@ -44,12 +51,7 @@ OPTIONS = (
         help="The badge.json of the claimed badge, instead of --claim. Nobody vouches for the name in it, unless "
         "--registry is given too and holds the badge.",
     ),
-    click.option(
-        "--bundle",
-        "bundle_path",
-        type=click.Path(path_type=Path, dir_okay=False),
-        help="A file of `moireid registry publish`, instead of --registry: it needs no network and no access to one.",
-    ),
+    bundle_option,
     trust_option,
     focal_option,
     click.option(

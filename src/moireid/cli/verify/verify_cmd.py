@@ -10,7 +10,7 @@ import click
 
 from moireid.cli.attest.signing import detectors_from, planned_signing
 from moireid.cli.common import VERDICT_EXIT, friendly, progress_bar, show_json
-from moireid.cli.verify.asked import asked_of
+from moireid.cli.verify.asked import asked_of, files_read
 from moireid.cli.verify.judging import judge_apart, judge_here, plan_pages, write_pages_of
 from moireid.cli.verify.options import Wish, check_wish, verify_options
 from moireid.cli.verify.showing import show_verdict
@@ -31,11 +31,12 @@ def verify_command(**given: Any) -> None:
     wish = Wish(**given)
     check_wish(wish)
     scores = detectors_from(wish.detectors)
+    kept = files_read(wish)
     signing = planned_signing(
-        wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite
+        wish.video, wish.key_file, wish.attest_file, wish.timestamp_url, wish.form, overwrite=wish.overwrite, kept=kept
     )
     with asked_of(wish) as asked:
-        plan_pages(wish.report_folder, overwrite=wish.overwrite)
+        plan_pages(wish.report_folder, overwrite=wish.overwrite, kept=kept)
         with progress_bar("reading the film") as progress:
             judge = judge_here if signing is None else judge_apart
             outcome = judge(wish, asked.found, scores, progress)

@@ -113,6 +113,10 @@ class Content:
         (found,) = self._database.execute("SELECT badge FROM layouts WHERE number = ?", (number,)).fetchone()
         return str(found)
 
+    def layouts(self) -> list[str]:
+        """The JSON of all specimens."""
+        return [str(found) for (found,) in self._database.execute("SELECT badge FROM layouts ORDER BY number")]
+
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None where there is no such entry."""
         (found,) = self._database.execute("SELECT substr(entries, ?, 32) FROM about", (32 * seq - 31,)).fetchone()

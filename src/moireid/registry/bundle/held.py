@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 import sqlite3
 import unicodedata
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from os import cpu_count
@@ -17,7 +18,7 @@ from pathlib import Path
 from types import TracebackType
 
 from moireid.asbuilt import as_built_from_json
-from moireid.badge import badge_from_json
+from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.bundle.content import Content, Person
@@ -34,6 +35,39 @@ MOST_ALIKE = 3
 MOST_SEALS = 5000
 #: An identity in hex digits, as a claim.
 _ID = re.compile(r"[0-9a-f]{6}|[0-9a-f]{16}|[0-9a-f]{32}")
+
+
+class BundlePeople:
+    """A bundle as identification sees it.
+
+    Parameters
+    ----------
+    bundle : Bundle
+        An open one.
+
+    Notes
+    -----
+    Identities are sealed in it, so each one that is asked for is tried on every seal, once.
+    """
+
+    def __init__(self, bundle: Bundle) -> None:
+        self._bundle = bundle
+        self._known: dict[str, Holder | None] = {}
+
+    def holder(self, badge_id: str) -> Holder | None:
+        """Who holds an id, revoked or not; None where nobody does."""
+        if badge_id not in self._known:
+            self._known[badge_id] = self._bundle.holder_of(badge_id)
+        return self._known[badge_id]
+
+    def holds(self, badge_id: str) -> bool:
+        """Whether an id is in the bundle and not revoked."""
+        found = self.holder(badge_id)
+        return found is not None and found.revoked_at is None
+
+    def alike(self, parts: Mapping[int, str]) -> list[str]:
+        """None: a reading of which a part is wrong opens no seal."""
+        return []
 
 
 class Bundle:
@@ -167,6 +201,17 @@ class Bundle:
                 f"bundle {self.path} proves a change of its authority's key wrongly ({error})"
             ) from error
         return [one.old.fingerprint for one in turned]
+
+    def layouts(self) -> list[Badge]:
+        """Give a badge of nobody for each layout: all that a reader needs to read any badge of the bundle.
+
+        Returns
+        -------
+        list of Badge
+            In the bundle's order.
+        """
+        source = f"a layout of bundle {self.path}"
+        return [badge_from_json(text, source=source) for text in self._content.layouts()]
 
     def _of(self, person: Person) -> Claimed:
         badge = badge_from_json(self._content.layout(person.layout), source=f"a layout of bundle {self.path}")

@@ -26,6 +26,7 @@ from moireid.registry.log import Head
 from moireid.registry.look_alikes import skeleton
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.schema import badges, select_records
+from moireid.registry.url import sqlite_file
 
 Progress = Callable[[int, int | None], None]
 SALT_BYTES = 16
@@ -52,7 +53,7 @@ def publish(
     progress: Progress | None,
 ) -> Published:
     """What `Registry.publish` does."""
-    planned([path], overwrite=overwrite)
+    planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     # First the key: only where it lies, this authority is surely the right one here.
     signer = ledger.signer()
     standing_of(ledger, ledger.authority.fingerprint)

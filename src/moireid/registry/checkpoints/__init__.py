@@ -5,5 +5,7 @@ note.py        signed notes, as transparency logs write them
 checkpoint.py  a log's size and root as a signed note
 witness.py     checkpoints from a file, a folder or a web address; a log held against them
 seen.py        which authority and which head this user saw last
+newest.py      a record held against the log up to its signed head
+proof.py       the same for somebody without the registry
 standing.py    a registry held against what was seen last and what is trusted
 """

@@ -20,6 +20,7 @@ from moireid.registry.ledger import Ledger, pages
 from moireid.registry.log import GENESIS, Head, authority_after, check_entry, check_head
 from moireid.registry.record import Fault, record_of, tampered
 from moireid.registry.schema import authority, badges, log, select_records
+from moireid.registry.url import sqlite_file
 
 FORMAT, VERSION = "moireid registry", 1
 #: Number of records between two reports of progress.
@@ -30,7 +31,7 @@ def export_json(
     ledger: Ledger, path: Path, *, overwrite: bool, progress: Callable[[int, int | None], None] | None
 ) -> int:
     """What `Registry.export_json` does: one state of the registry, each line of it checked on its way out."""
-    planned([path], overwrite=overwrite)
+    planned([path], overwrite=overwrite, kept=[sqlite_file(ledger.url)])
     with (
         # Badges can be printed from it.
         whole_file(path, private=True) as temporary,

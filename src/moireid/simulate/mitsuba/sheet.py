@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Lens
-from moireid.errors import MissingExtraError, SpecError
+from moireid.errors import SpecError
+from moireid.extras import missing_extra
 from moireid.simulate.scene import Build
 
 Array = NDArray[np.float64]
@@ -91,7 +92,7 @@ def sheet_solid(lens: Lens, build: Build, room: Room, segments: int = 16) -> Any
     try:
         import trimesh
     except ImportError as missing:
-        raise MissingExtraError("this needs trimesh; install it with: pip install 'moireid[simulate]'") from missing
+        raise missing_extra("this renderer", "trimesh", "simulate") from missing
     profile = lens_profile(lens, build, room, segments)
     count = len(profile.s)
     ends = [

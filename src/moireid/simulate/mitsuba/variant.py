@@ -20,7 +20,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from moireid.errors import MissingExtraError, SpecError
+from moireid.errors import SpecError
+from moireid.extras import missing_extra
 
 FAST_VARIANT = "llvm_ad_rgb"
 PLAIN_VARIANT = "scalar_rgb"
@@ -77,7 +78,7 @@ def mitsuba_with(variant: str | None) -> Iterator[Any]:
     try:
         import mitsuba as mi
     except ImportError as missing:
-        raise MissingExtraError("this needs mitsuba; install it with: pip install 'moireid[simulate]'") from missing
+        raise missing_extra("this renderer", "mitsuba", "simulate") from missing
     chosen = variant or choose_variant()
     if chosen not in mi.variants() or not chosen.endswith("_rgb"):
         fit = ", ".join(one for one in mi.variants() if one.endswith("_rgb"))

@@ -60,6 +60,8 @@ def _genuine(document: Mapping[str, Any], claimed: Claimed, known: Circumstances
     if document.get("finding") == "found":
         name = known.read.name if known.read else document.get("found_name") or document["found_id"]
         text = f"{law}, and this registry issued the badge to {name}."
+        if known.bundle is not None:
+            text += f" So says its authority, in a bundle that counts until {known.bundle}."
         return Headline("accept", f"Genuine, and {name}'s", text, _look(name))
     if document["identity"]["verdict"] == "not_claimed":
         text = f"{law}. Nobody was claimed, so the film says nothing of whose badge it is."
@@ -166,7 +168,8 @@ def _nobody(finding: Finding, held: bool, known: Circumstances) -> Headline:
         title = f"Revoked on {day(known.read.revoked_at, known.checked_at)}: {known.read.revoked_reason}"
         text = f"The badge was issued to {known.read.name}, and is no longer valid."
         return Headline("reject", title, text, "Accept no film of this badge.")
-    title = "Genuine, but nobody's in this registry" if held else "Nobody's in this registry"
+    where = "registry" if known.bundle is None else "bundle"
+    title = f"Genuine, but nobody's in this {where}" if held else f"Nobody's in this {where}"
     return Headline("reject", title, finding["text"], "If it should be known, ask whose registry the badge is in.")
 
 

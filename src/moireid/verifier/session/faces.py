@@ -16,7 +16,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.errors import MissingExtraError
+from moireid.extras import missing_extra
 from moireid.verifier.limits import MIN_FACE_SCORE
 
 Box = tuple[float, float, float, float]
@@ -50,9 +50,7 @@ class FaceFollower:
         try:
             dlib = importlib.import_module("dlib")
         except ImportError as missing:
-            raise MissingExtraError(
-                "finding faces needs dlib; install it with: pip install 'moireid[face]'"
-            ) from missing
+            raise missing_extra("finding faces", "dlib", "face") from missing
         self._detector = dlib.get_frontal_face_detector()
         self._face: Face | None = None
         self._due_s = -np.inf

@@ -20,6 +20,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, MutableMapping
 from dataclasses import replace
+from datetime import UTC, datetime
 from typing import Any
 
 import anyio
@@ -27,9 +28,12 @@ from fastapi import APIRouter, Request, Response, WebSocket, WebSocketDisconnect
 from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError, RegistryError
+from moireid.registry import holder_of
 from moireid.sandbox.process import Child, Ended, start
 from moireid.sandbox.reach import reach
 from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
+from moireid.verifier.report.circumstances import Circumstances, read_id
+from moireid.verifier.report.live_headline import live_headline_of, shown
 from moireid.web.auth.roles import require, visitor_of
 from moireid.web.checks import find_claimed
 from moireid.web.live.worker import LIMITS, Ask, End, Picture, Start
@@ -106,7 +110,7 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     try:
         await run_in_threadpool(child.send, begin)
         coming = asyncio.create_task(_pictures(connection, child, prompts))
-        going = asyncio.create_task(_events(connection, child))
+        going = asyncio.create_task(_events(connection, child, begin))
         tasks = [coming, going]
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         if coming.done() and coming.exception() is None:
@@ -177,16 +181,28 @@ async def _pictures(connection: WebSocket, child: Child, prompts: Prompts) -> No
         await _send(child, Picture(data[CLOCK.size :], now_s, claimed_s))
 
 
-async def _events(connection: WebSocket, child: Child) -> None:
-    """Pass the process's events to the browser until the process ends."""
+async def _events(connection: WebSocket, child: Child, begun: Start) -> None:
+    """Pass the process's events to the browser until the process ends; the verdict gets its headline here.
+
+    The process that reads pictures never learns whose badge it has read.
+    """
     told = False
     with contextlib.suppress(Ended):
         while event := await run_in_threadpool(child.hear):
             told = told or event.get("event") in ("verdict", "error")
+            if event.get("event") == "verdict":
+                event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, begun)
             await connection.send_json(event)
     if not told:
         await connection.send_json({"event": "error", "text": "The check broke off; begin again."})
     await connection.close()
+
+
+def _headline(studio: Studio, event: dict[str, Any], begun: Start) -> dict[str, str]:
+    """The verdict in a line, by the names that the registry knows.  Raises: RegistryError as `holder_of`."""
+    read = holder_of(studio.registry, read_id(event))
+    known = Circumstances(datetime.now(UTC), read=read, standing=begun.found.provenance.standing)
+    return shown(live_headline_of(event, begun.found.badge.name, known))
 
 
 async def _send(child: Child, message: Any) -> None:

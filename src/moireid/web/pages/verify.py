@@ -16,6 +16,7 @@ from moireid.verifier.report.pictures import KINDS as KINDS_OF
 from moireid.verifier.report.pictures import NAME
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.checks import KINDS, start_job
+from moireid.web.pages.player import course_of
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
 from moireid.web.reports import circumstances_of, kept_file, pictures_told
@@ -54,7 +55,8 @@ def outcome(request: Request, job_id: str, visitor: Verifier) -> Response:
     kept = f"{keep // 60} minutes" if keep >= 120 else f"{keep} seconds"
     known = circumstances_of(studio_of(request), job)
     shown = told(job.result, pictures_told(job), known, lambda name: f"/verify/{job.id}/picture/{name}")
-    return render(request, "verdict.html.j2", job=job, kept_for=kept, **shown)
+    course = course_of(job, shown["seconds"])
+    return render(request, "verdict.html.j2", job=job, kept_for=kept, course=course, **shown)
 
 
 @router.get("/{job_id}/picture/{name}")

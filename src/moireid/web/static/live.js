@@ -5,12 +5,6 @@
   const WIDTH = 1280, QUALITY = 0.85, LEAST_MS = 28, MOST_AHEAD = 5, MOST_BUFFERED = 1 << 20;
   const ARROWS = { left: "←", right: "→", up: "↑", down: "↓", nearer: "⊕", farther: "⊖", face: "☺" };
   const MARKS = { pass: "✓", fail: "✗", undecided: "?", note: "·" };
-  const WORDS = { accept: "Accepted", reject: "Rejected", inconclusive: "Inconclusive" };
-  const TEXTS = {
-    accept: "The claimed badge was held before this camera now, and its fringes obeyed the law.",
-    reject: "This is not the claimed badge, held before this camera now.",
-    inconclusive: "The camera has not seen enough to decide.",
-  };
   let socket = null, stream = null, sent = 0, taken = 0, last = -Infinity, running = false, over = true;
   const canvas = document.createElement("canvas");
 
@@ -143,11 +137,11 @@
     over = true;
     leave();
     $("who").hidden = true;
-    $("verdict").className = "verdict " + event.verdict;
-    $("verdict-words").textContent = WORDS[event.verdict];
-    const text = event.verdict === "accept" && !event.challenged
-      ? "The claimed badge's fringes obeyed the law. No challenge was made, so this may be an old film." : TEXTS[event.verdict];
-    $("verdict-text").textContent = text;
+    const headline = event.headline;
+    $("verdict").className = "verdict " + headline.colour;
+    $("verdict-words").textContent = `${headline.mark} ${headline.title}`;
+    $("verdict-text").textContent = headline.text;
+    $("verdict-next").textContent = headline.advice;
     $("reasons").replaceChildren(...event.reasons.map((reason) => {
       const row = document.createElement("tr"), mark = document.createElement("td"), words = document.createElement("td");
       mark.className = "mark " + reason.level;

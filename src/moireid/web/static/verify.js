@@ -55,10 +55,31 @@ form.addEventListener("submit", (event) => {
   });
   request.addEventListener("error", () => fail("The studio cannot be reached; try again."));
   request.addEventListener("load", () => {
-    if (request.status === 202) location.assign(`/verify/${request.response.id}`);
+    if (request.status === 202) follow(`/verify/${request.response.id}`);
     else fail(request.response?.text ?? "That did not work; try again.");
   });
   request.send(new FormData(form));
 });
+// The pages of the job come into this one, so that the chosen film is still at hand where its verdict is shown.
+async function follow(address) {
+  const answer = await fetch(address).catch(() => null);
+  if (!answer) { location.assign(address); return; }
+  const came = new DOMParser().parseFromString(await answer.text(), "text/html");
+  if (location.pathname !== address) {
+    globalThis.moireid = { film: video.files[0], next: () => follow(address) };
+    history.pushState(null, "", address);
+    addEventListener("popstate", () => location.reload());
+  }
+  document.title = came.title;
+  document.getElementById("main").replaceWith(document.adoptNode(came.getElementById("main")));
+  for (const sheet of came.querySelectorAll("head link[rel=stylesheet]")) {
+    if (!document.querySelector(`link[href="${sheet.getAttribute("href")}"]`)) document.head.append(document.adoptNode(sheet));
+  }
+  for (const script of came.querySelectorAll("head script[src]")) {
+    document.head.append(Object.assign(document.createElement("script"), { src: script.getAttribute("src") }));
+  }
+  scrollTo(0, 0);
+  document.getElementById("main").focus();
+}
 // After going back from the verdict, the form is ready again.
 addEventListener("pageshow", () => { sending.hidden = true; button.disabled = false; });

@@ -1,0 +1,144 @@
+"""A proof that a badge's newest record stands in the log that a checkpoint signs, for somebody without the registry.
+
+It holds the checkpoint, the log's entry, the record as it was signed, and the hashes that lead from the entry to the
+checkpoint's root (RFC 6962).  It says that this was entered, and cannot say that nothing came later.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from sqlalchemy import select
+
+from moireid.errors import RegistryError
+from moireid.registry.canonical import canonical_json, sha256_hex
+from moireid.registry.checkpoints.checkpoint import (
+    Checkpoint,
+    checkpoint_from,
+    entry_hashes,
+    leaf_of,
+    sign_checkpoint,
+)
+from moireid.registry.checkpoints.merkle import Tree, included, inclusion_proof, leaf_hash
+from moireid.registry.checkpoints.newest import check_newest
+from moireid.registry.keys import Authority
+from moireid.registry.ledger import Ledger, last_entry
+from moireid.registry.log import entry_hash
+from moireid.registry.record import Fault, Record
+from moireid.registry.schema import log
+
+FORMAT, KIND = 1, "moireid registry proof"
+#: What is not part of an entry's content.
+OUTSIDE = ("hash", "signature")
+
+
+@dataclass(frozen=True)
+class Proved:
+    """What a proof says.
+
+    Attributes
+    ----------
+    name, badge_id : str
+        Whose badge, and its id.
+    entry : int
+        The number of the log's entry; the first is 1.
+    at : str
+        When it was entered; UTC, ISO 8601.
+    revoked_at, revoked_reason : str or None
+        Of the record in that entry.
+    checkpoint : Checkpoint
+        Its signature holds.
+    """
+
+    name: str
+    badge_id: str
+    entry: int
+    at: str
+    revoked_at: str | None
+    revoked_reason: str | None
+    checkpoint: Checkpoint
+
+
+def proof_of(ledger: Ledger, record: Record) -> str:
+    """The proof of a record under a checkpoint that is signed now, as JSON.
+
+    Raises: RegistryError where the record is not the newest one, or the private key is not here.
+    """
+    check_newest(ledger, record)
+    signer = ledger.signer()
+    with ledger.snapshot() as connection:
+        ledger.head_in(connection)
+        leaves = [leaf_hash(content) for content in entry_hashes(connection)]
+        row = connection.execute(select(log).where(log.c.subject == record.id).order_by(log.c.seq.desc())).first()
+        end = connection.execute(last_entry()).first()
+    if row is None or end is None or end.seq != len(leaves):
+        raise RegistryError(f"the log of registry {ledger.shown} has gaps; look with `moireid registry audit`")
+    tree = Tree()
+    for leaf in leaves:
+        tree.add(leaf)
+    document = {
+        "format": FORMAT,
+        "kind": KIND,
+        "public_key": signer.authority.public_hex,
+        "checkpoint": sign_checkpoint(tree, signer).note,
+        "entry": {name: value for name, value in row._mapping.items() if name not in OUTSIDE},
+        "record": json.loads(bytes(record.signed_text)),
+        "proof": [step.hex() for step in inclusion_proof(leaves, row.seq - 1)],
+    }
+    return json.dumps(document, indent=1, ensure_ascii=False) + "\n"
+
+
+def check_proof(text: str, source: str) -> Proved:
+    """What a proof says, where all of it holds; `source` names it in messages.
+
+    Convention: whose authority it is, the caller compares with a fingerprint that was told some other way.
+    Raises: RegistryError where the text is no proof; Fault where it is one, and a part of it was changed.
+    """
+    try:
+        document = json.loads(text)
+        if (document["format"], document["kind"]) != (FORMAT, KIND):
+            raise ValueError("another format")
+        entry, record = dict(document["entry"]), dict(document["record"])
+        steps = [bytes.fromhex(step) for step in document["proof"]]
+        authority, place = Authority(str(document["public_key"])), int(entry["seq"]) - 1
+        checkpoint = checkpoint_from(str(document["checkpoint"]), source)
+        found = Proved(
+            str(record["name"]),
+            str(record["id"]),
+            place + 1,
+            str(entry["time"]),
+            record["revoked_at"],
+            record["revoked_reason"],
+            checkpoint,
+        )
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise RegistryError(
+            f"{source} is no proof ({error}); give a file that `moireid registry prove` wrote"
+        ) from error
+    _check(checkpoint, authority, source)
+    if not included(leaf_of(_hash_of(entry)), place, checkpoint.size, steps, checkpoint.root):
+        raise Fault("entry", "its log entry is not in the log that the checkpoint signs: entry or proof was changed")
+    if entry.get("subject") != found.badge_id or entry.get("record_sha256") != sha256_hex(
+        canonical_json(record).encode()
+    ):
+        raise Fault("record", "its record is not the one that the log entry names: it was changed")
+    return found
+
+
+def _check(checkpoint: Checkpoint, authority: Authority, source: str) -> None:
+    if authority.fingerprint != checkpoint.fingerprint:
+        raise Fault("public_key", "its public key is not the one of its checkpoint's authority")
+    try:
+        checkpoint.check(authority, source)
+    except RegistryError as error:
+        raise Fault("checkpoint", "its checkpoint does not bear the authority's signature: it was changed") from error
+
+
+def _hash_of(entry: Mapping[str, Any]) -> str:
+    try:
+        return entry_hash(entry)
+    except (TypeError, ValueError, KeyError) as error:
+        raise Fault("entry", f"its log entry is damaged ({error})") from error

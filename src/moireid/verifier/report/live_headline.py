@@ -1,0 +1,68 @@
+"""The headline of a live check: that of a film, where the camera is here and people can begin again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any
+
+from moireid.verifier.report.circumstances import Circumstances
+from moireid.verifier.report.findings import Findings, sorted_findings
+from moireid.verifier.report.headline import Headline, headline_of
+from moireid.verifier.report.open_words import SHOW
+
+AGAIN = "Begin again, with the badge and the face in good light. If it comes out so again, do not take it for live."
+MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
+DISTRUST = "Do not take this for the badge. If you think that it is, begin again in better light, with another camera."
+#: What fails of the challenge alone, the weightiest first, and what that means.
+LIVE = {
+    "prompt": (
+        "The prompts were not followed",
+        "A film that was made earlier cannot follow prompts that are drawn now.",
+    ),
+    "unbroken": ("The badge was away between the moves", "It may have been exchanged for another while nobody saw it."),
+    "clock": (
+        "The pictures came too late",
+        "Pictures that come late can be made, or chosen, after the prompt is known.",
+    ),
+}
+
+
+def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) -> Headline:
+    """The headline of a live verdict.
+
+    Parameters: event: the verdict's event of `verifier.live`; name: of whom was claimed; known: with the holder of the
+    badge that was read.
+    """
+    found, document = sorted_findings(event["reasons"]), dict(event) | {"badge": {"name": name}}
+    film = headline_of(document, known)
+    if film.colour == "accept":
+        return _accepted(film, name, challenged=bool(event.get("challenged")))
+    if film.colour == "inconclusive":
+        advice = MOVE if found.open and found.open[0]["code"] == "motion" else SHOW
+        return replace(film, text="This check neither proves nor disproves the badge.", advice=advice)
+    return _refused(film, found)
+
+
+def shown(headline: Headline) -> dict[str, str]:
+    """A headline as the page of the live check reads it."""
+    return asdict(headline) | {"mark": headline.mark}
+
+
+def _accepted(film: Headline, name: str, *, challenged: bool) -> Headline:
+    if challenged:
+        text = f"{film.text} It was held before this camera now: the prompts were drawn at random, and followed."
+        return replace(
+            film, title=f"Genuine, live, and {name}'s", text=text, advice=f"See for yourself that it is {name}."
+        )
+    text = f"{film.text} No challenge was made, so this may be an old film."
+    return replace(film, title=f"{film.title}, but perhaps not live", text=text, advice="Start the challenge.")
+
+
+def _refused(film: Headline, found: Findings) -> Headline:
+    failed = found.failed
+    of_challenge = next((code for code in LIVE if code in failed), None)
+    if of_challenge is None or set(failed) - set(LIVE):
+        return replace(film, advice=DISTRUST)
+    title, means = LIVE[of_challenge]
+    return Headline("reject", title, f"{failed[of_challenge]['text']} {means}", AGAIN)

@@ -1,0 +1,161 @@
+"""The lock files, the list of parts, and the check for known holes.  Beside each test: what it catches."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+import threading
+import tomllib
+from collections.abc import Iterator
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cyclonedx.schema import SchemaVersion
+from cyclonedx.validation.json import JsonStrictValidator
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from kit.places import ROOT
+
+DEVELOPMENT = {"hypothesis", "mkdocs", "mypy", "pip-audit", "playwright", "pytest", "ruff"}
+
+
+def locked(name: str) -> dict[str, tuple[str, frozenset[str]]]:
+    """Each package of a lock file, with its version and its hashes."""
+    found = {}
+    for entry in re.split(r"\n(?=[a-z])", (ROOT / name).read_text(encoding="utf-8")):
+        if match := re.match(r"([a-z0-9.-]+)==(\S+)", entry):
+            found[match[1]] = (match[2], frozenset(re.findall(r"--hash=(sha256:\w+)", entry)))
+    return found
+
+
+@pytest.fixture(scope="module")
+def everything() -> dict[str, tuple[str, frozenset[str]]]:
+    return locked("requirements.lock")
+
+
+@pytest.fixture(scope="module")
+def parts() -> dict[str, Any]:
+    """The list of parts that lies in the wheel."""
+    return dict(json.loads((ROOT / "moireid.cdx.json").read_text(encoding="utf-8")))
+
+
+def wanted(*, development: bool) -> set[str]:
+    """The packages that pyproject.toml names; development: those of the extras docs and dev too."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    lists = [project["dependencies"], *(extras[name] for name in extras if development or name not in ("dev", "docs"))]
+    return {canonicalize_name(Requirement(line).name) for one in lists for line in one}
+
+
+def test_a_server_gets_what_was_tested_and_no_tools(everything: dict[str, tuple[str, frozenset[str]]]) -> None:
+    """Catches: a lock that was renewed alone, so that servers run versions without a test; test tools on a server."""
+    server = locked("requirements-server.lock")
+    assert {name: everything[name] for name in server} == server
+    assert {"fastapi", "psycopg", "c2pa-python", "dlib-bin", "build123d", "numpy"} <= set(server)
+    assert not (DEVELOPMENT | {"numba", "dask"}) & set(server) and set(everything) >= DEVELOPMENT
+    assert all(hashes for _, hashes in everything.values())
+
+
+def test_the_locks_name_all_that_the_project_asks_for(everything: dict[str, tuple[str, frozenset[str]]]) -> None:
+    """Catches: a dependency that was added without `make lock`."""
+    assert wanted(development=True) <= set(everything)
+
+
+def test_the_list_of_parts_is_valid_and_of_the_locked_versions(
+    parts: dict[str, Any], everything: dict[str, tuple[str, frozenset[str]]]
+) -> None:
+    """Catches: a list that no reader takes, an old one, one that differs by the clock, one of the developer's tools."""
+    text = json.dumps(parts)
+    assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(text) is None
+    assert JsonStrictValidator(SchemaVersion.V1_6).validate_str(text.replace('"version"', '"verison"')) is not None
+    listed = {canonicalize_name(one["name"]): one["version"] for one in parts["components"]}
+    assert listed == {name: everything[name][0] for name in listed}
+    assert wanted(development=False) <= set(listed) and not DEVELOPMENT & set(listed)
+    assert "serialNumber" not in parts and "timestamp" not in parts["metadata"]
+
+
+def test_the_list_of_parts_tells_who_needs_whom(parts: dict[str, Any]) -> None:
+    """Catches: a bare list, in which nobody sees through whom a hole comes in; parts without a licence."""
+    needs = {one["ref"]: one.get("dependsOn", []) for one in parts["dependencies"]}
+    reached, due = set(), [parts["metadata"]["component"]["bom-ref"]]
+    while due:
+        one = due.pop()
+        if one not in reached:
+            reached.add(one)
+            due += needs[one]
+    assert {one["bom-ref"] for one in parts["components"]} <= reached
+    unlicensed = [one["name"] for one in parts["components"] if not one.get("licenses")]
+    assert len(unlicensed) < 0.1 * len(parts["components"]), unlicensed
+
+
+class Database(BaseHTTPRequestHandler):
+    """A stand-in for the OSV database's server, which knows one hole: in thing 1.0."""
+
+    def do_POST(self) -> None:
+        asked = json.loads(self.rfile.read(int(self.headers["content-length"])))
+        hole = {
+            "id": "TEST-1",
+            "summary": "a hole",
+            "affected": [
+                {
+                    "package": {"name": "thing", "ecosystem": "PyPI"},
+                    "ranges": [{"type": "ECOSYSTEM", "events": [{"introduced": "0"}, {"fixed": "1.1"}]}],
+                }
+            ],
+        }
+        known = asked["package"]["name"] == "thing" and asked["version"] == "1.0"
+        answer = json.dumps({"vulns": [hole]} if known else {}).encode()
+        self.send_response(200)
+        self.send_header("content-length", str(len(answer)))
+        self.end_headers()
+        self.wfile.write(answer)
+
+    def log_message(self, *_: object) -> None:
+        """Say nothing."""
+
+
+@pytest.fixture
+def database() -> Iterator[str]:
+    server = HTTPServer(("127.0.0.1", 0), Database)
+    threading.Thread(target=server.serve_forever, daemon=True).start()
+    yield f"http://127.0.0.1:{server.server_port}/"
+    server.shutdown()
+    server.server_close()
+
+
+def audit(tmp_path: Path, url: str, *lines: str, **environment: str) -> subprocess.CompletedProcess[str]:
+    """`.ci/audit.py` on a lock of these packages, where nothing else is reached than `url`."""
+    lock = tmp_path / "some.lock"
+    lock.write_text("".join(f"{line} --hash=sha256:{'0' * 64}\n" for line in lines), encoding="utf-8")
+    closed = {"HTTPS_PROXY": "http://127.0.0.1:9", "NO_PROXY": "127.0.0.1", "HOME": str(tmp_path)}
+    command = [sys.executable, str(ROOT / ".ci" / "audit.py"), str(lock), "--osv-url", url]
+    return subprocess.run(command, env=closed | environment, capture_output=True, text=True, check=False)
+
+
+def test_a_known_hole_is_told_with_its_mend(tmp_path: Path, database: str) -> None:
+    """Catches: an audit that passes over what the database knows, or finds holes everywhere."""
+    found = audit(tmp_path, database, "other==3.0", "thing==1.0")
+    assert found.returncode == 1 and "thing 1.0: TEST-1 (mended in 1.1)" in found.stdout, found.stdout
+    clean = audit(tmp_path, database, "other==3.0", "thing==1.1")
+    assert clean.returncode == 0 and "no hole in any of the 2 packages" in clean.stdout, clean.stdout
+
+
+def test_an_audit_that_reached_nobody_says_so(tmp_path: Path) -> None:
+    """Catches: 'no known holes' where no database was asked."""
+    told = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0")
+    assert told.returncode == 3 and "NOT CHECKED" in told.stdout and "no hole" not in told.stdout
+
+
+def test_a_database_that_knows_none_of_the_packages_has_not_checked_them(tmp_path: Path) -> None:
+    """Catches: pip-audit's own success (exit code 0) where it had to skip packages, as behind a mirror of PyPI."""
+    stand_in = tmp_path / "stand_in" / "pip_audit"
+    stand_in.mkdir(parents=True)
+    skipped = {"dependencies": [{"name": "thing", "skip_reason": "not found on PyPI"}], "fixes": []}
+    (stand_in / "__main__.py").write_text(f"print({json.dumps(json.dumps(skipped))})", encoding="utf-8")
+    told = audit(tmp_path, "http://127.0.0.1:9/", "thing==1.0", PYTHONPATH=str(stand_in.parent))
+    assert told.returncode == 3 and "NOT CHECKED" in told.stdout, told.stdout

@@ -1,0 +1,71 @@
+"""The wheel and the source archive, built as for a release.  Beside each test: the wrong release it catches."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tarfile
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from kit.places import ROOT
+from kit.releasing import build, copy_of_project, tracked_files
+from moireid import __version__
+
+PARTS = "moireid.cdx.json"
+#: Settings of machines that must not show in what they build.
+HERE = {"TZ": "UTC", "LC_ALL": "C", "PYTHONHASHSEED": "1"}
+ELSEWHERE = {"TZ": "Pacific/Auckland", "LC_ALL": "C.UTF-8", "PYTHONHASHSEED": "2", "USER": "someone"}
+
+
+@pytest.fixture(scope="module")
+def built(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
+    """Source archive and wheel, built under a narrow umask."""
+    folder = tmp_path_factory.mktemp("release")
+    return build(copy_of_project(folder / "here", 0o600), folder / "dist", umask=0o077, environment=HERE)
+
+
+def digests(files: list[Path]) -> dict[str, str]:
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in files}
+
+
+def test_two_machines_build_the_same_bytes(built: list[Path], tmp_path: Path) -> None:
+    """Catches: bytes that depend on folder, rights, umask, time zone, language, hashes, or when files were written."""
+    source = copy_of_project(tmp_path / "another" / "place", 0o664)
+    for name in tracked_files():
+        os.utime(source / name, (1_600_000_000, 1_600_000_000))
+    again = build(source, tmp_path / "dist", umask=0o002, environment=ELSEWHERE)
+    assert digests(again) == digests(built) and len(built) == 2
+    told = (built[0].parent / "SHA256SUMS").read_text(encoding="utf-8").split()
+    assert dict(zip(told[1::2], told[::2], strict=True)) == digests(built)
+
+
+def test_the_source_archive_gives_the_same_wheel(built: list[Path], tmp_path: Path) -> None:
+    """Catches: a source archive that lacks a file, and a wheel that only a checkout can make."""
+    with tarfile.open(built[0]) as archive:
+        archive.extractall(tmp_path, filter="data")
+    (source,) = tmp_path.iterdir()
+    assert digests(build(source, tmp_path / "dist"))[built[1].name] == digests(built)[built[1].name]
+
+
+def test_the_time_in_the_files_can_be_chosen(tmp_path: Path) -> None:
+    """Catches: SOURCE_DATE_EPOCH that is not heard, so that distributions cannot set their own."""
+    wheel = build(
+        copy_of_project(tmp_path / "s", 0o644), tmp_path / "d", environment={"SOURCE_DATE_EPOCH": "1700000000"}
+    )
+    with zipfile.ZipFile(wheel[1]) as archive:
+        assert {one.date_time for one in archive.infolist()} == {(2023, 11, 14, 22, 13, 20)}
+
+
+def test_the_wheel_holds_the_package_and_nothing_else(built: list[Path]) -> None:
+    """Catches: a schema or template that is missing; caches, tests and files of the developer's folder that slip in."""
+    package = {name.removeprefix("src/") for name in tracked_files() if name.startswith("src/moireid/")}
+    with zipfile.ZipFile(built[1]) as wheel:
+        names = set(wheel.namelist())
+        assert {name for name in names if ".dist-info/" not in name} == package
+        (parts,) = [name for name in names if "/sboms/" in name]
+        assert parts.endswith(f".dist-info/sboms/{PARTS}")
+        assert wheel.read(parts) == (ROOT / PARTS).read_bytes()
+        assert {f"moireid-{__version__}.dist-info/licenses/{name}" for name in ("LICENSE", "THIRD_PARTY.md")} <= names

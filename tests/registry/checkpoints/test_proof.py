@@ -1,0 +1,126 @@
+"""Proofs that a badge is in the log.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import json
+import stat
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from kit.registries import badge_of, url_of
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError
+from moireid.registry import Registry, open_registry
+from moireid.registry.checkpoints.proof import check_proof
+from moireid.registry.record import Fault
+
+
+def test_every_badge_of_the_log_is_proved(full: Registry) -> None:
+    """Catches: a proof of another entry; of the issue where a revocation came later; a checkpoint of another log."""
+    for record in full.records():
+        found = check_proof(full.prove(record), "it")
+        assert (found.name, found.badge_id) == (record.name, record.id)
+        assert (found.revoked_at, found.revoked_reason) == (record.revoked_at, record.revoked_reason)
+        assert found.checkpoint.fingerprint == full.fingerprint and found.checkpoint.size == 6
+    assert {check_proof(full.prove(one), "it").entry for one in full.records()} == {4, 5, 6}
+
+
+def name(document: dict[str, Any]) -> None:
+    document["record"]["name"] = "Eve"
+
+
+def revocation(document: dict[str, Any]) -> None:
+    document["record"]["revoked_at"] = None
+
+
+def entry(document: dict[str, Any]) -> None:
+    document["entry"]["time"] = "2020-01-01T00:00:00Z"
+
+
+def place(document: dict[str, Any]) -> None:
+    document["entry"]["seq"] -= 1
+
+
+def step(document: dict[str, Any]) -> None:
+    document["proof"][0] = "00" * 32
+
+
+def less(document: dict[str, Any]) -> None:
+    document["proof"].pop()
+
+
+def root(document: dict[str, Any]) -> None:
+    lines = document["checkpoint"].split("\n")
+    document["checkpoint"] = "\n".join([lines[0], "7", *lines[2:]])
+
+
+def key(document: dict[str, Any]) -> None:
+    document["public_key"] = "11" * 32
+
+
+CHANGES = [
+    *((change, "record") for change in (name, revocation)),
+    *((change, "entry") for change in (entry, place, step, less)),
+    *((root, "checkpoint"), (key, "public_key")),
+]
+
+
+@pytest.mark.parametrize(("change", "code"), CHANGES, ids=[change.__name__ for change, _ in CHANGES])
+def test_whatever_is_changed_is_told_by_its_part(
+    full: Registry, change: Callable[[dict[str, Any]], None], code: str
+) -> None:
+    """Catches: a part that no hash and no signature covers, or that nobody compares."""
+    document = json.loads(full.prove(full.find("Bo")))
+    change(document)
+    with pytest.raises(Fault) as caught:
+        check_proof(json.dumps(document), "it")
+    assert caught.value.code == code
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", "no proof", '{"format": 1}', "[" * 10000])
+def test_what_is_no_proof_is_bad_input(text: str) -> None:
+    """Catches: a traceback, and "does not hold" of a file that is something else."""
+    with pytest.raises(RegistryError, match="it is no proof"):
+        check_proof(text, "it")
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Result]:
+    monkeypatch.chdir(tmp_path)
+    with open_registry(url_of(tmp_path / "r.sqlite3"), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+    return lambda *words: CliRunner().invoke(moireid, ["registry", *words])
+
+
+def test_no_command_writes_over_its_own_registry(run: Callable[..., Result], tmp_path: Path) -> None:
+    """Catches: a registry that is gone once a checkpoint, a proof, a bundle or an export was given its name."""
+    before = (tmp_path / "r.sqlite3").read_bytes()
+    to = ("--registry", "sqlite:///r.sqlite3", "--overwrite")
+    for words in (("checkpoint", "--out"), ("prove", "Ada", "--out"), ("publish", "--out"), ("export",)):
+        done = run(*words, "r.sqlite3", *to)
+        assert done.exit_code == 2 and "is a file that is read here" in done.output, done.output
+    assert (tmp_path / "r.sqlite3").read_bytes() == before
+
+
+def test_the_commands_make_and_check_it(run: Callable[..., Result], tmp_path: Path) -> None:
+    """Catches: a file that everybody may read, though it holds an identity; another authority that is believed."""
+    made = run("prove", "Ada", "--out", "ada.proof", "--registry", "sqlite:///r.sqlite3", "--json")
+    assert made.exit_code == 0, made.output
+    assert stat.S_IMODE((tmp_path / "ada.proof").stat().st_mode) == 0o600
+    trusted = json.loads(made.stdout)["fingerprint"]
+    held = run("check-proof", "ada.proof", "--trust", trusted)
+    assert held.exit_code == 0 and "HOLDS: badge" in held.output and "What came later" in held.output
+    told = json.loads(run("check-proof", "ada.proof", "--json").stdout)
+    assert told["holds"] and told["badge"]["name"] == "Ada" and not told["trusted"]
+    other = run("check-proof", "ada.proof", "--trust", "ab" * 16)
+    assert other.exit_code == 1 and "DOES NOT HOLD: it is signed by authority" in other.output
+    text = (tmp_path / "ada.proof").read_text(encoding="utf-8")
+    (tmp_path / "eve.proof").write_text(text.replace('"name": "Ada"', '"name": "Eve"'), encoding="utf-8")
+    changed = run("check-proof", "eve.proof", "--json")
+    assert changed.exit_code == 1 and json.loads(changed.stdout)["code"] == "record"
+    assert run("check-proof", "none.proof").exit_code == 2
+    assert run("prove", "Ada", "--out", "ada.proof", "--registry", "sqlite:///r.sqlite3").exit_code == 2
