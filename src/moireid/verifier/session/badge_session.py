@@ -17,6 +17,7 @@ from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
+from moireid.verifier.video import unreduced_px
 
 #: If several badges carry the claimed identity, a rejected one counts first, then an accepted one, then an open one.
 ORDER = {"reject": 0, "accept": 1, "inconclusive": 2}
@@ -70,15 +71,17 @@ class Line:
         broken = [chapter for chapter in self.chapters if chapter.invariant.verdict == "reject"]
         return tuple(span for chapter in broken for span in chapter.judged_s)
 
-    def region(self) -> dict[str, Any] | None:
+    def region(self, reduced_by: int = 1) -> dict[str, Any] | None:
         """First frame that shows the badge, and the corners of its board there, film px; None if no frame shows it.
 
+        Parameters: reduced_by: pixels of the film for one of the frames, as `Film.reduced_by`.
         Convention: as `BadgeTracker.outline_px`.
         """
         corners, first = self.tracker.outline_px(), self.tracker.course.first
         if corners is None or first is None:
             return None
-        places = [[json_number(round(float(value), 1)) for value in corner] for corner in corners]
+        film_px = unreduced_px(corners, reduced_by)
+        places = [[json_number(round(float(value), 1)) for value in corner] for corner in film_px]
         return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
 
 

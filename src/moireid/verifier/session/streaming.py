@@ -70,7 +70,9 @@ class Verifier:
     Source: `moireid.verifier.session.chapters`.
     """
 
-    def __init__(self, claim: Claim, *, running: bool = True, aside: Executor | None = None) -> None:
+    def __init__(
+        self, claim: Claim, *, running: bool = True, aside: Executor | None = None, reduced_by: int = 1
+    ) -> None:
         """Begin a film.
 
         Parameters
@@ -82,6 +84,9 @@ class Verifier:
         aside : Executor, optional
             Where running verdicts are made while `push` goes on, so that a camera's frames need not wait half a
             second.  Each is then told by a later push, and one at a time is made.
+        reduced_by : int
+            Pixels of the film, across and down, for one of the frames, as `Film.reduced_by`; the claim's focal length
+            and places in findings are in the film's.
 
         Raises
         ------
@@ -90,7 +95,9 @@ class Verifier:
         """
         self._aside = aside
         self._pending: Future[Running] | None = None
-        self._claim, self._running = claim, running
+        if claim.focal_px is not None:
+            claim = replace(claim, focal_px=claim.focal_px / reduced_by)
+        self._claim, self._running, self._reduced_by = claim, running, reduced_by
         self._times = FilmTime()
         self._first_s, self._pushed = math.inf, 0
         #: Time of the last frame, on a clock that never goes back.
@@ -134,7 +141,8 @@ class Verifier:
         breaking = [span for line in beside for span in line.breaking()]
         breaking += [span for tracker, spans in self._gone_breaking if tracker is not judged.tracker for span in spans]
         spans = [span for chapter in judged.chapters for span in chapter.judged_s]
-        note = others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
+        count = len(beside) + self._gone - (judged is self._kept)
+        note = others_note(count, read, judged.region(self._reduced_by))
         return note + breaking_finding(breaking, spans)
 
     @property
@@ -262,7 +270,7 @@ class Verifier:
             return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
         line, chapter = min(chapters, key=lambda pair: rank_of([pair[1]], self._claim, pair[0].tracker.shown))
         read = {other.identity.decoded_id for _, other in chapters if other is not chapter}
-        note = others_note(len(tracks) - 1, {name for name in read if name}, line.region())
+        note = others_note(len(tracks) - 1, {name for name in read if name}, line.region(self._reduced_by))
         reasons = reasons_of([chapter]) + note
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 
