@@ -95,16 +95,19 @@ def _slopes_at_places(step: Array, chord: Array) -> Array:
 def cubic_bumps(places: Array, knots: int) -> Array:
     """Cubic B-splines on an even grid of so many parts over all places, (T, knots + 3); each row has the sum 1.
 
-    Source: the recursion of Cox and de Boor on a grid whose ends count four times.
+    Source: the recursion of Cox and de Boor for the four that are not 0 at a place; the grid's ends count four times.
     """
     low, high = float(places.min()), float(places.max())
     grid = np.concatenate([[low] * 3, np.linspace(low, high, knots + 1), [high] * 3])
     part = np.clip(np.searchsorted(grid, places, side="right") - 1, 3, knots + 2)
-    found = np.zeros((len(places), len(grid) - 1))
-    found[np.arange(len(places)), part] = 1.0
+    above, below = ([grid[part + k] - places for k in (1, 2, 3)], [places - grid[part - k] for k in (0, 1, 2)])
+    four = [np.ones(len(places))]
     for degree in (1, 2, 3):
-        width = grid[degree:] - grid[:-degree]
-        # A part of no width has no bump.
-        rise = (places[:, None] - grid[:-degree]) / np.where(width > 0, width, np.inf)
-        found = rise[:, :-1] * found[:, :-1] + (1 - rise[:, 1:]) * np.where(width[1:] > 0, found[:, 1:], 0.0)
+        shares = [four[k] / (above[k] + below[degree - 1 - k]) for k in range(degree)]
+        falling = [above[k] * shares[k] for k in range(degree)]
+        rising = [below[degree - 1 - k] * shares[k] for k in range(degree)]
+        four = [falling[0], *(falling[k] + rising[k - 1] for k in range(1, degree)), rising[-1]]
+    found = np.zeros((len(places), knots + 3))
+    for k, height in enumerate(four):
+        found[np.arange(len(places)), part - 3 + k] = height
     return found

@@ -42,6 +42,8 @@ Complex = NDArray[np.complex128]
 Passes = Callable[[GratingSignal], bool]
 #: Knots of the fine regression, at least and at most; frames for each of its unknowns.
 KNOTS_RANGE, FRAMES_PER_UNKNOWN = (4, 80), 2
+#: Frames that are taken at a time.
+PIECE_FRAMES = 8192
 #: A film with fewer frames is too short for a smooth course of many parts.
 SHORT_FRAMES = 120
 #: Independent times below which the scatter of the spacing says nothing.
@@ -186,9 +188,16 @@ class Course:
         most = len(self.law_rad) / FRAMES_PER_UNKNOWN - self._smooth.shape[1] - 3
         knots = int(np.clip(min(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, most), *KNOTS_RANGE))
         bumps = cubic_bumps(self.law_rad, knots)
-        bumps -= self._smooth @ (self._smooth.T @ bumps)
-        turned, sizes, _ = np.linalg.svd(bumps, full_matrices=False)
-        self._fine = turned[:, sizes > 1e-6 * sizes.max(initial=1e-12)]
+        # An hour has 200,000 frames, so nothing else has that many rows: the bumps are changed where they are.
+        pieces = [slice(k, k + PIECE_FRAMES) for k in range(0, len(bumps), PIECE_FRAMES)]
+        along = self._smooth.T @ bumps
+        for piece in pieces:
+            bumps[piece] -= self._smooth[piece] @ along
+        squares, turned = np.linalg.eigh(bumps.T @ bumps)
+        kept = squares > 1e-12 * squares.max(initial=1e-24)
+        for piece in pieces:
+            bumps[piece, : kept.sum()] = bumps[piece] @ (turned[:, kept] / np.sqrt(squares[kept]))
+        self._fine = bumps[:, : kept.sum()]
 
     @property
     def told(self) -> bool:

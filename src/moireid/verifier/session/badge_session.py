@@ -8,6 +8,7 @@ badge carries the claimed identity, the verdict is about the badge that is shown
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,19 +28,45 @@ MOST_NAMED = 4
 
 @dataclass(eq=False)
 class Line:
-    """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one."""
+    """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one.
+
+    beside: where a chapter is judged while the film goes on; one at a time, so that memory stays bounded.
+    """
 
     claim: Claim
     tracker: BadgeTracker
-    chapters: list[Chapter] = field(default_factory=list)
+    done: list[Chapter] = field(default_factory=list)
     repeated: int = 0
+    beside: Executor | None = None
+    _pending: Future[Chapter] | None = None
+
+    @property
+    def chapters(self) -> list[Chapter]:
+        """The judged chapters; waits for one that is being judged."""
+        self.settle()
+        return self.done
+
+    def settle(self) -> None:
+        """Wait for a chapter that is being judged."""
+        if self._pending is not None:
+            pending, self._pending = self._pending, None
+            self._take_in(pending.result())
 
     def close(self, keep: int = 0) -> None:
-        """Judge the open chapter.  Only the chapter that the report plots keeps its track and measurement."""
-        self.chapters.append(judge_chapter(self.tracker.take(keep), self.claim, repeated=self.repeated))
+        """Judge the open chapter, once the one before it is judged; beside the film where that goes on."""
+        self.settle()
+        track = self.tracker.take(keep)
+        if self.beside is not None and keep:
+            self._pending = self.beside.submit(judge_chapter, track, self.claim, repeated=self.repeated)
+        else:
+            self._take_in(judge_chapter(track, self.claim, repeated=self.repeated))
         self.repeated = keep
-        shown = min(self.chapters, key=_plot_order)
-        self.chapters = [chapter if chapter is shown else chapter.light() for chapter in self.chapters]
+
+    def _take_in(self, chapter: Chapter) -> None:
+        """Only the chapter that the report plots keeps its track and measurement."""
+        self.done.append(chapter)
+        shown = min(self.done, key=_plot_order)
+        self.done = [chapter if chapter is shown else chapter.light() for chapter in self.done]
 
     def end_piece(self) -> None:
         """The film's times restart: judge the open chapter if it is long enough to be one by itself."""

@@ -21,6 +21,9 @@ If several badges are in view, the verdict is about one of them (`badge_session`
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +39,7 @@ from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.tracking.track import no_track
-from moireid.verifier.video import Film, Progress
+from moireid.verifier.video import Film, Progress, one_thread
 
 
 def verify(
@@ -152,9 +155,25 @@ class _Seen:
         return sum(chapter.passed for chapter in self.chapters)
 
 
+@contextmanager
+def _beside() -> Iterator[Executor | None]:
+    """Where chapters are judged: in a thread, or in this one where the process keeps to one."""
+    if one_thread():
+        yield None
+        return
+    with ThreadPoolExecutor(1, "chapters") as executor:
+        yield executor
+
+
 def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _Seen:
     """Steps 2 to 7."""
-    verifier = Verifier(claim, running=False, reduced_by=film.reduced_by)
+    with _beside() as beside:
+        verifier = Verifier(claim, running=False, beside=beside, reduced_by=film.reduced_by)
+        return _read(film, verifier, overlap, progress)
+
+
+def _read(film: Film, verifier: Verifier, overlap: bool, progress: Progress | None) -> _Seen:
+    """The film pushed into a verifier, frame by frame."""
     watch = OverlapWatch() if overlap else None
     read, decode_s, face_s = 0, 0.0, 0.0
     clock = time.perf_counter()

@@ -71,7 +71,13 @@ class Verifier:
     """
 
     def __init__(
-        self, claim: Claim, *, running: bool = True, aside: Executor | None = None, reduced_by: int = 1
+        self,
+        claim: Claim,
+        *,
+        running: bool = True,
+        aside: Executor | None = None,
+        beside: Executor | None = None,
+        reduced_by: int = 1,
     ) -> None:
         """Begin a film.
 
@@ -84,6 +90,8 @@ class Verifier:
         aside : Executor, optional
             Where running verdicts are made while `push` goes on, so that a camera's frames need not wait half a
             second.  Each is then told by a later push, and one at a time is made.
+        beside : Executor, optional
+            Where the chapters of a long film are judged while `push` goes on; they come out the same.
         reduced_by : int
             Pixels of the film, across and down, for one of the frames, as `Film.reduced_by`; the claim's focal length
             and places in findings are in the film's.
@@ -103,7 +111,8 @@ class Verifier:
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
-        self._lines = [Line(claim, self._view.trackers[0])]
+        self._beside = beside
+        self._lines = [Line(claim, self._view.trackers[0], beside=beside)]
         #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
         self._gone, self._gone_read = 0, set[str]()
         self._gone_breaking: list[tuple[BadgeTracker, tuple[Span, ...]]] = []
@@ -251,7 +260,7 @@ class Verifier:
             self._kept = min([line, *([self._kept] if self._kept else [])], key=Line.rank)
         self._view.given_up.clear()
         for tracker in self._view.trackers[len(self._lines) :]:
-            self._lines.append(Line(self._claim, tracker))
+            self._lines.append(Line(self._claim, tracker, beside=self._beside))
 
     def _looks(self) -> list[tuple[Line, Track]]:
         """The last frames of the badges that are in view now."""
