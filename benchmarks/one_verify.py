@@ -20,6 +20,7 @@ import numpy as np
 
 from moireid.badge import load_badge
 from moireid.verifier import Claim, Film, Frame, Verifier
+from moireid.verifier.picture import Picture
 from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
 from moireid.verifier.session.chapters import Chapter, invariant_of
@@ -29,11 +30,14 @@ def used(frames: Iterable[Frame], every: int, shrink: int) -> Iterator[Frame]:
     """Every so many frames, so many pixels across and down averaged to one; numbered as a film of them would be."""
     for frame in frames:
         if frame.index % every == 0:
-            height, width = (side // shrink for side in frame.luma.shape)
-            luma = frame.luma[: height * shrink, : width * shrink]
+            picture = frame.picture
             if shrink > 1:
-                luma = np.asarray(cv2.resize(luma, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
-            yield Frame(frame.index // every, frame.time_s, luma)
+                height, width = (side // shrink for side in picture.shape)
+                whole = picture.whole[: height * shrink, : width * shrink]
+                picture = Picture(
+                    np.asarray(cv2.resize(whole, (width, height), interpolation=cv2.INTER_AREA), np.uint8)
+                )
+            yield Frame(frame.index // every, frame.time_s, picture)
 
 
 def peak_mb() -> float:

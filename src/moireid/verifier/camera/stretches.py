@@ -58,10 +58,7 @@ def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
     steps, clock = np.diff(tangents, axis=0), even_or_apart(times_s)
     here = slice(SIDE - 1, len(found) - SIDE + 1)
     middles = np.median(np.lib.stride_tricks.sliding_window_view(tangents, SIDE, axis=0), axis=-1)
-    usual_step, speed = (
-        median_near(series, 4 * SIDE - 1)[here]
-        for series in (steps, steps / np.diff(clock)[:, None])
-    )
+    usual_step, speed = (median_near(series, 4 * SIDE - 1)[here] for series in (steps, steps / np.diff(clock)[:, None]))
     # Frames may go on at half their rate, which is no jump by time; and a few may be missing, which is none by number.
     spans = (SIDE * usual_step, speed * (clock[1:-1][SIDE:] - clock[1:-1][:-SIDE])[:, None])
     sudden = np.min([np.abs(middles[SIDE:] - middles[:-SIDE] - expected) for expected in spans], axis=0)
