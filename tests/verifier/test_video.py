@@ -265,7 +265,7 @@ def test_a_film_of_8k_is_read(films: Path, tmp_path):
         made.mux(stream.encode())
     claim = Claim(load_badge(films / "badge.json"))
     found, known = verify(target, claim), verify(short, claim)
-    assert found.verdict == known.verdict and found.frames == known.frames == {"read": 80, "tracked": 80}
+    assert found.verdict == known.verdict and [one.frames["tracked"] for one in (found, known)] == [80, 80]
     assert found.film["reduced_by"] == 2 and (found.film["width"], found.film["height"]) == (7680, 4320)
     assert found.invariant.gain_ratio == pytest.approx(known.invariant.gain_ratio, abs=0.01)
     large, small = (report.to_json() for report in (found, known))
