@@ -25,6 +25,8 @@ setup: .venv/.ready
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check uv==$(UV_VERSION)
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --require-hashes -r requirements.lock
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps -e .
+	@# What a verify loads is compiled here once: uv leaves that to the first run, and some machines forbid Python to keep it.
+	PYTHONDONTWRITEBYTECODE= $(BIN)/moireid verify tests/data/films/genuine_1.0m.mp4 --badge tests/data/films/badge.json --json >/dev/null
 	touch $@
 
 demo: setup

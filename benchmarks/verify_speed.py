@@ -15,8 +15,6 @@ import argparse
 import json
 import os
 import platform
-import re
-import resource
 import statistics
 import subprocess
 import sys
@@ -28,6 +26,7 @@ from typing import Any
 
 import av
 import cv2
+from one_verify import peak_mb
 from speed_films import SpeedFilm, speed_films
 
 from moireid.badge import Badge
@@ -103,14 +102,6 @@ def measured(film: SpeedFilm, once: Path, loops: Path, repeats: int) -> dict[str
         "stages": stages,
         "peak_mb": peak_mb(),
     }
-
-
-def peak_mb() -> float:
-    """Peak of this process's resident memory, MB."""
-    if sys.platform == "linux":
-        # Not `resource`: there a child's count begins with its parent's memory.
-        return int(re.search(r"VmHWM:\s*(\d+)", Path("/proc/self/status").read_text())[1]) / 1e3
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1e6 if sys.platform == "darwin" else 1e3)
 
 
 def row(name: str, found: dict[str, Any], *, stages: bool) -> str:

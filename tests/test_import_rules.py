@@ -63,9 +63,9 @@ MAY_IMPORT = {
 #: folder never imports one that stands below it here.
 WITHIN: dict[str, set[str]] = {
     "verifier.tracking": {"picture"},
-    "verifier.camera": {"limits"},
-    "verifier.fringes": {"tracking", "camera", "limits"},
-    "verifier.motion": {"fringes", "camera", "limits", "reasons"},
+    "verifier.camera": {"limits", "series", "splines"},
+    "verifier.fringes": {"tracking", "camera", "limits", "series"},
+    "verifier.motion": {"fringes", "camera", "limits", "reasons", "splines"},
     "verifier.identity": {"tracking", "fringes", "motion", "limits", "reasons"},
     "verifier.session": {
         "tracking",

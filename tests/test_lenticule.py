@@ -7,11 +7,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import map_coordinates
 
 from moireid import optics
 from moireid.badge import Badge, Lens
 from moireid.bench.simulate.reference import Setup, _through_sheet
-from moireid.lenticule import MAX_TANGENT, RAYS, landing_mm, trace_mm, view_law, view_response
+from moireid.lenticule import (
+    MAX_TANGENT,
+    RAYS,
+    between_bumps,
+    bumps_of,
+    landing_mm,
+    trace_mm,
+    view_law,
+    view_response,
+)
 
 REAR = 0.52
 SHEET = Lens("lenticular", 0.508, 1.0, 1.56)
@@ -242,6 +252,16 @@ def test_table_agrees_with_the_trace(rng: np.random.Generator) -> None:
     direct = view_response(SHEET, REAR, tan_x, tan_y)
     assert np.abs(np.angle(np.exp(1j * law.phase_rad(tan_x, tan_y)) / direct)).max() < 0.007
     assert np.abs(law.contrast_kept(tan_x, tan_y) - np.abs(direct)).max() < 0.005
+
+
+def test_a_table_is_read_by_the_cubic_spline_through_it(rng: np.random.Generator) -> None:
+    """Catches: rows for columns, a bump too few at a border, places that do not broadcast, a spline that smooths."""
+    table = rng.normal(size=(9, 5))
+    row, column = np.r_[rng.uniform(0, 8, 200), 0.0, 8.0, 8.0], np.r_[rng.uniform(0, 4, 200), 0.0, 4.0, 0.0]
+    expected = map_coordinates(table, [row, column], order=3, mode="mirror")
+    assert between_bumps(bumps_of(table), row, column) == pytest.approx(expected, abs=1e-12)
+    grid = between_bumps(bumps_of(table), np.arange(9.0)[:, None], np.arange(5.0)[None])
+    assert grid == pytest.approx(table, abs=1e-12)
 
 
 @pytest.mark.parametrize("thickness_mm", [0.75, 1.0, 1.5, 2.0])

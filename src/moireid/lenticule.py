@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,21 +53,22 @@ def trace_mm(lens: Lens, start_mm: Array, tan_x: Array, tan_y: Array) -> tuple[A
     assert lens.radius_mm is not None
     start, tan_x, tan_y = np.broadcast_arrays(start_mm, tan_x, tan_y)
     radius, pitch = lens.radius_mm, lens.pitch_mm
-    index = np.round(start / pitch)
+    index = np.asarray(np.round(start / pitch))
     hit_x = np.zeros(start.shape)
     depth = np.full(start.shape, np.nan)
     # An oblique ray may pass over its own lenticule and meet the next; three steps reach past 75 degrees.
     for step in range(4):
-        axis = (index + step * np.sign(tan_x)) * pitch
-        offset = start - axis
-        a, b, c = 1.0 + tan_x**2, offset * tan_x - radius, offset**2
+        left = np.isnan(depth)
+        own_tan, own_index = tan_x[left], index[left] + step * np.sign(tan_x[left])
+        offset = start[left] - own_index * pitch
+        a, b, c = 1.0 + own_tan**2, offset * own_tan - radius, offset**2
         root = b**2 - a * c
         nearer = c / (-b + np.sqrt(np.maximum(root, 0.0)))
-        x = offset + tan_x * nearer
-        found = np.isnan(depth) & (root >= 0) & (np.abs(x) <= pitch / 2 * (1 + 1e-12))
-        hit_x = np.where(found, x, hit_x)
-        depth = np.where(found, nearer, depth)
-        index = np.where(found, index + step * np.sign(tan_x), index)
+        x = offset + own_tan * nearer
+        found = (root >= 0) & (np.abs(x) <= pitch / 2 * (1 + 1e-12))
+        hit_x[left] = np.where(found, x, 0.0)
+        depth[left] = np.where(found, nearer, np.nan)
+        index[left] += step * np.sign(own_tan) * found
     normal_x, normal_depth = hit_x / radius, (depth - radius) / radius
     length = np.sqrt(1.0 + tan_x**2 + tan_y**2)
     cosine = -(tan_x * normal_x + normal_depth) / length
@@ -110,6 +112,42 @@ def view_response(
     return np.asarray(seen / passed.sum(axis=-1))
 
 
+def bumps_of(table: Array) -> Array:
+    """Sizes of the cubic B-splines through a table (R, C), mirrored at its borders, with one more on each side.
+
+    Source: a bump is 2/3 at its place and 1/6 at the next ones.
+    """
+    for _ in range(2):
+        count = len(table)
+        share = 2 / 3 * np.eye(count) + 1 / 6 * (np.eye(count, k=1) + np.eye(count, k=-1))
+        share[0, 1] = share[-1, -2] = 1 / 3
+        table = np.asarray(np.linalg.solve(share, table).T, float)
+    return np.pad(table, 1, mode="reflect")
+
+
+def between_bumps(bumps: Array, row: Array, column: Array) -> Array:
+    """Values of a table at places that broadcast together, from 0 to its last row and column; bumps: as `bumps_of`."""
+    (first, highs), (left, widths) = _near(row, bumps.shape[0] - 3), _near(column, bumps.shape[1] - 3)
+    flat, corner = bumps.ravel(), first * bumps.shape[1] + left
+    found = np.zeros(corner.shape)
+    for i, high in enumerate(highs):
+        places = corner + i * bumps.shape[1]
+        part = widths[0] * flat[places]
+        for j, width in enumerate(widths[1:], start=1):
+            part += width * flat[places + j]
+        found += high * part
+    return found
+
+
+def _near(place: Array, last: int) -> tuple[NDArray[np.int64], tuple[Array, ...]]:
+    """The first of the four bumps over each place, and how high each of them stands there."""
+    before = np.clip(place.astype(int), 0, last - 1)
+    t = place - before
+    square, cube = t * t, t * t * t
+    first, third = 1 / 6 - t / 2 + square / 2 - cube / 6, 1 / 6 + (t + square - cube) / 2
+    return before, (first, 2 / 3 - square + cube / 2, third, cube / 6)
+
+
 @dataclass(frozen=True)
 class ViewLaw:
     """Tabulated phase and contrast of one front layer over lines of one pitch, against the view tangents.
@@ -124,27 +162,31 @@ class ViewLaw:
 
     def phase_rad(self, tan_x: ArrayLike, tan_y: ArrayLike = 0.0) -> Array:
         """Unwrapped phase added by the view; inputs broadcast together; rad."""
-        return self._look_up(self.phase, tan_x, tan_y)
+        return self._look_up(self._phase_bumps, tan_x, tan_y)
 
     def contrast_kept(self, tan_x: ArrayLike, tan_y: ArrayLike = 0.0) -> Array:
         """|H|, 0 to 1; inputs broadcast together."""
-        return self._look_up(self.contrast, tan_x, tan_y)
+        return self._look_up(self._contrast_bumps, tan_x, tan_y)
 
     def effective_gap_mm(self, rear_pitch_mm: float) -> float:
         """Slope of the law near the axis as a length: phase = 2 pi g_eff tan_x / p_r.  Fitted over +-0.05."""
         near = 0.05
         return float(self.phase_rad(near) - self.phase_rad(-near)) * rear_pitch_mm / (2 * math.pi * 2 * near)
 
-    def _look_up(self, table: Array, tan_x: ArrayLike, tan_y: ArrayLike) -> Array:
-        """Cubic look-up; the table is even in tan_y, so only the magnitude is used."""
-        from scipy.ndimage import map_coordinates
+    @cached_property
+    def _phase_bumps(self) -> Array:
+        return bumps_of(self.phase)
 
-        x, y = np.broadcast_arrays(np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float)))
+    @cached_property
+    def _contrast_bumps(self) -> Array:
+        return bumps_of(self.contrast)
+
+    def _look_up(self, bumps: Array, tan_x: ArrayLike, tan_y: ArrayLike) -> Array:
+        """Cubic look-up; the table is even in tan_y, so only the magnitude is used."""
+        x, y = np.asarray(tan_x, float), np.abs(np.asarray(tan_y, float))
         row = (np.clip(x, self.tan_x[0], self.tan_x[-1]) - self.tan_x[0]) / (self.tan_x[1] - self.tan_x[0])
         column = np.clip(y, 0.0, self.tan_y[-1]) / (self.tan_y[1] - self.tan_y[0])
-        return np.asarray(map_coordinates(table, [row.ravel(), column.ravel()], order=3, mode="mirror")).reshape(
-            x.shape
-        )
+        return between_bumps(bumps, row, column)
 
 
 #: Laws that this process has traced or received; the oldest are dropped first.

@@ -17,7 +17,7 @@ import pytest
 from kit.coded_films import first_frames
 from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates
 from moireid.attest import carried, credentials, load_signing_key
-from moireid.attest.carried import with_carried
+from moireid.attest.carried import may_carry, with_carried
 from moireid.attest.credentials import check_credentials_key, credentials_path, write_credentials
 from moireid.attest.credentials_work import LABEL, read
 from moireid.attest.keys import SigningKey
@@ -99,6 +99,7 @@ def test_carried_credentials_are_a_note_and_never_a_reason(
     assert with_carried(open_report, here) is open_report
     write_credentials(attested(judged, key), here, "embed", key)
     made = here.with_name("film.c2pa.mp4")
+    assert may_carry(made) and not may_carry(here)
     noted = with_carried(open_report, made)
     assert noted.verdict == open_report.verdict and noted.reasons[:-1] == open_report.reasons
     note = noted.reasons[-1]
@@ -111,6 +112,31 @@ def test_carried_credentials_are_a_note_and_never_a_reason(
     hurt = content.replace(b"jumb", b"jumc")
     made.write_bytes(hurt)
     assert with_carried(open_report, made).verdict == open_report.verdict
+
+
+def box(kind: bytes, body: bytes = b"", *, wide: bool = False, size: int | None = None) -> bytes:
+    """A box of the ISO base media format; wide: its size is written in 64 bits."""
+    length = len(body) + (16 if wide else 8) if size is None else size
+    head = (1).to_bytes(4) + kind + length.to_bytes(8) if wide else length.to_bytes(4) + kind
+    return head + body
+
+
+@pytest.mark.parametrize(
+    ("content", "may"),
+    [
+        (box(b"ftyp", b"isom") + box(b"mdat", b"uuid" * 9) + box(b"moov", box(b"uuid")), False),
+        (box(b"ftyp", b"isom") + box(b"mdat", b"x" * 9, wide=True) + box(b"uuid", b"y" * 16), True),
+        (box(b"ftyp", b"isom") + box(b"mdat", b"x" * 90, size=0), False),
+        (box(b"ftyp", b"isom") + box(b"moov", size=3) + box(b"free"), True),
+        (b"RIFF\0\0\0\0AVI " + bytes(90), True),
+        (b"", True),
+    ],
+    ids=["none", "behind a wide box", "a last box", "damaged", "another format", "empty"],
+)
+def test_credentials_are_looked_for_where_they_may_lie(tmp_path: Path, content: bytes, may: bool) -> None:
+    """Catches: credentials that are passed over behind a large box, or in a format whose boxes are not read here."""
+    (tmp_path / "film").write_bytes(content)
+    assert may_carry(tmp_path / "film") == may
 
 
 def test_without_the_extra_a_film_is_judged_all_the_same(

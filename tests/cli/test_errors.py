@@ -653,7 +653,7 @@ HEAVY = {"OCP", "build123d", "cadquery", "manifold3d", "matplotlib", "mitsuba", 
         (["print", "--help"], HEAVY | {"av", "cv2", "jsonschema", "numpy", "reportlab", "sqlalchemy"}),
         (["print", "Ada", "--out", "new", "--mount", "none"], HEAVY | {"av", "sqlalchemy"}),
         (["enroll", "ada.json", "--registry", REGISTRY], HEAVY | {"av", "cv2", "reportlab"}),
-        (["verify", "none.mp4", "--badge", "ada.json"], HEAVY - {"scipy"} | {"reportlab", "sqlalchemy"}),
+        (["verify", "none.mp4", "--badge", "ada.json"], HEAVY | {"reportlab", "sqlalchemy"}),
     ],
     ids=lambda value: " ".join(value)[:12] if isinstance(value, list) else "",
 )

@@ -15,13 +15,15 @@ from itertools import islice
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
 import pytest
 
-from kit.coded_films import written
+from kit.coded_films import first_frames, written
+from moireid.badge import load_badge
 from moireid.errors import MediaError
 from moireid.verifier import Claim, verify, video
-from moireid.verifier.video import Film, picture_of
+from moireid.verifier.video import Film, picture_of, unreduced_px
 
 
 @pytest.mark.parametrize(
@@ -187,12 +189,89 @@ def test_a_header_cannot_ask_for_all_memory(tmp_path):
     assert peak_kb < 300e3
 
 
-def test_pictures_beyond_4k_are_refused_with_their_size(tmp_path):
-    """Catches: a film of an eight-thousand-pixel camera that is refused without a reason."""
-    path = tmp_path / "wide.y4m"
-    path.write_bytes(b"YUV4MPEG2 W7680 H4320 F30:1 Cmono\nFRAME\n")
+def test_pictures_beyond_8k_are_refused_with_their_size(tmp_path):
+    """Catches: a film of a sixteen-thousand-pixel camera that is refused without a reason; one of 8K that is."""
+    for size in ("W7680 H4320", "W9000 H4608"):
+        path = tmp_path / f"{size}.y4m"
+        path.write_bytes(f"YUV4MPEG2 {size} F30:1 Cmono\nFRAME\n".encode())
+    assert Film(tmp_path / "W7680 H4320.y4m").reduced_by == 2
     with pytest.raises(MediaError, match="7680 x 4320"):
+        Film(tmp_path / "W7680 H4320.y4m", reduced=False)
+    with pytest.raises(MediaError, match=r"8K|9000 x 4608"):
         Film(path)
+
+
+@pytest.mark.parametrize("size", [(96, 192), (98, 194)])
+def test_large_pictures_are_read_as_means_of_whole_blocks(tmp_path, monkeypatch, size):
+    """Catches: a factor that is no whole number, so that places drift over the picture; blocks that slip at a border;
+    the pictures for people of another size than those that were judged.
+    """
+    monkeypatch.setattr(video, "MOST_PIXELS", 35 * 70)
+    picture = np.random.default_rng(1).integers(60, 190, size).astype(np.uint8)
+    path = written(tmp_path / "a.mp4", [picture] * 3, "libx264", "yuvj444p", full_range=True)
+    film = Film(path)
+    assert film.reduced_by == 3 and (film.height, film.width) == (32, 64)
+    assert (film.described()["height"], film.described()["width"], film.described()["reduced_by"]) == (*size, 3)
+    with av.open(str(path)) as container:
+        coded = picture_of(next(container.decode(video=0))).whole
+    means = coded[:96, :192].reshape(32, 3, 64, 3).mean(axis=(1, 3))
+    for frame in film.frames():
+        assert frame.luma.shape == (32, 64) and np.abs(frame.luma - means).max() <= 0.51
+    assert film.picture(1)[0].shape == (32, 64, 3)
+
+
+def test_places_read_are_those_of_the_film():
+    """Catches: half a pixel lost, as the middle of the first block is not that of its first pixel."""
+    picture = np.zeros((60, 90), np.uint8)
+    picture[33:36, 12:15] = 255
+    row, column = (int(place[0]) for place in np.nonzero(cv2.resize(picture, (30, 20), interpolation=cv2.INTER_AREA)))
+    assert list(unreduced_px(np.array([column, row]), 3)) == [13.0, 34.0]
+    assert list(unreduced_px(np.array([-0.5, 7.0]), 2)) == [-0.5, 14.5] and unreduced_px(np.array(5.0), 1) == 5.0
+
+
+@pytest.mark.parametrize("focal_px", [None, 1500.0])
+def test_a_film_read_reduced_is_told_in_its_own_pixels(films: Path, tmp_path, monkeypatch, focal_px):
+    """Catches: a focal length or a place in pixels of the smaller picture, given or found; a silence about it."""
+    claim = Claim(load_badge(films / "badge.json"), focal_px=focal_px)
+    film = first_frames(films / "genuine_1.0m.mp4", tmp_path / "short.mp4", 120)
+    whole = verify(film, claim).to_json()
+    monkeypatch.setattr(video, "MOST_PIXELS", 960 * 540)
+    half = verify(film, claim).to_json()
+    assert half["verdict"] == whole["verdict"] and half["invariant"]["gain_ratio"] == pytest.approx(
+        whole["invariant"]["gain_ratio"], abs=0.02
+    )
+    assert half["input"] | {"reduced_by": 1} == whole["input"] and half["input"]["reduced_by"] == 2
+    assert half["camera"]["focal_px"] == pytest.approx(whole["camera"]["focal_px"], rel=0.05)
+    assert focal_px is None or half["camera"]["focal_px"] == focal_px
+    corners = (np.array(found["region"]["corners_px"]) for found in (half, whole))
+    assert np.abs(np.subtract(*corners)).max() < 1
+    told = [part for part in half["left_out"] if part not in whole["left_out"]]
+    assert len(told) == 1 and "960 x 540" in told[0]
+
+
+@pytest.mark.slow
+def test_a_film_of_8k_is_read(films: Path, tmp_path):
+    """Catches: a decoder that refuses such pictures, or more memory than a small machine has."""
+    source, target = films / "genuine_1.0m.mp4", tmp_path / "8k.mp4"
+    short = first_frames(source, tmp_path / "short.mp4", 80)
+    with av.open(str(target), "w") as made:
+        stream = made.add_stream("libx264", rate=60, options={"preset": "ultrafast", "crf": "20"})
+        stream.width, stream.height, stream.pix_fmt = 7680, 4320, "yuv420p"
+        for frame in Film(short).frames():
+            large = cv2.cvtColor(
+                cv2.resize(frame.luma, (7680, 4320), interpolation=cv2.INTER_CUBIC), cv2.COLOR_GRAY2BGR
+            )
+            made.mux(stream.encode(av.VideoFrame.from_ndarray(large, format="bgr24")))
+        made.mux(stream.encode())
+    claim = Claim(load_badge(films / "badge.json"))
+    found, known = verify(target, claim), verify(short, claim)
+    assert found.verdict == known.verdict and [one.frames["tracked"] for one in (found, known)] == [80, 80]
+    assert found.film["reduced_by"] == 2 and (found.film["width"], found.film["height"]) == (7680, 4320)
+    assert found.invariant.gain_ratio == pytest.approx(known.invariant.gain_ratio, abs=0.01)
+    large, small = (report.to_json() for report in (found, known))
+    assert large["camera"]["focal_px"] == pytest.approx(4 * small["camera"]["focal_px"], rel=0.02)
+    corners = np.array(large["region"]["corners_px"]), 4 * np.array(small["region"]["corners_px"]) + 1.5
+    assert np.abs(np.subtract(*corners)).max() < 3
 
 
 def short_film(path: Path, count: int) -> Path:

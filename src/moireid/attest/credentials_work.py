@@ -10,11 +10,13 @@ import json
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from moireid import __version__
 from moireid.errors import MediaError
-from moireid.sandbox.child import Talk
+
+if TYPE_CHECKING:
+    from moireid.sandbox.child import Talk
 
 #: Of the assertion that holds a report.
 LABEL = "org.moireid.verdict"

@@ -50,7 +50,7 @@ def load_pictures(path: Path) -> tuple[list[NDArray[np.uint8]], float | None]:
     still = _photograph(path)
     if still is not None:
         return [still[0]], still[1]
-    frames = Film(path).frames()
+    frames = Film(path, reduced=False).frames()
     return [frame.luma for frame in islice(frames, 0, FILM_FRAMES * FILM_STRIDE, FILM_STRIDE)], None
 
 

@@ -17,6 +17,8 @@ opened_file.py  the film's file, opened once
 limits.py       every constant on which a verdict depends, with its source
 reasons.py      findings with value, limit and unit
 timeline.py     rising frame times, and time intervals
+series.py       medians, means and greatest values over windows of frames
+splines.py      cubic splines over frames
 """
 
 from moireid.verifier.picture import Frame

@@ -5,6 +5,7 @@ Colour is not used: fringes and markers are grey, and so is the luma plane of th
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import ThreadPoolExecutor
@@ -28,9 +29,11 @@ FORMATS = frozenset(
     {"mov", "mp4", "m4a", "3gp", "3g2", "mj2", "matroska", "webm", "avi", "mpegts", "mpeg", "mpegvideo", "ogg", "flv"}
     | {"asf", "gif", "mxf", "nut", "h264", "hevc", "ivf", "obu", "yuv4mpegpipe", "mjpeg", "apng", "dv", "wtv", "rm"}
 )
-#: A 4K picture.  A tiny file can claim 16000 x 16000 pixels in its header, and decoders hold many pictures at once.
+#: A 4K picture; larger ones are read reduced.  A badge that is in view as a whole has pixels enough then.
 MOST_PIXELS = 4096 * 2304
-LIMITS = {"max_pixels": str(MOST_PIXELS)}
+#: An 8K picture.  A tiny file can claim 16000 x 16000 pixels in its header, and decoders hold many pictures at once.
+MOST_CODED_PIXELS = 8192 * 4608
+LIMITS = {"max_pixels": str(MOST_CODED_PIXELS)}
 #: A film must not make the reader open an address, and probing it must not take more memory than reading it.
 OPENING = {"protocol_whitelist": "file", **LIMITS}
 ADVICE = "give a film that a video player can play, such as an .mp4"
@@ -62,21 +65,26 @@ class Film:
     ----------
     path : Path
         The file.
+    reduced : bool
+        Read pictures larger than 4K reduced; otherwise they are refused.
 
     Raises
     ------
     MediaError
-        Where it is absent, empty or no film that can be read, or its pictures are larger than 4K.
+        Where it is absent, empty or no film that can be read, or its pictures are larger than 8K.
 
     Notes
     -----
     Convention: the file is opened once.  All that is read of it or told of it is of that file, whatever its path names
     later.  Rows stay as they were coded: a phone's rotation flag is not followed.  Pixels that the file calls wide or
     tall are made square, as a player shows them; width and height are those of the square ones.
-    Source: FFmpeg by PyAV.
+    Pictures larger than 4K are read reduced: a pixel that is read is the mean of `reduced_by` by `reduced_by` of them,
+    so place x that is read is place `unreduced_px(x)` of the film; width and height are those that are read.
+    Source: FFmpeg by PyAV.  Its decoders' own reduction (`lowres`) is not used: those of H.264, HEVC, VP9 and AV1, in
+    which large films come, have none.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, reduced: bool = True) -> None:
         """Open the file and look at its first video stream.  Raises: MediaError where there is none."""
         import av
 
@@ -99,18 +107,23 @@ class Film:
                 if stream.codec_context is None:
                     raise MediaError(f"{path} is coded in a way that no decoder here knows; {ADVICE}")
                 self._coded = stream.codec_context.width, stream.codec_context.height
-                self.width, self.height = _squared(self._coded, stream.sample_aspect_ratio)
+                self._whole = _squared(self._coded, stream.sample_aspect_ratio)
                 self.fps = float(stream.average_rate or stream.guessed_rate or 30)
                 self.frames_expected = int(stream.frames) or None
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{path} cannot be read as a video ({_reason(error)}); {ADVICE}") from error
-        if self.width * self.height > MOST_PIXELS:
+        pixels = self._whole[0] * self._whole[1]
+        most, name = (MOST_CODED_PIXELS, "8K") if reduced else (MOST_PIXELS, "4K")
+        if pixels > most:
             raise MediaError(
-                f"{path} has pictures of {self.width} x {self.height}, at most {MOST_PIXELS} pixels are read (4K); "
-                "export it at 4K or less"
+                f"{path} has pictures of {self._whole[0]} x {self._whole[1]}, at most {most} pixels are read here "
+                f"({name}); export it at {name} or less"
             )
-        if not self.width or not self.height:
-            raise MediaError(f"{path} says nothing of its picture size, or that it is beyond 4K; {ADVICE}")
+        if not pixels:
+            raise MediaError(f"{path} says nothing of its picture size, or that it is beyond 8K; {ADVICE}")
+        #: Pixels of the film, across and down, that one pixel of the pictures read is the mean of.
+        self.reduced_by = max(math.ceil(math.sqrt(pixels / MOST_PIXELS)), 1)
+        self.width, self.height = (side // self.reduced_by for side in self._whole)
         self.path = path
 
     def described(self) -> dict[str, Any]:
@@ -119,7 +132,8 @@ class Film:
         Returns
         -------
         dict
-            Path, SHA-256 of the file that was read, width and height in px, frames a second.
+            Path, SHA-256 of the file that was read, width and height of its pictures in px, frames a second, and by
+            how much the pictures were reduced.
 
         Raises
         ------
@@ -127,7 +141,8 @@ class Film:
             Where the file changed since it was opened.
         """
         sha256 = self._file.sha256()
-        return {"path": str(self.path), "sha256": sha256, "width": self.width, "height": self.height, "fps": self.fps}
+        size = {"width": self._whole[0], "height": self._whole[1], "fps": self.fps, "reduced_by": self.reduced_by}
+        return {"path": str(self.path), "sha256": sha256, **size}
 
     def frames(self) -> Generator[Frame, None, None]:
         """Decode frame by frame, from the beginning, one frame in memory at a time.
@@ -153,14 +168,14 @@ class Film:
                 stream.codec_context.options = LIMITS
                 for picture in container.decode(stream):
                     time_s = float(picture.time) if picture.time is not None else count / self.fps
-                    seen = picture_of(picture)
-                    if seen.shape != self._coded[::-1]:
+                    if (picture.width, picture.height) != self._coded:
                         raise MediaError(
                             f"{self.path} changes its picture size from {self._coded[0]} x {self._coded[1]} to "
-                            f"{seen.shape[1]} x {seen.shape[0]} at frame {count}; export it anew at one size"
+                            f"{picture.width} x {picture.height} at frame {count}; export it anew at one size"
                         )
+                    seen = picture_of(picture)
                     if self._coded != (self.width, self.height):
-                        seen = Picture(np.asarray(cv2.resize(seen.whole, (self.width, self.height)), np.uint8))
+                        seen = Picture(self._sized(seen.whole))
                     yield Frame(count, time_s, seen)
                     count += 1
         except (av.error.FFmpegError, OSError, ValueError) as error:
@@ -205,12 +220,19 @@ class Film:
                     if late or (time_s is None and count == index):
                         if (picture.width, picture.height) != self._coded:
                             break
-                        seen = picture.to_ndarray(format="rgb24")
-                        seen = np.asarray(cv2.resize(seen, (self.width, self.height)), np.uint8)
-                        return seen, round(picture.rotation / 90) % 4
+                        return self._sized(picture.to_ndarray(format="rgb24")), round(picture.rotation / 90) % 4
         except (av.error.FFmpegError, OSError, ValueError) as error:
             raise MediaError(f"{self.path} cannot be decoded at frame {index} ({_reason(error)}); {ADVICE}") from error
         raise MediaError(f"{self.path} has no frame {index}; {ADVICE}")
+
+    def _sized(self, picture: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        """A coded picture with square pixels, reduced; a last row or column that fills no pixel is left out."""
+        if self._coded != self._whole:
+            picture = np.asarray(cv2.resize(picture, self._whole), np.uint8)
+        if self.reduced_by > 1:
+            whole = picture[: self.height * self.reduced_by, : self.width * self.reduced_by]
+            picture = np.asarray(cv2.resize(whole, (self.width, self.height), interpolation=cv2.INTER_AREA), np.uint8)
+        return picture
 
     def frames_ahead(self) -> Iterator[Frame]:
         """Decode by a thread of its own, while the caller is busy with the frames before.
@@ -251,6 +273,11 @@ def _squared(coded: tuple[int, int], aspect: Fraction | None) -> tuple[int, int]
     if not 1 / MOST_ASPECT <= wide <= MOST_ASPECT or abs(wide - 1) < LEAST_ASPECT:
         return coded
     return (round(coded[0] * wide), coded[1]) if wide > 1 else (coded[0], round(coded[1] / wide))
+
+
+def unreduced_px(place_px: NDArray[np.float64], reduced_by: int) -> NDArray[np.float64]:
+    """Places in pictures that were read reduced, as places in the film; both from the first pixel's middle, px."""
+    return reduced_by * place_px + (reduced_by - 1) / 2
 
 
 def one_thread() -> bool:

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
-from moireid.verifier.fringes.strip_phase import StripPhase, covered_frames, measure_strip
+from moireid.verifier.fringes.strip_phase import StripPhase, _fit, _refine, covered_frames, measure_strip
 
 LENGTH_MM = 76.0
 SAMPLES = 152
@@ -168,6 +169,22 @@ def test_the_bar_grows_with_noise_and_falls_with_contrast(rng):
         for contrast, sd in ((30.0, 3.0), (30.0, 9.0), (10.0, 3.0))
     )
     assert louder / base == pytest.approx(3.0, rel=0.05) and fainter / base == pytest.approx(3.0, rel=0.05)
+
+
+@pytest.mark.parametrize("off", [-0.7, -0.26, 0.0, 0.1, 0.26, 0.7])
+def test_the_frequency_is_where_the_fringes_fit_best(rng, off):
+    """Catches: parabolas that stop beside the least misfit, or leave the reach where it lies at its end."""
+    reach = 0.4 / LENGTH_MM
+    noise = rng.normal(0, 4, (FRAMES, SAMPLES))
+    profiles, law = fringes(wandering(rng)) + noise, straight()
+
+    def misfit(frequency: float) -> float:
+        return float(_fit(profiles, law.phase_rad(frequency), 1).left.sum())
+
+    best = minimize_scalar(misfit, bounds=(BEAT - reach, BEAT + reach), method="bounded", options={"xatol": 1e-9}).x
+    assert _refine(profiles, law, best + off * reach, reach, FRAMES) == pytest.approx(best, abs=1e-3 * reach)
+    far = _refine(profiles, law, best + 1.5 * reach, reach, FRAMES)
+    assert best < far <= best + 1.5 * reach
 
 
 def test_a_trend_is_no_fringe(rng):

@@ -16,7 +16,7 @@ def chapter(verdict: str, decoded: str | None, *spans: tuple[float, float]) -> S
 
 
 def line(*chapters: SimpleNamespace) -> Line:
-    return Line(claim=None, tracker=None, chapters=list(chapters))
+    return Line(claim=None, tracker=None, done=list(chapters))
 
 
 @pytest.mark.parametrize(

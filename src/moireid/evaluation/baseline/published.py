@@ -76,7 +76,7 @@ def verify_published(
     Source: module docstring.
     """
     begun = time.perf_counter()
-    film = Film(video)
+    film = Film(video, reduced=False)
     reader = PublishedReader(claim.badge, corners, (film.width, film.height), claim.focal_px)
     read = 0
     for frame in film.frames_ahead():

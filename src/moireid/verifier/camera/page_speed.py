@@ -9,12 +9,12 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import CubicSpline
-from scipy.ndimage import median_filter
 
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.stretches import AROUND, even_or_apart
 from moireid.verifier.limits import JUMP_NOISE_SDS, MAX_PICTURE_JUMP, TREMOR_HZ
+from moireid.verifier.series import median_near
+from moireid.verifier.splines import slopes
 
 Array = NDArray[np.float64]
 #: A value less the polynomial through its eight neighbours on either side, scaled to keep the size of white noise.
@@ -45,8 +45,8 @@ def velocity_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_]) -> 
         clock = times_s[stretch]
         kept = _apart(clock, 0.5 * float(np.median(np.diff(clock))))
         if len(kept) >= 4:
-            spline = CubicSpline(clock[kept], points_px[stretch][kept])
-            velocity[stretch] = spline(np.clip(clock, clock[kept[0]], clock[kept[-1]]), 1)
+            within = np.clip(clock, clock[kept[0]], clock[kept[-1]])
+            velocity[stretch] = slopes(clock[kept], points_px[stretch][kept], within)
     return velocity
 
 
@@ -83,7 +83,7 @@ def jumps(points: Array, times_s: Array) -> NDArray[np.bool_]:
     if len(points) < AROUND:
         return found
     jerk = np.abs(_third_differences(points, times_s)).max(axis=(1, 2))
-    sudden = jerk > np.maximum(MAX_PICTURE_JUMP, JUMP_NOISE_SDS * median_filter(jerk, AROUND, mode="nearest"))
+    sudden = jerk > np.maximum(MAX_PICTURE_JUMP, JUMP_NOISE_SDS * median_near(jerk, AROUND))
     edges = np.diff(np.concatenate([[0], sudden, [0]]).astype(int))
     for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
         # A cut shows in three differences.  A frame that was exposed across the cut makes it four, and stands alone.

@@ -20,7 +20,6 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 Array = NDArray[np.float64]
 STEPS = 6
@@ -55,6 +54,21 @@ class PlanePoses:
         local = turned + self.translation[frames, better][:, None]
         seen = focal * local[..., :2] / local[..., 2:] + np.array(centre)
         return np.asarray((seen - points_px).reshape(len(frames), -1))
+
+
+def rotations(vectors: NDArray[np.floating]) -> Array:
+    """Rotation matrices (..., 3, 3) of rotation vectors (..., 3), rad.
+
+    Source: Rodrigues, cos a + (1 - cos a) / a^2 v v' + sin a / a [v]x for a vector v of length a.
+    """
+    angle = np.sqrt(np.sum(vectors**2, axis=-1))[..., None, None]
+    x, y, z = (np.sinc(angle[..., 0, 0] / np.pi) * vectors[..., k] for k in range(3))
+    turn = 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * vectors[..., :, None] * vectors[..., None, :]
+    turn += np.cos(angle) * np.eye(3)
+    for row, column, part in ((2, 1, x), (0, 2, y), (1, 0, z)):
+        turn[..., row, column] += part
+        turn[..., column, row] -= part
+    return np.asarray(turn)
 
 
 def loosened(errors: Array, slack: Array) -> Array:
@@ -123,7 +137,7 @@ def tangent_error(
         seen, tangents = _seen_and_tangents(plane, rotation, translation)
         rows = []
         for k in range(6):
-            turn = Rotation.from_rotvec(step * np.eye(6)[k, :3]).as_matrix()
+            turn = rotations(step * np.eye(6)[k, :3])
             moved = _seen_and_tangents(plane, turn @ rotation, translation + step * translation[2] * np.eye(6)[k, 3:])
             rows.append(np.concatenate([moved[0] - seen, moved[1] - tangents]) / step)
         table = np.array(rows).T
@@ -164,7 +178,7 @@ def refine_poses(
         right = flattened @ _weighed(flat - seen, slack).reshape(*flat.shape[:2], -1, 1)
         step = -np.linalg.solve(normal, right)[..., 0]
         step *= np.minimum(1.0, MOST_TURN_RAD / np.maximum(np.abs(step[..., :3]).max(axis=-1, keepdims=True), 1e-12))
-        turn = Rotation.from_rotvec(step[..., :3].reshape(-1, 3)).as_matrix().reshape(rotation.shape)
+        turn = rotations(step[..., :3])
         rotation, translation = turn @ rotation, translation + step[..., 3:]
     flat, near = _projected(_turned(rotation, plane), translation)
     error = focal * np.sqrt((_weighed(flat - seen, slack) ** 2).sum(axis=-2).mean(axis=-1))

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_smoothing_spline
-from scipy.ndimage import gaussian_filter1d
 
 from moireid.verifier.limits import (
     DOUBTED_MEDIANS_RATIO,
@@ -17,6 +15,8 @@ from moireid.verifier.limits import (
     STRAY_MEDIANS_RATIO,
     STRAY_PX,
 )
+from moireid.verifier.series import gaussian_mean
+from moireid.verifier.splines import smoothed
 
 Array = NDArray[np.float64]
 #: Frames further apart than this are not smoothed together, and give no velocity.
@@ -90,9 +90,7 @@ def slow_part(series: Array, times_s: Array, spread_s: float, numbers: NDArray[n
     """The slow part of a series, (T,): a Gaussian mean of standard deviation `spread_s`, not across gaps."""
     slow = np.empty_like(series)
     for stretch in unbroken(times_s, GAP_S, numbers):
-        slow[stretch] = gaussian_filter1d(
-            series[stretch], spread_s / max(frame_s(times_s[stretch]), 1e-4), mode="nearest"
-        )
+        slow[stretch] = gaussian_mean(series[stretch], spread_s / max(frame_s(times_s[stretch]), 1e-4))
     return slow
 
 
@@ -136,7 +134,7 @@ def _smooth(clock: Array, values: Array, explained: float, weights: Array | None
         if cut_off > 0.5 * count / length:
             continue
         stiffness = count / length / (2 * np.pi * cut_off) ** 4
-        course = np.asarray(make_smoothing_spline(clock, values, w=weights, lam=stiffness)(clock))
+        course = smoothed(clock, values, stiffness, weights)
         freedom = np.sum(1 / (1 + (np.arange(count) / (2 * length) / cut_off) ** 4))
         left = float(np.sum((values - course) ** 2 if weights is None else weights * (values - course) ** 2))
         if cut_off == CUT_OFFS_HZ[0] and np.sqrt(left / count) <= explained:

@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_smoothing_spline
-from scipy.spatial.transform import Rotation
 
-from moireid.verifier.camera.plane_pose import PlanePoses
+from moireid.verifier.camera.plane_pose import PlanePoses, rotations
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
+from moireid.verifier.splines import smoothed
 
 Array = NDArray[np.float64]
 #: Faster changes of the direction count as noise: a hand's path is slower.
@@ -55,7 +54,7 @@ def steady_errors_px(
         )
         normal = table.swapaxes(-1, -2) @ table
         step = -np.linalg.solve(normal + 1e-12 * np.eye(4), table.swapaxes(-1, -2) @ residual[..., None])[..., 0]
-        rotation, far = Rotation.from_rotvec(step[:, :3]).as_matrix() @ rotation, far * (1 + step[:, 3])
+        rotation, far = rotations(step[:, :3]) @ rotation, far * (1 + step[:, 3])
     return np.asarray(focal * np.sqrt((residual**2).sum(axis=1) / len(plane)))
 
 
@@ -66,5 +65,5 @@ def _smooth(values: Array, times_s: Array) -> Array:
         if len(stretch) >= 8:
             clock = np.maximum.accumulate(times_s[stretch]) + 1e-7 * np.arange(len(stretch))
             stiffness = len(clock) / (clock[-1] - clock[0]) / (2 * np.pi * CUT_OFF_HZ) ** 4
-            smooth[stretch] = make_smoothing_spline(clock, values[stretch], lam=stiffness)(clock)
+            smooth[stretch] = smoothed(clock, values[stretch], stiffness)
     return smooth

@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, median_filter
 
 from moireid.verifier.limits import JUMP_NOISE_SDS, MAX_GAP_S, MAX_MISSING_FRAMES, MAX_TURN_PER_S2, MIN_GAP_S
+from moireid.verifier.series import greatest_near, median_near
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -58,21 +58,18 @@ def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:
     steps, clock = np.diff(tangents, axis=0), even_or_apart(times_s)
     here = slice(SIDE - 1, len(found) - SIDE + 1)
     middles = np.median(np.lib.stride_tricks.sliding_window_view(tangents, SIDE, axis=0), axis=-1)
-    usual_step, speed = (
-        median_filter(series, (4 * SIDE - 1, 1), mode="nearest")[here]
-        for series in (steps, steps / np.diff(clock)[:, None])
-    )
+    usual_step, speed = (median_near(series, 4 * SIDE - 1)[here] for series in (steps, steps / np.diff(clock)[:, None]))
     # Frames may go on at half their rate, which is no jump by time; and a few may be missing, which is none by number.
     spans = (SIDE * usual_step, speed * (clock[1:-1][SIDE:] - clock[1:-1][:-SIDE])[:, None])
     sudden = np.min([np.abs(middles[SIDE:] - middles[:-SIDE] - expected) for expected in spans], axis=0)
-    usual = 1.4826 * median_filter(sudden, (AROUND, 1), mode="nearest")
+    usual = 1.4826 * median_near(sudden, AROUND)
     time = np.diff(times_s)[here]
     reach = MAX_TURN_PER_S2 * np.where(time > 1.5 * np.median(time), time / 2, time) ** 2
     over = (sudden / np.maximum(reach[:, None], JUMP_NOISE_SDS * usual)).max(axis=1)
     # Windows that straddle a cut beside their middle see some of it too: the cut is where they see most, or beside it
     # where the step itself is larger.
     size = np.linalg.norm(steps, axis=1)
-    for place in np.flatnonzero((over > 1) & (over == maximum_filter1d(over, 2 * SIDE - 1))) + here.start:
+    for place in np.flatnonzero((over > 1) & (over == greatest_near(over, 2 * SIDE - 1))) + here.start:
         first = max(int(place) - 1, 0)
         found[first + int(np.argmax(size[first : int(place) + 2]))] = True
     return found

@@ -17,7 +17,6 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 Array = NDArray[np.float64]
 Numbers = NDArray[np.int64]
@@ -87,9 +86,9 @@ def _likeliest(
         told, slope = film_of(course).zoom_told()
         # A frame that lies far off, as one that is shaken, is pulled in.
         told = slope * course[frames] + np.clip(told, -FAR_SDS * noise_px, FAR_SDS * noise_px)
-        factor = cho_factor(slope[:, None] * own * slope + noise, lower=True)
-        solved = cho_solve(factor, told)
-        value = -0.5 * float(told @ solved) - float(np.log(np.diag(factor[0])).sum())
+        factor = np.linalg.cholesky(slope[:, None] * own * slope + noise)
+        solved = np.linalg.solve(factor.T, np.linalg.solve(factor, told))
+        value = -0.5 * float(told @ solved) - float(np.log(np.diag(factor)).sum())
         step = prior @ (slope * solved) - course
         size = float(np.abs(step).max())
         course = course + step * min(1.0, LONGEST_STEP / max(size, 1e-12))

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter1d
 
 from moireid.verifier.camera.smoothing import frame_s
 from moireid.verifier.fringes.strip_shape import StripShape
 from moireid.verifier.limits import PLACE_MEAN_S, PLACE_MIN_INFORMATION_SHARE
+from moireid.verifier.series import moving_mean
 
 Array = NDArray[np.float64]
 #: Blocks of a strip: 7 mm each on a badge 80 mm wide; a camera at 2 m resolves a few millimetres.
@@ -35,8 +35,8 @@ def places_apart_rad(shape: StripShape | None, times_s: Array) -> float:
     times_s = times_s[shape.clear]
     borders = np.linspace(0, shape.left.shape[1], BLOCKS + 1).astype(int)[:-1]
     frames = max(1, round(PLACE_MEAN_S / max(frame_s(times_s, PLACE_MEAN_S), 1e-3)))
-    information = _averaged(np.add.reduceat(shape.slope**2, borders, axis=1), frames)
-    correlated = _averaged(np.add.reduceat(shape.left * shape.slope, borders, axis=1), frames)
+    information = moving_mean(np.add.reduceat(shape.slope**2, borders, axis=1), frames)
+    correlated = moving_mean(np.add.reduceat(shape.left * shape.slope, borders, axis=1), frames)
     weight = np.where(information > PLACE_MIN_INFORMATION_SHARE * np.median(information), information, 0.0)
     if not weight.sum() > 0:
         return 0.0
@@ -46,8 +46,3 @@ def places_apart_rad(shape: StripShape | None, times_s: Array) -> float:
         total = weight.sum(axis=axis, keepdims=True)
         shift = shift - (weight * shift).sum(axis=axis, keepdims=True) / np.where(total > 0, total, 1.0)
     return float(np.sqrt((weight * shift**2).sum() / weight.sum()))
-
-
-def _averaged(series: Array, frames: int) -> Array:
-    """Moving mean over `frames` frames, (T, B)."""
-    return np.asarray(uniform_filter1d(series, frames, axis=0, mode="nearest"))

@@ -11,12 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_dilation
-from scipy.optimize import minimize_scalar
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.sinusoid import Fit, fit_rows
 from moireid.verifier.limits import COVERED_MISFIT_CONTRASTS, COVERED_MISFIT_RATIO, STRIP_NOISE_RATIO
+from moireid.verifier.series import greatest_near
 from moireid.verifier.tracking.profiles import CODING_POWER
 
 Array = NDArray[np.float64]
@@ -25,6 +24,8 @@ Complex = NDArray[np.complex128]
 SEARCH_FRAMES = 32
 REFINE_FRAMES = 64
 BLOCKS = 4
+#: Steps of the refinement, as shares of its reach: the last parabola is exact to a thousandth of it.
+REFINE_STEPS = (1 / 2, 1 / 8, 1 / 32)
 #: Frames fitted at a time.
 PIECE_FRAMES = 512
 #: A hand's soft edge is before the strip so many frames longer than it shows.
@@ -117,7 +118,7 @@ def covered_frames(misfit: Array, contrast: Array) -> NDArray[np.bool_]:
     """
     usual = float(np.median(misfit))
     limit = max(COVERED_MISFIT_RATIO * usual, COVERED_MISFIT_CONTRASTS * float(np.median(contrast)))
-    return np.asarray(binary_dilation(misfit > limit, iterations=COVERED_EDGE_FRAMES)) & (misfit > usual)
+    return greatest_near(misfit > limit, 2 * COVERED_EDGE_FRAMES + 1) & (misfit > usual)
 
 
 def rounding_rad(strip: StripPhase) -> float:
@@ -163,13 +164,18 @@ def _refine(profiles: Array, law: StripLaw, start: float, reach: float, most: in
     """Frequency near `start` that explains the profiles best."""
     frames = _spread_out(len(profiles), most)
     some, law = profiles[frames], _part(law, frames)
-    found = minimize_scalar(
-        lambda f: float(_fit(some, law.phase_rad(f), 1).left.sum()),
-        bounds=(start - reach, start + reach),
-        method="bounded",
-        options={"xatol": 1e-3 * reach},
-    )
-    return float(found.x)
+    place = start
+    for step in (reach * share for share in REFINE_STEPS):
+        move = 1.0
+        while abs(move) == 1.0 and abs(place - start) <= reach:
+            below, here, above = (
+                float(_fit(some, law.phase_rad(place + way * step), 1).left.sum()) for way in (-1, 0, 1)
+            )
+            bend, slope = below - 2 * here + above, above - below
+            # To the vertex of the parabola through the three, if it lies between them; else to the lower side.
+            move = -0.5 * slope / bend if 2 * bend > abs(slope) else -float(np.sign(slope))
+            place += step * move
+    return float(np.clip(place, start - reach, start + reach))
 
 
 def _fit(profiles: Array, phase_rad: Array, harmonics: int) -> Fit:

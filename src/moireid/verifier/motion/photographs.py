@@ -22,8 +22,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
-from scipy.special import ndtr, stdtrit
 
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.signals import GratingSignal
@@ -37,12 +35,15 @@ from moireid.verifier.limits import (
     SPACING_FLOOR_RAD,
 )
 from moireid.verifier.reasons import Level, Reason
+from moireid.verifier.splines import cubic_bumps
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Passes = Callable[[GratingSignal], bool]
 #: Knots of the fine regression, at least and at most; frames for each of its unknowns.
 KNOTS_RANGE, FRAMES_PER_UNKNOWN = (4, 80), 2
+#: Frames that are taken at a time.
+PIECE_FRAMES = 8192
 #: A film with fewer frames is too short for a smooth course of many parts.
 SHORT_FRAMES = 120
 #: Independent times below which the scatter of the spacing says nothing.
@@ -55,17 +56,28 @@ MOST_PHOTOGRAPHS = 100
 class Spacing:
     """Change of the fringes' spacing with distance, seen over predicted (1 on a badge), and its standard deviation.
 
-    few: by how much more it scatters by chance, as the standard deviation is itself of few independent times.
+    pieces: independent times that the standard deviation is of.
     """
 
     gain: float
     sd: float
-    few: float = 1.0
+    pieces: float = math.inf
 
     @property
     def tested(self) -> bool:
         """Whether the distance changed enough to tell a badge from photographs."""
         return PHOTOGRAPH_SDS * self.sd <= 1.0
+
+    @property
+    def few(self) -> float:
+        """By how much more the gain scatters by chance, as its deviation is itself of few independent times."""
+        if self.pieces <= LEAST_PIECES or math.isinf(self.pieces):
+            return 1.0 if math.isinf(self.pieces) else math.inf
+        # SciPy takes longer to load than a short film to verify, and few films need this.
+        from scipy.special import ndtr, stdtrit
+
+        student = float(stdtrit(self.pieces - 1, ndtr(PHOTOGRAPH_SDS)))
+        return student / PHOTOGRAPH_SDS * math.sqrt(self.pieces / (self.pieces - 1))
 
     @property
     def of_pictures(self) -> float:
@@ -82,8 +94,8 @@ class Spacing:
         Photographs give too small a gain, so the limit is strict there.  Too great a gain comes from chance or from a
         zoom, so a short film has more room there.
         """
-        sds = PHOTOGRAPH_SDS * (self.sd if self.gain < 1 else self.few * self.sd)
-        return abs(self.gain - 1) > max(MAX_SPACING_ERROR_RATIO, sds)
+        error, sds = abs(self.gain - 1), PHOTOGRAPH_SDS * self.sd
+        return error > max(MAX_SPACING_ERROR_RATIO, sds) and (self.gain < 1 or error > self.few * sds)
 
 
 def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSignal], passes: Passes) -> list[Reason]:
@@ -154,11 +166,8 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     # Times that tell nothing do not count.
     pieces = whole**2 / float(np.sum(told**2))
     scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
-    few = math.inf
-    if pieces > LEAST_PIECES:
-        few = float(stdtrit(pieces - 1, ndtr(PHOTOGRAPH_SDS))) / PHOTOGRAPH_SDS * math.sqrt(pieces / (pieces - 1))
     change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
-    return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)), few)
+    return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)), pieces)
 
 
 class Course:
@@ -178,10 +187,17 @@ class Course:
         self._smooth = np.linalg.qr(np.column_stack(columns))[0]
         most = len(self.law_rad) / FRAMES_PER_UNKNOWN - self._smooth.shape[1] - 3
         knots = int(np.clip(min(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, most), *KNOTS_RANGE))
-        bumps = _bumps(self.law_rad, knots)
-        bumps -= self._smooth @ (self._smooth.T @ bumps)
-        turned, sizes, _ = np.linalg.svd(bumps, full_matrices=False)
-        self._fine = turned[:, sizes > 1e-6 * sizes.max(initial=1e-12)]
+        bumps = cubic_bumps(self.law_rad, knots)
+        # An hour has 200,000 frames, so nothing else has that many rows: the bumps are changed where they are.
+        pieces = [slice(k, k + PIECE_FRAMES) for k in range(0, len(bumps), PIECE_FRAMES)]
+        along = self._smooth.T @ bumps
+        for piece in pieces:
+            bumps[piece] -= self._smooth[piece] @ along
+        squares, turned = np.linalg.eigh(bumps.T @ bumps)
+        kept = squares > 1e-12 * squares.max(initial=1e-24)
+        for piece in pieces:
+            bumps[piece, : kept.sum()] = bumps[piece] @ (turned[:, kept] / np.sqrt(squares[kept]))
+        self._fine = bumps[:, : kept.sum()]
 
     @property
     def told(self) -> bool:
@@ -270,10 +286,3 @@ def cross_faded(law_rad: Array, count: int) -> tuple[Complex, Complex]:
 
 def _standard(series: Array) -> Array:
     return np.asarray((series - series.mean()) / max(float(series.std()), 1e-12))
-
-
-def _bumps(places: Array, knots: int) -> Array:
-    """Cubic B-splines on an even grid over all places, (T, knots + 3)."""
-    low, high = float(places.min()), float(places.max())
-    grid = np.concatenate([[low] * 3, np.linspace(low, high, knots + 1), [high] * 3])
-    return np.asarray(BSpline.design_matrix(np.clip(places, low, high), grid, 3).toarray())

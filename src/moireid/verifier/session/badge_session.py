@@ -8,6 +8,7 @@ badge carries the claimed identity, the verdict is about the badge that is shown
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import Executor, Future
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,6 +18,7 @@ from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
+from moireid.verifier.video import unreduced_px
 
 #: If several badges carry the claimed identity, a rejected one counts first, then an accepted one, then an open one.
 ORDER = {"reject": 0, "accept": 1, "inconclusive": 2}
@@ -26,19 +28,45 @@ MOST_NAMED = 4
 
 @dataclass(eq=False)
 class Line:
-    """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one."""
+    """A tracker and its judged chapters; the next chapter begins with `repeated` frames of the last one.
+
+    beside: where a chapter is judged while the film goes on; one at a time, so that memory stays bounded.
+    """
 
     claim: Claim
     tracker: BadgeTracker
-    chapters: list[Chapter] = field(default_factory=list)
+    done: list[Chapter] = field(default_factory=list)
     repeated: int = 0
+    beside: Executor | None = None
+    _pending: Future[Chapter] | None = None
+
+    @property
+    def chapters(self) -> list[Chapter]:
+        """The judged chapters; waits for one that is being judged."""
+        self.settle()
+        return self.done
+
+    def settle(self) -> None:
+        """Wait for a chapter that is being judged."""
+        if self._pending is not None:
+            pending, self._pending = self._pending, None
+            self._take_in(pending.result())
 
     def close(self, keep: int = 0) -> None:
-        """Judge the open chapter.  Only the chapter that the report plots keeps its track and measurement."""
-        self.chapters.append(judge_chapter(self.tracker.take(keep), self.claim, repeated=self.repeated))
+        """Judge the open chapter, once the one before it is judged; beside the film where that goes on."""
+        self.settle()
+        track = self.tracker.take(keep)
+        if self.beside is not None and keep:
+            self._pending = self.beside.submit(judge_chapter, track, self.claim, repeated=self.repeated)
+        else:
+            self._take_in(judge_chapter(track, self.claim, repeated=self.repeated))
         self.repeated = keep
-        shown = min(self.chapters, key=_plot_order)
-        self.chapters = [chapter if chapter is shown else chapter.light() for chapter in self.chapters]
+
+    def _take_in(self, chapter: Chapter) -> None:
+        """Only the chapter that the report plots keeps its track and measurement."""
+        self.done.append(chapter)
+        shown = min(self.done, key=_plot_order)
+        self.done = [chapter if chapter is shown else chapter.light() for chapter in self.done]
 
     def end_piece(self) -> None:
         """The film's times restart: judge the open chapter if it is long enough to be one by itself."""
@@ -70,15 +98,17 @@ class Line:
         broken = [chapter for chapter in self.chapters if chapter.invariant.verdict == "reject"]
         return tuple(span for chapter in broken for span in chapter.judged_s)
 
-    def region(self) -> dict[str, Any] | None:
+    def region(self, reduced_by: int = 1) -> dict[str, Any] | None:
         """First frame that shows the badge, and the corners of its board there, film px; None if no frame shows it.
 
+        Parameters: reduced_by: pixels of the film for one of the frames, as `Film.reduced_by`.
         Convention: as `BadgeTracker.outline_px`.
         """
         corners, first = self.tracker.outline_px(), self.tracker.course.first
         if corners is None or first is None:
             return None
-        places = [[json_number(round(float(value), 1)) for value in corner] for corner in corners]
+        film_px = unreduced_px(corners, reduced_by)
+        places = [[json_number(round(float(value), 1)) for value in corner] for corner in film_px]
         return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
 
 

@@ -21,6 +21,9 @@ If several badges are in view, the verdict is about one of them (`badge_session`
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +39,7 @@ from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.result import Report
 from moireid.verifier.session.streaming import Verifier
 from moireid.verifier.tracking.track import no_track
-from moireid.verifier.video import Film, Progress
+from moireid.verifier.video import Film, Progress, one_thread
 
 
 def verify(
@@ -121,11 +124,11 @@ def verify(
         film.described(),
         {"read": seen.read, "tracked": seen.tracked + seen.passed, "measured": seen.tracked},
         timing,
-        _left_out(claim.badge, shown.measurement, seen.verifier.unsearched, seen.passed),
+        _left_out(claim.badge, film, shown.measurement, seen.verifier.unsearched, seen.passed),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),
         shown.measurement,
         segments=tuple(segment for chapter in seen.chapters for segment in chapter.segments),
-        region=judged.region(),
+        region=judged.region(film.reduced_by),
         overlap=overlapped,
         cover=cover,
         claim_source=claim.provenance.source if claim.provenance else None,
@@ -152,9 +155,25 @@ class _Seen:
         return sum(chapter.passed for chapter in self.chapters)
 
 
+@contextmanager
+def _beside() -> Iterator[Executor | None]:
+    """Where chapters are judged: in a thread, or in this one where the process keeps to one."""
+    if one_thread():
+        yield None
+        return
+    with ThreadPoolExecutor(1, "chapters") as executor:
+        yield executor
+
+
 def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) -> _Seen:
     """Steps 2 to 7."""
-    verifier = Verifier(claim, running=False)
+    with _beside() as beside:
+        verifier = Verifier(claim, running=False, beside=beside, reduced_by=film.reduced_by)
+        return _read(film, verifier, overlap, progress)
+
+
+def _read(film: Film, verifier: Verifier, overlap: bool, progress: Progress | None) -> _Seen:
+    """The film pushed into a verifier, frame by frame."""
     watch = OverlapWatch() if overlap else None
     read, decode_s, face_s = 0, 0.0, 0.0
     clock = time.perf_counter()
@@ -178,9 +197,16 @@ def _judged(film: Film, claim: Claim, overlap: bool, progress: Progress | None) 
     return _Seen(verifier, watch, chapters, read, stages)
 
 
-def _left_out(badge: Badge, measurement: Measurement | None, unsearched: int, passed: int) -> tuple[str, ...]:
+def _left_out(
+    badge: Badge, film: Film, measurement: Measurement | None, unsearched: int, passed: int
+) -> tuple[str, ...]:
     """Steps that this film and badge did not need, or that would cost more than decoding allows."""
     parts = ["colour", "the picture away from the badge once it is found"]
+    if film.reduced_by > 1:
+        parts.append(
+            f"detail finer than {film.reduced_by} pixels, as the pictures are larger than 4K: they were read at "
+            f"{film.width} x {film.height}"
+        )
     if unsearched:
         parts.append(
             f"the whole picture in {unsearched} frames without a badge, as looking may cost a share of decoding"

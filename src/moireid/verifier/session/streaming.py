@@ -70,7 +70,15 @@ class Verifier:
     Source: `moireid.verifier.session.chapters`.
     """
 
-    def __init__(self, claim: Claim, *, running: bool = True, aside: Executor | None = None) -> None:
+    def __init__(
+        self,
+        claim: Claim,
+        *,
+        running: bool = True,
+        aside: Executor | None = None,
+        beside: Executor | None = None,
+        reduced_by: int = 1,
+    ) -> None:
         """Begin a film.
 
         Parameters
@@ -82,6 +90,11 @@ class Verifier:
         aside : Executor, optional
             Where running verdicts are made while `push` goes on, so that a camera's frames need not wait half a
             second.  Each is then told by a later push, and one at a time is made.
+        beside : Executor, optional
+            Where the chapters of a long film are judged while `push` goes on; they come out the same.
+        reduced_by : int
+            Pixels of the film, across and down, for one of the frames, as `Film.reduced_by`; the claim's focal length
+            and places in findings are in the film's.
 
         Raises
         ------
@@ -90,13 +103,16 @@ class Verifier:
         """
         self._aside = aside
         self._pending: Future[Running] | None = None
-        self._claim, self._running = claim, running
+        if claim.focal_px is not None:
+            claim = replace(claim, focal_px=claim.focal_px / reduced_by)
+        self._claim, self._running, self._reduced_by = claim, running, reduced_by
         self._times = FilmTime()
         self._first_s, self._pushed = math.inf, 0
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
-        self._lines = [Line(claim, self._view.trackers[0])]
+        self._beside = beside
+        self._lines = [Line(claim, self._view.trackers[0], beside=beside)]
         #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
         self._gone, self._gone_read = 0, set[str]()
         self._gone_breaking: list[tuple[BadgeTracker, tuple[Span, ...]]] = []
@@ -134,7 +150,8 @@ class Verifier:
         breaking = [span for line in beside for span in line.breaking()]
         breaking += [span for tracker, spans in self._gone_breaking if tracker is not judged.tracker for span in spans]
         spans = [span for chapter in judged.chapters for span in chapter.judged_s]
-        note = others_note(len(beside) + self._gone - (judged is self._kept), read, judged.region())
+        count = len(beside) + self._gone - (judged is self._kept)
+        note = others_note(count, read, judged.region(self._reduced_by))
         return note + breaking_finding(breaking, spans)
 
     @property
@@ -243,7 +260,7 @@ class Verifier:
             self._kept = min([line, *([self._kept] if self._kept else [])], key=Line.rank)
         self._view.given_up.clear()
         for tracker in self._view.trackers[len(self._lines) :]:
-            self._lines.append(Line(self._claim, tracker))
+            self._lines.append(Line(self._claim, tracker, beside=self._beside))
 
     def _looks(self) -> list[tuple[Line, Track]]:
         """The last frames of the badges that are in view now."""
@@ -262,7 +279,7 @@ class Verifier:
             return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
         line, chapter = min(chapters, key=lambda pair: rank_of([pair[1]], self._claim, pair[0].tracker.shown))
         read = {other.identity.decoded_id for _, other in chapters if other is not chapter}
-        note = others_note(len(tracks) - 1, {name for name in read if name}, line.region())
+        note = others_note(len(tracks) - 1, {name for name in read if name}, line.region(self._reduced_by))
         reasons = reasons_of([chapter]) + note
         return Running(now_s, chapter.span_s, worst(list(reasons)), reasons, chapter.tracked)
 

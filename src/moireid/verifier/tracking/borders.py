@@ -18,7 +18,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import erf
 
 from moireid.badge import Badge, Rect
 from moireid.verifier.tracking.template import BLUR_PX, warp_jacobian
@@ -64,6 +63,9 @@ class Borders:
         Parameters: values (S, M): brightness seen at the places; freed (K,): as found so far; middle, extent: of the
             template's coordinates; contrast: of the markers, counts.
         """
+        # SciPy takes longer to load than a short film to verify, and two markers alone are seldom seen.
+        from scipy.special import erf
+
         inward = self.inward - (self.freedom @ freed)[:, None]
         printed = -0.5 * erf(inward * px_per_mm / BLUR_PX / np.sqrt(2))
         apart, own = values - values.mean(axis=1, keepdims=True), printed - printed.mean(axis=1, keepdims=True)

@@ -1,0 +1,87 @@
+"""What a command costs before and beside its work: run `.venv/bin/python benchmarks/start_up.py [--repeats N]`.
+
+Each command runs in a process of its own, cold but for the disk's cache.  CPU seconds are those of all threads; of both
+figures the best run is printed, as others only show what else the machine did, and the median beside it.  The film is
+the first two seconds of the outside film at 1 m.  Last come the packages whose modules take most of the time to load.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import resource
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from pathlib import Path
+
+import av
+
+FILMS = Path(__file__).parent.parent / "tests" / "data" / "films"
+FILM_S = 2.0
+MOST_PACKAGES = 8
+
+
+def beginning(source: Path, target: Path, seconds: float) -> Path:
+    """The first seconds of a film, its packets copied."""
+    with av.open(str(source)) as given, av.open(str(target), "w") as made:
+        seen = given.streams.video[0]
+        stream = made.add_stream_from_template(seen)
+        for packet in given.demux(seen):
+            if packet.pts is not None and packet.pts * packet.time_base < seconds:
+                packet.stream = stream
+                made.mux(packet)
+    return target
+
+
+def cost_s(arguments: list[str]) -> tuple[float, float]:
+    """CPU and wall seconds of one run of `moireid`."""
+    before, clock = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
+    done = subprocess.run(_command(arguments), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    wall = time.perf_counter() - clock
+    if done.returncode:
+        sys.exit(done.stderr)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime, wall
+
+
+def _command(arguments: list[str], *options: str) -> list[str]:
+    return [sys.executable, *options, str(Path(sys.executable).parent / "moireid"), *arguments]
+
+
+def load_ms(arguments: list[str]) -> Counter[str]:
+    """Milliseconds that the modules of each package take to load, by Python's own count, which adds some."""
+    done = subprocess.run(_command(arguments, "-X", "importtime"), capture_output=True, text=True, check=True)
+    found: Counter[str] = Counter()
+    for line in done.stderr.splitlines():
+        own, _, module = line.removeprefix("import time:").split("|") if line.count("|") == 2 else ("", "", "")
+        if own.strip().isdigit():
+            found[module.strip().split(".")[0]] += int(own) / 1e3
+    return found
+
+
+def main() -> None:
+    """Print a row a command, then what is loaded."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--repeats", type=int, default=7)
+    repeats = parser.parse_args().repeats
+    print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, best (median) of {repeats}")
+    print(f"{'command':<22}{'CPU s':>16}{'wall s':>16}")
+    with tempfile.TemporaryDirectory() as folder:
+        film = beginning(FILMS / "genuine_1.0m.mp4", Path(folder) / "film.mp4", FILM_S)
+        verify = ["verify", str(film), "--badge", str(FILMS / "badge.json"), "--json"]
+        for name, arguments in (("--help", ["--help"]), (f"verify of {FILM_S:g} s", verify)):
+            cpu, wall = zip(*(cost_s(arguments) for _ in range(repeats)), strict=True)
+            columns = (f"{min(each):.2f} ({statistics.median(each):.2f})" for each in (cpu, wall))
+            print(f"{name:<22}" + "".join(f"{column:>16}" for column in columns))
+        print(f"\n{'loaded by verify':<22}{'ms':>16}")
+        for package, milliseconds in load_ms(verify).most_common(MOST_PACKAGES):
+            print(f"{package:<22}{milliseconds:>16.0f}")
+
+
+if __name__ == "__main__":
+    main()

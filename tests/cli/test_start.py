@@ -1,0 +1,45 @@
+"""What a verify of a short film loads: never more than it needs, as loading took longer than judging.
+
+Seconds are not tested, as they are those of the machine; `benchmarks/start_up.py` prints them.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from kit.coded_films import first_frames
+
+FILMS = Path(__file__).parents[1] / "data" / "films"
+#: Packages for plots, pages, registries, signatures, clusters and numbers that a plain verify does without.
+SPARED = {
+    *("PIL", "c2pa", "cadquery", "cryptography", "dask", "distributed", "dlib", "fastapi", "fontTools", "jinja2"),
+    *("matplotlib", "mitsuba", "numba", "platformdirs", "reportlab", "rich", "scipy", "securesystemslib"),
+    *("sqlalchemy", "uvicorn"),
+}
+
+
+@pytest.mark.parametrize(
+    ("name", "badge", "exit_code"), [("genuine_1.0m", "badge", 0), ("forged_gain_low_1.0m", "badge", 1)]
+)
+def test_a_verify_loads_no_package_that_it_does_not_need(tmp_path: Path, name: str, badge: str, exit_code: int) -> None:
+    """Catches: one import of SciPy on the way to a verdict, which costs as much as two seconds of film."""
+    film = first_frames(FILMS / f"{name}.mp4", tmp_path / "film.mp4", 180)
+    arguments = ["moireid", "verify", str(film), "--badge", str(FILMS / f"{badge}.json"), "--json"]
+    code = (
+        "import sys\n"
+        "from moireid.cli.main import main\n"
+        f"sys.argv = {arguments!r}\n"
+        "try:\n    main()\nfinally:\n"
+        "    print('LOADED', *{name.split('.')[0] for name in sys.modules}, file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert done.returncode == exit_code, done.stderr
+    assert json.loads(done.stdout)["frames"]["read"] == 180
+    loaded = set(done.stderr.splitlines()[-1].split())
+    assert {"LOADED", "av", "click", "cv2", "numpy"} <= loaded
+    assert loaded & SPARED == set()

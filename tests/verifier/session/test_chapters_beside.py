@@ -1,0 +1,103 @@
+"""Chapters judged while the film goes on.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from types import SimpleNamespace
+
+import cv2
+import pytest
+
+from moireid.badge import load_badge
+from moireid.errors import SpecError
+from moireid.verifier import Claim, verify
+from moireid.verifier.session import badge_session, streaming
+from moireid.verifier.session.badge_session import Line
+
+
+class Tracker:
+    """Hands out chapters by number."""
+
+    frames_read = tracked = 1
+
+    def __init__(self) -> None:
+        self.taken = 0
+
+    def take(self, keep: int = 0) -> int:
+        self.taken += 1
+        return self.taken
+
+
+def chapter(number: int) -> SimpleNamespace:
+    found = SimpleNamespace(number=number, invariant=SimpleNamespace(verdict="accept"), tracked=1)
+    found.light = lambda: found
+    return found
+
+
+@pytest.fixture
+def beside():
+    with ThreadPoolExecutor(1) as executor:
+        yield executor
+
+
+def test_one_chapter_is_judged_beside_the_film_and_they_stay_in_order(monkeypatch, beside):
+    """Catches: chapters that pile up in memory behind a slow judge, or come out in another order."""
+    going, free = threading.Semaphore(0), threading.Semaphore(0)
+
+    def judge(track: int, claim: None, *, repeated: int) -> SimpleNamespace:
+        assert repeated == (0 if track == 1 else 7)
+        going.release()
+        assert free.acquire(timeout=20)
+        return chapter(track)
+
+    monkeypatch.setattr(badge_session, "judge_chapter", judge)
+    line = Line(None, Tracker(), beside=beside)
+    line.close(7)
+    assert going.acquire(timeout=20) and line.done == []
+    free.release()
+    line.close(7)
+    assert [one.number for one in line.done] == [1]
+    free.release()
+    free.release()
+    assert [one.number for one in line.finish().chapters] == [1, 2, 3]
+
+
+def test_an_error_of_a_chapter_is_raised_where_it_is_asked_for(monkeypatch, beside):
+    """Catches: a fault in another thread that is lost, and a film judged without one of its chapters."""
+
+    def judge(track: int, claim: None, *, repeated: int) -> None:
+        raise SpecError("told by the test")
+
+    monkeypatch.setattr(badge_session, "judge_chapter", judge)
+    line = Line(None, Tracker(), beside=beside)
+    line.close(7)
+    with pytest.raises(SpecError, match="told by the test"):
+        _ = line.chapters
+
+
+def test_a_film_of_many_chapters_comes_out_as_one_after_the_other(films: Path, monkeypatch):
+    """Catches: chapters that share a buffer with the tracker, which goes on; a process of one thread that uses more."""
+    monkeypatch.setattr(streaming, "CHAPTER_FRAMES", 90)
+    monkeypatch.setattr(streaming, "OVERLAP_FRAMES", 30)
+    judged_by: set[str] = set()
+    judge = badge_session.judge_chapter
+
+    def watched(*given, **named):
+        judged_by.add(threading.current_thread().name)
+        return judge(*given, **named)
+
+    monkeypatch.setattr(badge_session, "judge_chapter", watched)
+    claim, threads = Claim(load_badge(films / "badge.json")), cv2.getNumThreads()
+    found = []
+    try:
+        for count in (max(threads, 2), 1):
+            cv2.setNumThreads(count)
+            found.append(verify(films / "genuine_1.0m.mp4", claim).to_json())
+            assert any(name.startswith("chapters") for name in judged_by) == (count > 1)
+            judged_by.clear()
+    finally:
+        cv2.setNumThreads(threads)
+    beside, alone = ({key: value for key, value in one.items() if key != "timing"} for one in found)
+    assert beside == alone and beside["frames"]["tracked"] == 240
