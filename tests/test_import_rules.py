@@ -103,6 +103,7 @@ WITHIN: dict[str, set[str]] = {
         "record",
         "schema",
     },
+    "registry.face": {"bundle", "checkpoints", "claims", "ledger", "look_alikes", "record", "schema"},
     "cli.registry": {"common"},
     "bench.identity": {"rows"},
     "bench.fabricate": set(),

@@ -13,8 +13,8 @@ ledger.py      transactions that write table and log together, one writer after 
 claims.py      from a name or an id to the one record it means
 look_alikes.py names that the eye takes for one another
 claimed.py     the badge that a claim means; who holds a badge; whom identification may find
-outward.py     what it shows to those outside: its standing, checkpoints, bundles
-store.py       the Registry: enroll, find, list, revoke, and calls to the rest
+store.py       the Registry: enroll, revoke, and calls to the rest
+face/          the rest of what a Registry offers: look-ups, standing, checkpoints, bundles
 batch.py       many badges at once
 audit.py       checks the whole log and all records; lists what an audit cannot find
 checkpoints/   signed checkpoints that others keep, and what this user saw last
