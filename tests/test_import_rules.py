@@ -21,7 +21,7 @@ from moireid.simulate.forgeries.courses import KINDS
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
 GROUND = {"asbuilt", "badge", "dots", "errors", "files", "kept"}
-GROUND |= {"lazy", "lenticule", "optics", "profiles", "provenance", "sheets"}
+GROUND |= {"lazy", "lenticule", "names", "optics", "profiles", "provenance", "sheets"}
 ROOMS = {
     "archive",
     "attest",
@@ -92,7 +92,20 @@ WITHIN: dict[str, set[str]] = {
     "fabrication.acrylic": {"page", "meshes", "process", "sight", "solids"},
     "fabrication.assembly": {"page", "printed", "acrylic", "process", "sight"},
     "registry.checkpoints": {"canonical", "keys", "ledger", "log", "record", "schema"},
-    "registry.transfer": {"audit", "batch", "canonical", "engine", "keys", "ledger", "log", "record", "schema"},
+    "registry.transfer": {
+        "actor",
+        "audit",
+        "batch",
+        "canonical",
+        "engine",
+        "keys",
+        "ledger",
+        "log",
+        "look_alikes",
+        "record",
+        "schema",
+        "upkeep",
+    },
     "registry.bundle": {
         "canonical",
         "checkpoints",
@@ -103,7 +116,19 @@ WITHIN: dict[str, set[str]] = {
         "record",
         "schema",
     },
-    "registry.face": {"bundle", "checkpoints", "claims", "ledger", "look_alikes", "record", "schema"},
+    "registry.face": {"bundle", "checkpoints", "claims", "ledger", "look_alikes", "record", "schema", "upkeep"},
+    "registry.upkeep": {
+        "actor",
+        "canonical",
+        "claims",
+        "engine",
+        "keys",
+        "ledger",
+        "log",
+        "look_alikes",
+        "record",
+        "schema",
+    },
     "cli.registry": {"common"},
     "bench.identity": {"rows"},
     "bench.fabricate": set(),

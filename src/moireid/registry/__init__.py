@@ -7,8 +7,9 @@ engine.py      from a URL to connections; SQLite's settings; database errors as 
 keys.py        the authority's key pair, and signatures by kind of thing signed
 canonical.py   documents as bytes: one spelling for signing, packed for storing
 record.py      the Record, its signed text, and the check of its signature on reading
+actor.py       who does something: accounts and tokens, as the log holds them
 log.py         the log's entries, their chain, and the head
-schema.py      the tables, their version, and their check on opening
+schema.py      the tables, and what is asked of them
 ledger.py      transactions that write table and log together, one writer after the other
 claims.py      from a name or an id to the one record it means
 look_alikes.py names that the eye takes for one another
@@ -20,6 +21,7 @@ audit.py       checks the whole log and all records; lists what an audit cannot 
 checkpoints/   signed checkpoints that others keep, and what this user saw last
 bundle/        what a verifier needs, in one signed file
 transfer/      a registry to a JSON file, and back
+upkeep/        opening, older versions, the log as it is told, people erased
 """
 
 from moireid.provenance import Claimed, Holder

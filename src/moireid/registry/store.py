@@ -7,6 +7,7 @@ What is added later, a revocation or measured figures, is signed and logged like
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -14,7 +15,8 @@ from pathlib import Path
 from types import TracebackType
 
 from moireid.badge import Badge
-from moireid.errors import RegistryError
+from moireid.errors import LookAlikeWarning, RegistryError
+from moireid.registry.actor import account, checked_actor
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
@@ -28,15 +30,18 @@ from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
+from moireid.registry.upkeep.erasure import Erased, erase_actor, erase_person
 from moireid.registry.url import default_url, read_url
 
 #: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
+#: So many people of names that look alike are named in a warning.
+MOST_TOLD = 3
 
 Progress = Callable[[int, int | None], None]
 
 
-def open_registry(url: str | None, *, create: bool, make_authority: bool = True) -> Registry:
+def open_registry(url: str | None, *, create: bool, make_authority: bool = True, actor: str | None = None) -> Registry:
     """The registry at an SQLAlchemy URL, or at `default_url()` for None.
 
     Parameters
@@ -47,6 +52,8 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
         Make folder, file, tables and the authority's key pair where they are absent; without it nothing is ever made.
     make_authority : bool
         Without it a new registry has no key of its own and awaits an import.
+    actor : str, optional
+        Who does what is done with it, as the log names them; None for the account that this process runs as.
 
     Returns
     -------
@@ -57,10 +64,15 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
     ------
     RegistryError
         Where the URL is none, its driver is not installed, the registry is absent, or what is there cannot be opened,
-        is no registry, or has another schema version; or where no key can be written.
+        is no registry, or has another schema version; where no key can be written; or `actor` is no line of text.
+
+    Notes
+    -----
+    A registry of schema version 2 is brought to this version; older programs cannot open it then.
     """
     parsed = read_url(default_url() if url is None else url)
-    return Registry(open_ledger(parsed, create=create, make_authority=make_authority))
+    who = account() if actor is None else checked_actor(actor)
+    return Registry(open_ledger(parsed, create=create, make_authority=make_authority, actor=who), who)
 
 
 class Registry(Reading, Outward):
@@ -70,6 +82,8 @@ class Registry(Reading, Outward):
     ----------
     ledger : Ledger
         Tables and log.  `open_registry` makes one.
+    actor : str
+        Who does what is done with it.
 
     Raises
     ------
@@ -78,9 +92,29 @@ class Registry(Reading, Outward):
         it, or is not the version that the log has last.  Those that write need the private key.
     """
 
-    def __init__(self, ledger: Ledger) -> None:
+    def __init__(self, ledger: Ledger, actor: str) -> None:
         super().__init__(ledger)
-        self.shown_url = ledger.shown
+        self.shown_url, self.actor = ledger.shown, actor
+
+    def by(self, actor: str) -> Registry:
+        """Give the same open registry, for somebody else to act on.
+
+        Parameters
+        ----------
+        actor : str
+            Who does what is done with it, as the log names them.
+
+        Returns
+        -------
+        Registry
+            It shares the connections; closing either closes both.
+
+        Raises
+        ------
+        RegistryError
+            Where `actor` is no line of text, or a studio's token.
+        """
+        return Registry(self._ledger, checked_actor(actor))
 
     def __enter__(self) -> Registry:
         return self
@@ -118,13 +152,15 @@ class Registry(Reading, Outward):
         """
         return str(self._ledger.head())
 
-    def enroll(self, badge: Badge) -> Record:
+    def enroll(self, badge: Badge, *, told: bool = False) -> Record:
         """Issue a badge.
 
         Parameters
         ----------
         badge : Badge
             With an id and a name.
+        told : bool
+            Whether whoever issues it was told already of people whose names look like this one.
 
         Returns
         -------
@@ -134,25 +170,32 @@ class Registry(Reading, Outward):
         Raises
         ------
         RegistryError
-            Where the badge has no id, or a name that cannot be claimed, or where its id is issued already to another
-            name or with another badge.
+            Where the badge has no id, or a name that cannot be claimed or holds letters that nobody sees; where its id
+            is issued already to another name or with another badge, or was an erased person's.
         SpecError
             Where the badge breaks its own schema.
+
+        Warns
+        -----
+        LookAlikeWarning
+            Where the name looks like that of somebody else who is enrolled.
         """
         record = new_record(badge, self.shown_url, utc_now())
         holder = self.by_id(record.id)
         if holder is None:
             self._ledger.signer()
-            with self._ledger.writing() as transaction:
+            with self._ledger.writing(self.actor) as transaction:
                 # Looked up again where nobody else can write: else two could find the id free at once.
                 holders = transaction.records(select_records().where(badges.c.id == record.id))
                 if not holders:
-                    transaction.enter([record], "enroll")
-                    return record
-                holder = holders[0]
+                    (record,) = transaction.enter([record], "enroll")
+            if not holders:
+                self._warn([record.name], told=told)
+                return record
+            holder = holders[0]
         return same_or_conflict(record, holder)
 
-    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None) -> Batch:
+    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None, *, told: bool = False) -> Batch:
         """Issue many badges, a thousand at a time.
 
         Parameters
@@ -161,6 +204,8 @@ class Registry(Reading, Outward):
             What is enrolled already stays as it is, so a batch that was interrupted can be run again.
         progress : callable, optional
             Called with badges done and in all, None where `issued` has no length.
+        told : bool
+            As `enroll`.
 
         Returns
         -------
@@ -173,8 +218,19 @@ class Registry(Reading, Outward):
             As `enroll`, of the first badge that cannot be issued; those before it are.
         SpecError
             As `enroll`.
+
+        Warns
+        -----
+        LookAlikeWarning
+            As `enroll`, once all are issued; of names in the list that look like each other, too.
         """
-        return enroll_many(self._ledger, issued, progress)
+        names: list[str] = []
+        try:
+            return enroll_many(
+                self._ledger, issued, self.actor, progress, lambda new: names.extend(one.name for one in new)
+            )
+        finally:
+            self._warn(names, told=told)
 
     def revoke(self, claim: str, reason: str) -> Record:
         """Revoke a badge, for good.
@@ -202,7 +258,7 @@ class Registry(Reading, Outward):
                 f"{LONGEST_REASON} letters"
             )
         record = self.find(claim)
-        with self._ledger.writing() as transaction:
+        with self._ledger.writing(self.actor) as transaction:
             record = _locked(transaction, record)
             if record.revoked_at is not None:
                 raise RegistryError(
@@ -212,8 +268,7 @@ class Registry(Reading, Outward):
                     revoked_at=record.revoked_at,
                 )
             record = replace(record, revoked_at=utc_now(), revoked_reason=reason.strip())
-            transaction.change(record, "revoke")
-        return record
+            return transaction.change(record, "revoke")
 
     def store_as_built(self, badge_id: str, document_json: str) -> Record:
         """Hold the newest measured figures of a badge; the same again changes nothing.
@@ -247,12 +302,59 @@ class Registry(Reading, Outward):
             raise RegistryError(
                 f"no badge of id {badge_id[:40]!r} is in registry {self.shown_url}; enroll it before its figures"
             )
-        with self._ledger.writing() as transaction:
+        with self._ledger.writing(self.actor) as transaction:
             record = _locked(transaction, record)
             if record.as_built != text:
                 record = replace(record, as_built=text, as_built_at=utc_now())
-                transaction.change(record, "as_built")
+                record = transaction.change(record, "as_built")
         return record
+
+    def erase(self, claim: str) -> Erased:
+        """Erase a person on their wish, for good; again only cleans the database again.
+
+        Parameters
+        ----------
+        claim : str
+            A name or an id, as `find`.
+
+        Returns
+        -------
+        Erased
+            When, and what may be left.
+
+        Raises
+        ------
+        RegistryError
+            Where nobody or more than one is meant.
+        """
+        return erase_person(self._ledger, claim, self.actor)
+
+    def erase_actor(self, name: str) -> Erased:
+        """Erase who did something here: the log keeps what was done, and no longer by whom.
+
+        Parameters
+        ----------
+        name : str
+            As `entries` gives it.
+
+        Returns
+        -------
+        Erased
+            When; its subject is what stands for the actor in the log.
+
+        Raises
+        ------
+        RegistryError
+            Where the log names nobody so, or they would erase themself.
+        """
+        return erase_actor(self._ledger, name, self.actor)
+
+    def _warn(self, names: Sequence[str], *, told: bool) -> None:
+        """Warn the caller's caller of names that look like others here."""
+        for name, alike in ({} if told else self.look_alikes(names)).items():
+            others = ", ".join(f"{one.name} ({one.id})" for one in alike[:MOST_TOLD])
+            text = f"the name {name!r} looks like {others}, who is enrolled, and is written in other letters or case"
+            warnings.warn(text, LookAlikeWarning, stacklevel=3)
 
     def audit(
         self,
@@ -332,10 +434,10 @@ class Registry(Reading, Outward):
             Where the file is damaged or not sound, is another authority's and this registry is not empty, or says
             otherwise than this registry; or where records must be signed and the private key is absent.
         """
-        return import_json(self._ledger, Path(path))
+        return import_json(self._ledger, Path(path), self.actor)
 
 
-def import_registry(path: Path | str, url: str | None) -> Import:
+def import_registry(path: Path | str, url: str | None, *, actor: str | None = None) -> Import:
     """Take in an export as `Registry.import_json` does, and make the registry where it is absent.
 
     Parameters
@@ -344,6 +446,8 @@ def import_registry(path: Path | str, url: str | None) -> Import:
         What `Registry.export_json` wrote.
     url : str or None
         As `open_registry`.  A registry that is made has no key of its own.
+    actor : str, optional
+        As `open_registry`.
 
     Returns
     -------
@@ -355,8 +459,11 @@ def import_registry(path: Path | str, url: str | None) -> Import:
     RegistryError
         As `Registry.import_json` and `open_registry`; nothing is made where the file is at fault.
     """
-    with checked_copy(Path(path)) as copy, open_registry(url, create=True, make_authority=False) as registry:
-        return merge(copy, registry._ledger)
+    with (
+        checked_copy(Path(path)) as copy,
+        open_registry(url, create=True, make_authority=False, actor=actor) as registry,
+    ):
+        return merge(copy, registry._ledger, registry.actor)
 
 
 def _locked(transaction: Transaction, record: Record) -> Record:

@@ -2,10 +2,11 @@
 
 records.py   init, list, show, revoke, forget
 checks.py    audit, checkpoint, publish
+history.py   log, erase
 transfer.py  export, import
 """
 
-from moireid.cli.registry import checks, transfer
+from moireid.cli.registry import checks, history, transfer
 from moireid.cli.registry.records import registry_group
 
-__all__ = ["checks", "registry_group", "transfer"]
+__all__ = ["checks", "history", "registry_group", "transfer"]

@@ -63,8 +63,13 @@ def registry_audit(
     else:
         click.echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
         click.echo(
-            f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
+            f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, {seen.erased} erased, "
+            f"authority {seen.fingerprint}"
         )
+        for name, entries in sorted(seen.actors.items(), key=lambda pair: -pair[1])[:SHOWN]:
+            click.echo(f"  {entries} entries by {name}")
+        if seen.unnamed:
+            click.echo(f"  {seen.unnamed} entries by nobody who is named (erased, or of an older version)")
         for finding in seen.findings[:SHOWN]:
             click.echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:

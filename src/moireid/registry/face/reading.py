@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from sqlalchemy import ColumnElement, and_, func, or_, select
 
 from moireid.badge import Badge
+from moireid.errors import RegistryError
 from moireid.registry.claims import as_id, find_row
 from moireid.registry.ledger import Ledger
-from moireid.registry.look_alikes import alike_among
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Record, storable
-from moireid.registry.schema import badges, select_alike, select_layouts, select_records
+from moireid.registry.schema import badges, select_alike, select_layouts, select_named_so, select_records
+from moireid.registry.upkeep.erasure import erased_at
+from moireid.registry.upkeep.told import Entry, entries_of
 
 #: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
 PAGE = 200
@@ -50,7 +53,17 @@ class Reading:
         RegistryError
             Where there is none, or more than one; `error.details["ids"]` lists those.
         """
-        return self._ledger.record(find_row(claim, self._ledger.rows, self._ledger.shown))
+        try:
+            return self._ledger.record(find_row(claim, self._ledger.rows, self._ledger.shown))
+        except RegistryError as error:
+            if error.details.get("ids") != [] or (when := self.erased_at(claim)) is None:
+                raise
+            raise RegistryError(
+                f"the holder of badge {as_id(claim)} was erased from registry {self._ledger.shown} on {when[:10]}, so "
+                "nobody is known by it and nothing can be checked against it; ask the person for a badge issued since",
+                code="erased",
+                erased_at=when,
+            ) from error
 
     def by_id(self, badge_id: str) -> Record | None:
         """Find the record of an id.
@@ -87,14 +100,78 @@ class Reading:
         return [row.id for row in rows] if len(rows) <= MOST_ALIKE else []
 
     def look_alikes(self, names: Iterable[str]) -> dict[str, list[Record]]:
-        """Name -> the records whose names look like it and are others; names that look like nobody's are left out.
+        """Find people whose names look like these and are others.
 
-        Source: `look_alikes.skeleton`, of every name there is: half a second where 100,000 are enrolled.
+        Parameters
+        ----------
+        names : iterable of str
+            Any number; each is looked up by its skeletons, which have an index.
+
+        Returns
+        -------
+        dict
+            Name to the records, by id; names that look like nobody's are left out.
         """
-        with self._ledger.snapshot() as connection:
-            known = connection.execution_options(yield_per=PAGE).execute(select(badges.c.id, badges.c.name_nfc))
-            found = alike_among(names, ((row.id, row.name_nfc) for row in known))
-        return {name: [record for one in ids if (record := self.by_id(one))] for name, ids in found.items()}
+        found = self._ids_named_like(list(dict.fromkeys(names)))
+        return {name: [record for one in sorted(ids) if (record := self.by_id(one))] for name, ids in found.items()}
+
+    def _ids_named_like(self, names: list[str]) -> dict[str, set[str]]:
+        """Name -> the ids of others that look like it."""
+        found: dict[str, set[str]] = {}
+        for begin in range(0, len(names), PAGE):
+            some = names[begin : begin + PAGE]
+            seen, plain = _by(skeleton, some), _by(folded_skeleton, some)
+            for query in select_named_so(sorted(seen), sorted(plain)):
+                for row in self._ledger.rows(query):
+                    for name in {*seen.get(row.skeleton, ()), *plain.get(row.folded, ())}:
+                        if unicodedata.normalize("NFC", name) != row.name_nfc:
+                            found.setdefault(name, set()).add(row.id)
+        return found
+
+    def erased_at(self, badge_id: str) -> str | None:
+        """Tell when the holder of a badge was erased.
+
+        Parameters
+        ----------
+        badge_id : str
+            Hex digits of any case.
+
+        Returns
+        -------
+        str or None
+            UTC, ISO 8601; None where nobody was.
+
+        Raises
+        ------
+        RegistryError
+            Where the entry that says so is not as the authority signed it.
+        """
+        return erased_at(self._ledger, badge_id)
+
+    def entries(self, claim: str | None = None, limit: int | None = None) -> list[Entry]:
+        """List what was done, newest first.
+
+        Parameters
+        ----------
+        claim : str, optional
+            Only what was done to this badge: a name or an id; an erased person's by id alone.
+        limit : int, optional
+            How many at most.
+
+        Returns
+        -------
+        list of Entry
+            As the log holds it; whether it is sound, `audit` tells.
+
+        Raises
+        ------
+        RegistryError
+            Where the claim means nobody, or several people.
+        """
+        subject = None if claim is None else as_id(claim)
+        if claim is not None and self.erased_at(claim) is None:
+            subject = self.find(claim).id
+        return entries_of(self._ledger, subject, limit)
 
     def records(self) -> Iterator[Record]:
         """Go through all records by name, then id.
@@ -155,6 +232,14 @@ class Reading:
             Revoked ones too.
         """
         return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
+
+
+def _by(look: Callable[[str], str], names: Iterable[str]) -> dict[str, list[str]]:
+    """What names look like -> those names."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        found.setdefault(look(name), []).append(name)
+    return found
 
 
 def _after(name: str, badge_id: str) -> ColumnElement[bool]:

@@ -72,7 +72,7 @@ def revoke(
     record = _record(registry, badge_id)
     if not sure:
         raise Refusal(422, "not_sure", "Tick that you are sure: a revocation cannot be taken back.")
-    registry.revoke(record.id, reason)
+    registry.by(visitor.actor).revoke(record.id, reason)
     return RedirectResponse(f"/registry/{record.id}", 303)
 
 
