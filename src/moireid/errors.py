@@ -9,8 +9,6 @@
     ├── RegistryError        the registry lacks, or already holds, what was asked for
     └── MissingExtraError    an optional package is not installed
 
-    LookAlikeWarning         a warning, no error: a name that is issued looks like another one
-
 Each message is one sentence: what is wrong, the value given, the values allowed, the next step.  `error.details` has
 the figures too, so that a program need not parse the text.
 """
@@ -21,7 +19,6 @@ __all__ = [
     "CodeError",
     "DesignError",
     "FabricationError",
-    "LookAlikeWarning",
     "MediaError",
     "MissingExtraError",
     "MoireIdError",
@@ -111,13 +108,4 @@ class MissingExtraError(MoireIdError):
     Notes
     -----
     Parameters as `MoireIdError`.  The message holds the command that installs it.
-    """
-
-
-class LookAlikeWarning(UserWarning):
-    """A name that is issued looks like that of somebody else who is enrolled.
-
-    Notes
-    -----
-    Python's own warnings: `warnings.filterwarnings("error", category=LookAlikeWarning)` makes errors of them.
     """

@@ -31,11 +31,26 @@ data_option = click.option(
 )
 @registry_option
 @trust_option
+@click.option(
+    "--keep-verdicts",
+    "keep_days",
+    type=FiniteRange(0, 36500),
+    default=365.0,
+    show_default=True,
+    metavar="DAYS",
+    help="How long it is kept which verdicts were given to whom; 0 keeps none.",
+)
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
 @friendly
 def serve_command(
-    host: str, port: int, registry_url: str | None, trust: str | None, no_auth: bool, data: Path | None
+    host: str,
+    port: int,
+    registry_url: str | None,
+    trust: str | None,
+    keep_days: float,
+    no_auth: bool,
+    data: Path | None,
 ) -> None:
     """Run the studio: web pages and an API for all of this.
 
@@ -54,7 +69,10 @@ def serve_command(
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
-    app = create_app(Settings(registry_url, data or default_data(), auth=not no_auth, trust=trust))
+    settings = Settings(
+        registry_url, data or default_data(), auth=not no_auth, trust=trust, keep_verdicts_days=keep_days
+    )
+    app = create_app(settings)
     bound = _listen(host, port)
     shown = f"[{host}]" if ":" in host else host
     say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")

@@ -28,6 +28,7 @@ from moireid.provenance import Claimed, Holder
 from moireid.registry.audit import Audit, Finding
 from moireid.registry.batch import Batch
 from moireid.registry.claimed import People, claimed, claimed_by_file, holder_of
+from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.record import Record
 from moireid.registry.store import Registry, import_registry, open_registry
 from moireid.registry.transfer.merge import Import
@@ -40,6 +41,7 @@ __all__ = [
     "Finding",
     "Holder",
     "Import",
+    "LookAlikeWarning",
     "People",
     "Record",
     "Registry",

@@ -20,6 +20,15 @@ from moireid.names import INVISIBLE
 MARK = "\u200e"
 
 
+class LookAlikeWarning(UserWarning):
+    """A name that is issued looks like that of somebody else who is enrolled.
+
+    Notes
+    -----
+    One of Python's own warnings: `warnings.filterwarnings("error", category=LookAlikeWarning)` makes errors of them.
+    """
+
+
 def skeleton(name: str) -> str:
     """What of a name the eye sees: only to be compared with another name's skeleton, never to be shown."""
     seen = unicodedata.normalize("NFD", unicodedata.normalize("NFD", name).translate(_prototypes()))

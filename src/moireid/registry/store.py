@@ -15,7 +15,7 @@ from pathlib import Path
 from types import TracebackType
 
 from moireid.badge import Badge
-from moireid.errors import LookAlikeWarning, RegistryError
+from moireid.errors import RegistryError
 from moireid.registry.actor import account, checked_actor
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
@@ -26,6 +26,7 @@ from moireid.registry.face.outward import Outward
 from moireid.registry.face.reading import Reading
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
+from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json

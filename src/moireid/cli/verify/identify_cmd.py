@@ -41,6 +41,7 @@ def identify_command(
     Exit code 0: found; 1: nobody enrolled; 2: bad input; 3: inconclusive.
     """
     from moireid.registry import People, open_registry
+    from moireid.verifier.session.claim import with_badge_notes
     from moireid.verifier.session.identify import identify
     from moireid.verifier.video import Film
 
@@ -50,6 +51,8 @@ def identify_command(
         tell_standing(standing)
         outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
         document = outcome.to_json() | {"found_name": people.name(outcome.found_id), "registry": standing.to_json()}
+        if (record := registry.by_id(outcome.found_id or "")) is not None:
+            document = with_badge_notes(document, record.badge, measured=record.as_built is not None)
         known = known_by(registry, standing, document)
     if as_json:
         show_json(document)

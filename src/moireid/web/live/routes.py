@@ -104,7 +104,7 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     try:
         await run_in_threadpool(child.send, begin)
         coming = asyncio.create_task(_pictures(connection, child, prompts))
-        going = asyncio.create_task(_events(connection, child))
+        going = asyncio.create_task(_events(connection, child, begin))
         tasks = [coming, going]
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         if coming.done() and coming.exception() is None:
@@ -175,16 +175,26 @@ async def _pictures(connection: WebSocket, child: Child, prompts: Prompts) -> No
         await _send(child, Picture(data[CLOCK.size :], now_s, claimed_s))
 
 
-async def _events(connection: WebSocket, child: Child) -> None:
-    """Pass the process's events to the browser until the process ends."""
+async def _events(connection: WebSocket, child: Child, begin: Start) -> None:
+    """Pass the process's events to the browser until the process ends; the verdict is written down."""
     told = False
     with contextlib.suppress(Ended):
         while event := await run_in_threadpool(child.hear):
             told = told or event.get("event") in ("verdict", "error")
+            if event.get("event") == "verdict":
+                await run_in_threadpool(_note, connection, begin, event)
             await connection.send_json(event)
     if not told:
         await connection.send_json({"event": "error", "text": "The check broke off; begin again."})
     await connection.close()
+
+
+def _note(connection: WebSocket, begin: Start, event: dict[str, Any]) -> None:
+    """Write down the verdict of a session."""
+    visitor, found = visitor_of(connection), begin.found
+    about = {"film_sha256": None, "claim": found.badge.id, "claim_source": found.provenance.source}
+    standing = found.provenance.standing
+    studio_of(connection).note_verdict(visitor.id if visitor else "", "live", event, **about, standing=standing)
 
 
 async def _send(child: Child, message: Any) -> None:

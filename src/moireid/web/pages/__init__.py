@@ -4,5 +4,6 @@ render.py   templates into pages                   home.py         first page, h
 verify.py   a film and its verdict                 registry.py     records, revoking, audit
 issue.py    one person, or an event                issue_words.py  the link budget in words
 enroll.py   a capture, measured, then kept         built_words.py  what was measured, in words and on scales
+verdicts.py  which verdicts were given
 preview_law.py  what static/fringes.js draws       answers.py      errors, on a page or in JSON
 """
