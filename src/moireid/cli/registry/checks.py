@@ -63,8 +63,8 @@ def registry_audit(
     else:
         click.echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
         click.echo(
-            f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, {seen.erased} erased, "
-            f"authority {seen.fingerprint}"
+            f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
+            + (f", {seen.erased} erased" if seen.erased else "")
         )
         for name, entries in sorted(seen.actors.items(), key=lambda pair: -pair[1])[:SHOWN]:
             click.echo(f"  {entries} entries by {name}")
