@@ -92,6 +92,7 @@ WITHIN: dict[str, set[str]] = {
     "fabrication.acrylic": {"page", "meshes", "process", "sight", "solids"},
     "fabrication.assembly": {"page", "printed", "acrylic", "process", "sight"},
     "registry.checkpoints": {"canonical", "keys", "ledger", "log", "record", "schema"},
+    "registry.signing": {"keys"},
     "registry.transfer": {
         "actor",
         "audit",
@@ -104,6 +105,7 @@ WITHIN: dict[str, set[str]] = {
         "look_alikes",
         "record",
         "schema",
+        "signing",
         "upkeep",
     },
     "registry.bundle": {
@@ -128,6 +130,7 @@ WITHIN: dict[str, set[str]] = {
         "look_alikes",
         "record",
         "schema",
+        "signing",
     },
     "cli.registry": {"common"},
     "bench.identity": {"rows"},

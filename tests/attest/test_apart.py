@@ -5,6 +5,7 @@ from __future__ import annotations
 import pickle
 import re
 import shutil
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from moireid.attest import apart
 from moireid.attest.apart import Order, judged_apart, talk_with
 from moireid.badge import load_badge
 from moireid.errors import CodeError, MediaError, MoireIdError
+from moireid.sandbox.seal import MEANS
 from moireid.verifier import Claim
 
 WORK = "kit.sandbox_work:act"
@@ -34,6 +36,7 @@ def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str,
     found = judged_there.report
     assert found["verdict"] == "reject" and found["reasons"][-1]["code"] == "revoked"
     assert found["invariant"] == judged["invariant"] and found["detectors"] == [{"name": "lips", "score": 0.5}]
+    assert judged_there.sealed == (tuple(MEANS) if sys.platform == "linux" else ())
     assert {"law.svg", "badge.png"} <= set(judged_there.pictures.files) and seen and seen[0][1] in (70, None)
     assert judged_there.signals.startswith("frame,time_s") and judged_there.signals.count("\n") > 60
 

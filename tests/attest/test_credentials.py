@@ -137,7 +137,9 @@ def test_the_key_signs_nothing_but_credentials(
 ) -> None:
     """Catches: a process that reads strangers' films and gets a signature under a verdict of its own making."""
 
-    def hostile(work: str, message: object, film: Path, answer: Callable[[dict[str, Any]], object]) -> None:
+    def hostile(
+        work: str, message: object, film: Path, answer: Callable[[dict[str, Any]], object], written: list[Path]
+    ) -> None:
         assert pem_of(key.private) not in repr(message).encode()
         answer({"sign": base64.b64encode(b"DSSEv1 28 application/vnd.in-toto+json 2 {}").decode()})
 
@@ -145,7 +147,9 @@ def test_the_key_signs_nothing_but_credentials(
     with pytest.raises(MediaError, match="another signature"):
         write_credentials(attested(judged, key), here, "sidecar", key)
     # Nor does it believe a process that says that all went well.
-    monkeypatch.setattr(credentials, "talk_with", lambda work, message, film, answer: answer({"state": "Valid"}))
+    monkeypatch.setattr(
+        credentials, "talk_with", lambda work, message, film, answer, written: answer({"state": "Valid"})
+    )
     with pytest.raises(MediaError, match="do not hold when they are read again"):
         write_credentials(attested(judged, key), here, "sidecar", key)
     assert sorted(os.listdir(here.parent)) == ["film.mp4", "key.pem"]

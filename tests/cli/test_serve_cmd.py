@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import httpx
+import psutil
 import pytest
 
 SERVE = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
@@ -16,7 +17,9 @@ SERVE = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid';
 
 @pytest.mark.slow
 def test_the_studio_starts_in_a_fresh_place(tmp_path: Path) -> None:
-    """Catches: a first `moireid serve --no-auth` that asks for a registry, and a second that trips over the first's."""
+    """Catches: a first `moireid serve --no-auth` that asks for a registry, and a second that trips over the first's; a
+    studio that reads the key itself, or leaves its signer behind; one that keeps quiet about what holds.
+    """
     environment = {name: word for name, word in os.environ.items() if not name.startswith("MOIREID_")}
     environment |= {"XDG_DATA_HOME": str(tmp_path / "data"), "HOME": str(tmp_path)}
     command = [sys.executable, "-c", SERVE, "serve", "--no-auth", "--port", "0"]
@@ -25,10 +28,14 @@ def test_the_studio_starts_in_a_fresh_place(tmp_path: Path) -> None:
             assert server.stderr is not None
             said = server.stderr.readline()
             assert "the studio is at http://" in said, said
+            held = server.stderr.readline()
+            assert ("reaches no network" in held) == (sys.platform == "linux") and "a film's process" in held
             assert "nobody is enrolled yet" in server.stderr.readline()
+            own = psutil.Process(server.pid).children()
+            (signer,) = [one for one in own if "moireid.registry.signing.process" in one.cmdline()]
             home = said.split()[4]
             for path in ("", "registry", "verify", "issue"):
                 assert httpx.get(home + path, timeout=100).status_code == 200
             server.send_signal(signal.SIGINT)
-            assert server.wait(60) == 0
+            assert server.wait(60) == 0 and psutil.wait_procs([signer], timeout=20)[1] == []
         assert (tmp_path / "data" / "moireid" / "registry.sqlite3").is_file()

@@ -17,7 +17,7 @@ from moireid.errors import RegistryError
 from moireid.registry import keys as keys_module
 from moireid.registry import open_registry, store
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
-from moireid.registry.keys import ENTRY, HEAD, RECORD, make_key
+from moireid.registry.keys import ENTRY, HEAD, RECORD, new_key
 
 # Keys.
 
@@ -82,9 +82,9 @@ def test_key_file_that_is_none_or_another_is_refused(url, keys):
     """Catches: a traceback of cryptography; signing with whatever key lies there."""
     with open_registry(url, create=True) as registry:
         path = registry.key_path
-    make_key()
+    new_key()
     (other,) = set(keys.iterdir()) - {path}
-    for content, message in ((b"none", "holds no plain PEM key"), (other.read_bytes(), "is not that of registry")):
+    for content, message in ((b"none", "holds no plain PEM key"), (other.read_bytes(), "is another one")):
         path.write_bytes(content)
         with open_registry(url, create=False) as registry, pytest.raises(RegistryError, match=message):
             registry.enroll(badge_of("Ada"))
@@ -135,7 +135,7 @@ def test_signature_can_be_checked_without_moireid(url, registry):
 
 def test_signatures_of_one_kind_are_none_of_another():
     """Catches: signing without a domain, so that a log entry's signature could be shown for a record."""
-    signer, _ = make_key()
+    signer, _ = new_key()
     for domain in (RECORD, ENTRY, HEAD):
         signature = signer.sign(domain, b"x")
         assert [signer.authority.signed(other, b"x", signature) for other in (RECORD, ENTRY, HEAD)] == [

@@ -13,6 +13,7 @@ from typing import Any, Literal
 from moireid.sandbox.child import Talk
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, start
+from moireid.sandbox.reach import reach
 
 #: Time for a process to load the program before the time of its job begins.
 START_S = 120.0
@@ -60,13 +61,15 @@ class Isolated:
         self._child: Child | None = None
         self._used_s = 0.0
         self._ended = False
+        #: Whether the process is sealed, as those are that read films.
+        self._sealed = False
 
     def do(self, payload: bytes, film: str | None) -> Any | Lost:
         """The result of one job as JSON gives it, or why there is none; payload: the pickled (work, job)."""
         begun = time.monotonic()
         if self._ended:
             return Lost("the run was ended", 0.0, "worker")
-        child = self._ready()
+        child = self._ready(sealed=film is not None)
         try:
             child.send((payload, film))
             told = child.hear(START_S + self._limits.seconds)
@@ -95,9 +98,9 @@ class Isolated:
             self._child.kill()
         self._child = None
 
-    def _ready(self) -> Child:
-        """The process; a new one if it has ended or may be about to end."""
-        if self._child is not None and time.monotonic() - self._used_s < IDLE_S / 2:
+    def _ready(self, *, sealed: bool) -> Child:
+        """The process; a new one if it has ended or may be about to end, or is not the one for such a job."""
+        if self._child is not None and sealed == self._sealed and time.monotonic() - self._used_s < IDLE_S / 2:
             try:
                 self._child.hear(0.0)
                 return self._child
@@ -105,7 +108,10 @@ class Isolated:
                 pass
         self.stop()
         limits = ProcessLimits(self._limits.memory_mb * 1_000_000, answer_bytes=ANSWER_BYTES)
-        self._child = start("moireid.archive.isolated:do_jobs", limits, self._folder)
+        # One process reads film after film, which may lie anywhere; so it may read all files but the private ones.
+        within = reach(read=["/"]) if sealed else None
+        self._child = start("moireid.archive.isolated:do_jobs", limits, self._folder, within=within)
+        self._sealed = sealed
         return self._child
 
     def _lost(self, ended: Ended, seconds: float) -> Lost:

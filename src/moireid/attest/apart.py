@@ -9,7 +9,7 @@ from __future__ import annotations
 import base64
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.sandbox.child import Talk
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Ended, start
+from moireid.sandbox.reach import reach
 from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.report.pictures import NAME, Pictures, pictures_of
 from moireid.verifier.session.claim import Claim
@@ -44,11 +45,15 @@ class Order:
 
 @dataclass(frozen=True)
 class Judged:
-    """A report as JSON; with the pictures and the signals of its page where they were asked for."""
+    """A report as JSON; with the pictures and the signals of its page where they were asked for.
+
+    sealed: what held of the seal of the process that judged, as in `sandbox.seal.MEANS`.
+    """
 
     report: dict[str, Any]
     pictures: Pictures
     signals: str
+    sealed: tuple[str, ...] = ()
 
 
 def judged_apart(order: Order, progress: Callable[[int, int | None], None]) -> Judged:
@@ -68,17 +73,25 @@ def judged_apart(order: Order, progress: Callable[[int, int | None], None]) -> J
             progress(*told["progress"])
         found.update(told)
 
-    talk_with("moireid.attest.apart:judge", order, order.video, hear)
+    sealed = talk_with("moireid.attest.apart:judge", order, order.video, hear)
     report = found["result"] if isinstance(found.get("result"), dict) else {}
     if not isinstance(report.get("input"), dict) or report["input"].get("sha256") != before:
         raise MediaError(f"{order.video} changed while it was judged; give a film that nobody writes to any more")
-    return Judged(report, _pictures(found), str(found.get("signals", "")))
+    return Judged(report, _pictures(found), str(found.get("signals", "")), sealed)
 
 
-def talk_with(work: str, message: object, film: Path, answer: Callable[[dict[str, Any]], object]) -> None:
-    """Start a process for some work on a film, and answer what it says until it has ended.
+def talk_with(
+    work: str,
+    message: object,
+    film: Path,
+    answer: Callable[[dict[str, Any]], object],
+    written: Sequence[Path] = (),
+) -> tuple[str, ...]:
+    """Start a sealed process for some work on a film, and answer what it says until it has ended.
 
-    Parameters: work: `module:function`; answer: gives what is sent back, None for nothing.
+    Parameters: work: `module:function`; answer: gives what is sent back, None for nothing; written: files that are
+        there, and that it may write.
+    Returns: what held of the seal.
     Raises: MoireIdError that the work raised; MediaError where the process fails.
     """
     if os.name == "nt":
@@ -86,7 +99,7 @@ def talk_with(work: str, message: object, film: Path, answer: Callable[[dict[str
             "verdicts are not signed on Windows, as films cannot be judged apart from the key there; sign "
             "on Linux or macOS"
         )
-    child = start(work, ProcessLimits(MEMORY_BYTES))
+    child = start(work, ProcessLimits(MEMORY_BYTES), within=reach(read=[film], write=written))
     try:
         child.send(message)
         while True:
@@ -94,7 +107,7 @@ def talk_with(work: str, message: object, film: Path, answer: Callable[[dict[str
                 child.send(back)
     except Ended as ended:
         if ended.kind == "done":
-            return
+            return child.sealed or ()
         if ended.kind == "memory":
             raise MediaError(
                 f"{film} asks for more memory than the {MEMORY_BYTES >> 30} GiB that one may have"

@@ -74,7 +74,7 @@ def write_credentials(report: dict[str, Any], film: Path, form: Form, key: Signi
 
     with whole_file(credentials_path(film, form)) as output:
         asked = Asked(film, output, form, report, algorithm, chain)
-        talk_with("moireid.attest.credentials_work:write", asked, film, answer)
+        talk_with("moireid.attest.credentials_work:write", asked, film, answer, [output])
         if found.get("state") not in SOUND or found.get("verdict") != report:
             raise MediaError(f"the content credentials of {film} do not hold when they are read again; none are kept")
     trusted = found["state"] == "Trusted"

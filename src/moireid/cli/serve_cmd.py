@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import socket
+from collections.abc import Iterator
 from pathlib import Path
 
 import click
@@ -72,17 +74,48 @@ def serve_command(
     settings = Settings(
         registry_url, data or default_data(), auth=not no_auth, trust=trust, keep_verdicts_days=keep_days
     )
-    app = create_app(settings)
-    bound = _listen(host, port)
-    shown = f"[{host}]" if ":" in host else host
-    say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
-    registry = app.state.studio.registry
-    if not registry.count():
-        say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
-    config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=5)
-    # The user stops the server by an interrupt, so this is not an error.
-    with contextlib.suppress(KeyboardInterrupt):
-        uvicorn.Server(config).run(sockets=[bound])
+    with _signing():
+        app = create_app(settings)
+        bound = _listen(host, port)
+        shown = f"[{host}]" if ":" in host else host
+        say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
+        say(_seal_words())
+        registry = app.state.studio.registry
+        if not registry.count():
+            say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
+        config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=5)
+        # The user stops the server by an interrupt, so this is not an error.
+        with contextlib.suppress(KeyboardInterrupt):
+            uvicorn.Server(config).run(sockets=[bound])
+
+
+@contextlib.contextmanager
+def _signing() -> Iterator[None]:
+    """The signer that MOIREID_SIGNER names, or one of the studio's own: no process that serves reads the key."""
+    from moireid.registry.keys import SIGNER_VARIABLE
+    from moireid.registry.signing.client import signer_address
+    from moireid.registry.signing.process import own_signer
+
+    if signer_address() is not None:
+        yield
+        return
+    with own_signer() as path:
+        # Processes that issue badges inherit it; those that read films do not.
+        os.environ[SIGNER_VARIABLE] = path
+        try:
+            yield
+        finally:
+            del os.environ[SIGNER_VARIABLE]
+
+
+def _seal_words() -> str:
+    """What the process of a film can do, and cannot, on this system."""
+    from moireid.sandbox.process import sealed_here
+    from moireid.sandbox.seal import MEANS, missing
+
+    held = sealed_here()
+    words = f"a film's process {', '.join(MEANS[name] for name in held)}" if held else "a film's process is not sealed"
+    return words if (lacking := missing(held)) is None else f"{words}; on this system it {lacking}"
 
 
 def _listen(host: str, port: int) -> socket.socket:

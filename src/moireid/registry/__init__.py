@@ -18,6 +18,7 @@ store.py       the Registry: enroll, revoke, and calls to the rest
 face/          the rest of what a Registry offers: look-ups, standing, checkpoints, bundles
 batch.py       many badges at once
 audit.py       checks the whole log and all records; lists what an audit cannot find
+signing/       the private key in a process of its own
 checkpoints/   signed checkpoints that others keep, and what this user saw last
 bundle/        what a verifier needs, in one signed file
 transfer/      a registry to a JSON file, and back

@@ -1,6 +1,7 @@
 """The audit: the whole log and all records, checked against each other and against the authority's key.
 
-1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature.
+1. The log: each entry follows from the one before, its hash is that of its content, and it bears the signature of the
+   key that the authority had then; a change of key bears those of both.
 2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain, and checkpoints that others
    hold still say how it begins.
 3. Each record bears the signature, and is the version that the log has last; none is without an entry.
@@ -15,8 +16,8 @@ What it cannot find by itself:
   holds shows it, or `Audit.head` noted elsewhere and given as `expected_head`: the log must still contain it.
 - a whole registry made anew under another key.  The first entry names the key, so a checkpoint, a head noted elsewhere,
   or the fingerprint, shows it.
-- actions by a person who has the private key: they can enroll and revoke in the authority's name.  If no head was noted
-  elsewhere, and nobody holds a checkpoint, they can even rewrite the log from its first entry on.
+- actions by a person who has the private key: they can enroll, revoke and change the key in the authority's name.  If
+  no head was noted elsewhere, and nobody holds a checkpoint, they can even rewrite the log from its first entry on.
 """
 
 from __future__ import annotations
@@ -28,12 +29,14 @@ from typing import Any
 
 from sqlalchemy import exists, func, select
 
+from moireid.errors import RegistryError
 from moireid.registry.actor import commitment
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.witness import Watch
 from moireid.registry.engine import AnyRow, AnySelect
+from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger, last_entry
-from moireid.registry.log import ERASE, ERASE_ACTOR, GENESIS, Head, check_entry, check_head
+from moireid.registry.log import ERASE, ERASE_ACTOR, GENESIS, Head, authority_after, check_entry, check_head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, record_of
 from moireid.registry.schema import actors, authority, badges, log, select_records
@@ -170,7 +173,7 @@ def audit(
     since: Sequence[Checkpoint] = (),
 ) -> Audit:
     """What `Registry.audit` does."""
-    watch = Watch(since, ledger.authority)
+    watch = Watch(since, ledger.authority, _former(ledger))
     expected = None if expected_head is None else Head.parse(expected_head)
     counts = (select(func.count()).select_from(table).scalar_subquery() for table in (badges, log))
     tally = _Tally(progress, sum(ledger.rows(select(*counts))[0]))
@@ -195,11 +198,12 @@ def audit(
 
 def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tally) -> Head | None:
     """Check the log from its first entry on; returns the head, or None where it is not valid."""
-    last, passed = Head(0, GENESIS), expected is None
+    last, passed, then = Head(0, GENESIS), expected is None, _first_authority(ledger)
     for row in _pages(ledger, last, tally):
         watch.entry(row.hash)
         try:
-            last = check_entry(row, last, ledger.authority)
+            last = check_entry(row, last, then)
+            then = authority_after(row, then)
         except Fault as fault:
             tally.tell(fault.code, fault.text, row.seq)
             # Go on from this entry's own number and hash, so that one fault gives only one finding.
@@ -220,6 +224,8 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
             "back",
             expected.seq,
         )
+    if then.public_hex != ledger.authority.public_hex:
+        tally.tell("rotation", f"the log ends under authority {then.fingerprint}, which is not the registry's")
     try:
         with ledger.snapshot() as connection:
             top = connection.execute(select(authority)).first()
@@ -258,6 +264,20 @@ def _audit_actors(ledger: Ledger, tally: _Tally) -> dict[str, int]:
         elif who not in tally.gone:
             tally.tell("actor_missing", f"the actor of {entries} log entries is missing, and was not erased", who)
     return named
+
+
+def _former(ledger: Ledger) -> list[Authority]:
+    """The authority's earlier keys, as far as they are proven: what is wrong with them, the walk over the log tells."""
+    try:
+        return [one.old for one in ledger.rotations()]
+    except RegistryError:
+        return []
+
+
+def _first_authority(ledger: Ledger) -> Authority:
+    """The authority under whose key the log begins: the first change of key names it."""
+    former = _former(ledger)
+    return former[0] if former else ledger.authority
 
 
 def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator[AnyRow]:

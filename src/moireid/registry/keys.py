@@ -13,6 +13,7 @@ from __future__ import annotations
 import os
 import tempfile
 from pathlib import Path
+from typing import Protocol
 
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import serialization
@@ -23,10 +24,12 @@ from moireid.errors import RegistryError
 from moireid.registry.canonical import sha256_hex
 
 KEYS_VARIABLE = "MOIREID_KEYS"
+#: The socket of a process that has the keys in this one's place (`signing/`).
+SIGNER_VARIABLE = "MOIREID_SIGNER"
 
 RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
-#: Of entries that name their actor.
+#: Stands before entries that name their actor, where they are hashed.
 ACTED = b"moireid registry log entry 2\n"
 HEAD = b"moireid registry log head 1\n"
 #: Notes (checkpoints, bundles) have the format of others, in which nothing stands before the text.  Its first line,
@@ -63,6 +66,15 @@ class Authority:
         return True
 
 
+class Signs(Protocol):
+    """Whoever signs in an authority's name: the private key, or one that asks another process."""
+
+    authority: Authority
+
+    def sign(self, domain: bytes, content: bytes) -> str:
+        """The signature over `content` in `domain`, 128 hex digits; the same content gives the same one."""
+
+
 class Signer:
     """The private half: signs in the authority's name."""
 
@@ -86,7 +98,7 @@ def key_path(authority: Authority) -> Path:
     return keys_folder() / f"{authority.fingerprint}.pem"
 
 
-def make_key() -> tuple[Signer, Path]:
+def new_key() -> tuple[Signer, Path]:
     """A new key pair, its private half on the disk before anything is signed with it.
 
     Raises: RegistryError where the folder cannot be made or written.
@@ -108,8 +120,8 @@ def make_key() -> tuple[Signer, Path]:
     return signer, path
 
 
-def load_signer(authority: Authority, shown: str) -> Signer:
-    """The private half of a registry's authority; `shown` names the registry in messages.
+def key_of(authority: Authority) -> Signer:
+    """The private half of an authority, from its file.
 
     Raises: RegistryError where it is not in the keys folder, or the file there holds no such key.
     """
@@ -118,8 +130,8 @@ def load_signer(authority: Authority, shown: str) -> Signer:
         key = serialization.load_pem_private_key(path.read_bytes(), password=None)
     except FileNotFoundError as error:
         raise RegistryError(
-            f"registry {shown} can only be read here: the private key of its authority is looked for at {path}, and is "
-            f"not there; bring that file, or set {KEYS_VARIABLE} to the folder that holds it",
+            f"the private key of authority {authority.fingerprint} is looked for at {path}, and is not there; bring "
+            f"that file, or set {KEYS_VARIABLE} to the folder that holds it",
             fingerprint=authority.fingerprint,
             path=str(path),
         ) from error
@@ -128,8 +140,7 @@ def load_signer(authority: Authority, shown: str) -> Signer:
         raise RegistryError(f"private key {path} cannot be read ({reason}); restore it from a copy") from error
     if not isinstance(key, Ed25519PrivateKey) or Signer(key).authority.public_hex != authority.public_hex:
         raise RegistryError(
-            f"private key {path} is not that of registry {shown}; put the key with fingerprint "
-            f"{authority.fingerprint} there"
+            f"private key {path} is another one; put the key with fingerprint {authority.fingerprint} there"
         )
     return Signer(key)
 

@@ -11,16 +11,28 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
-from sqlalchemy import Column, Connection, Engine, delete, insert, select, update
+from sqlalchemy import Column, Connection, Engine, and_, delete, insert, select, update
 from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.actor import commitment, new_salt
 from moireid.registry.engine import AnyRow, AnySelect, connect, snapshot, translated, writing
-from moireid.registry.keys import Authority, Signer, load_signer
-from moireid.registry.log import ERASE, NO_RECORD, Head, check_head, head_row, next_rows
+from moireid.registry.keys import Authority, Signs
+from moireid.registry.log import (
+    ERASE,
+    NO_RECORD,
+    ROTATED,
+    Head,
+    Rotation,
+    check_head,
+    head_row,
+    linked,
+    next_rows,
+    rotation_of,
+)
 from moireid.registry.record import Fault, Record, read_record, tampered
+from moireid.registry.signing.client import load_signer
 from moireid.registry.upkeep.opening import prepare
 from moireid.registry.url import show_url, sqlite_file
 
@@ -53,7 +65,7 @@ class Ledger:
         self.place = url.set(password=None).render_as_string()
         #: Whether something was written since it was opened.
         self.wrote = False
-        self._signer: Signer | None = None
+        self._signer: Signs | None = None
         self._authority: Authority | None = None
         if public_key is not None:
             self.adopt(public_key)
@@ -80,7 +92,7 @@ class Ledger:
         """Whether there is an authority; only a registry that awaits an import has none."""
         return self._authority is not None
 
-    def signer(self) -> Signer:
+    def signer(self) -> Signs:
         """The private key, read once.  Raises: RegistryError where it is not on this machine."""
         if self._signer is None:
             self._signer = load_signer(self.authority, self.shown)
@@ -103,6 +115,23 @@ class Ledger:
     def head_in(self, connection: Connection) -> Head:
         """As `head`, within a snapshot."""
         return self._head(connection)
+
+    def rotations(self, connection: Connection | None = None) -> list[Rotation]:
+        """All changes of the authority's key, oldest first, each signed by the key before and the one after.
+
+        Parameters: connection: of a snapshot, in which they are looked up.
+        Raises: RegistryError where one of them does not hold, or the last one is not to this registry's key.
+        """
+        rows = self.rows(select_rotations()) if connection is None else connection.execute(select_rotations())
+        try:
+            return linked([rotation_of(dict(row._mapping)) for row in rows], self.authority)
+        except Fault as fault:
+            raise tampered(self.shown, fault) from fault
+
+    def stored_key(self) -> str | None:
+        """The public key that the database names now, whoever wrote it."""
+        rows = self.rows(select(schema.authority.c.public_key))
+        return str(rows[0].public_key) if rows else None
 
     def hash_at(self, seq: int) -> str | None:
         """The hash of a log entry; None where there is no such entry."""
@@ -207,11 +236,11 @@ class Transaction:
     def _log(self, done: list[tuple[str, str, str]]) -> None:
         """Chain entries to the log and move the head."""
         signer = self.ledger.signer()
-        rows, self.head = next_rows(signer, self.head, done, self._committed())
+        rows, self.head = next_rows(signer, self.head, done, self.committed())
         self.connection.execute(insert(schema.log), rows)
         self.connection.execute(update(schema.authority).values(head_row(signer, self.head)))
 
-    def _committed(self) -> str:
+    def committed(self) -> str:
         """The actor as the log holds them, with a salt of their own from their first entry on."""
         actors = schema.actors
         known = select(actors.c.commitment).where(actors.c.name == self._actor).order_by(actors.c.commitment)
@@ -249,6 +278,13 @@ def _salted(record: Record) -> Record:
 def last_entry() -> AnySelect:
     """The sequence number and hash of the log's last entry."""
     return select(schema.log.c.seq, schema.log.c.hash).order_by(schema.log.c.seq.desc()).limit(1)
+
+
+def select_rotations() -> AnySelect:
+    """The log's entries that gave it another key, in order."""
+    # The sign after the colon ends the range, so that the index serves it.
+    begins = and_(schema.log.c.subject >= ROTATED, schema.log.c.subject < ROTATED[:-1] + ";")
+    return select(schema.log).where(begins).order_by(schema.log.c.seq)
 
 
 def pages(connection: Connection, query: AnySelect, key: Column[Any]) -> Iterator[AnyRow]:

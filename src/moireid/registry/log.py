@@ -9,20 +9,23 @@ An entry names its actor by a salted commitment (`actor.py`); entries of schema 
 they were.  What an entry says of a record is the hash of its signed text, which holds a salt too: so a record and an
 actor can be erased, and the chain stays as it is.
 
+An entry "rotate" gives the log another key: it names the old key and the new one, and is signed by both.  The entries
+before it stay as they are, signed by the old key.
+
 If a whole registry is put back to an earlier state, only a head that was noted elsewhere shows it.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import ACTED, ENTRY, HEAD, Authority, Signer
+from moireid.registry.keys import ACTED, ENTRY, HEAD, Authority, Signs
 from moireid.registry.record import Fault
 
 #: Stands for the hash before the first entry.
@@ -33,6 +36,8 @@ HASHED = ("action", "previous", "record_sha256", "seq", "subject", "time")
 ERASE, ERASE_ACTOR = "erase", "erase_actor"
 #: Stands for the hash of a record where there is none any more.
 NO_RECORD = "0" * 64
+#: The action of an entry that gives the log another key, and how its subject begins, as no id does.
+ROTATE, ROTATED = "rotate", "key:"
 
 
 @dataclass(frozen=True)
@@ -57,23 +62,30 @@ class Head:
         return cls(int(match[1]), match[2])
 
 
+@dataclass(frozen=True)
+class Rotation:
+    """A change of the authority's key that both keys signed: the entry's number and hash, the old key and the new."""
+
+    seq: int
+    hash: str
+    old: Authority
+    new: Authority
+
+
 def entry_hash(entry: Mapping[str, Any]) -> str:
     """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError where a field cannot be JSON."""
     actor = {} if entry["actor"] is None else {"actor": entry["actor"]}
-    return sha256_hex(_domain(entry) + canonical_json({key: entry[key] for key in HASHED} | actor).encode())
+    domain = ENTRY if entry["actor"] is None else ACTED
+    return sha256_hex(domain + canonical_json({key: entry[key] for key in HASHED} | actor).encode())
 
 
-def _domain(entry: Mapping[str, Any]) -> bytes:
-    return ENTRY if entry["actor"] is None else ACTED
-
-
-def head_row(signer: Signer, head: Head) -> dict[str, Any]:
+def head_row(signer: Signs, head: Head) -> dict[str, Any]:
     """The columns of `authority` that hold the head, signed."""
     return {"head_seq": head.seq, "head_hash": head.hash, "head_signature": signer.sign(HEAD, str(head).encode())}
 
 
 def next_rows(
-    signer: Signer, head: Head, done: Iterable[tuple[str, str, str]], actor: str
+    signer: Signs, head: Head, done: Iterable[tuple[str, str, str]], actor: str
 ) -> tuple[list[dict[str, Any]], Head]:
     """Rows of `log` for what was done after `head`, each (action, subject, SHA-256 of the record), and the new head.
 
@@ -91,11 +103,11 @@ def next_rows(
             "previous": head.hash,
         }
         head = Head(head.seq + 1, entry_hash(entry))
-        rows.append(entry | {"hash": head.hash, "signature": signer.sign(ACTED, head.hash.encode())})
+        rows.append(entry | {"hash": head.hash, "signature": signer.sign(ENTRY, head.hash.encode())})
     return rows, head
 
 
-def first_rows(signer: Signer, actor: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def first_rows(signer: Signs, actor: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
     rows, head = next_rows(signer, Head(0, GENESIS), [("init", authority.fingerprint, key_digest(authority))], actor)
@@ -105,6 +117,43 @@ def first_rows(signer: Signer, actor: str) -> tuple[dict[str, Any], dict[str, An
 def key_digest(authority: Authority) -> str:
     """SHA-256 of the public key's bytes; in the first entry it stands where others have a record's digest."""
     return sha256_hex(bytes.fromhex(authority.public_hex))
+
+
+def rotation_row(old: Signs, new: Signs, head: Head, actor: str) -> tuple[dict[str, Any], Head]:
+    """The row of `log` that gives it another key, and the new head."""
+    subject = f"{ROTATED}{old.authority.public_hex}:{new.authority.public_hex}"
+    (row,), head = next_rows(old, head, [(ROTATE, subject, key_digest(new.authority))], actor)
+    return row | {"signature": row["signature"] + new.sign(ENTRY, head.hash.encode())}, head
+
+
+def rotation_of(entry: Mapping[str, Any]) -> Rotation:
+    """The change of key that an entry makes, both signatures checked.  Raises: Fault where they do not hold."""
+    try:
+        old, new = map(Authority, str(entry["subject"]).removeprefix(ROTATED).split(":"))
+        right, signature = entry_hash(entry), str(entry["signature"])
+        if entry["hash"] != right or entry["record_sha256"] != key_digest(new) or entry["action"] != ROTATE:
+            raise ValueError("it was changed")
+    except (TypeError, ValueError) as error:
+        raise Fault("rotation", f"log entry {entry['seq']} changes the authority's key, and is damaged") from error
+    content, half = right.encode(), len(signature) // 2
+    if not (old.signed(ENTRY, content, signature[:half]) and new.signed(ENTRY, content, signature[half:])):
+        text = f"log entry {entry['seq']} changes the authority's key, and does not bear the signatures of both keys"
+        raise Fault("rotation", text)
+    return Rotation(int(entry["seq"]), right, old, new)
+
+
+def authority_after(entry: AnyRow, then: Authority) -> Authority:
+    """Whose key signs the next entry; then: whose signed this one, which was checked."""
+    return rotation_of(dict(entry._mapping)).new if entry.action == ROTATE else then
+
+
+def linked(rotations: Sequence[Rotation], authority: Authority) -> list[Rotation]:
+    """The rotations, if each goes on from the one before, and the last one leads to `authority`.  Raises: Fault."""
+    follows = [one.old for one in rotations[1:]] + [authority]
+    for one, after in zip(rotations, follows, strict=bool(rotations)):
+        if one.new.public_hex != after.public_hex:
+            raise Fault("rotation", f"log entry {one.seq} gives the log a key that is not the one after it")
+    return list(rotations)
 
 
 def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
@@ -137,7 +186,10 @@ def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
         raise Fault("entry_hash", f"{what} is damaged ({error})") from error
     if row["hash"] != right:
         raise Fault("entry_hash", f"{what} was changed: its hash is that of another content")
-    if not authority.signed(_domain(row), right.encode(), row["signature"]):
+    if row["action"] == ROTATE:
+        if rotation_of(row).old.public_hex != authority.public_hex:
+            raise Fault("rotation", f"{what} takes the key from another authority than this log's")
+    elif not authority.signed(ENTRY, right.encode(), row["signature"]):
         raise Fault("entry_signature", f"{what} does not bear the authority's signature")
     return right
 

@@ -17,7 +17,7 @@ from moireid.errors import RegistryError, SpecError
 from moireid.names import hidden_words
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import RECORD, Authority, Signer
+from moireid.registry.keys import RECORD, Authority, Signs
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 
 
@@ -120,12 +120,12 @@ class Record:
         """
         return sha256_hex(self.signed_text)
 
-    def row(self, signer: Signer) -> dict[str, Any]:
+    def row(self, signer: Signs) -> dict[str, Any]:
         """Make the signed row of table `badges`.
 
         Parameters
         ----------
-        signer : Signer
+        signer : Signs
             Of the authority.
 
         Returns

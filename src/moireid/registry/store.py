@@ -31,6 +31,7 @@ from moireid.registry.record import Record, new_record, storable, storable_json
 from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
+from moireid.registry.transfer.rotate import Rotated, rotate
 from moireid.registry.upkeep.erasure import Erased, erase_actor, erase_person
 from moireid.registry.url import default_url, read_url
 
@@ -232,6 +233,30 @@ class Registry(Reading, Outward):
             )
         finally:
             self._warn(names, told=told)
+
+    def rotate_key(self, progress: Progress | None = None) -> Rotated:
+        """Give the authority a new key, by a log entry that the old and the new one sign.
+
+        Parameters
+        ----------
+        progress : callable, optional
+            Called with records done, and None.
+
+        Returns
+        -------
+        Rotated
+            Both fingerprints, and the new head.
+
+        Raises
+        ------
+        RegistryError
+            Where the old key is not here, a new one cannot be kept, or a record is not as it was signed.
+
+        Notes
+        -----
+        Other programs that have the registry open must open it again.
+        """
+        return rotate(self._ledger, self.actor, progress)
 
     def revoke(self, claim: str, reason: str) -> Record:
         """Revoke a badge, for good.

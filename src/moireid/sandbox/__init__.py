@@ -2,6 +2,9 @@
 itself.
 
 limits.py   the limits, and how the system enforces them
+reach.py    which files a sealed process may open, and what it may know of the environment
+calls.py    the filter of calls to the system
+seal.py     a process that seals itself; what holds of that on this system
 child.py    the process: `python -m moireid.sandbox.child`; it does some work, or forks a process for each request
 process.py  the parent's side: start a process, send messages, receive answers, end it
 Convention: messages to the process are pickled, as they come from us.  Its answers are JSON and are never unpickled, as

@@ -1,8 +1,10 @@
 """The process within limits: `python -m moireid.sandbox.child HANDLE WORK [BEGIN]`.
 
-WORK is `module:function`; the function is called with a `Talk`.  With BEGIN (JSON: limits, and a folder for temporary
-files) this process does the work.  Without it the work is loaded, and a process is forked for each request.  Such a
-process begins within some milliseconds, and has no state of the others or of the requesting program.
+WORK is `module:function`; the function is called with a `Talk`.  With BEGIN (JSON: limits, a folder for temporary
+files, and what may be opened) this process does the work.  Without it the work is loaded, and a process is forked for
+each request.  Such a process begins within some milliseconds, and has no state of the others or of the requesting
+program.
+Where BEGIN says what may be opened, the process seals itself (`seal.py`) after the work is loaded, and says what holds.
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ from typing import Any
 
 from moireid.errors import MoireIdError
 from moireid.sandbox.limits import ProcessLimits, confine
+from moireid.sandbox.reach import Reach
+from moireid.sandbox.seal import load_means, seal
 
 
 class Talk:
@@ -42,6 +46,11 @@ class Talk:
         self._pipe.send_bytes(json.dumps(answer, allow_nan=False).encode())
 
 
+def rest(talk: Talk) -> None:
+    """A work that says one thing: whoever starts it wants to know what holds of the seal."""
+    talk.tell({"rest": True})
+
+
 def main() -> None:
     """Do the work, or fork a process for each request until the other end is closed."""
     # An interrupt reaches every process of a terminal; the parent decides.
@@ -58,6 +67,7 @@ def _fork_for_each(asked: socket.socket, work: str) -> None:
     that process and return how it ended.
     """
     _loaded(work)
+    load_means()
     while True:
         message, handles, _, _ = socket.recv_fds(asked, 1 << 16, 1)
         if not message:
@@ -78,12 +88,16 @@ def _fork_for_each(asked: socket.socket, work: str) -> None:
 
 def _run(handle: int, work: str, begin: str) -> None:
     """Do the work within limits, report how it ended, and exit."""
-    threading.Thread(target=_leave_with, args=(os.getppid(),), daemon=True).start()
-    told, talk = json.loads(begin), Talk(Connection(handle))
+    parent, told, talk = os.getppid(), json.loads(begin), Talk(Connection(handle))
     os.environ["TMPDIR"] = tempfile.tempdir = told["folder"]
     confine(ProcessLimits(**told["limits"]))
     try:
-        _loaded(work)(talk)
+        act = _loaded(work)
+        if told["reach"] is not None:
+            # Without other threads: each of them would keep its own reach.
+            talk.tell({"sealed": seal(Reach(**told["reach"]), told["folder"])})
+        threading.Thread(target=_leave_with, args=(parent,), daemon=True).start()
+        act(talk)
         ended = ["done", "", True]
     # Any error is reported; this process ends with it, so nothing can be left behind.
     except Exception as error:  # noqa: BLE001

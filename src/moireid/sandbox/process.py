@@ -15,14 +15,17 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
+from functools import cache
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.reach import Reach, kept_environment, reach
 
 #: Longest time for a fork server to load its work, or to answer.
 LOAD_S = 120.0
@@ -63,6 +66,8 @@ class Child:
         self._pipe, self._end, self._folder, self._limits = pipe, end, folder, limits
         self._lock, self._over = threading.Lock(), False
         self._code: int | None = None
+        #: What holds of its seal, as in `seal.MEANS`; None until it has said so, and where it is not sealed.
+        self.sealed: tuple[str, ...] | None = None
 
     def send(self, message: Any) -> None:
         """Send a message.  Raises: Ended where the process has gone."""
@@ -73,12 +78,18 @@ class Child:
 
     def hear(self, seconds: float | None = None) -> dict[str, Any] | None:
         """The next answer of the process; None if there is none for `seconds`.  Raises: Ended."""
+        last = None if seconds is None else time.monotonic() + seconds
         try:
-            if not self._pipe.poll(seconds):
-                return None
-            told = json.loads(self._pipe.recv_bytes(self._limits.answer_bytes))
-            if not isinstance(told, dict):
-                raise ValueError("no object")
+            while True:
+                if not self._pipe.poll(None if last is None else max(last - time.monotonic(), 0.0)):
+                    return None
+                told = json.loads(self._pipe.recv_bytes(self._limits.answer_bytes))
+                if not isinstance(told, dict):
+                    raise ValueError("no object")
+                # Only the first word is of a process that has read nothing yet.
+                if "sealed" not in told or self.sealed is not None:
+                    break
+                self.sealed = tuple(map(str, told["sealed"]))
             if "ended" not in told:
                 return told
             kind, words, ours = told["ended"]
@@ -106,14 +117,16 @@ class Child:
         return Ended("crash", f"ended by itself ({how})")
 
 
-def start(work: str, limits: ProcessLimits, folder: Path | str | None = None) -> Child:
+def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *, within: Reach | None = None) -> Child:
     """A new program that does some work (`module:function`) on one thread.
 
-    Parameters: folder: for its temporary files; None: the system's folder.
+    Parameters: folder: for its temporary files; None: the system's folder.  within: what it may open, as it is to seal
+        itself; None: it is not sealed.
     Raises: OSError if it cannot be started.
     """
     scratch = _scratch(folder)
-    program, line = _program(work, _begin(scratch, limits), environment=ONE_THREAD)
+    own = dict(os.environ) if within is None else kept_environment(dict(os.environ))
+    program, line = _program(work, _begin(scratch, limits, within), environment=own | ONE_THREAD)
 
     def end() -> int:
         program.kill()
@@ -122,14 +135,28 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None) ->
     return Child(Connection(line.detach()), end, scratch, limits)
 
 
+@cache
+def sealed_here() -> tuple[str, ...]:
+    """What holds of the seal on this system, as in `seal.MEANS`, by the word of a process that has sealed itself.
+
+    Raises: OSError if none can be started.
+    """
+    child = start("moireid.sandbox.child:rest", ProcessLimits(1 << 28), within=reach())
+    with suppress(Ended):
+        child.hear(LOAD_S)
+    child.kill()
+    return child.sealed or ()
+
+
 class ForkServer:
     """A program that has loaded some work, and forks a process for each request.
 
     It starts with the first request, and again if it has gone; it ends with this process.
     """
 
-    def __init__(self, work: str) -> None:
-        self._work, self._lock = work, threading.Lock()
+    def __init__(self, work: str, *, sealed: bool = False) -> None:
+        """Parameters: sealed: its processes seal themselves, so it has nothing in its environment that is private."""
+        self._work, self._lock, self._sealed = work, threading.Lock(), sealed
         self._program: subprocess.Popen[bytes] | None = None
         self._line: socket.socket | None = None
 
@@ -138,15 +165,15 @@ class ForkServer:
         with self._lock:
             self._begun()
 
-    def fork(self, limits: ProcessLimits, folder: Path | str | None = None) -> Child:
-        """A process that does the work; folder as in `start`.  Raises: OSError if none can be started."""
+    def fork(self, limits: ProcessLimits, folder: Path | str | None = None, *, within: Reach | None = None) -> Child:
+        """A process that does the work; folder and within as in `start`.  Raises: OSError if none can be started."""
         ours, theirs = socket.socketpair()
         with ours, theirs:
             scratch = _scratch(folder)
             with self._lock:
                 line = self._begun()
                 try:
-                    socket.send_fds(line, [_begin(scratch, limits).encode()], [theirs.fileno()])
+                    socket.send_fds(line, [_begin(scratch, limits, within).encode()], [theirs.fileno()])
                     number = _answer(line)
                 except OSError:
                     # A late answer would be taken for the answer to another request.
@@ -158,7 +185,9 @@ class ForkServer:
         if self._program is not None and self._program.poll() is not None:
             self._drop()
         if self._line is None:
-            self._program, self._line = _program(self._work)
+            environment = dict(os.environ)
+            environment = kept_environment(environment) if self._sealed else environment
+            self._program, self._line = _program(self._work, environment=environment)
             self._line.settimeout(LOAD_S)
         return self._line
 
@@ -188,15 +217,15 @@ def _scratch(folder: Path | str | None) -> str:
     return os.path.abspath(tempfile.mkdtemp(prefix="moireid-", dir=folder))
 
 
-def _begin(scratch: str, limits: ProcessLimits) -> str:
-    return json.dumps({"folder": scratch, "limits": asdict(limits)})
+def _begin(scratch: str, limits: ProcessLimits, within: Reach | None) -> str:
+    return json.dumps(
+        {"folder": scratch, "limits": asdict(limits), "reach": None if within is None else asdict(within)}
+    )
 
 
-def _program(
-    *arguments: str, environment: dict[str, str] | None = None
-) -> tuple[subprocess.Popen[bytes], socket.socket]:
+def _program(*arguments: str, environment: dict[str, str]) -> tuple[subprocess.Popen[bytes], socket.socket]:
     """A program and a connection to it; it imports as this process does, but never from the current folder."""
-    kept = {name: word for name, word in os.environ.items() if name not in NOT_HANDED_ON}
+    kept = {name: word for name, word in environment.items() if name not in NOT_HANDED_ON}
     path = os.pathsep.join(name for name in sys.path if name)
     ours, theirs = socket.socketpair()
     with theirs:
@@ -209,7 +238,7 @@ def _program(
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,
                 stderr=subprocess.DEVNULL,
-                env=kept | {"PYTHONPATH": path} | (environment or {}),
+                env=kept | {"PYTHONPATH": path},
             )
         except OSError:
             ours.close()

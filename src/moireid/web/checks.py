@@ -12,7 +12,7 @@ from fastapi.concurrency import run_in_threadpool
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
 from moireid.lenticule import view_law
-from moireid.registry import Claimed, Registry, claimed, claimed_by_file
+from moireid.registry import Claimed, People, Registry, claimed, claimed_by_file
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.person import Claimed as Named
 from moireid.web.auth.roles import Visitor
@@ -55,10 +55,10 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         job.film_name, job.claim, job.film_sha256 = form.name, given.get("claim", ""), form.sha256
         if job.kind == "identify":
             job.label = "who it is"
-            laws = await run_in_threadpool(lambda: _laws(studio.registry.layouts()))
-            job.standing = await run_in_threadpool(studio.standing)
-            about = studio.for_children | {"standing": job.standing.to_json()}
-            studio.jobs.submit(job, form.video, **about, focal_px=focal_px, laws=laws)
+            layouts = await run_in_threadpool(studio.registry.layouts)
+            laws = await run_in_threadpool(_laws, layouts)
+            job.standing, job.people = await run_in_threadpool(studio.standing), People(studio.registry)
+            studio.jobs.submit(job, form.video, layouts=layouts, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
         job.claimed_id, job.claim_source = found.badge.id, found.provenance.source

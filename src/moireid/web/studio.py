@@ -15,6 +15,7 @@ from moireid import __version__
 from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
+from moireid.registry.signing.client import signer_address
 from moireid.registry.url import read_url
 from moireid.verifier.session.claim import with_badge_notes
 from moireid.web.auth.tokens import Tokens
@@ -48,10 +49,14 @@ class Studio:
             self._open = undo.pop_all()
 
     @property
-    def for_children(self) -> dict[str, str]:
-        """The registry's URL and keys for child processes, which work in another folder and may be older than both."""
+    def for_children(self) -> dict[str, str | None]:
+        """The registry's URL, and its keys or their signer, for processes that issue badges.
+
+        These work in another folder, and may be older than all that.
+        """
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
-        return {"registry_url": url, "keys": str(self.registry.key_path.parent.absolute())}
+        keys = str(self.registry.key_path.parent.absolute())
+        return {"registry_url": url, "keys": keys, "signer": signer_address()}
 
     def standing(self) -> Standing:
         """The registry's authority and head now.  Raises: Refusal 503 where it was put back while the studio runs."""

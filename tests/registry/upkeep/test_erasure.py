@@ -188,3 +188,12 @@ def test_the_command_asks_for_yes_and_can_be_given_again(registry, url):
     assert json.loads(again.stdout)["again"] and registry.audit().erased == 1
     audit = CliRunner().invoke(moireid, ["registry", "audit", "--registry", url])
     assert audit.exit_code == 0 and "1 erased" in audit.stdout
+
+
+def test_a_tombstone_of_a_key_that_was_changed_holds(erased):
+    """Catches: an erasure by the key of before that nobody believes after a change of key."""
+    registry, badge, before = erased
+    registry.by("Cy").rotate_key()
+    assert registry.erased_at(str(badge.id)) and registry.entries(limit=1)[0].actor == "Cy"
+    seen = registry.audit(since=[before])
+    assert (seen.sound, seen.erased) == (True, 1)

@@ -25,6 +25,7 @@ from kit.webbing import Visit, studio
 from moireid.badge import badge_from_json
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
+from moireid.registry.signing.process import own_signer
 from moireid.web.pages.preview_law import preview_law
 
 #: Small boards are quickly made, and four are on a sheet.
@@ -303,6 +304,21 @@ def test_only_issuers_issue(visit: Visit) -> None:
     ):
         assert visit.ask(method, path, "verifier").status_code == 403, path
         assert visit.ask(method, path, None).status_code == 401, path
+
+
+def test_badges_are_issued_by_a_studio_that_has_no_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a page, or a process that makes badges, that reads the key itself; one that knows no signer."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "far away"))
+    with own_signer() as path, monkeypatch.context() as patch:
+        patch.setenv("MOIREID_SIGNER", path)
+        patch.setenv("MOIREID_KEYS", str(tmp_path / "here"))
+        with studio(tmp_path) as visit:
+            job = visit.ask("POST", "/api/badges", "issuer", json=order("Ada Signed")).json()["id"]
+            issued = done(visit, job)["result"]["id"]
+            revoked = visit.ask("POST", f"/api/registry/{issued}/revoke", "issuer", json={"reason": "lost"})
+            assert revoked.status_code == 200, revoked.text
+            assert visit.studio.registry.audit().sound and not visit.studio.registry.key_path.exists()
+        assert not (tmp_path / "here").exists() and len(list((tmp_path / "far away").iterdir())) == 1
 
 
 def test_heavy_packages_stay_out_of_the_server() -> None:

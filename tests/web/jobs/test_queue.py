@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import os
 import random
-import signal
+import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import httpx
 import psutil
 import pytest
 
+from kit.spoilt_films import Spoilt, Thief, crash, grow, hang
 from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge, load_badge
 from moireid.errors import SpecError
@@ -36,31 +36,6 @@ def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visi
 @pytest.fixture(scope="module")
 def tiny(tmp_path_factory: pytest.TempPathFactory, films: Path) -> Path:
     return tiny_film(films / "genuine_1.0m.mp4", tmp_path_factory.mktemp("tiny") / "tiny.mp4")
-
-
-@dataclass(frozen=True)
-class Spoilt:
-    """Stands for a film that spoils its reader: as the badge is asked for, within the limits, it acts."""
-
-    act: Callable[[], object]
-
-    @property
-    def badge(self) -> Badge:
-        self.act()
-        raise AssertionError("the process should not have come so far")
-
-
-def crash() -> None:
-    os.kill(os.getpid(), signal.SIGSEGV)
-
-
-def hang() -> None:
-    time.sleep(1000)
-
-
-def grow() -> None:
-    held = [bytearray(1 << 26) for _ in range(100)]
-    raise AssertionError(len(held))
 
 
 def spoil(visit: Visit, act: Callable[[], object], film: Path) -> str:
@@ -156,6 +131,22 @@ def test_a_film_that_spoils_its_reader_marks_its_own_job_alone(
     told = ended(visit, bad)
     assert (told["state"], told["problem"]["code"], told["result"]) == ("failed", code, None)
     assert visit.left() == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="other systems cannot close this")
+def test_a_film_that_takes_over_its_reader_gets_nothing(visit: Visit, tiny: Path) -> None:
+    """Catches: a key, the registry, another visitor's film, the tokens or the network within a stranger's reach."""
+    other = visit.studio.jobs.admit("verify", "somebody")
+    (other.folder / "film.mp4").write_bytes(b"another film")
+    registry, tokens = visit.folder.parent / "registry.sqlite3", visit.folder / "tokens.sqlite3"
+    paths = (visit.studio.registry.key_path, other.folder / "film.mp4", registry, tokens)
+    assert all(path.stat().st_size for path in paths)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thief = Thief(paths, server.getsockname()[1])
+        told = ended(visit, spoil(visit, thief, tiny))
+    text = f"the thief has [], and its own film of {tiny.stat().st_size} bytes"
+    assert told["problem"] == {"code": "MediaError", "text": text}
+    visit.studio.jobs.remove(other)
 
 
 def test_a_film_that_hangs_is_ended(tmp_path: Path, tiny: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -4,9 +4,10 @@ records.py   init, list, show, revoke, forget
 checks.py    audit, checkpoint, publish
 history.py   log, erase
 transfer.py  export, import
+keys.py      rotate-key, signer
 """
 
-from moireid.cli.registry import checks, history, transfer
+from moireid.cli.registry import checks, history, keys, transfer
 from moireid.cli.registry.records import registry_group
 
-__all__ = ["checks", "history", "registry_group", "transfer"]
+__all__ = ["checks", "history", "keys", "registry_group", "transfer"]

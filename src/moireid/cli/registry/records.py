@@ -23,16 +23,19 @@ def registry_init(actor: str | None, registry_url: str | None, as_json: bool) ->
     A registry that already exists is left as it is.
     """
     from moireid.registry import open_registry
+    from moireid.registry.signing.client import signer_address
 
     with open_registry(registry_url, create=True, actor=actor) as registry:
         count, head, key = registry.count(), registry.head(), registry.key_path
         if as_json:
             document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
-            show_json(document | {"head": head, "key": str(key) if key.exists() else None})
+            show_json(document | {"head": head, "key": str(key) if key.exists() else None, "signer": signer_address()})
             return
         click.echo(f"{registry.shown_url} is ready and holds {count} badges")
         click.echo(f"the fingerprint of its authority is {registry.fingerprint}: tell it to whoever checks badges")
-        if key.exists():
+        if (signer := signer_address()) is not None:
+            click.echo(f"its private key is with the signer at {signer}: have a copy kept there")
+        elif key.exists():
             click.echo(f"its private key is {key}: keep a copy, and show it to nobody")
         else:
             click.echo(f"its private key is not here ({key}), so it can only be read and not changed")

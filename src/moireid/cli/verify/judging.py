@@ -79,10 +79,13 @@ def judge_apart(wish: Wish, found: Claimed, scores: Scores, progress: Progress) 
     Convention: the claim is this process's own word, and so is the registry; the other one says what the film shows.
     """
     from moireid.attest.apart import Order, judged_apart
+    from moireid.sandbox.seal import missing
 
     pictures = wish.report_folder is not None
     order = Order(wish.video, claim_held(wish, found), found.revoked, wish.overlap, scores, pictures)
     judged, standing = judged_apart(order, progress), found.provenance.standing
+    if (lacking := missing(judged.sealed)) is not None:
+        say(f"note: the process that read the film {lacking}: this system has no means against that")
     own = {
         "registry": standing.to_json() if standing else None,
         "claim_source": found.provenance.source,

@@ -3,6 +3,7 @@
 people    name, its skeletons (`look_alikes`), sealed identity, layout, measured figures, revocation
 layouts   a specimen of each layout: a badge of nobody
 about     the checkpoint; the hashes of all log entries, 32 bytes each
+rotations the log entries, as JSON, that gave the log another key
 
 What is not in it: identities in the clear, lines, times of issue, and whose each log entry is.  The measured figures
 are: whoever has a film of a badge could measure them too, and without them a verifier knows no copy.
@@ -17,12 +18,14 @@ from collections.abc import Iterable
 from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from moireid.provenance import Seal
 from moireid.registry.canonical import canonical_json
 
 _TABLES = """
 CREATE TABLE about (checkpoint TEXT NOT NULL, entries BLOB NOT NULL);
+CREATE TABLE rotations (entry TEXT NOT NULL);
 CREATE TABLE layouts (number INTEGER PRIMARY KEY, badge TEXT NOT NULL);
 CREATE TABLE people (
     number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, folded TEXT NOT NULL,
@@ -57,7 +60,11 @@ def without_id(as_built: str | None) -> str | None:
 
 
 def made_content(
-    checkpoint: str, entries: Iterable[bytes], layouts: Iterable[str], people: Iterable[tuple[Person, Looks]]
+    checkpoint: str,
+    entries: Iterable[bytes],
+    rotations: Iterable[dict[str, Any]],
+    layouts: Iterable[str],
+    people: Iterable[tuple[Person, Looks]],
 ) -> bytes:
     """The content; layouts: badges as JSON in the order of their numbers; people: each with the looks of the name."""
     with tempfile.TemporaryDirectory(prefix="moireid-bundle-") as folder:
@@ -67,6 +74,8 @@ def made_content(
             database.executescript("PRAGMA journal_mode = OFF; PRAGMA synchronous = OFF;" + _TABLES)
             with database:
                 database.execute("INSERT INTO about VALUES (?, ?)", (checkpoint, b"".join(entries)))
+                turned = ((canonical_json(entry),) for entry in rotations)
+                database.executemany("INSERT INTO rotations VALUES (?)", turned)
                 database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
                 database.executemany(
                     f"INSERT INTO people (skeleton, folded, {_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
@@ -126,6 +135,15 @@ class Content:
     def checkpoint(self) -> str:
         """The checkpoint's note."""
         return str(self._database.execute("SELECT checkpoint FROM about").fetchone()[0])
+
+    def rotations(self) -> list[dict[str, Any]]:
+        """The log entries that gave the log another key, in order; none in a bundle of an early version.
+
+        Raises: ValueError where one is no entry.
+        """
+        tables = self._database.execute("SELECT 1 FROM sqlite_master WHERE name = 'rotations'").fetchone()
+        rows = self._database.execute("SELECT entry FROM rotations ORDER BY rowid") if tables else ()
+        return [json.loads(entry) for (entry,) in rows]
 
     def entries(self) -> list[bytes]:
         """The hashes of all log entries."""

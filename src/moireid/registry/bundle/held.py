@@ -23,8 +23,10 @@ from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.bundle.content import Content, Person
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.standing import hold
-from moireid.registry.log import Head
+from moireid.registry.keys import Authority
+from moireid.registry.log import Head, linked, rotation_of
 from moireid.registry.look_alikes import folded_skeleton, skeleton
+from moireid.registry.record import Fault
 
 #: So many people of names that look alike are named.
 MOST_ALIKE = 3
@@ -76,7 +78,16 @@ class Bundle:
         what, place = f"bundle {path}", f"bundle:{self.path.absolute()}"
         fingerprint, hash_at = authority.fingerprint, self._content.hash_at
         check_expiry(header, self.path)
-        self.standing = hold(what, place, fingerprint, lambda: head, hash_at, trust, header.expires)
+        self.standing = hold(
+            what,
+            place,
+            fingerprint,
+            lambda: head,
+            hash_at,
+            trust,
+            header.expires,
+            former=lambda: self._former(authority),
+        )
 
     def __enter__(self) -> Bundle:
         return self
@@ -145,6 +156,21 @@ class Bundle:
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
             return Holder(person.name, person.revoked_at, person.revoked_reason)
         return None
+
+    def _former(self, authority: Authority) -> list[str]:
+        """Fingerprints of the authority's earlier keys, as far as the entries that gave them up are proven here.
+
+        Raises: RegistryError where such an entry does not hold, or is not in this bundle's log.
+        """
+        try:
+            turned = linked([rotation_of(entry) for entry in self._content.rotations()], authority)
+            if any(self._content.hash_at(one.seq) != one.hash for one in turned):
+                raise ValueError("a change of key is not in its log")
+        except (Fault, ValueError, TypeError, KeyError) as error:
+            raise RegistryError(
+                f"bundle {self.path} proves a change of its authority's key wrongly ({error})"
+            ) from error
+        return [one.old.fingerprint for one in turned]
 
     def _of(self, person: Person) -> Claimed:
         badge = badge_from_json(self._content.layout(person.layout), source=f"a layout of bundle {self.path}")

@@ -14,7 +14,7 @@ from pathlib import Path
 from moireid.errors import RegistryError
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.note import opened, parted, signed_note
-from moireid.registry.keys import Authority, Signer
+from moireid.registry.keys import Authority, Signs
 from moireid.registry.log import Head
 
 ORIGIN = "moireid/bundle/"
@@ -39,7 +39,7 @@ class Header:
     length: int
     sha256: str
 
-    def parcel(self, signer: Signer, content: bytes) -> bytes:
+    def parcel(self, signer: Signs, content: bytes) -> bytes:
         """The whole file."""
         name = ORIGIN + signer.authority.fingerprint
         text = "".join(f"{line} {getattr(self, line)}\n" for line in _LINES)

@@ -21,7 +21,7 @@ from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
 from moireid.registry.checkpoints.merkle import Tree, leaf_hash
 from moireid.registry.checkpoints.standing import standing_of
-from moireid.registry.ledger import Ledger, pages
+from moireid.registry.ledger import Ledger, pages, select_rotations
 from moireid.registry.log import Head
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, Record, record_of, tampered
@@ -59,11 +59,12 @@ def publish(
     with ledger.snapshot() as connection:
         head, entries = ledger.head_in(connection), entry_hashes(connection)
         records, layouts = _records(ledger, connection, specimen)
+        turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     tree = Tree()
     for entry in entries:
         tree.add(leaf_hash(entry))
     people = _people(records, progress)
-    content = made_content(sign_checkpoint(tree, signer).note, entries, layouts, people)
+    content = made_content(sign_checkpoint(tree, signer).note, entries, turned, layouts, people)
     header = _header(head, len(people), content, signer.authority.public_hex, days)
     with whole_file(path) as temporary:
         temporary.write_bytes(header.parcel(signer, content))

@@ -21,7 +21,7 @@ from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.merkle import Tree, consistency_proof, leaf_hash, root_of
 from moireid.registry.checkpoints.note import opened, parted, signed_note
-from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signer
+from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
 from moireid.registry.ledger import Ledger, pages
 from moireid.registry.schema import log
 
@@ -93,7 +93,7 @@ def checkpoint_from(note: str, source: str) -> Checkpoint:
     return Checkpoint(fingerprint, int(size), content, dates[0], note)
 
 
-def sign_checkpoint(tree: Tree, signer: Signer) -> Checkpoint:
+def sign_checkpoint(tree: Tree, signer: Signs) -> Checkpoint:
     """The checkpoint of a log whose tree this is."""
     fingerprint, date = signer.authority.fingerprint, utc_now()
     root = base64.b64encode(tree.root()).decode()
@@ -117,15 +117,16 @@ def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoin
     with ledger.snapshot() as connection:
         ledger.head_in(connection)
         leaves = [leaf_hash(content) for content in entry_hashes(connection)]
-    proofs = [(one.size, _proof(leaves, one, ledger)) for one in older]
+    keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations()), ledger.authority)}
+    proofs = [(one.size, _proof(leaves, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
     tree = Tree()
     for leaf in leaves:
         tree.add(leaf)
     return sign_checkpoint(tree, signer), proofs
 
 
-def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger) -> list[bytes]:
-    older.check(ledger.authority, f"of {older.date}")
+def _proof(leaves: list[bytes], older: Checkpoint, ledger: Ledger, authority: Authority) -> list[bytes]:
+    older.check(authority, f"of {older.date}")
     if older.size > len(leaves) or root_of(leaves[: older.size]) != older.root:
         raise RegistryError(
             f"registry {ledger.shown} does not begin as its checkpoint of {older.date} says, so nothing is signed; "

@@ -11,7 +11,7 @@ import base64
 import binascii
 import hashlib
 
-from moireid.registry.keys import NOTE, Authority, Signer
+from moireid.registry.keys import NOTE, Authority, Signs
 
 #: The mark before each signature, and the type of Ed25519 signatures.
 DASH, ED25519 = "\u2014 ", b"\x01"
@@ -24,7 +24,7 @@ def key_id(name: str, public: bytes) -> bytes:
     return hashlib.sha256(name.encode() + b"\n" + ED25519 + public).digest()[:4]
 
 
-def signed_note(text: str, name: str, signer: Signer) -> str:
+def signed_note(text: str, name: str, signer: Signs) -> str:
     """The note of a text that ends in a newline, signed under a key name without spaces and plus signs."""
     signature = bytes.fromhex(signer.sign(NOTE, text.encode()))
     own = key_id(name, bytes.fromhex(signer.authority.public_hex))

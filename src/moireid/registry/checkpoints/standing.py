@@ -49,7 +49,13 @@ def standing_of(ledger: Ledger, trust: str | None = None) -> Standing:
         Where `trust` is no fingerprint.
     """
     what = f"registry {ledger.shown}"
-    return hold(what, ledger.place, ledger.authority.fingerprint, ledger.head, ledger.hash_at, trust)
+    own = ledger.authority.fingerprint
+    return hold(what, ledger.place, own, ledger.head, ledger.hash_at, trust, former=lambda: former_keys(ledger))
+
+
+def former_keys(ledger: Ledger) -> list[str]:
+    """Fingerprints of the keys that the authority had before, each given up by an entry that both keys signed."""
+    return [one.old.fingerprint for one in ledger.rotations()]
 
 
 def hold(
@@ -60,17 +66,29 @@ def hold(
     hash_at: Callable[[int], str | None],
     trust: str | None,
     expires: str | None = None,
+    *,
+    former: Callable[[], Sequence[str]] = list,
 ) -> Standing:
-    """As `standing_of`, for whatever has a head; `hash_at` gives the hash of an earlier entry, `what` names it."""
-    _check_authority(what, place, fingerprint, trust)
+    """As `standing_of`, for whatever has a head.
+
+    Parameters: hash_at: gives the hash of an earlier entry; what: names it; former: fingerprints of its authority's
+        earlier keys, proven.  Who trusts one of these, or has seen it here, follows to the present one.
+    """
+    followed = _check_authority(what, place, fingerprint, trust, former)
     head, last = _checked_head(what, fingerprint, head_now, hash_at)
+    if followed is not None:
+        # What was seen under the earlier key must still be there.
+        _, last = _checked_head(what, followed, lambda: head, hash_at)
+        # Else who goes on trusting that key would not notice a step back to before the change.
+        remember(place, followed, head)
     kept = remember(place, fingerprint, head)
     return Standing(fingerprint, str(head), expires, new=last is None and trust is None, remembered=kept)
 
 
 def check_head(ledger: Ledger) -> None:
     """Raise RegistryError if the log was further before; who writes to an earlier state would fork it."""
-    _checked_head(f"registry {ledger.shown}", ledger.authority.fingerprint, ledger.head, ledger.hash_at)
+    for fingerprint in (ledger.authority.fingerprint, *former_keys(ledger)):
+        _checked_head(f"registry {ledger.shown}", fingerprint, ledger.head, ledger.hash_at)
 
 
 def _checked_head(
@@ -100,10 +118,15 @@ def _checked_head(
     return head, last
 
 
-def _check_authority(what: str, place: str, fingerprint: str, trust: str | None) -> None:
+def _check_authority(
+    what: str, place: str, fingerprint: str, trust: str | None, former: Callable[[], Sequence[str]]
+) -> str | None:
+    """The earlier key that is trusted, or was seen; None where the present one is, or nothing is known."""
     wanted = authority_at(place) if trust is None else as_fingerprint(trust)
     if wanted is None or wanted == fingerprint:
-        return
+        return None
+    if wanted in former():
+        return wanted
     if trust is not None:
         reason, remedy = "the one to be trusted", "get it from those who run it, or ask them for their fingerprint"
     else:

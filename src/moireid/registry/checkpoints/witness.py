@@ -54,12 +54,18 @@ def checkpoints_from(source: str) -> list[Checkpoint]:
 class Watch:
     """A log that is walked over, held against checkpoints."""
 
-    def __init__(self, checkpoints: Sequence[Checkpoint], authority: Authority) -> None:
-        """Raises: RegistryError where a checkpoint names this authority and does not bear its signature."""
-        self._own = [one for one in checkpoints if one.fingerprint == authority.fingerprint]
-        self._others = [one for one in checkpoints if one.fingerprint != authority.fingerprint]
+    def __init__(
+        self, checkpoints: Sequence[Checkpoint], authority: Authority, former: Sequence[Authority] = ()
+    ) -> None:
+        """Parameters: former: the authority's earlier keys.
+
+        Raises: RegistryError where a checkpoint names this authority and does not bear its signature.
+        """
+        keys = {one.fingerprint: one for one in (*former, authority)}
+        self._own = [one for one in checkpoints if one.fingerprint in keys]
+        self._others = [one for one in checkpoints if one.fingerprint not in keys]
         for one in self._own:
-            one.check(authority, f"of {one.date}")
+            one.check(keys[one.fingerprint], f"of {one.date}")
         self._authority, self._tree = authority, Tree()
         self._forked: list[Checkpoint] = []
 

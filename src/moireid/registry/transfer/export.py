@@ -18,7 +18,7 @@ from moireid.files import planned, whole_file
 from moireid.registry.canonical import canonical_json
 from moireid.registry.engine import AnyRow
 from moireid.registry.ledger import Ledger, pages
-from moireid.registry.log import GENESIS, Head, check_entry, check_head
+from moireid.registry.log import GENESIS, Head, authority_after, check_entry, check_head
 from moireid.registry.record import Fault, record_of, tampered
 from moireid.registry.schema import actors, authority, badges, log, select_records
 
@@ -73,10 +73,12 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
     for number, row in enumerate(pages(connection, select(actors), actors.c.commitment)):
         yield (",\n" if number else "\n") + canonical_json(dict(row._mapping)), False
     yield '\n],\n"log":[', False
-    last = Head(0, GENESIS)
+    former = ledger.rotations(connection)
+    last, then = Head(0, GENESIS), former[0].old if former else ledger.authority
     for row in pages(connection, select(log), log.c.seq):
         yield (",\n" if last.seq else "\n") + canonical_json(dict(row._mapping)), False
-        last = check_entry(row, last, ledger.authority)
+        last = check_entry(row, last, then)
+        then = authority_after(row, then)
     check_head(top, last if last.seq else None, ledger.authority)
     yield "\n]\n}\n", False
 

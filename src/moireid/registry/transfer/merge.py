@@ -108,6 +108,10 @@ def merge(source: Ledger, target: Ledger, actor: str) -> Import:
 def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
     with source.snapshot() as there:
         if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
+            if target.has_authority and target.authority.public_hex in [
+                one.old.public_hex for one in source.rotations()
+            ]:
+                return _follow(there, source, target, actor)
             return _adopt(there, source, target)
         with target.writing(actor) as transaction:
             theirs, ours = _head(there), transaction.head
@@ -127,6 +131,31 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
         added = _copy(there, here, badges, badges.c.id)
     target.adopt(source.authority.public_hex)
     return Import(added, 0, 0)
+
+
+def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Import:
+    """Take in what an authority did since, where it has changed its key meanwhile: it has signed all records anew."""
+    with target.writing(actor) as transaction:
+        here, ours = transaction.connection, transaction.head
+        if _head(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
+            raise RegistryError(
+                f"registry {target.shown} holds log entries that this export lacks, and its authority has changed its "
+                "key since; import the export into an empty registry, and enter what is missing there"
+            )
+        before, newer = _count(here), log.c.seq > ours.seq
+        known = set(here.scalars(select(badges.c.id)))
+        changed = known & set(there.scalars(select(log.c.subject).where(newer)))
+        erased = set(_erased_in(there))
+        here.execute(delete(badges))
+        count = _copy(there, here, badges, badges.c.id)
+        here.execute(delete(actors))
+        _copy(there, here, actors, actors.c.commitment)
+        _copy(there, here, log, log.c.seq, newer)
+        here.execute(delete(schema.authority))
+        _copy(there, here, schema.authority, schema.authority.c.one)
+    target.adopt(source.authority.public_hex)
+    gone = known & erased
+    return Import(count - before + len(gone), len(changed - gone), before - len(changed | gone), len(gone))
 
 
 def _catch_up(there: Connection, transaction: Transaction) -> Import:

@@ -18,6 +18,7 @@ from sqlalchemy import delete, func, select
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.claims import as_id, find_row
+from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import ERASE, ERASE_ACTOR, check_signed
 from moireid.registry.record import Fault, storable, tampered
@@ -104,10 +105,15 @@ def erased_at(ledger: Ledger, badge_id: str) -> str | None:
     if not rows or rows[0].action != ERASE:
         return None
     try:
-        check_signed(dict(rows[0]._mapping), ledger.authority)
+        check_signed(dict(rows[0]._mapping), _authority_at(ledger, rows[0].seq))
     except Fault as fault:
         raise tampered(ledger.shown, fault) from fault
     return str(rows[0].time)
+
+
+def _authority_at(ledger: Ledger, seq: int) -> Authority:
+    """Whose key signed a log entry: that of before the next change of key."""
+    return next((one.old for one in ledger.rotations() if one.seq > seq), ledger.authority)
 
 
 def _guessable(ledger: Ledger, badge_id: str) -> bool:

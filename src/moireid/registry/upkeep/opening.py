@@ -9,8 +9,8 @@ from moireid.errors import RegistryError
 from moireid.registry import schema
 from moireid.registry.actor import commitment, new_salt
 from moireid.registry.engine import writing
-from moireid.registry.keys import make_key
 from moireid.registry.log import first_rows
+from moireid.registry.signing.client import make_key
 from moireid.registry.upkeep.migration import STEPS, migrate
 
 

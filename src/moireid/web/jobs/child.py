@@ -8,12 +8,17 @@ from typing import Any
 
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, ForkServer
+from moireid.sandbox.reach import reach
 from moireid.web.jobs.task import Task
 
 #: How soon a stop is noticed.
 LOOK_S = 0.25
-#: It loads the verifier, some seconds long, for all films.
-films = ForkServer("moireid.web.jobs.work:judge")
+#: It loads the verifier, some seconds long, for all films; a film's process is sealed.
+films = ForkServer("moireid.web.jobs.work:judge", sealed=True)
+#: For badges that are made; it begins with the first of them.
+orders = ForkServer("moireid.web.jobs.making:make")
+#: Kinds of tasks without a stranger's film; all others are sealed.
+ORDERS = frozenset({"badge", "event"})
 
 
 class Lost(Exception):
@@ -27,17 +32,20 @@ class Lost(Exception):
 def run_task(
     task: Task,
     limits: ProcessLimits,
-    heard: Callable[[dict[str, Any]], None],
+    heard: Callable[[dict[str, Any]], object],
     *,
     wall_s: float,
     stopping: Callable[[], bool],
 ) -> None:
-    """Do a task in its own process; each of its messages goes to `heard`.
+    """Do a task in its own process; each of its messages goes to `heard`, and what that returns but None goes back.
 
     Raises: Lost where the film is at fault, the process crashes or takes too long, or `stopping` says so; the process
         is ended then.  OSError where no process can be started.
     """
-    child = films.fork(limits, task.folder)
+    if task.kind in ORDERS:
+        child = orders.fork(limits, task.folder)
+    else:
+        child = films.fork(limits, task.folder, within=reach(write=[task.folder]))
     try:
         child.send(task)
         _listen(child, heard, wall_s, stopping)
@@ -52,12 +60,14 @@ def run_task(
         child.kill()
 
 
-def _listen(child: Child, heard: Callable[[dict[str, Any]], None], wall_s: float, stopping: Callable[[], bool]) -> None:
+def _listen(
+    child: Child, heard: Callable[[dict[str, Any]], object], wall_s: float, stopping: Callable[[], bool]
+) -> None:
     """Pass messages on until the process says that it has ended.  Raises: Ended, Lost."""
     deadline = time.monotonic() + wall_s
     while (rest := deadline - time.monotonic()) > 0:
         if stopping():
             raise Lost("stopped", "The studio was stopped meanwhile.")
-        if (message := child.hear(min(rest, LOOK_S))) is not None:
-            heard(message)
+        if (message := child.hear(min(rest, LOOK_S))) is not None and (back := heard(message)) is not None:
+            child.send(back)
     raise Lost("time", f"This film takes longer than the {wall_s:g} s that one may take here.")

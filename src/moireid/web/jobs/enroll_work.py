@@ -7,7 +7,7 @@ from pathlib import Path
 
 from moireid.badge import badge_from_json
 from moireid.verifier.session.capture import capture_as_built
-from moireid.web.jobs.issue_work import Progress, Tell
+from moireid.web.jobs.task import Progress, Tell
 
 
 def measure_capture(video: Path, progress: Progress, tell: Tell, *, badge_json: str) -> None:

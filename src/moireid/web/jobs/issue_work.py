@@ -1,6 +1,6 @@
 """Making packages in the studio's child processes, so that the server never loads build123d.
 
-The functions are called through `work.WORK`, with the file of the order and with callbacks for progress and results.
+The functions are called through `making.WORK`, with the file of the order and with callbacks for progress and results.
 They write to the present folder.  A badge is issued together with its files, as by `print-your-badge --registry`.
 If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new, if
 it gives the identities.
@@ -11,7 +11,6 @@ from __future__ import annotations
 import os
 import shutil
 import zipfile
-from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -21,18 +20,19 @@ from moireid.designer.people import Designed, badges_of, design_people, parse_pe
 from moireid.errors import SpecError
 from moireid.idcodes import is_name_derived
 from moireid.registry import Registry, open_registry
-from moireid.registry.keys import KEYS_VARIABLE
+from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
 from moireid.registry.look_alikes import alike_within
 from moireid.web.jobs.orders import Order, Wish
+from moireid.web.jobs.task import Progress, Tell
 
 PACKAGE = "package.zip"
 #: An event's badges are made one after the other in one child; a larger one is for the command line.
 MOST_AT_AN_EVENT = 300
-Progress = Callable[[int, int | None], None]
-Tell = Callable[[dict[str, Any]], None]
 
 
-def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, actor: str) -> None:
+def issue_badge(
+    order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None, actor: str
+) -> None:
     """Make one badge's package, and issue the badge; `order_file` holds the JSON of an `Order`.
 
     Raises: as `orders.checked`, and FabricationError where a file fails its check.
@@ -42,7 +42,7 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
 
     order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
     folder, steps = Path("badge"), count(1)
-    with server_registry(registry_url, keys, actor) as registry:
+    with _registry(registry_url, keys, signer, actor) as registry:
         drawn = drawn_badge(order.request(order.name), order.chosen(), registry.by_id)
         badge, holder = drawn.badge, drawn.holder
         most = len(file_names(plan_parts(badge, order.mount)))
@@ -70,7 +70,15 @@ def issue_badge(order_file: Path, progress: Progress, tell: Tell, *, registry_ur
 
 
 def issue_event(
-    people_csv: Path, progress: Progress, tell: Tell, *, wish: dict[str, Any], registry_url: str, keys: str, actor: str
+    people_csv: Path,
+    progress: Progress,
+    tell: Tell,
+    *,
+    wish: dict[str, Any],
+    registry_url: str,
+    keys: str,
+    signer: str | None,
+    actor: str,
 ) -> None:
     """Make the package of an event: sheets, a folder for each person, a summary; and issue all badges.
 
@@ -79,7 +87,7 @@ def issue_event(
     from moireid.fabrication.event import print_event
 
     wanted, folder = Wish.model_validate(wish), Path("event")
-    with server_registry(registry_url, keys, actor) as registry:
+    with _registry(registry_url, keys, signer, actor) as registry:
         people, request = parse_people(people_csv.read_bytes()), wanted.request("Everybody")
         badges = badges_of(design_people(people, request, holder_of=registry.by_id))
         event = print_event(
@@ -104,13 +112,15 @@ def issue_event(
     )
 
 
-def server_registry(url: str, keys: str, actor: str | None = None) -> Registry:
-    """The registry, with the authority's private key from the folder `keys`.
+def _registry(url: str, keys: str, signer: str | None, actor: str) -> Registry:
+    """The registry, with the authority's key from the folder `keys`, or by asking the signer; for `actor` to act on.
 
-    Parameters: actor: who has asked for the work; None where nothing is written.
     They are passed in, because the child works in another folder, and its parent may be older than the registry.
     """
     os.environ[KEYS_VARIABLE] = keys
+    os.environ.pop(SIGNER_VARIABLE, None)
+    if signer is not None:
+        os.environ[SIGNER_VARIABLE] = signer
     return open_registry(url, create=False, actor=actor)
 
 

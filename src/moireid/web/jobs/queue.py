@@ -22,8 +22,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Literal
 
+from moireid.errors import RegistryError
 from moireid.provenance import Standing
+from moireid.registry import People
 from moireid.sandbox.limits import ProcessLimits
+from moireid.web.jobs.asking import answer_to, with_name
 from moireid.web.jobs.child import Lost, films, run_task
 from moireid.web.jobs.task import Task
 from moireid.web.problems import Refusal
@@ -46,8 +49,8 @@ class Job:
 
     result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
     was asked for; film_name, claim: as the visitor gave them; revoked_at: when the claimed badge was revoked; standing:
-    of the registry when the film came; film_sha256: of the film as it came; claimed_id, claim_source: the badge that
-    the claim means, and who says so.
+    of the registry when the film came; people: whom the film's process may ask about; film_sha256: of the film as it
+    came; claimed_id, claim_source: the badge that the claim means, and who says so.
     """
 
     id: str
@@ -63,6 +66,7 @@ class Job:
     film_sha256: str | None = None
     claimed_id: str | None = None
     claim_source: str | None = None
+    people: People | None = None
     state: State = "receiving"
     frames: tuple[int, int | None] = (0, None)
     result: dict[str, Any] | None = None
@@ -198,6 +202,8 @@ class Jobs:
             )
         except Lost as lost:
             problem = (lost.code, lost.text)
+        except RegistryError:
+            problem = ("registry", "The registry cannot be asked just now; try again later.")
         except OSError as error:
             problem = ("system", f"No process could be started ({error.strerror}); try again later.")
         # A finished verdict counts, even if its report could not be drawn.
@@ -213,7 +219,10 @@ class Jobs:
         if not job.finished.done():
             job.finished.set_result(None)
 
-    def _heard(self, job: Job, message: dict[str, Any]) -> None:
+    def _heard(self, job: Job, message: dict[str, Any]) -> object:
+        """Take a message in; returns the answer to a question."""
+        if "ask" in message:
+            return answer_to(message["ask"], job.people)
         if "progress" in message:
             done, of = message["progress"]
             job.frames = (int(done), None if of is None else int(of))
@@ -222,8 +231,11 @@ class Jobs:
             if job.standing is not None and isinstance(job.result, dict):
                 # The server's own word, and not that of the process that reads the film.
                 job.result["registry"] = job.standing.to_json()
+            if job.people is not None and isinstance(job.result, dict):
+                job.result = with_name(job.result, job.people)
         else:
             job.kept = message
+        return None
 
     def _sweep(self) -> None:
         """Remove results that are too old, and the oldest ones where there are too many."""

@@ -5,6 +5,7 @@ The server loads this file and not `work.py`, because it does not need the packa
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,11 +17,15 @@ from moireid.lenticule import ViewLaw
 SIGNALS = "signals.csv"
 #: A lens, a pitch (mm) and their law.
 Law = tuple[Lens, float, ViewLaw]
+#: Told how far a job is (done, of how many); what it has found; and asked what the server alone knows.
+Progress = Callable[[int, int | None], None]
+Tell = Callable[[dict[str, Any]], None]
+Ask = Callable[[dict[str, Any]], Any]
 
 
 @dataclass(frozen=True)
 class Task:
-    """What to do (a key of `work.WORK`), with the film of that name in its folder."""
+    """What to do (a key of `work.WORK`, or of `making.WORK`), with the film of that name in its folder."""
 
     kind: str
     folder: Path

@@ -1,4 +1,4 @@
-"""The work of a job's own process: a film in, a verdict out.  Nothing here knows of requests or pages.
+"""The work of a film's own process: a film in, a verdict out.  Nothing here knows of requests, pages or registries.
 
 Loading this module loads all packages of the work.  A process that has loaded it is forked for each job, so that the
 job can begin at once (`child.py`).
@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,9 @@ import jsonschema  # noqa: F401 - loaded ahead
 import matplotlib.backends.backend_svg
 import matplotlib.figure  # noqa: F401 - loaded ahead
 
+from moireid.badge import Badge
 from moireid.lenticule import know_law
-from moireid.registry import Claimed, People
+from moireid.provenance import Claimed
 from moireid.sandbox.child import Talk
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.page import signals_csv
@@ -27,8 +29,7 @@ from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
 from moireid.web.jobs.enroll_work import measure_capture
-from moireid.web.jobs.issue_work import Progress, Tell, issue_badge, issue_event, server_registry
-from moireid.web.jobs.task import SIGNALS, Law, Task
+from moireid.web.jobs.task import SIGNALS, Ask, Law, Progress, Task, Tell
 
 #: Least time between two reports of progress.
 TELL_S = 0.1
@@ -73,24 +74,34 @@ def verify_film(
     tell({"files": list(pictures.files), "plots": list(pictures.plots), "frame_s": pictures.frame_s})
 
 
+@dataclass(frozen=True)
+class Asked:
+    """The registry as identification sees it: the server answers each question, as this process must not reach it."""
+
+    ask: Ask
+
+    def holds(self, badge_id: str) -> bool:
+        """Whether that id is enrolled and not revoked."""
+        return bool(self.ask({"holds": badge_id}))
+
+    def alike(self, parts: Mapping[int, str]) -> list[str]:
+        """Ids, revoked or not, of which a part reads so."""
+        return list(self.ask({"alike": dict(parts)}))
+
+
 def identify_film(
     video: Path,
     progress: Progress,
     tell: Tell,
     *,
-    registry_url: str,
-    keys: str,
-    standing: dict[str, Any] | None = None,
+    ask: Ask,
+    layouts: Sequence[Badge],
     focal_px: float | None = None,
     laws: Sequence[Law] = (),
 ) -> None:
-    """What `moireid identify --json` prints."""
+    """What `moireid identify --json` prints, but the name and the registry: those are the server's own word."""
     _know(laws)
-    with server_registry(registry_url, keys) as registry:
-        people = People(registry)
-        outcome = identify(video, registry.layouts(), people, focal_px=focal_px, progress=progress)
-        name = people.name(outcome.found_id)
-        tell({"result": outcome.to_json() | {"found_name": name, "registry": standing}})
+    tell({"result": identify(video, layouts, Asked(ask), focal_px=focal_px, progress=progress).to_json()})
 
 
 def _know(laws: Sequence[Law]) -> None:
@@ -99,12 +110,11 @@ def _know(laws: Sequence[Law]) -> None:
         know_law(lens, pitch_mm, law)
 
 
-#: Kinds of work by name.  Each is called with the film, for progress and results, and with the task's arguments.
+#: Kinds of work by name.  Each is called with the film, for progress and results, and with the task's arguments;
+#: identify may ask as well.
 WORK: dict[str, Callable[..., None]] = {
     "verify": verify_film,
     "identify": identify_film,
-    "badge": issue_badge,
-    "event": issue_event,
     "capture": measure_capture,
 }
 
@@ -122,5 +132,10 @@ def judge(talk: Talk) -> None:
             told_s = time.monotonic()
             talk.tell({"progress": [done, of]})
 
+    def ask(question: dict[str, Any]) -> Any:
+        talk.tell({"ask": question})
+        return talk.next()
+
     os.chdir(task.folder)
-    WORK[task.kind](Path(task.video), progress, talk.tell, **task.arguments)
+    may_ask = {"ask": ask} if task.kind == "identify" else {}
+    WORK[task.kind](Path(task.video), progress, talk.tell, **task.arguments, **may_ask)

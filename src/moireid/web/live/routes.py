@@ -28,6 +28,7 @@ from starlette.concurrency import run_in_threadpool
 
 from moireid.errors import MoireIdError, RegistryError
 from moireid.sandbox.process import Child, Ended, start
+from moireid.sandbox.reach import reach
 from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
 from moireid.web.auth.roles import require, visitor_of
 from moireid.web.checks import find_claimed
@@ -99,7 +100,8 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     except Refusal as refusal:
         await _refuse(connection, refusal.text)
         return
-    child = await run_in_threadpool(start, "moireid.web.live.worker:serve", LIMITS)
+    # It needs no file at all: the pictures come with the messages.
+    child = await run_in_threadpool(start, "moireid.web.live.worker:serve", LIMITS, within=reach())
     tasks: list[asyncio.Task[None]] = []
     try:
         await run_in_threadpool(child.send, begin)

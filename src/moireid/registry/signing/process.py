@@ -1,0 +1,181 @@
+"""The process with the key: `moireid registry signer`, or `python -m moireid.registry.signing.process SOCKET`.
+
+It reads keys from the keys folder, answers at a Unix socket, and does three things: say whether it has a key, make one,
+and sign what is of a kind (`kinds.py`).  It never tells a key.  It opens no registry, no film and no network.
+"""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import json
+import os
+import socket
+import socketserver
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from moireid.errors import MoireIdError, RegistryError, SpecError
+from moireid.registry.keys import Authority, Signer, key_of, new_key
+from moireid.registry.signing.kinds import DOMAINS, LONGEST, of_kind
+
+#: Longest message: the content in base64, and what stands around it.
+MESSAGE = 2 * LONGEST
+#: How long the studio waits for its signer to listen, seconds.
+START_S = 60.0
+
+
+class Keys:
+    """The keys that were asked for, each read once."""
+
+    def __init__(self) -> None:
+        self._signers: dict[str, Signer] = {}
+
+    def answer(self, message: bytes) -> dict[str, Any]:
+        """What is said to a message; "refused" with a sentence where it is not done."""
+        try:
+            asked = json.loads(message)
+            if asked["do"] == "make":
+                return {"public": new_key()[0].authority.public_hex}
+            signer = self._signer(str(asked["public"]))
+            if asked["do"] == "know":
+                return {"fingerprint": signer.authority.fingerprint}
+            content = base64.b64decode(asked["content"], validate=True)
+            if asked["do"] != "sign" or not of_kind(asked["kind"], content, signer.authority.fingerprint):
+                return {"refused": "it signs records, log entries, checkpoints and bundles, and this is none of them"}
+            return {"signature": signer.sign(DOMAINS[asked["kind"]], content)}
+        except MoireIdError as error:
+            return {"refused": " ".join(str(error).split())}
+        except (KeyError, TypeError, ValueError, RecursionError, binascii.Error):
+            return {"refused": "the question cannot be read"}
+
+    def _signer(self, public: str) -> Signer:
+        if public not in self._signers:
+            self._signers[public] = key_of(Authority(public))
+        return self._signers[public]
+
+
+class _Server(socketserver.ThreadingUnixStreamServer):
+    daemon_threads = True
+
+    def __init__(self, path: str, mode: int) -> None:
+        self.keys = Keys()
+        # Nobody may connect before the rights are right.
+        before = os.umask(0o177)
+        try:
+            super().__init__(path, _Handler)
+        finally:
+            os.umask(before)
+        os.chmod(path, mode)
+
+
+class _Handler(socketserver.BaseRequestHandler):
+    server: _Server
+
+    def handle(self) -> None:
+        """Answer one who has connected, until that one goes."""
+        line = Connection(os.dup(self.request.fileno()))
+        with suppress(OSError, EOFError):
+            while True:
+                line.send_bytes(json.dumps(self.server.keys.answer(line.recv_bytes(MESSAGE))).encode())
+
+
+def serve(path: Path, group: str | None = None, *, ready: Callable[[], None] = lambda: None) -> None:
+    """Listen until this process is ended.
+
+    Parameters: group: of the system, whose members may ask, too; None: this user alone.
+    Raises: SpecError where the socket cannot be made, or another signer listens there.
+    """
+    _close_memory()
+    _clear(path)
+    try:
+        with _Server(str(path), 0o600 if group is None else 0o660) as server:
+            if group is not None:
+                _give(path, group)
+            ready()
+            server.serve_forever()
+    except OSError as error:
+        raise SpecError(
+            f"no signer can listen at {path} ({error.strerror or error}); give a path of at most 100 letters in a "
+            "folder that you may write"
+        ) from error
+    finally:
+        path.unlink(missing_ok=True)
+
+
+@contextmanager
+def own_signer() -> Iterator[str]:
+    """A signer for as long as this lasts, as a process of this user; gives the path of its socket.
+
+    It ends with this process, however that ends.  Raises: RegistryError where it cannot be started.
+    """
+    with tempfile.TemporaryDirectory(prefix="moireid-signer-") as folder:
+        path = str(Path(folder) / "socket")
+        command = [sys.executable, "-P", "-m", "moireid.registry.signing.process", path]
+        imports = os.pathsep.join(name for name in sys.path if name)
+        with subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, env=os.environ | {"PYTHONPATH": imports}
+        ) as process:
+            try:
+                if process.stdout is None or process.stdout.readline() != b"ready\n":
+                    raise RegistryError("the process that is to sign for the registry could not be started; try again")
+                yield path
+            finally:
+                process.kill()
+
+
+def main() -> None:
+    """As the studio starts it: it ends when its standard input does, as its starter holds the other end."""
+    threading.Thread(target=_leave_with_input, daemon=True).start()
+    serve(Path(sys.argv[1]), ready=lambda: print("ready", flush=True))  # noqa: T201 - its starter waits for this
+
+
+def _leave_with_input() -> None:
+    sys.stdin.buffer.read()
+    os._exit(0)
+
+
+def _close_memory() -> None:
+    """No core file, and no look into this process for others of the same user.
+
+    Source: prctl(2), PR_SET_DUMPABLE.
+    """
+    import ctypes
+    import resource
+
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(4, 0, 0, 0, 0)
+
+
+def _clear(path: Path) -> None:
+    """Take away the socket that an ended signer left.  Raises: SpecError where one listens, or another file lies."""
+    if not path.exists():
+        return
+    # Nobody listens at a plain file either, and it must not be taken for a socket that was left.
+    if not path.is_socket():
+        raise SpecError(f"{path} is no socket of a signer; give another path")
+    with socket.socket(socket.AF_UNIX) as line:
+        if line.connect_ex(str(path)) == 0:
+            raise SpecError(f"a signer listens at {path} already; stop it, or give another path")
+    path.unlink()
+
+
+def _give(path: Path, group: str) -> None:
+    import grp
+
+    try:
+        os.chown(path, -1, grp.getgrnam(group).gr_gid)
+    except (KeyError, PermissionError) as error:
+        raise SpecError(f"the socket cannot be given to group {group!r}; name one that you are a member of") from error
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,90 @@
+"""A registry to another key of its authority: one log entry that both keys sign, and all records signed anew.
+
+The log's entries stay as they are, as checkpoints speak of them.  The old key is needed no more, and so is its file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from sqlalchemy import bindparam, insert, update
+
+from moireid.registry import schema
+from moireid.registry.engine import AnyRow
+from moireid.registry.keys import RECORD, Signs
+from moireid.registry.ledger import Ledger, Transaction, pages
+from moireid.registry.log import head_row, rotation_row
+from moireid.registry.signing.client import make_key
+
+CHUNK = 1000
+Progress = Callable[[int, int | None], None]
+
+
+@dataclass(frozen=True)
+class Rotated:
+    """A change of key.
+
+    Attributes
+    ----------
+    old, new : str
+        Fingerprints, 32 hex digits.
+    records : int
+        Records that were signed anew.
+    head : str
+        The log's head, SEQUENCE:HASH.
+    """
+
+    old: str
+    new: str
+    records: int
+    head: str
+
+
+def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> Rotated:
+    """What `Registry.rotate_key` does."""
+    old = ledger.signer()
+    # The new key is on the disk before the registry says that it is the authority's.
+    new, path = make_key()
+    try:
+        with ledger.writing(actor) as transaction:
+            count = _signed_anew(transaction, new, progress)
+            row, head = rotation_row(old, new, transaction.head, transaction.committed())
+            transaction.connection.execute(insert(schema.log), [row])
+            values = {"public_key": new.authority.public_hex} | head_row(new, head)
+            transaction.connection.execute(update(schema.authority).values(values))
+    except BaseException:
+        _drop(path, ledger, new)
+        raise
+    ledger.adopt(new.authority.public_hex)
+    return Rotated(old.authority.fingerprint, new.authority.fingerprint, count, str(head))
+
+
+def _signed_anew(transaction: Transaction, new: Signs, progress: Progress | None) -> int:
+    """Sign all records with the new key, each checked by the old one first."""
+    statement = update(schema.badges).where(schema.badges.c.id == bindparam("of")).values(signature=bindparam("by"))
+    done, waiting = 0, list[AnyRow]()
+
+    def write() -> None:
+        records = [transaction.ledger.record(row) for row in waiting]
+        if records:
+            signed = [{"of": record.id, "by": new.sign(RECORD, record.signed_text)} for record in records]
+            transaction.connection.execute(statement, signed)
+        waiting.clear()
+
+    for row in pages(transaction.connection, schema.select_records(), schema.badges.c.id):
+        waiting.append(row)
+        done += 1
+        if len(waiting) == CHUNK:
+            write()
+            if progress:
+                progress(done, None)
+    write()
+    return done
+
+
+def _drop(path: Path | None, ledger: Ledger, new: Signs) -> None:
+    """Remove a key that was not taken; where that is not known, it stays."""
+    if path is not None and ledger.stored_key() != new.authority.public_hex:
+        path.unlink(missing_ok=True)

@@ -1,0 +1,99 @@
+"""Which files a sealed process may open: those of its work, and the program's own."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from platformdirs import user_data_path
+
+#: What every program reads: libraries, fonts, the zone of time, and figures about the machine and about itself.  Not
+#: all of /proc, where the environment of other processes stands.
+SYSTEM = (
+    "/usr",
+    "/lib",
+    "/lib32",
+    "/lib64",
+    "/etc/fonts",
+    "/etc/ld.so.cache",
+    "/etc/localtime",
+    "/proc/self",
+    "/proc/cpuinfo",
+    "/proc/meminfo",
+    "/proc/stat",
+    "/proc/sys/vm",
+    "/sys/devices/system",
+    "/dev/urandom",
+    "/dev/zero",
+)
+NULL = "/dev/null"
+#: Where Matplotlib keeps what fonts there are: finding them takes longer than drawing.
+FONTS = ("~/.cache/matplotlib", "~/.config/matplotlib")
+#: Where the private things of this program lie if they are not at their usual place.
+PRIVATE_VARIABLES = ("MOIREID_KEYS", "MOIREID_SEEN")
+#: A sealed process gets these variables of the environment and no other: any other may hold a password or a key.
+KEPT_VARIABLES = ("PATH", "HOME", "LANG", "TZ", "TMPDIR", "LD_LIBRARY_PATH", "VIRTUAL_ENV", "MPLCONFIGDIR")
+KEPT_BEGINNINGS = ("LC_", "PYTHON", "OPENCV_", "OMP_", "OPENBLAS_", "MKL_", "NUMBA_", "VECLIB_")
+
+
+@dataclass(frozen=True)
+class Reach:
+    """What a sealed process may open, beside the program's own files and its temporary folder.
+
+    read: files and folders to read; write: those to read and to write; what is not there is left out.  keep_out:
+    folders that stay closed even where they lie in what may be read.
+    """
+
+    read: tuple[str, ...] = ()
+    write: tuple[str, ...] = ()
+    keep_out: tuple[str, ...] = ()
+
+
+def reach(read: Iterable[Path | str] = (), write: Iterable[Path | str] = ()) -> Reach:
+    """What one work may open; keys and what was seen of registries stay closed in any case.
+
+    Paths are resolved here, as the process may not follow a link that leads out of its reach.
+    """
+    places = [os.environ[name] for name in PRIVATE_VARIABLES if os.environ.get(name)]
+    private = [user_data_path("moireid", appauthor=False), *(Path(place).expanduser() for place in places)]
+    return Reach(tuple(map(_real, read)), tuple(map(_real, write)), tuple(map(_real, private)))
+
+
+def program_folders() -> list[str]:
+    """The folders of the interpreter, its packages and the system; not all of them need be there."""
+    fonts = map(os.path.expanduser, FONTS)
+    return [one for one in dict.fromkeys((*SYSTEM, sys.prefix, sys.base_prefix, *sys.path, *fonts)) if one]
+
+
+def open_parts(root: str, closed: Iterable[str]) -> list[str]:
+    """The parts of a folder or file that together are all of it but what is closed; the kernel knows no exceptions.
+
+    Convention: what is made later in a folder that holds something closed is closed, too.
+    """
+    root = _real(root)
+    closed = [one for one in closed if one == root or one.startswith(root.rstrip("/") + "/") or _within(root, one)]
+    if not closed:
+        return [root]
+    if any(_within(root, one) for one in closed):
+        return []
+    try:
+        children = sorted(entry.path for entry in os.scandir(root) if not entry.is_symlink())
+    except OSError:
+        return []
+    return [part for child in children for part in open_parts(child, closed)]
+
+
+def kept_environment(environment: dict[str, str]) -> dict[str, str]:
+    """What a sealed process may know of the environment."""
+    return {k: v for k, v in environment.items() if k in KEPT_VARIABLES or k.startswith(KEPT_BEGINNINGS)}
+
+
+def _within(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder.rstrip("/") + "/")
+
+
+def _real(path: Path | str) -> str:
+    return os.path.realpath(path)

@@ -1,0 +1,108 @@
+"""A process that seals itself, before it reads anything of a stranger's.
+
+Three means of Linux, each where the system has it: no new privileges (prctl), a filter of calls (seccomp), and paths
+(Landlock).  Elsewhere there are none; what holds is told, and never assumed.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from contextlib import suppress
+
+from moireid.sandbox.calls import filter_calls
+from moireid.sandbox.reach import NULL, Reach, open_parts, program_folders
+
+#: What can hold, in words for people; and what can be done where it does not hold.
+PRIVILEGES, CALLS, FILES = "no_new_privileges", "calls", "files"
+MEANS = {
+    PRIVILEGES: "gains no privileges",
+    CALLS: "reaches no network, no program and no other process",
+    FILES: "opens no file but its film and the program's own",
+}
+LACKING = {
+    PRIVILEGES: "could gain privileges",
+    CALLS: "could reach the network, programs and other processes",
+    FILES: "could open this user's other files, private keys among them",
+}
+
+
+def load_means() -> None:
+    """Load the libraries of the seal: they look for the system's own by a program, which a sealed process cannot start.
+
+    A process that is forked for many films loads them once.
+    """
+    if sys.platform == "linux":
+        # Their absence is found when they are called for.
+        with suppress(ImportError, OSError, RuntimeError):
+            import landlockpy
+
+            landlockpy.supported()
+        with suppress(ImportError, OSError, RuntimeError):
+            import pyseccomp  # noqa: F401
+
+
+def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
+    """Close all to this process but what its work needs; it cannot be undone.
+
+    Parameters: scratch: its folder for temporary files.
+    Returns: the means that hold now, as in `MEANS`; on systems without any: none.
+    """
+    if sys.platform != "linux":
+        return ()
+    load_means()
+    held = [PRIVILEGES] if _no_new_privileges() else []
+    # A thread that runs already would keep its own reach.
+    if len(os.listdir("/proc/self/task")) == 1 and _close_files(reach, scratch):
+        held.append(FILES)
+    try:
+        filter_calls()
+        held.append(CALLS)
+    except (OSError, ImportError, RuntimeError):
+        # No libseccomp here, or a kernel or container that allows no filter.
+        pass
+    return tuple(name for name in MEANS if name in held)
+
+
+def missing(held: tuple[str, ...]) -> str | None:
+    """What a process could do beside reading its film, in words; None where nothing is lacking."""
+    lacking = [words for name, words in LACKING.items() if name not in held]
+    if not lacking:
+        return None
+    return f"{', '.join(lacking[:-1])} and {lacking[-1]}" if lacking[1:] else lacking[0]
+
+
+def _no_new_privileges() -> bool:
+    """Source: prctl(2), PR_SET_NO_NEW_PRIVS; libseccomp and Landlock ask for it, too."""
+    import ctypes
+
+    return bool(ctypes.CDLL(None).prctl(38, 1, 0, 0, 0) == 0)
+
+
+def _close_files(reach: Reach, scratch: str) -> bool:
+    """Close all files but those in reach; returns whether the kernel does that."""
+    try:
+        import landlockpy
+        from landlockpy import AccessFS, Scope
+    except ImportError:
+        return False
+    if not landlockpy.supported():
+        return False
+    of_file = AccessFS.READ_FILE | AccessFS.WRITE_FILE | AccessFS.TRUNCATE
+    look = AccessFS.READ_FILE | AccessFS.READ_DIR
+    change = AccessFS.MAKE_REG | AccessFS.MAKE_DIR | AccessFS.REMOVE_FILE | AccessFS.REMOVE_DIR | AccessFS.REFER
+    own = [part for root in program_folders() for part in open_parts(root, reach.keep_out)]
+    # The environment of other processes is a file, too.
+    closed = (*reach.keep_out, "/proc")
+    # A file that is named is meant, wherever it lies.
+    given = [part for root in reach.read for part in ([root] if os.path.isfile(root) else open_parts(root, closed))]
+    rules = [(part, look) for part in (*own, *given)]
+    rules += [(path, of_file | look | change) for path in (*reach.write, scratch)]
+    rules.append((NULL, AccessFS.READ_FILE | AccessFS.WRITE_FILE))
+    with landlockpy.Ruleset(scoped=Scope.ABSTRACT_UNIX_SOCKET | Scope.SIGNAL) as ruleset:
+        for path, rights in rules:
+            # What is not there cannot be opened anyway; the kernel refuses rights of folders to what is none.
+            if os.path.exists(path):
+                ruleset.allow_path(path, rights if os.path.isdir(path) else rights & of_file)
+        ruleset.restrict()
+    return True

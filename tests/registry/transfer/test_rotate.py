@@ -1,0 +1,213 @@
+"""The authority's key changed: who follows, and who must not.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+from sqlalchemy import text
+
+from kit.registries import badge_of
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError
+from moireid.idcodes import specimen_of
+from moireid.registry import import_registry, open_registry
+from moireid.registry.bundle.held import Bundle
+from moireid.registry.keys import ENTRY, Signer
+from moireid.registry.log import entry_hash
+from moireid.registry.signing.process import own_signer
+
+
+@pytest.fixture(autouse=True)
+def seen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "seen.sqlite3"))
+    return tmp_path / "seen.sqlite3"
+
+
+def filled(where: Path | str) -> str:
+    url = where if isinstance(where, str) else f"sqlite:///{where}"
+    with open_registry(url, create=True) as registry:
+        registry.enroll_many([badge_of("Ada"), badge_of("Bo")])
+        registry.revoke("Bo", "lost")
+    return url
+
+
+def codes(url: str, **more: object) -> set[str]:
+    with open_registry(url, create=False) as registry:
+        return {one.code for one in registry.audit(**more).findings}
+
+
+def stored(url: str, statement: str, **values: object) -> None:
+    with open_registry(url, create=False) as registry, registry._ledger.engine.begin() as connection:
+        connection.execute(text(statement), values)
+
+
+def test_the_chain_goes_on_through_two_changes(url: str, keys: Path) -> None:
+    """Catches: records or entries that no key fits any more; an old key that still counts; a checkpoint of before that
+    is called another authority's; a new key that is not kept.
+    """
+    filled(url)
+    with open_registry(url, create=False) as registry:
+        before, first = registry.checkpoint()[0], registry.fingerprint
+        done = registry.rotate_key()
+        assert (done.old, done.new) == (first, registry.fingerprint) and done.old != done.new and done.records == 2
+        middle = registry.checkpoint()[0]
+        registry.enroll(badge_of("Cy"))
+        # The old key is needed no more.
+        (keys / f"{first}.pem").unlink()
+        last = registry.rotate_key()
+        registry.revoke("Cy", "lost too")
+        found = registry.audit(since=[before, middle, registry.checkpoint([before, middle])[0]])
+        assert found.sound and found.fingerprint == last.new and found.entries == 8
+        assert [one.name for one in registry.records()] == ["Ada", "Bo", "Cy"]
+        assert [one.old.fingerprint for one in registry._ledger.rotations()] == [first, done.new]
+    assert {one.stem for one in keys.iterdir()} == {done.new, last.new}
+
+
+def test_who_trusted_the_old_key_follows_and_notices_a_step_back(path: Path, tmp_path: Path) -> None:
+    """Catches: a proven change told as a replaced key; a pinned old fingerprint by which an older file passes again."""
+    url = filled(path)
+    with open_registry(url, create=False) as registry:
+        old = registry.standing().fingerprint
+    shutil.copy(path, tmp_path / "before.sqlite3")
+    with open_registry(url, create=False) as registry:
+        registry.rotate_key()
+    for trust in (None, old, None, old):
+        with open_registry(url, create=False) as registry:
+            assert registry.standing(trust).fingerprint == registry.fingerprint != old
+    shutil.copy(tmp_path / "before.sqlite3", path)
+    for trust, code in ((None, "key_replaced"), (old, "rolled_back")):
+        with open_registry(url, create=False) as registry, pytest.raises(RegistryError) as caught:
+            registry.standing(trust)
+        assert caught.value.details["code"] == code
+
+
+def test_a_change_that_both_keys_did_not_sign_is_none(path: Path, tmp_path: Path) -> None:
+    """Catches: a new key that the old one never signed for; one that never signed itself; a chain with a gap."""
+    url = filled(path)
+    with open_registry(url, create=False) as registry:
+        old = registry.standing().fingerprint
+        registry.rotate_key()
+        row = dict(registry._ledger.rows(text("SELECT * FROM log WHERE action = 'rotate'"))[0]._mapping)
+    thief, other = Signer(Ed25519PrivateKey.generate()), Signer(Ed25519PrivateKey.generate())
+    half = row["signature"][:128], row["signature"][128:]
+    content = entry_hash(row).encode()
+    shutil.copy(path, tmp_path / "right.sqlite3")
+    for signature in (
+        thief.sign(ENTRY, content) + half[1],
+        half[0] + thief.sign(ENTRY, content),
+        half[0] + half[0],
+        half[0],
+        "",
+    ):
+        shutil.copy(tmp_path / "right.sqlite3", path)
+        stored(url, "UPDATE log SET signature = :new WHERE action = 'rotate'", new=signature)
+        assert "rotation" in codes(url)
+        with (
+            open_registry(url, create=False) as registry,
+            pytest.raises(RegistryError, match=r"tampered with|replaced"),
+        ):
+            registry.standing(old)
+    shutil.copy(tmp_path / "right.sqlite3", path)
+    subject = f"key:{thief.authority.public_hex}:{other.authority.public_hex}"
+    stored(url, "UPDATE log SET subject = :new WHERE action = 'rotate'", new=subject)
+    assert codes(url)
+    with open_registry(url, create=False) as registry, pytest.raises(RegistryError, match="tampered with"):
+        registry.standing(old)
+    shutil.copy(tmp_path / "right.sqlite3", path)
+    stored(url, "UPDATE log SET action = 'revoke' WHERE action = 'rotate'")
+    assert codes(url)
+
+
+def test_a_registry_made_anew_under_another_key_is_no_change_of_it(path: Path, tmp_path: Path) -> None:
+    """Catches: any key that names another as its forerunner."""
+    url, anew = filled(path), filled(tmp_path / "anew.sqlite3")
+    with open_registry(url, create=False) as registry:
+        old = registry.standing().fingerprint
+    with open_registry(anew, create=False) as registry:
+        registry.rotate_key()
+    shutil.copy(tmp_path / "anew.sqlite3", path)
+    for trust in (None, old):
+        with open_registry(url, create=False) as registry, pytest.raises(RegistryError, match="its key was replaced"):
+            registry.standing(trust)
+
+
+def test_a_bundle_proves_the_change_offline(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: verifiers who trust the printed fingerprint and are shut out; a proof that is not looked at."""
+    url = filled(path)
+    with open_registry(url, create=False) as registry:
+        old = registry.fingerprint
+        registry.publish(tmp_path / "bundle", specimen_of, days=1)
+    with Bundle(tmp_path / "bundle") as bundle:
+        assert bundle.standing.fingerprint == old
+    with open_registry(url, create=False) as registry:
+        registry.rotate_key()
+        registry.publish(tmp_path / "bundle", specimen_of, days=1, overwrite=True)
+        new = registry.fingerprint
+    for trust in (None, old, new):
+        with Bundle(tmp_path / "bundle", trust) as bundle:
+            assert bundle.standing.fingerprint == new and bundle.claimed("Ada").badge.name == "Ada"
+    with pytest.raises(RegistryError, match="its key was replaced"):
+        Bundle(tmp_path / "bundle", "00" * 16)
+    monkeypatch.setattr("moireid.registry.bundle.content.Content.hash_at", lambda self, seq: "0" * 64)
+    with pytest.raises(RegistryError):
+        Bundle(tmp_path / "bundle", old)
+
+
+def test_a_copy_follows_by_import_and_a_copy_that_went_its_own_way_does_not(path: Path, tmp_path: Path) -> None:
+    """Catches: an export of a changed key that nobody can read in; entries of a copy that are lost without a word."""
+    url, copy = filled(path), f"sqlite:///{tmp_path}/copy.sqlite3"
+    astray = f"sqlite:///{tmp_path}/astray.sqlite3"
+    with open_registry(url, create=False) as registry:
+        registry.export_json(tmp_path / "before.json")
+    for other in (copy, astray):
+        import_registry(tmp_path / "before.json", other)
+    with open_registry(astray, create=False) as registry:
+        registry.revoke("Ada", "here alone")
+    with open_registry(url, create=False) as registry:
+        registry.rotate_key()
+        registry.revoke("Ada", "stolen")
+        registry.enroll(badge_of("Cy"))
+        registry.export_json(tmp_path / "after.json")
+        head = registry.head()
+    done = import_registry(tmp_path / "after.json", copy)
+    assert (done.added, done.changed, done.unchanged) == (1, 1, 1)
+    with open_registry(copy, create=False) as registry:
+        assert registry.audit(head).sound and registry.find("Ada").revoked_reason == "stolen"
+    with pytest.raises(RegistryError, match="holds log entries that this export lacks"):
+        import_registry(tmp_path / "after.json", astray)
+    assert codes(astray) == set()
+
+
+def test_the_command_with_a_signer_leaves_both_keys_there(
+    path: Path, keys: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a new key made where the old one must not be; a command that says nothing of what to do next."""
+    url = filled(path)
+    with own_signer() as address:
+        monkeypatch.setenv("MOIREID_SIGNER", address)
+        monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "none"))
+        told = CliRunner().invoke(moireid, ["registry", "rotate-key", "--registry", url, "--json"])
+        assert told.exit_code == 0, told.output
+        document = json.loads(told.stdout)
+        assert document["records"] == 2 and document["key"] is None and document["head"].startswith("5:")
+        said = CliRunner().invoke(moireid, ["registry", "rotate-key", "--registry", url])
+        assert f"no longer by {document['fingerprint']}" in said.stdout and "make a checkpoint" in said.stdout
+    assert not (tmp_path / "none").exists() and len(list(keys.iterdir())) == 3
+    monkeypatch.delenv("MOIREID_SIGNER")
+    failed = CliRunner().invoke(moireid, ["registry", "rotate-key", "--registry", url])
+    assert failed.exit_code == 2 and "can only be read here" in failed.stderr and codes(url) == set()
+
+
+def test_a_change_that_fails_changes_nothing(path: Path, keys: Path) -> None:
+    """Catches: half of the records under the new key; a key left over; a damaged record that is made good."""
+    url = filled(path)
+    stored(url, "UPDATE badges SET revoked_at = NULL, revoked_reason = NULL WHERE name_nfc = 'Bo'")
+    before, held = codes(url), sorted(keys.iterdir())
+    with open_registry(url, create=False) as registry, pytest.raises(RegistryError, match="tampered with"):
+        registry.rotate_key()
+    assert codes(url) == before == {"record_signature"} and sorted(keys.iterdir()) == held

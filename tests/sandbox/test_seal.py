@@ -1,0 +1,188 @@
+"""A sealed process is asked to do what a hostile film would.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import errno
+import os
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from moireid.sandbox import seal as sealing
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import Child, ForkServer, start
+from moireid.sandbox.reach import Reach, open_parts, reach
+from moireid.sandbox.seal import MEANS, missing
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
+WORK = "kit.sealed_work:act"
+ROOMY = ProcessLimits(512 << 20, cpu_s=60)
+Begin = Callable[..., Child]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A machine as a hostile film finds it: a key, its own film, another film, and servers that listen."""
+
+    folder: Path
+    key: Path
+    film: Path
+    other: Path
+    tcp: int
+    udp: int
+    unix: str
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Place]:
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    monkeypatch.setenv("PGPASSWORD", "hidden")
+    (tmp_path / "keys").mkdir()
+    (tmp_path / "scratch").mkdir()
+    names = ("keys/authority.pem", "film.mp4", "other.mp4")
+    for name in names:
+        (tmp_path / name).write_text(f"content of {name}")
+    with (
+        socket.create_server(("127.0.0.1", 0)) as tcp,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp,
+        socket.socket(socket.AF_UNIX) as unix,
+        socket.socket(socket.AF_UNIX) as abstract,
+    ):
+        udp.bind(("127.0.0.1", 0))
+        unix.bind(str(tmp_path / "unix"))
+        abstract.bind(f"\0{tmp_path}")
+        unix.listen()
+        abstract.listen()
+        ports = tcp.getsockname()[1], udp.getsockname()[1]
+        yield Place(tmp_path, *(tmp_path / name for name in names), *ports, str(tmp_path / "unix"))
+
+
+@pytest.fixture(params=["program", "fork"])
+def begin(request: pytest.FixtureRequest, place: Place) -> Iterator[Begin]:
+    """Begins a process, either way; all are ended after."""
+    server, begun = ForkServer(WORK, sealed=True), list[Child]()
+
+    def one(within: Reach | None) -> Child:
+        made = start if request.param == "program" else server.fork
+        arguments = (WORK, ROOMY) if request.param == "program" else (ROOMY,)
+        begun.append(made(*arguments, place.folder / "scratch", within=within))
+        return begun[-1]
+
+    yield one
+    for child in begun:
+        child.kill()
+    server._drop()
+
+
+def told(child: Child, *asked: Any) -> dict[str, Any]:
+    child.send(asked)
+    answer = child.hear(60)
+    assert answer is not None
+    return answer
+
+
+def crimes(place: Place) -> list[tuple[Any, ...]]:
+    """What must fail; each of them works in a process that is not sealed."""
+    return [
+        ("read", str(place.key)),
+        ("read", str(place.other)),
+        ("read in a thread", str(place.key)),
+        ("list", str(place.folder / "keys")),
+        ("write", str(place.folder / "new.txt")),
+        ("write", str(place.other)),
+        ("rights", str(place.key)),
+        ("read by a link", str(place.key)),
+        ("tcp", place.tcp),
+        ("udp", place.udp),
+        ("unix", place.unix),
+        ("abstract", str(place.folder)),
+        ("listen",),
+        ("program",),
+        ("fork",),
+        ("signal", os.getpid()),
+        ("ptrace", os.getppid()),
+        ("environment", os.getpid()),
+    ]
+
+
+def test_nothing_of_what_a_hostile_film_wants_can_be_done(begin: Begin, place: Place) -> None:
+    """Catches: a seal that is told and does not hold, one that later threads escape, one that lets a thing through."""
+    child = begin(reach(read=[place.film]))
+    for crime in crimes(place):
+        answer = told(child, *crime)
+        assert answer.get("errno") in (errno.EPERM, errno.EACCES), (crime, answer)
+    assert child.sealed == tuple(MEANS) and missing(child.sealed) is None
+    assert place.other.read_text() == "content of other.mp4"
+    # A program in its own place, which could not be told of afterwards.
+    assert told(child, "exec")["errno"] == errno.EPERM
+
+
+def test_the_same_works_where_nothing_is_sealed(begin: Begin, place: Place) -> None:
+    """Catches: crimes that fail for another reason, so that the test above shows nothing."""
+    child = begin(None)
+    for crime in crimes(place):
+        if crime[0] != "ptrace":
+            assert "done" in told(child, *crime), crime
+    assert child.sealed is None
+
+
+def test_what_its_work_needs_it_can_do(begin: Begin, place: Place) -> None:
+    """Catches: a seal that no film can be judged within."""
+    child = begin(reach(read=[place.film], write=[place.folder / "scratch"]))
+    assert told(child, "read", str(place.film)) == {"done": "content of film.mp4"}
+    assert told(child, "scratch")["done"] == "1" and told(child, "numpy")["done"] == "200.0"
+    assert "done" in told(child, "threads") and told(child, "read", "/proc/self/statm")["done"]
+    assert told(child, "write", str(place.folder / "scratch" / "frame.jpg"))["done"] == "1"
+
+
+def test_its_environment_holds_nothing_private(begin: Begin, place: Place) -> None:
+    """Catches: a database's password, or the place of the keys, in the environment of whoever decodes."""
+    child = begin(reach(read=[place.film]))
+    for name in ("PGPASSWORD", "MOIREID_KEYS"):
+        assert told(child, "variable", name)["refused"] == "KeyError"
+        assert told(child, "own environment", name) == {"done": "False"}
+    assert told(child, "variable", "PATH")["done"] == os.environ["PATH"]
+
+
+def test_keys_within_what_may_be_read_stay_closed(begin: Begin, place: Place) -> None:
+    """Catches: keys that lie beside a collection of films, or anywhere, given away with what is above them; passwords
+    in the environment of others, which is a file as well.
+    """
+    for above in (place.folder, "/"):
+        child = begin(reach(read=[above]))
+        assert told(child, "read", str(place.other))["done"]
+        assert told(child, "read", str(place.key))["errno"] == errno.EACCES
+        assert told(child, "write", str(place.other))["errno"] == errno.EACCES
+        assert told(child, "environment", os.getpid())["errno"] in (errno.EACCES, errno.EPERM, errno.ENOENT)
+
+
+def test_a_film_that_lies_beside_the_keys_is_read_all_the_same(begin: Begin, place: Place) -> None:
+    """Catches: a film in the program's own data folder that nobody can have judged; its neighbours given with it."""
+    film = place.key.with_name("film.mp4")
+    film.write_text("beside the key")
+    child = begin(reach(read=[film]))
+    assert told(child, "read", str(film)) == {"done": "beside the key"}
+    assert told(child, "read", str(place.key))["errno"] == errno.EACCES
+
+
+def test_all_but_what_is_closed_is_open(tmp_path: Path) -> None:
+    """Catches: a closed folder's neighbours closed too, or its parent's parts left open."""
+    for name in ("a/keys/deep", "a/b", "c", "a/keys2"):
+        (tmp_path / name).mkdir(parents=True)
+    closed, root = str(tmp_path / "a" / "keys"), str(tmp_path)
+    assert open_parts(root, [closed]) == [str(tmp_path / name) for name in ("a/b", "a/keys2", "c")]
+    assert open_parts(root, []) == [root] and open_parts(root, ["/elsewhere"]) == [root]
+    assert open_parts(f"{closed}/deep", [closed]) == [] and open_parts(closed, [closed]) == []
+
+
+def test_what_does_not_hold_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a system without these means called sealed."""
+    assert sealing.seal.__module__ and missing(()) is not None
+    assert missing(("no_new_privileges", "files")) == "could reach the network, programs and other processes"
+    monkeypatch.setattr(sealing.sys, "platform", "darwin")
+    assert sealing.seal(Reach(), "/tmp") == ()
