@@ -139,7 +139,12 @@ def lookup(folder: Path, first: Badge, count: int) -> None:
         cells = [f"{statistics.median(c):.1f} ({min(c):.1f}-{max(c):.1f})" for c in zip(*runs, strict=True)]
         print(f"{label:<42}" + "".join(f"{cell:>18}" for cell in cells[:4]) + f"   badge from its JSON: {cells[4]}")
     with open_registry(url, create=False) as registry:
-        for label, query in (("find by name", lambda: registry.find("Person 7")), ("layouts", registry.layouts)):
+        asked = {
+            "find by name": lambda: registry.find("Person 7"),
+            "look-alikes of a name": lambda: registry.look_alikes(["PERSON 7"]),
+            "layouts": registry.layouts,
+        }
+        for label, query in asked.items():
             begun = time.perf_counter()
             query()
             print(f"{label}: {1e3 * (time.perf_counter() - begun):.1f} ms")

@@ -100,6 +100,7 @@ EXPORTED = {
         "Finding",
         "Holder",
         "Import",
+        "LookAlikeWarning",
         "People",
         "Record",
         "Registry",

@@ -21,7 +21,7 @@ from moireid.simulate.forgeries.courses import KINDS
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
 GROUND = {"asbuilt", "badge", "dots", "errors", "extras", "files", "kept"}
-GROUND |= {"lazy", "lenticule", "optics", "profiles", "provenance", "sheets"}
+GROUND |= {"lazy", "lenticule", "names", "optics", "profiles", "provenance", "sheets"}
 ROOMS = {
     "archive",
     "attest",
@@ -94,6 +94,7 @@ WITHIN: dict[str, set[str]] = {
     "registry.checkpoints": {"canonical", "keys", "ledger", "log", "record", "schema"},
     "registry.signing": {"keys"},
     "registry.transfer": {
+        "actor",
         "audit",
         "batch",
         "canonical",
@@ -101,10 +102,12 @@ WITHIN: dict[str, set[str]] = {
         "keys",
         "ledger",
         "log",
+        "look_alikes",
         "record",
         "schema",
         "signing",
         "url",
+        "upkeep",
     },
     "registry.bundle": {
         "canonical",
@@ -116,6 +119,20 @@ WITHIN: dict[str, set[str]] = {
         "record",
         "schema",
         "url",
+    },
+    "registry.face": {"bundle", "checkpoints", "claims", "ledger", "look_alikes", "record", "schema", "upkeep"},
+    "registry.upkeep": {
+        "actor",
+        "canonical",
+        "claims",
+        "engine",
+        "keys",
+        "ledger",
+        "log",
+        "look_alikes",
+        "record",
+        "schema",
+        "signing",
     },
     "cli.registry": {"common"},
     "bench.identity": {"rows"},

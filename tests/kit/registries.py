@@ -16,7 +16,7 @@ from sqlalchemy import create_engine, text
 
 from moireid.badge import Badge
 
-TABLES = {"badges": "id", "log": "seq", "authority": "one", "schema_version": "version"}
+TABLES = {"badges": "id", "log": "seq", "actors": "commitment", "authority": "one", "schema_version": "version"}
 
 
 def url_of(path: Path, **options: object) -> str:

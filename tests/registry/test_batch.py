@@ -141,7 +141,9 @@ def test_batch_is_the_same_as_one_by_one(registry: Registry, tmp_path, small_chu
         for badge in badges:
             single.enroll(badge)
         ours, theirs = list(registry.records()), list(single.records())
-    assert [replace(record, issued_at=DAY) for record in ours] == [replace(record, issued_at=DAY) for record in theirs]
+    assert len({record.salt for record in (*ours, *theirs)}) == 20
+    ours, theirs = ([replace(one, issued_at=DAY, salt=None) for one in records] for records in (ours, theirs))
+    assert ours == theirs
     seen = registry.audit()
     assert seen.sound and seen.entries == 11
 

@@ -17,14 +17,15 @@ from kit.registries import badge_of, url_of
 from moireid.badge import badge_from_json
 from moireid.errors import RegistryError, SpecError
 from moireid.registry import claims, open_registry, store
+from moireid.registry.face import reading
 
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 
 
 def test_exported_names():
     names = (
-        "Audit Batch Claimed Finding Holder Import People Record Registry claimed claimed_by_file default_url "
-        "holder_of import_registry open_registry"
+        "Audit Batch Claimed Finding Holder Import LookAlikeWarning People Record Registry claimed claimed_by_file "
+        "default_url holder_of import_registry open_registry"
     )
     assert moireid.registry.__all__ == names.split()
 
@@ -204,7 +205,7 @@ def test_name_that_is_its_own_id(registry):
 
 def test_records_are_ordered_and_complete_across_pages(registry, monkeypatch):
     """Catches: paging by name alone, which drops or repeats people of one name at a page's edge."""
-    monkeypatch.setattr(store, "PAGE", 3)
+    monkeypatch.setattr(reading, "PAGE", 3)
     names = ["Bo"] * 5 + ["Al"] * 2 + ["Cy"] * 2
     pairs = [(name, bytes([200 - k, 0, k])) for k, name in enumerate(names)]
     for name, payload in pairs:
@@ -216,7 +217,7 @@ def test_records_are_ordered_and_complete_across_pages(registry, monkeypatch):
 
 def test_records_are_streamed(registry, monkeypatch):
     """Catches: reading the whole table for the first record."""
-    monkeypatch.setattr(store, "PAGE", 2)
+    monkeypatch.setattr(reading, "PAGE", 2)
     for k in range(6):
         registry.enroll(badge_of("Ada", bytes([0, 0, k])))
     queries = []
@@ -283,7 +284,7 @@ def test_ids_alike_are_found_by_indexes(path):
 
 def test_parts_that_very_many_share_tell_nobody(registry, monkeypatch):
     """Catches: a million ids that were counted up, all of them compared with one spoilt reading."""
-    monkeypatch.setattr(store, "MOST_ALIKE", 2)
+    monkeypatch.setattr(reading, "MOST_ALIKE", 2)
     for number in range(3):
         registry.enroll(badge_of(f"Person {number}", number.to_bytes(8, "big")))
     assert registry.ids_alike({0: "0000"}) == [] and registry.ids_alike({3: "0002"}) == ["0000000000000002"]

@@ -119,7 +119,9 @@ def test_signature_can_be_checked_without_moireid(url, registry):
         "name": "Ada",
         "revoked_at": None,
         "revoked_reason": None,
+        "salt": row["salt"],
     }
+    assert len(row["salt"]) == 32
     text = json.dumps(fields, separators=(",", ":")).encode()
     (top,) = rows_of(url, "SELECT * FROM authority")
     key = Ed25519PublicKey.from_public_bytes(bytes.fromhex(top["public_key"]))

@@ -14,7 +14,7 @@ generator_cmd.py  generator-kit
 evaluate_cmd.py  evaluate; rate.py: how far and how fast
 bench_cmd.py   bench
 pitch_cmd.py   pitch-test, calibrate
-serve_cmd.py   serve, token create / list / revoke
+serve_cmd.py   serve, token create / list / revoke; verdicts_cmd.py: verdicts that a studio gave
 
 Heavy packages are imported inside the functions that need them, so that `--help` stays quick.
 """

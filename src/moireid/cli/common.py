@@ -59,6 +59,11 @@ registry_option = click.option(
     metavar="URL",
     help="The registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; default: in your user data folder.",
 )
+actor_option = click.option(
+    "--actor",
+    metavar="NAME",
+    help="Who does this, as the registry's log is to name them; default: the account that runs this command.",
+)
 trust_option = click.option(
     "--trust",
     metavar="FINGERPRINT",

@@ -10,6 +10,7 @@ import click
 
 from moireid.cli.common import (
     FiniteRange,
+    actor_option,
     friendly,
     json_option,
     progress_bar,
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 @click.option(
     "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
 )
+@actor_option
 @json_option
 @friendly
 def enroll_command(
@@ -50,6 +52,7 @@ def enroll_command(
     captures: tuple[Path, ...],
     measured_scale: float | None,
     focal_px: float | None,
+    actor: str | None,
     as_json: bool,
 ) -> None:
     """Enter a badge into the registry of who holds which badge.
@@ -76,10 +79,10 @@ def enroll_command(
             as_built = capture_as_built(
                 list(captures), badge, focal_px=focal_px, measured_scale=measured_scale, progress=progress
             )
-    with open_registry(registry_url, create=True) as registry:
+    with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         notes = derived_notes([badge]) + look_alike_notes([badge], registry)
-        record = registry.enroll(badge)
+        record = registry.enroll(badge, told=True)
         if as_built is not None:
             record = registry.store_as_built(record.id, as_built.to_json())
         if as_json:

@@ -30,8 +30,18 @@ def look_alike_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:
     """A sentence for each name that looks like another one which is enrolled."""
     return [
         f"the name {name!r} looks like {_listed([f'{one.name} ({one.id})' for one in alike])}, who is enrolled, and is "
-        "written in other letters"
+        "written in other letters or case"
         for name, alike in registry.look_alikes(badge.name for badge in badges).items()
+    ]
+
+
+def alike_in_list_notes(badges: Sequence[Badge]) -> list[str]:
+    """A sentence for each name of a list that looks like another one in it."""
+    from moireid.registry.look_alikes import alike_within
+
+    return [
+        f"the names {name!r} and {other!r} are both in the list, look alike, and are written in other letters or case"
+        for name, other in alike_within(badge.name for badge in badges)
     ]
 
 

@@ -23,6 +23,7 @@ from moireid.cli.print_cmd import print_command
 from moireid.cli.registry import registry_group
 from moireid.cli.serve_cmd import serve_command, token_group
 from moireid.cli.simulate_cmd import simulate_command
+from moireid.cli.verdicts_cmd import verdicts_command
 from moireid.cli.verify.identify_cmd import identify_command
 from moireid.cli.verify.verify_cmd import verify_command
 
@@ -38,7 +39,7 @@ SECTIONS: dict[str, tuple[click.Command, ...]] = {
         serve_command,
     ),
     "Lens sheets": (pitch_test_command, calibrate_command),
-    "The registry, and access to the studio": (registry_group, token_group),
+    "The registry, and access to the studio": (registry_group, token_group, verdicts_command),
     "Many films at once": (film_set_command, generator_group, evaluate_command),
     "The figures that this project states": (bench_command,),
 }

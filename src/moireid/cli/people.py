@@ -20,6 +20,7 @@ def print_people(
     request: Request,
     folder: Path,
     registry_url: str | None,
+    actor: str | None,
     measured_scale: tuple[float, float],
     *,
     mount: str,
@@ -31,7 +32,7 @@ def print_people(
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
     """
-    from moireid.cli.issue_notes import derived_notes, look_alike_notes
+    from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes
     from moireid.designer.drawn import nobody
     from moireid.designer.people import badges_of, design_people, read_people, without_held
     from moireid.fabrication.event import print_event
@@ -46,11 +47,11 @@ def print_people(
     def work(registry: Registry | None) -> None:
         badges = badges_of(without_held(designed, request, registry.by_id) if registry else designed)
         shorter = dict.fromkeys(one.note for one in designed if one.note)
-        alike = look_alike_notes(badges, registry) if registry else []
+        alike = alike_in_list_notes(badges) + (look_alike_notes(badges, registry) if registry else [])
         notes = [note for note in (missing_note(badges), *shorter, *derived_notes(badges), *alike) if note]
         for note in notes:
             say(f"note: {note}")
-        issue = (lambda: registry.enroll_many(badges)) if registry else None
+        issue = (lambda: registry.enroll_many(badges, told=True)) if registry else None
         with progress_bar("making badges") as progress:
             event = print_event(
                 badges,
@@ -91,5 +92,5 @@ def print_people(
         return
     from moireid.registry import open_registry
 
-    with open_registry(registry_url, create=True) as registry:
+    with open_registry(registry_url, create=True, actor=actor) as registry:
         work(registry)

@@ -11,6 +11,7 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     FolderPath,
+    actor_option,
     friendly,
     json_option,
     overwrite_option,
@@ -147,6 +148,7 @@ if TYPE_CHECKING:
     help="Another dimension of the mount, such as card_mm=0.5; may be given several times.",
 )
 @click.option("--explain", is_flag=True, help="Show the figures of the design.")
+@actor_option
 @overwrite_option
 @json_option
 @friendly
@@ -175,6 +177,7 @@ def print_command(
     mount_pairs: tuple[str, ...],
     explain: bool,
     overwrite: bool,
+    actor: str | None,
     as_json: bool,
 ) -> None:
     """Make a badge for NAME, ready to print.
@@ -247,6 +250,7 @@ def print_command(
             request,
             folder,
             registry_url,
+            actor,
             measured_scale,
             mount=kind,
             figures=figures,
@@ -271,7 +275,7 @@ def print_command(
     planned([folder / name for name in file_names(parts)], overwrite=overwrite, make_folders=False)
     from moireid.registry import open_registry
 
-    with open_registry(registry_url, create=True) as registry:
+    with open_registry(registry_url, create=True, actor=actor) as registry:
         _print_one(order, registry)
 
 
@@ -304,7 +308,7 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
     notes = [note for note in (missing_note([badge]), drawn.note, *derived_notes([badge]), *alike) if note]
     for note in notes:
         say(f"note: {note}")
-    issue = (lambda: registry.enroll(badge)) if registry else None
+    issue = (lambda: registry.enroll(badge, told=True)) if registry else None
     with status_line() as tell:
         printed = print_badge(
             badge,

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import click
 
-from moireid.cli.common import friendly, json_option, registry_option, say, show_json, trust_option
+from moireid.cli.common import FiniteRange, friendly, json_option, registry_option, say, show_json, trust_option
 from moireid.errors import SpecError
 from moireid.extras import missing_extra
 
@@ -34,11 +34,26 @@ data_option = click.option(
 )
 @registry_option
 @trust_option
+@click.option(
+    "--keep-verdicts",
+    "keep_days",
+    type=FiniteRange(0, 36500),
+    default=365.0,
+    show_default=True,
+    metavar="DAYS",
+    help="How long it is kept which verdicts were given to whom; 0 keeps none.",
+)
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
 @friendly
 def serve_command(
-    host: str, port: int, registry_url: str | None, trust: str | None, no_auth: bool, data: Path | None
+    host: str,
+    port: int,
+    registry_url: str | None,
+    trust: str | None,
+    keep_days: float,
+    no_auth: bool,
+    data: Path | None,
 ) -> None:
     """Run the studio: web pages and an API for all of this.
 
@@ -57,8 +72,11 @@ def serve_command(
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
+    settings = Settings(
+        registry_url, data or default_data(), auth=not no_auth, trust=trust, keep_verdicts_days=keep_days
+    )
     with _signing():
-        app = create_app(Settings(registry_url, data or default_data(), auth=not no_auth, trust=trust))
+        app = create_app(settings)
         bound = _listen(host, port)
         shown = f"[{host}]" if ":" in host else host
         say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
@@ -128,11 +146,22 @@ def token_group() -> None:
     required=True,
     help="issuer: may issue, enroll and revoke; verifier: may verify films and live pictures; admin: may do both.",
 )
-@click.option("--note", default="", metavar="TEXT", help="Whose token it is, for your own list.")
+@click.option(
+    "--note", default="", metavar="TEXT", help="Whose token it is, for your own list; the registry's log names it too."
+)
+@click.option(
+    "--expires",
+    "days",
+    type=FiniteRange(0.01, 3650),
+    default=90.0,
+    show_default=True,
+    metavar="DAYS",
+    help="After so many days it opens nothing any more.",
+)
 @data_option
 @json_option
 @friendly
-def token_create(role: str, note: str, data: Path | None, as_json: bool) -> None:
+def token_create(role: str, note: str, days: float, data: Path | None, as_json: bool) -> None:
     """Make a token and print it.
 
     Copy it now: only its hash is kept, so it cannot be shown again.
@@ -140,12 +169,16 @@ def token_create(role: str, note: str, data: Path | None, as_json: bool) -> None
     from moireid.web.auth.tokens import open_tokens
 
     with open_tokens(data) as tokens:
-        secret, token = tokens.create(role, note)
+        secret, token = tokens.create(role, note, days)
     if as_json:
-        show_json({"token": secret, "id": token.id, "role": token.role, "note": token.note, "made_at": token.made_at})
+        told = {"token": secret, "id": token.id, "role": token.role, "note": token.note}
+        show_json(told | {"made_at": token.made_at, "expires_at": token.expires_at})
         return
     click.echo(secret)
-    say(f"this is the token with the id {token.id} and the role {token.role}; copy it, it cannot be shown again")
+    say(
+        f"this is the token with the id {token.id} and the role {token.role}, until {token.expires_at}; copy it, it "
+        "cannot be shown again"
+    )
 
 
 @token_group.command("list")
@@ -168,7 +201,8 @@ def token_list(data: Path | None, as_json: bool) -> None:
         return
     for token in found:
         revoked = f"  revoked {token.revoked_at}" if token.revoked_at else ""
-        click.echo(f"{token.id}  {token.made_at}  {token.role:<8}  {token.note}{revoked}".rstrip())
+        times = f"{token.made_at}  until {token.expires_at}"
+        click.echo(f"{token.id}  {times}  {token.role:<8}  {token.note}{revoked}".rstrip())
 
 
 @token_group.command("revoke")

@@ -7,6 +7,7 @@ import unicodedata
 from dataclasses import dataclass
 
 from moireid.errors import SpecError
+from moireid.names import JOINERS, hidden_words
 
 #: A longer name does not fit on a badge, and is too long to type as a claim.
 NAME_LIMIT = 200
@@ -15,7 +16,6 @@ MAX_SCALE_OFF = 0.05
 #: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
 #: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
 UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
-JOINERS = "\u200c\u200d"
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ class Request:
 def clean_name(name: str) -> str:
     """The name in Unicode NFC without surrounding space.
 
-    Raises: SpecError where it is empty, longer than `NAME_LIMIT`, or holds control characters.
+    Raises: SpecError where it is empty, longer than `NAME_LIMIT`, or holds control or invisible characters.
     """
     cleaned = unicodedata.normalize("NFC", name).strip()
     if not cleaned:
@@ -77,6 +77,8 @@ def clean_name(name: str) -> str:
     visible = cleaned.strip(JOINERS)
     if not visible or any(unicodedata.category(letter) in UNPRINTABLE and letter not in JOINERS for letter in visible):
         raise SpecError("the name holds control, invisible or unassigned characters; give plain text")
+    if (hidden := hidden_words(cleaned)) is not None:
+        raise SpecError(f"the name {cleaned[:80]!r} {hidden}, so it passes for another; give it without them")
     return cleaned
 
 

@@ -5,7 +5,8 @@
 2. The head is signed and is the log's last entry; a head noted elsewhere is on the chain, and checkpoints that others
    hold still say how it begins.
 3. Each record bears the signature, and is the version that the log has last; none is without an entry.
-4. Each record that the log enters is there.
+4. Each record that the log enters is there, unless a later entry says that the person was erased.
+5. Whoever an entry names as its actor is there as the entry's commitment says, unless an entry says they were erased.
 
 Rows are read page by page, each page in its own transaction, with records and their entries together.  So others may
 write meanwhile, and no finding comes only from that.
@@ -21,21 +22,24 @@ What it cannot find by itself:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from sqlalchemy import func, select
+from sqlalchemy import exists, func, select
 
 from moireid.errors import RegistryError
+from moireid.registry.actor import commitment
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.witness import Watch
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger, last_entry
-from moireid.registry.log import GENESIS, Head, authority_after, check_entry, check_head
+from moireid.registry.log import ERASE, ERASE_ACTOR, GENESIS, Head, authority_after, check_entry, check_head
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, record_of
-from moireid.registry.schema import authority, badges, log, select_records
+from moireid.registry.schema import actors, authority, badges, log, select_records
 
 PAGE = 500
 #: Findings beyond this many are counted, not kept: a table torn to pieces must not fill the memory.
@@ -73,8 +77,14 @@ class Audit:
         Records looked at.
     revoked : int
         Those of them that are revoked.
+    erased : int
+        People who were erased.
     entries : int
         Entries of the log looked at.
+    actors : mapping of str to int
+        Who did how many of them.
+    unnamed : int
+        Entries that name nobody: of an older version, or because whoever did it was erased.
     head : str or None
         The head that the log ended at, SEQUENCE:HASH; None where there is none to believe.
     findings : tuple of Finding
@@ -95,6 +105,9 @@ class Audit:
     head: str | None
     findings: tuple[Finding, ...]
     found: int
+    erased: int = 0
+    actors: Mapping[str, int] = field(default_factory=dict)
+    unnamed: int = 0
 
     @property
     def sound(self) -> bool:
@@ -115,7 +128,10 @@ class Audit:
             "fingerprint": self.fingerprint,
             "badges": self.records,
             "revoked": self.revoked,
+            "erased": self.erased,
             "entries": self.entries,
+            "actors": dict(self.actors),
+            "unnamed": self.unnamed,
             "found": self.found,
             "findings": [asdict(one) for one in self.findings],
         }
@@ -129,8 +145,13 @@ class _Tally:
     total: int
     records: int = 0
     revoked: int = 0
+    erased: int = 0
     entries: int = 0
+    unnamed: int = 0
     found: int = 0
+    #: Entries by whom they name; and what stands for those who were erased.
+    acted: Counter[str] = field(default_factory=Counter)
+    gone: set[str] = field(default_factory=set)
     findings: list[Finding] = field(default_factory=list)
 
     def tell(self, code: str, text: str, subject: object = None) -> None:
@@ -159,6 +180,7 @@ def audit(
     head = _audit_log(ledger, expected, watch, tally)
     for fault, entry in watch.findings(head):
         tally.tell(fault.code, fault.text, entry)
+    who = _audit_actors(ledger, tally)
     _audit_records(ledger, tally)
     return Audit(
         ledger.authority.fingerprint,
@@ -168,6 +190,9 @@ def audit(
         None if head is None else str(head),
         tuple(tally.findings),
         tally.found,
+        tally.erased,
+        who,
+        tally.unnamed,
     )
 
 
@@ -183,7 +208,8 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
             tally.tell(fault.code, fault.text, row.seq)
             # Go on from this entry's own number and hash, so that one fault gives only one finding.
             last = Head(row.seq, row.hash)
-        if row.action in ("enroll", "import") and row.holder is None:
+        _note_actor(row, tally)
+        if row.action in ("enroll", "import") and row.holder is None and not row.erased:
             tally.tell(
                 "record_missing", f"log entry {row.seq} enters id {row.subject}, but it has no record", row.subject
             )
@@ -212,6 +238,34 @@ def _audit_log(ledger: Ledger, expected: Head | None, watch: Watch, tally: _Tall
         return None
 
 
+def _note_actor(row: AnyRow, tally: _Tally) -> None:
+    """Count who did an entry, and whom it erased."""
+    tally.erased += row.action == ERASE
+    if row.action == ERASE_ACTOR:
+        tally.gone.add(row.subject)
+    if row.actor is None:
+        tally.unnamed += 1
+    else:
+        tally.acted[row.actor] += 1
+
+
+def _audit_actors(ledger: Ledger, tally: _Tally) -> dict[str, int]:
+    """Check that everyone whom an entry names is there as it says; returns their names, and how much each did."""
+    named: dict[str, int] = {}
+    known = {row.commitment: row for row in ledger.rows(select(actors))}
+    for who, entries in tally.acted.items():
+        row = known.get(who)
+        if row is not None and commitment(row.name, row.salt) == who:
+            named[row.name] = named.get(row.name, 0) + entries
+            continue
+        tally.unnamed += entries
+        if row is not None:
+            tally.tell("actor_changed", f"the actor of {entries} log entries is not the one that they name", who)
+        elif who not in tally.gone:
+            tally.tell("actor_missing", f"the actor of {entries} log entries is missing, and was not erased", who)
+    return named
+
+
 def _former(ledger: Ledger) -> list[Authority]:
     """The authority's earlier keys, as far as they are proven: what is wrong with them, the walk over the log tells."""
     try:
@@ -227,8 +281,14 @@ def _first_authority(ledger: Ledger) -> Authority:
 
 
 def _pages(ledger: Ledger, last: Head, tally: _Tally) -> Iterator[AnyRow]:
-    """The rows of the log in order, each with `holder`, the id of the record that it is about, where there is one."""
-    query = select(log, badges.c.id.label("holder")).outerjoin(badges, badges.c.id == log.c.subject)
+    """The rows of the log in order, each with `holder`, the id of the record that it is about, where there is one.
+
+    Also `erased`: whether a later entry says that the person was erased.
+    """
+    later = log.alias("later")
+    gone = select(later.c.seq).where(later.c.subject == log.c.subject, later.c.action == ERASE, later.c.seq > log.c.seq)
+    query = select(log, badges.c.id.label("holder"), exists(gone).label("erased"))
+    query = query.outerjoin(badges, badges.c.id == log.c.subject)
     query = query.order_by(log.c.seq).limit(PAGE)
     rows = ledger.rows(query)
     while rows:
@@ -248,7 +308,10 @@ def _audit_records(ledger: Ledger, tally: _Tally) -> None:
             tally.records += 1
             tally.revoked += row.revoked_at is not None
             try:
-                record_of(row, ledger.authority)
+                record = record_of(row, ledger.authority)
+                if (row.skeleton, row.folded) != (skeleton(record.name), folded_skeleton(record.name)):
+                    text = f"what the name of id {row.id} looks like was changed, so look-alikes of it are not found"
+                    tally.tell("record_skeleton", text, row.id)
             except Fault as fault:
                 tally.tell(fault.code, fault.text, row.id)
         tally.step()

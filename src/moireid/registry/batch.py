@@ -19,7 +19,7 @@ from operator import attrgetter
 from moireid.badge import Badge, Cell, Grating
 from moireid.errors import MoireIdError, RegistryError
 from moireid.registry.canonical import canonical_json, utc_now
-from moireid.registry.ledger import Ledger
+from moireid.registry.ledger import Ledger, erased_among, erased_id
 from moireid.registry.record import Record, claimable_name, new_record
 from moireid.registry.schema import badges, select_records
 
@@ -112,13 +112,20 @@ class Issuer:
         return record
 
 
-def enroll_many(ledger: Ledger, issued: Iterable[Badge], progress: Callable[[int, int | None], None] | None) -> Batch:
-    """What `Registry.enroll_many` does."""
+def enroll_many(
+    ledger: Ledger,
+    issued: Iterable[Badge],
+    actor: str,
+    progress: Callable[[int, int | None], None] | None,
+    entered: Callable[[Sequence[Record]], None],
+) -> Batch:
+    """What `Registry.enroll_many` does; entered: told of what is new, chunk by chunk."""
     total = len(issued) if isinstance(issued, Sized) else None
     enrolled = unchanged = revoked = 0
     for records, refusal in _chunks(issued, Issuer(ledger.shown)):
-        new, holders, conflict = _enter(ledger, records)
-        enrolled += new
+        new, holders, conflict = _enter(ledger, records, actor)
+        entered(new)
+        enrolled += len(new)
         unchanged += len(holders)
         revoked += sum(holder.revoked_at is not None for holder in holders)
         if progress:
@@ -159,20 +166,26 @@ def _chunks(issued: Iterable[Badge], issuer: Issuer) -> Iterator[tuple[list[Reco
     yield records, None
 
 
-def _enter(ledger: Ledger, records: Sequence[Record]) -> tuple[int, list[Record], RegistryError | None]:
+def _enter(
+    ledger: Ledger, records: Sequence[Record], actor: str
+) -> tuple[list[Record], list[Record], RegistryError | None]:
     """Enter those records that are new, up to the first conflict.
 
-    Returns: the number entered, the records that were there, and the conflict or None.
+    Returns: those entered, the records that were there, and the conflict or None.
     """
     if not records:
-        return 0, [], None
+        return [], [], None
     new: list[Record] = []
     there: list[Record] = []
     conflict = None
-    with ledger.writing() as transaction:
+    with ledger.writing(actor) as transaction:
         ids = [record.id for record in records]
         holders = {holder.id: holder for holder in transaction.records(select_records().where(badges.c.id.in_(ids)))}
+        erased = set(erased_among(transaction.connection, ids))
         for record in records:
+            if record.id in erased:
+                conflict = erased_id(record.id)
+                break
             holder = holders.setdefault(record.id, record)
             if holder is record:
                 new.append(record)
@@ -183,7 +196,7 @@ def _enter(ledger: Ledger, records: Sequence[Record]) -> tuple[int, list[Record]
                 conflict = error
                 break
         transaction.enter(new, "enroll")
-    return len(new), there, conflict
+    return new, there, conflict
 
 
 def _layout(badge: Badge) -> Hashable:

@@ -18,6 +18,8 @@ from moireid.registry.store import Registry
 
 #: So many people of names that look alike are named.
 MOST_ALIKE = 3
+#: What is said of the badge of a person who was erased: nobody may use it, and whose it was is not known any more.
+ERASED, SOMEBODY = "its holder was erased from the registry on their wish", "somebody who was erased"
 
 
 def claimed(registry: Registry, claim: str) -> Claimed:
@@ -45,7 +47,7 @@ def claimed(registry: Registry, claim: str) -> Claimed:
         record = registry.find(claim)
     except RegistryError as error:
         if error.details.get("ids") == [] and (alike := _alike(registry, claim)):
-            text = f"{error}; but it looks like {' and '.join(alike)}, whose name is written in other letters"
+            text = f"{error}; but it looks like {' and '.join(alike)}, whose name is written in other letters or case"
             raise RegistryError(text, **error.details | {"alike": alike}) from error
         raise
     registry.check_newest(record)
@@ -74,7 +76,8 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
     """
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
-        return Claimed(badge)
+        gone = registry.erased_at(badge.id) if badge.id else None
+        return Claimed(badge) if gone is None else Claimed(badge, revoked=ERASED, revoked_at=gone)
     registry.check_newest(record)
     name = unicodedata.normalize("NFC", badge.name).strip()
     other = badge.name if name != record.name.strip() else None
@@ -99,22 +102,25 @@ def holder_of(registry: Registry, badge_id: object) -> Holder | None:
     Returns
     -------
     Holder or None
-        None where it is no text, or nobody holds such a badge.
+        None where it is no text, or nobody holds such a badge.  Of a person who was erased it says that, and no name.
 
     Raises
     ------
     RegistryError
-        Where the record is not as the authority signed it, or not the newest one.
+        Where the record, or the entry of an erasure, is not as the authority signed it, or not the newest one.
 
     Notes
     -----
     The process that reads the film never learns the answer, nor can it ask: it is told of the claimed badge alone.
     """
-    record = registry.by_id(badge_id) if isinstance(badge_id, str) else None
-    if record is None:
+    if not isinstance(badge_id, str):
         return None
-    registry.check_newest(record)
-    return Holder(record.name, record.revoked_at, record.revoked_reason)
+    record = registry.by_id(badge_id)
+    if record is not None:
+        registry.check_newest(record)
+        return Holder(record.name, record.revoked_at, record.revoked_reason)
+    gone = registry.erased_at(badge_id)
+    return None if gone is None else Holder(SOMEBODY, gone, ERASED)
 
 
 def _alike(registry: Registry, name: str) -> tuple[str, ...]:

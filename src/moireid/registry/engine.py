@@ -72,6 +72,7 @@ def connect(url: URL, *, create: bool = False) -> Engine:
         ) from error
     if url.get_backend_name() == "sqlite":
         event.listen(engine, "begin", _begin_in_sqlite)
+        event.listen(engine, "connect", _overwrite_what_is_deleted)
     made = _private_file(url) if create else None
     reached = False
     try:
@@ -131,6 +132,11 @@ def _private_file(url: URL) -> Path | None:
         # It is there, or SQLite says why it cannot be made.
         return None
     return path
+
+
+def _overwrite_what_is_deleted(raw: sqlite3.Connection, record: object) -> None:
+    """Let SQLite fill what it deletes with zeros; else an erased name stays in the file until its place is needed."""
+    raw.execute("PRAGMA secure_delete = ON")
 
 
 def _begin_in_sqlite(connection: Connection) -> None:

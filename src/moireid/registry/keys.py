@@ -29,6 +29,8 @@ SIGNER_VARIABLE = "MOIREID_SIGNER"
 
 RECORD = b"moireid registry record 1\n"
 ENTRY = b"moireid registry log entry 1\n"
+#: Stands before entries that name their actor, where they are hashed.
+ACTED = b"moireid registry log entry 2\n"
 HEAD = b"moireid registry log head 1\n"
 #: Notes (checkpoints, bundles) have the format of others, in which nothing stands before the text.  Its first line,
 #: such as `moireid/registry/...`, does what a domain does.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import Any
 
 from sqlalchemy import Column, Connection, Engine, and_, delete, insert, select, update
@@ -15,24 +16,37 @@ from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
+from moireid.registry.actor import commitment, new_salt
 from moireid.registry.engine import AnyRow, AnySelect, connect, snapshot, translated, writing
 from moireid.registry.keys import Authority, Signs
-from moireid.registry.log import ROTATED, Head, Rotation, check_head, head_row, linked, next_rows, rotation_of
+from moireid.registry.log import (
+    ERASE,
+    NO_RECORD,
+    ROTATED,
+    Head,
+    Rotation,
+    check_head,
+    head_row,
+    linked,
+    next_rows,
+    rotation_of,
+)
 from moireid.registry.record import Fault, Record, read_record, tampered
 from moireid.registry.signing.client import load_signer
+from moireid.registry.upkeep.opening import prepare
 from moireid.registry.url import show_url, sqlite_file
 
 #: Rows fetched at a time where all are read.
 PAGE = 500
 
 
-def open_ledger(url: URL, *, create: bool, make_authority: bool) -> Ledger:
-    """What `open_registry` opens, at a URL that `read_url` has read."""
+def open_ledger(url: URL, *, create: bool, make_authority: bool, actor: str) -> Ledger:
+    """What `open_registry` opens, at a URL that `read_url` has read; actor: who makes it, where it is absent."""
     _look_for_file(url, create=create)
     engine = connect(url, create=create)
     try:
         with translated(url):
-            public_key = schema.prepare(engine, show_url(url), create=create, make_authority=make_authority)
+            public_key = prepare(engine, show_url(url), create=create, make_authority=make_authority, actor=actor)
         return Ledger(engine, url, public_key)
     except RegistryError:
         engine.dispose()
@@ -131,10 +145,13 @@ class Ledger:
             yield connection
 
     @contextmanager
-    def writing(self) -> Iterator[Transaction]:
-        """A transaction, alone among those that write; committed at the end, undone where an exception leaves it."""
+    def writing(self, actor: str) -> Iterator[Transaction]:
+        """A transaction, alone among those that write; committed at the end, undone where an exception leaves it.
+
+        Parameters: actor: who writes, as the log is to name them.
+        """
         with translated(self.url), writing(self.engine) as connection:
-            yield Transaction(self, connection, self._head(connection, lock=True))
+            yield Transaction(self, connection, self._head(connection, lock=True), actor)
         self.wrote = True
 
     @contextmanager
@@ -154,7 +171,7 @@ class Ledger:
                     f"registry {self.shown} holds records of authority {self.authority.fingerprint}, and this export "
                     f"is of {successor.fingerprint}; import it into an empty registry"
                 )
-            for table in (schema.authority, schema.log, schema.badges):
+            for table in (schema.authority, schema.actors, schema.log, schema.badges):
                 connection.execute(delete(table))
             yield connection
         self.wrote = True
@@ -180,34 +197,82 @@ class Ledger:
 class Transaction:
     """Records entered and changed, and the log of it, in one transaction of the database."""
 
-    def __init__(self, ledger: Ledger, connection: Connection, head: Head) -> None:
+    def __init__(self, ledger: Ledger, connection: Connection, head: Head, actor: str) -> None:
         self.ledger = ledger
         self.connection = connection
         self.head = head
+        self._actor = actor
 
     def records(self, query: AnySelect) -> list[Record]:
         """The records of a query made by `select_records`, none of which another process can change now."""
         return [self.ledger.record(row) for row in self.connection.execute(query)]
 
-    def enter(self, records: Sequence[Record], action: str) -> None:
-        """Sign and store records whose ids are free, with an entry of `action` for each."""
-        if records:
-            signer = self.ledger.signer()
-            self.connection.execute(insert(schema.badges), [record.row(signer) for record in records])
-            self._log([(action, record.id, record.digest()) for record in records])
+    def enter(self, records: Sequence[Record], action: str) -> list[Record]:
+        """Sign and store records whose ids are free, with an entry of `action` for each; returns them as stored.
 
-    def change(self, record: Record, action: str) -> None:
-        """Sign and store a record in the place of the one of its id, with an entry of `action`."""
+        Raises: RegistryError where an id is that of a badge whose holder was erased.
+        """
+        stored = [_salted(record) for record in records]
+        if stored:
+            for gone in erased_among(self.connection, [record.id for record in stored]):
+                raise erased_id(gone)
+            signer = self.ledger.signer()
+            self.connection.execute(insert(schema.badges), [record.row(signer) for record in stored])
+            self._log([(action, record.id, record.digest()) for record in stored])
+        return stored
+
+    def change(self, record: Record, action: str) -> Record:
+        """Sign and store a record in the place of the one of its id, with an entry of `action`; returns it so."""
+        record = _salted(record)
         values = record.row(self.ledger.signer())
         self.connection.execute(update(schema.badges).where(schema.badges.c.id == values.pop("id")).values(values))
         self._log([(action, record.id, record.digest())])
+        return record
+
+    def log(self, action: str, subject: str) -> None:
+        """An entry of `action` that leaves no record of `subject`."""
+        self._log([(action, subject, NO_RECORD)])
 
     def _log(self, done: list[tuple[str, str, str]]) -> None:
         """Chain entries to the log and move the head."""
         signer = self.ledger.signer()
-        rows, self.head = next_rows(signer, self.head, done)
+        rows, self.head = next_rows(signer, self.head, done, self.committed())
         self.connection.execute(insert(schema.log), rows)
         self.connection.execute(update(schema.authority).values(head_row(signer, self.head)))
+
+    def committed(self) -> str:
+        """The actor as the log holds them, with a salt of their own from their first entry on."""
+        actors = schema.actors
+        known = select(actors.c.commitment).where(actors.c.name == self._actor).order_by(actors.c.commitment)
+        who = self.connection.scalar(known.limit(1))
+        if who is None:
+            salt = new_salt()
+            who = commitment(self._actor, salt)
+            self.connection.execute(insert(actors).values(commitment=who, name=self._actor, salt=salt))
+        return str(who)
+
+
+def erased_among(connection: Connection, ids: Sequence[str]) -> list[str]:
+    """Those of some ids whose holders were erased."""
+    found: list[str] = []
+    for begin in range(0, len(ids), PAGE):
+        some = schema.log.c.subject.in_(ids[begin : begin + PAGE])
+        found += connection.scalars(select(schema.log.c.subject).where(some, schema.log.c.action == ERASE))
+    return found
+
+
+def erased_id(badge_id: str) -> RegistryError:
+    """The error for an id that cannot be issued again."""
+    return RegistryError(
+        f"id {badge_id} was that of a badge whose holder was erased, and is never issued again; print another badge",
+        code="erased",
+        id=badge_id,
+    )
+
+
+def _salted(record: Record) -> Record:
+    """A record gets its salt as soon as it is signed; one of schema version 2 when it is signed anew."""
+    return record if record.salt is not None else replace(record, salt=new_salt())
 
 
 def last_entry() -> AnySelect:

@@ -5,6 +5,10 @@ changed, dropped or inserted without changing all that follow, and each hash is 
 and hash of the last entry.  It has its own kind of signature, so the log's end cannot be cut off without a trace.
 The table `authority` holds the head; every writer locks that row first, so writers take turns.
 
+An entry names its actor by a salted commitment (`actor.py`); entries of schema version 2 name none, and are hashed as
+they were.  What an entry says of a record is the hash of its signed text, which holds a salt too: so a record and an
+actor can be erased, and the chain stays as it is.
+
 An entry "rotate" gives the log another key: it names the old key and the new one, and is signed by both.  The entries
 before it stay as they are, signed by the old key.
 
@@ -21,13 +25,17 @@ from typing import Any
 from moireid.errors import RegistryError
 from moireid.registry.canonical import canonical_json, sha256_hex, utc_now
 from moireid.registry.engine import AnyRow
-from moireid.registry.keys import ENTRY, HEAD, Authority, Signs
+from moireid.registry.keys import ACTED, ENTRY, HEAD, Authority, Signs
 from moireid.registry.record import Fault
 
 #: Stands for the hash before the first entry.
 GENESIS = "0" * 64
 #: What is hashed of an entry.
 HASHED = ("action", "previous", "record_sha256", "seq", "subject", "time")
+#: The kinds of entries that tell of an erasure; the subject is an id, or an actor's commitment.
+ERASE, ERASE_ACTOR = "erase", "erase_actor"
+#: Stands for the hash of a record where there is none any more.
+NO_RECORD = "0" * 64
 #: The action of an entry that gives the log another key, and how its subject begins, as no id does.
 ROTATE, ROTATED = "rotate", "key:"
 
@@ -66,7 +74,9 @@ class Rotation:
 
 def entry_hash(entry: Mapping[str, Any]) -> str:
     """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError where a field cannot be JSON."""
-    return sha256_hex(ENTRY + canonical_json({key: entry[key] for key in HASHED}).encode())
+    actor = {} if entry["actor"] is None else {"actor": entry["actor"]}
+    domain = ENTRY if entry["actor"] is None else ACTED
+    return sha256_hex(domain + canonical_json({key: entry[key] for key in HASHED} | actor).encode())
 
 
 def head_row(signer: Signs, head: Head) -> dict[str, Any]:
@@ -74,8 +84,13 @@ def head_row(signer: Signs, head: Head) -> dict[str, Any]:
     return {"head_seq": head.seq, "head_hash": head.hash, "head_signature": signer.sign(HEAD, str(head).encode())}
 
 
-def next_rows(signer: Signs, head: Head, done: Iterable[tuple[str, str, str]]) -> tuple[list[dict[str, Any]], Head]:
-    """Rows of `log` for what was done after `head`, each (action, subject, SHA-256 of the record), and the new head."""
+def next_rows(
+    signer: Signs, head: Head, done: Iterable[tuple[str, str, str]], actor: str
+) -> tuple[list[dict[str, Any]], Head]:
+    """Rows of `log` for what was done after `head`, each (action, subject, SHA-256 of the record), and the new head.
+
+    Parameters: actor: the commitment of whoever did it.
+    """
     now, rows = utc_now(), []
     for action, subject, digest in done:
         entry: dict[str, Any] = {
@@ -84,6 +99,7 @@ def next_rows(signer: Signs, head: Head, done: Iterable[tuple[str, str, str]]) -
             "action": action,
             "subject": subject,
             "record_sha256": digest,
+            "actor": actor,
             "previous": head.hash,
         }
         head = Head(head.seq + 1, entry_hash(entry))
@@ -91,10 +107,10 @@ def next_rows(signer: Signs, head: Head, done: Iterable[tuple[str, str, str]]) -
     return rows, head
 
 
-def first_rows(signer: Signs) -> tuple[dict[str, Any], dict[str, Any]]:
+def first_rows(signer: Signs, actor: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """The row of `authority` and the first row of `log`; that row names the key, so a head confirms the key as well."""
     authority = signer.authority
-    rows, head = next_rows(signer, Head(0, GENESIS), [("init", authority.fingerprint, key_digest(authority))])
+    rows, head = next_rows(signer, Head(0, GENESIS), [("init", authority.fingerprint, key_digest(authority))], actor)
     return {"one": 1, "public_key": authority.public_hex} | head_row(signer, head), rows[0]
 
 
@@ -103,10 +119,10 @@ def key_digest(authority: Authority) -> str:
     return sha256_hex(bytes.fromhex(authority.public_hex))
 
 
-def rotation_row(old: Signs, new: Signs, head: Head) -> tuple[dict[str, Any], Head]:
+def rotation_row(old: Signs, new: Signs, head: Head, actor: str) -> tuple[dict[str, Any], Head]:
     """The row of `log` that gives it another key, and the new head."""
     subject = f"{ROTATED}{old.authority.public_hex}:{new.authority.public_hex}"
-    (row,), head = next_rows(old, head, [(ROTATE, subject, key_digest(new.authority))])
+    (row,), head = next_rows(old, head, [(ROTATE, subject, key_digest(new.authority))], actor)
     return row | {"signature": row["signature"] + new.sign(ENTRY, head.hash.encode())}, head
 
 
@@ -146,11 +162,24 @@ def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
     Raises: Fault where its number, chain, hash or signature is wrong, or the first one does not name the key.
     """
     row: dict[str, Any] = dict(entry._mapping)
-    what = f"log entry {row['seq']}"
     if row["seq"] != before.seq + 1:
         raise Fault("entry_missing", f"the log goes from entry {before.seq} to {row['seq']}")
     if row["previous"] != before.hash:
-        raise Fault("entry_chain", f"{what} does not follow from the entry before it")
+        raise Fault("entry_chain", f"log entry {row['seq']} does not follow from the entry before it")
+    right = check_signed(row, authority)
+    names_key = (row["action"], row["subject"], row["record_sha256"]) == (
+        "init",
+        authority.fingerprint,
+        key_digest(authority),
+    )
+    if before.seq == 0 and not names_key:
+        raise Fault("first_entry", "the log does not begin with this authority's key")
+    return Head(row["seq"], right)
+
+
+def check_signed(row: Mapping[str, Any], authority: Authority) -> str:
+    """Check an entry by itself; returns its hash.  Raises: Fault where its hash or signature is wrong."""
+    what = f"log entry {row['seq']}"
     try:
         right = entry_hash(row)
     except (TypeError, ValueError) as error:
@@ -162,14 +191,7 @@ def check_entry(entry: AnyRow, before: Head, authority: Authority) -> Head:
             raise Fault("rotation", f"{what} takes the key from another authority than this log's")
     elif not authority.signed(ENTRY, right.encode(), row["signature"]):
         raise Fault("entry_signature", f"{what} does not bear the authority's signature")
-    names_key = (row["action"], row["subject"], row["record_sha256"]) == (
-        "init",
-        authority.fingerprint,
-        key_digest(authority),
-    )
-    if before.seq == 0 and not names_key:
-        raise Fault("first_entry", "the log does not begin with this authority's key")
-    return Head(row["seq"], right)
+    return right
 
 
 def check_head(row: AnyRow, last: Head | None, authority: Authority) -> Head:

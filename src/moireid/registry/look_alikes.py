@@ -1,8 +1,11 @@
 """Names that look alike: "Ada" in Cyrillic letters is another name, and no eye tells it from the Latin one.
 
-Two names look alike where their skeletons are equal.  Source: Unicode Technical Standard 39, section 4, with the table
-of the package `confusable-homoglyphs` (Unicode 15.1); what is written from right to left is not laid out first.
-Deviation: spaces count as one, whatever their number.
+Two names look alike where their skeletons are equal, or the skeletons of both in lower case and plain width.  Source:
+Unicode Technical Standard 39, section 4, with the table of the package `confusable-homoglyphs` (Unicode 15.1); what is
+written from right to left is not laid out first.  Deviation: spaces count as one, whatever their number.
+
+The registry keeps both skeletons of each name in columns with an index.  They are derived: another table of look-alikes
+needs another schema version, whose step computes them anew (`upkeep/migration.py`).
 """
 
 from __future__ import annotations
@@ -11,28 +14,19 @@ import unicodedata
 from collections.abc import Iterable
 from functools import cache
 
-#: Code points that are drawn as nothing (Default_Ignorable_Code_Point), first and last of each range.
-INVISIBLE = (
-    (0x00AD, 0x00AD),
-    (0x034F, 0x034F),
-    (0x061C, 0x061C),
-    (0x115F, 0x1160),
-    (0x17B4, 0x17B5),
-    (0x180B, 0x180F),
-    (0x200B, 0x200F),
-    (0x202A, 0x202E),
-    (0x2060, 0x206F),
-    (0x3164, 0x3164),
-    (0xFE00, 0xFE0F),
-    (0xFEFF, 0xFEFF),
-    (0xFFA0, 0xFFA0),
-    (0xFFF0, 0xFFF8),
-    (0x1BCA0, 0x1BCA3),
-    (0x1D173, 0x1D17A),
-    (0xE0000, 0xE0FFF),
-)
+from moireid.names import INVISIBLE
+
 #: The package sets one around what is written from right to left.
 MARK = "\u200e"
+
+
+class LookAlikeWarning(UserWarning):
+    """A name that is issued looks like that of somebody else who is enrolled.
+
+    Notes
+    -----
+    One of Python's own warnings: `warnings.filterwarnings("error", category=LookAlikeWarning)` makes errors of them.
+    """
 
 
 def skeleton(name: str) -> str:
@@ -41,20 +35,31 @@ def skeleton(name: str) -> str:
     return " ".join(seen.split())
 
 
-def alike_among(names: Iterable[str], known: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-    """For each name that looks like a known one of other letters: the ids of those.
+def folded_skeleton(name: str) -> str:
+    """As `skeleton`, of the name in lower case and plain width: case and width hide who is meant, too."""
+    plain = unicodedata.normalize("NFKC", unicodedata.normalize("NFKC", name).casefold())
+    return skeleton(plain)
 
-    Parameters: known: id and name of all who are enrolled.
-    """
-    wanted: dict[str, list[str]] = {}
-    for name in dict.fromkeys(names):
-        wanted.setdefault(skeleton(name), []).append(name)
-    found: dict[str, list[str]] = {}
-    for badge_id, other in known:
-        for name in wanted.get(skeleton(other), ()):
-            if unicodedata.normalize("NFC", name) != other:
-                found.setdefault(name, []).append(badge_id)
-    return found
+
+def looks_like(one: str, other: str) -> bool:
+    """Whether two names, other than each other in Unicode NFC, look alike."""
+    if unicodedata.normalize("NFC", one) == unicodedata.normalize("NFC", other):
+        return False
+    return skeleton(one) == skeleton(other) or folded_skeleton(one) == folded_skeleton(other)
+
+
+def alike_within(names: Iterable[str]) -> list[tuple[str, str]]:
+    """Pairs of names in a list that look alike: each name with the first one there that it looks like."""
+    first: dict[str, str] = {}
+    pairs = []
+    for name in dict.fromkeys(unicodedata.normalize("NFC", one) for one in names):
+        keys = {"seen " + skeleton(name), "folded " + folded_skeleton(name)}
+        other = next((first[key] for key in sorted(keys, reverse=True) if key in first), None)
+        if other is not None:
+            pairs.append((name, other))
+        for key in keys:
+            first.setdefault(key, name)
+    return pairs
 
 
 @cache

@@ -14,9 +14,11 @@ from typing import Any
 
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
+from moireid.names import hidden_words
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import RECORD, Authority, Signs
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 
 
 @dataclass(frozen=True)
@@ -43,6 +45,9 @@ class Record:
         Canonical JSON of the newest measured figures; None where it was never measured.
     as_built_at : str or None
         When these were stored.
+    salt : str or None
+        Hex digits of chance: without them nobody can try a name against the log's hash of the record.  None in
+        records of schema version 2.
 
     Notes
     -----
@@ -58,6 +63,7 @@ class Record:
     revoked_reason: str | None = None
     as_built: str | None = None
     as_built_at: str | None = None
+    salt: str | None = None
 
     @cached_property
     def badge(self) -> Badge:
@@ -101,7 +107,8 @@ class Record:
             "revoked_at": self.revoked_at,
             "revoked_reason": self.revoked_reason,
         }
-        return canonical_json(fields).encode()
+        salted = {} if self.salt is None else {"salt": self.salt}
+        return canonical_json(fields | salted).encode()
 
     def digest(self) -> str:
         """Hash the signed text, as the log holds it.
@@ -136,6 +143,9 @@ class Record:
             "revoked_reason": self.revoked_reason,
             "as_built": None if self.as_built is None else pack(self.as_built),
             "as_built_at": self.as_built_at,
+            "salt": self.salt,
+            "skeleton": skeleton(self.name),
+            "folded": folded_skeleton(self.name),
             "signature": signer.sign(RECORD, self.signed_text),
         }
 
@@ -164,6 +174,7 @@ def record_of(row: AnyRow, authority: Authority) -> Record:
             row.revoked_reason,
             None if row.as_built is None else unpack(row.as_built),
             row.as_built_at,
+            row.salt,
         )
         text = record.signed_text
     except (TypeError, ValueError) as error:
@@ -234,6 +245,11 @@ def claimable_name(badge: Badge, shown: str) -> str:
         raise RegistryError(
             f"the badge of id {badge.id[:40]} bears the name {name[:80]!r}, which nobody can type as a claim; "
             "print it with a plain name"
+        )
+    if (hidden := hidden_words(name)) is not None:
+        raise RegistryError(
+            f"the name {name[:80]!r} {hidden}, so it passes for another; print the badge with the name without them",
+            code="hidden_letters",
         )
     return name
 

@@ -1,14 +1,15 @@
-"""The tables, their version, and their check on opening.
+"""The tables, their version, and what is asked of them.
 
 `badges` holds one row for each issued badge: its signed record (record.py).  `log` holds one for each thing done, in a
-chain (log.py), and `authority` one row in all: the public key, and the log's head, signed.  A later version may add
-tables, and then raises `SCHEMA_VERSION`; so must one that changes what `Badge.layout_key` hashes or what is signed,
-because old keys and signatures would no longer compare.
+chain (log.py), `actors` who did them (actor.py), and `authority` one row in all: the public key, and the log's head,
+signed.  A later version may change tables, and then raises `SCHEMA_VERSION` and adds a step to `upkeep/migration.py`;
+so must one that changes what `Badge.layout_key` hashes or what is signed, because old keys and signatures would no
+longer compare.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from sqlalchemy import (
@@ -16,8 +17,6 @@ from sqlalchemy import (
     CheckConstraint,
     Column,
     ColumnElement,
-    Connection,
-    Engine,
     Index,
     Integer,
     LargeBinary,
@@ -26,20 +25,14 @@ from sqlalchemy import (
     Text,
     and_,
     func,
-    insert,
-    inspect,
     literal_column,
     or_,
     select,
 )
-from sqlalchemy.exc import IntegrityError, ProgrammingError
 
-from moireid.errors import RegistryError
-from moireid.registry.engine import AnySelect, writing
-from moireid.registry.log import first_rows
-from moireid.registry.signing.client import make_key
+from moireid.registry.engine import AnySelect
 
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 
 class Packed(LargeBinary):
@@ -70,11 +63,17 @@ badges = Table(
     Column("revoked_reason", _text),
     Column("as_built", Packed),
     Column("as_built_at", _text),
+    Column("salt", _text),
+    Column("skeleton", _text, nullable=False, server_default=""),
+    Column("folded", _text, nullable=False, server_default=""),
     Column("signature", _text, nullable=False),
 )
 # With the id behind them these indexes also serve the ordered list and the first id of each layout.
 Index("badges_by_name", badges.c.name_nfc, badges.c.id)
 Index("badges_by_layout", badges.c.layout_key, badges.c.id)
+# What a name looks like, and what it looks like in lower case and plain width.
+Index("badges_by_skeleton", badges.c.skeleton)
+Index("badges_by_folded", badges.c.folded)
 #: An id is also found by any of its first parts of this many digits: a damaged reading may have one part right.
 PART_DIGITS, PARTS = 4, 4
 
@@ -99,12 +98,21 @@ log = Table(
     Column("action", _text, nullable=False),
     Column("subject", _text, nullable=False),
     Column("record_sha256", _text, nullable=False),
+    Column("actor", _text),
     Column("previous", _text, nullable=False),
     Column("hash", _text, nullable=False),
     Column("signature", _text, nullable=False),
 )
 # Serves the newest entry of a record, which every reading compares.
 Index("log_by_subject", log.c.subject, log.c.seq)
+
+actors = Table(
+    "actors",
+    metadata,
+    Column("commitment", _text, primary_key=True),
+    Column("name", _text, nullable=False),
+    Column("salt", _text, nullable=False),
+)
 
 authority = Table(
     "authority",
@@ -152,86 +160,7 @@ def select_layouts() -> AnySelect:
     return select_records().where(badges.c.id.in_(select(first).where(keys.c.key.is_not(None)))).order_by(badges.c.id)
 
 
-def prepare(engine: Engine, shown: str, *, create: bool, make_authority: bool) -> str | None:
-    """Make the tables where there are none and `create` is true, and look at them; returns the authority's public key.
-
-    A registry without an authority gets one, with a new key pair, where `create` and `make_authority` are true.  Else
-    None is returned for it where `create` is true: it waits for an import.  `shown` names the registry in messages.
-    Raises: RegistryError where the database holds nothing, another program's tables, or another version of ours.
-    """
-    with engine.connect() as connection:
-        names, public_key = _look(connection)
-    if create and (not names or (public_key is None and make_authority and set(metadata.tables) <= names)):
-        _create(engine, make_authority=make_authority)
-        with engine.connect() as connection:
-            names, public_key = _look(connection)
-    if not names:
-        raise _empty(shown)
-    if {schema_version.name, badges.name} <= names:
-        with engine.connect() as connection:
-            _check_version(list(connection.scalars(select(schema_version.c.version))), shown)
-    if not set(metadata.tables) <= names:
-        raise RegistryError(
-            f"registry {shown} is a database, but not one of moireid's; give another URL, or an empty database"
-        )
-    if public_key is None and not create:
-        raise _empty(shown)
-    return public_key
-
-
-def _empty(shown: str) -> RegistryError:
-    return RegistryError(f"registry {shown} is empty; enroll someone first, or run `moireid registry init`")
-
-
-def _look(connection: Connection) -> tuple[set[str], str | None]:
-    """The names of all tables, and the authority's public key where there is one."""
-    names = set(inspect(connection).get_table_names())
-    if not set(metadata.tables) <= names:
-        return names, None
-    return names, connection.scalar(select(authority.c.public_key))
-
-
-def _check_version(found: list[int], shown: str) -> None:
-    """Raise unless the one version found is ours."""
-    if found == [SCHEMA_VERSION]:
-        return
-    version = ", ".join(map(str, found)) or "none"
-    if found == [1]:
-        remedy = "its records bear no signatures, so enroll the badges anew in another registry"
-    else:
-        remedy = "open it with the moireid that wrote it, or a newer one"
-    raise RegistryError(
-        f"registry {shown} has schema version {version}, and this moireid reads version {SCHEMA_VERSION}; {remedy}",
-        found=found,
-        supported=SCHEMA_VERSION,
-    )
-
-
-def _create(engine: Engine, *, make_authority: bool) -> None:
-    """Make the tables, their version and the authority in one transaction, unless another process was faster."""
-    # The key is on the disk before the registry says that it is the authority's.
-    signer, path = make_key() if make_authority else (None, None)
-    used = False
-    try:
-        with writing(engine) as connection:
-            # Another process may have made them while this one waited for the write lock.
-            names, public_key = _look(connection)
-            if not names:
-                metadata.create_all(connection)
-                connection.execute(insert(schema_version).values(version=SCHEMA_VERSION))
-            if signer is not None and public_key is None:
-                head_row, entry = first_rows(signer)
-                connection.execute(insert(authority).values(head_row))
-                connection.execute(insert(log).values(entry))
-                used = True
-    except (IntegrityError, ProgrammingError):
-        # Databases without a single write lock, such as PostgreSQL, refuse the second of two makers here.  If the
-        # other one has succeeded, nothing is left to do; otherwise this error is reported.
-        used = False
-        with engine.connect() as connection:
-            names, public_key = _look(connection)
-        if not set(metadata.tables) <= names or (make_authority and public_key is None):
-            raise
-    finally:
-        if path is not None and not used:
-            path.unlink(missing_ok=True)
+def select_named_so(names: Sequence[str], folded: Sequence[str]) -> list[AnySelect]:
+    """The queries for id, name and skeletons of all whose names look like one of these, by skeleton and folded one."""
+    columns = select(badges.c.id, badges.c.name_nfc, badges.c.skeleton, badges.c.folded)
+    return [columns.where(badges.c.skeleton.in_(names)), columns.where(badges.c.folded.in_(folded))]

@@ -1,4 +1,4 @@
-"""The Registry: enroll, find, list, revoke; and calls to audit, export and import.
+"""The Registry: enroll, revoke, what it is read by (`face/`), and calls to audit, export and import.
 
 An issued badge is never changed: enrolling the very same badge again returns the record there is, revoked or not.
 What is added later, a revocation or measured figures, is signed and logged like the issue itself.
@@ -7,45 +7,43 @@ What is added later, a revocation or measured figures, is signed and logged like
 from __future__ import annotations
 
 import json
-import unicodedata
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 
-from sqlalchemy import ColumnElement, and_, func, or_, select
-
 from moireid.badge import Badge
 from moireid.errors import RegistryError
+from moireid.registry.actor import account, checked_actor
 from moireid.registry.audit import Audit, audit
 from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
-from moireid.registry.claims import as_id, find_row
+from moireid.registry.face.outward import Outward
+from moireid.registry.face.reading import Reading
 from moireid.registry.keys import key_path
 from moireid.registry.ledger import Ledger, Transaction, open_ledger
-from moireid.registry.look_alikes import alike_among
-from moireid.registry.outward import Outward
+from moireid.registry.look_alikes import LookAlikeWarning
 from moireid.registry.record import Record, new_record, storable, storable_json
-from moireid.registry.schema import badges, select_alike, select_layouts, select_records
+from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
 from moireid.registry.transfer.rotate import Rotated, rotate
+from moireid.registry.upkeep.erasure import Erased, erase_actor, erase_person
 from moireid.registry.url import default_url, read_url
 
-#: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
-PAGE = 200
-#: Of a million ids drawn at random some sixty share a part with a reading.
-MOST_ALIKE = 2000
 #: A reason is shown to everyone who checks the badge, so it must be short.
 LONGEST_REASON = 500
+#: So many people of names that look alike are named in a warning.
+MOST_TOLD = 3
 
 Progress = Callable[[int, int | None], None]
 
 
-def open_registry(url: str | None, *, create: bool, make_authority: bool = True) -> Registry:
+def open_registry(url: str | None, *, create: bool, make_authority: bool = True, actor: str | None = None) -> Registry:
     """The registry at an SQLAlchemy URL, or at `default_url()` for None.
 
     Parameters
@@ -56,6 +54,8 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
         Make folder, file, tables and the authority's key pair where they are absent; without it nothing is ever made.
     make_authority : bool
         Without it a new registry has no key of its own and awaits an import.
+    actor : str, optional
+        Who does what is done with it, as the log names them; None for the account that this process runs as.
 
     Returns
     -------
@@ -66,21 +66,28 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True)
     ------
     RegistryError
         Where the URL is none, its driver is not known, the registry is absent, or what is there cannot be opened,
-        is no registry, or has another schema version; or where no key can be written.
+        is no registry, or has another schema version; where no key can be written; or `actor` is no line of text.
     MissingExtraError
         Where it lies on PostgreSQL, and its driver is not installed.
+
+    Notes
+    -----
+    A registry of schema version 2 is brought to this version; older programs cannot open it then.
     """
     parsed = read_url(default_url() if url is None else url)
-    return Registry(open_ledger(parsed, create=create, make_authority=make_authority))
+    who = account() if actor is None else checked_actor(actor)
+    return Registry(open_ledger(parsed, create=create, make_authority=make_authority, actor=who), who)
 
 
-class Registry(Outward):
+class Registry(Reading, Outward):
     """An open registry; a context manager that closes its connections.
 
     Parameters
     ----------
     ledger : Ledger
         Tables and log.  `open_registry` makes one.
+    actor : str
+        Who does what is done with it.
 
     Raises
     ------
@@ -89,9 +96,29 @@ class Registry(Outward):
         it, or is not the version that the log has last.  Those that write need the private key.
     """
 
-    def __init__(self, ledger: Ledger) -> None:
+    def __init__(self, ledger: Ledger, actor: str) -> None:
         super().__init__(ledger)
-        self.shown_url = ledger.shown
+        self.shown_url, self.actor = ledger.shown, actor
+
+    def by(self, actor: str) -> Registry:
+        """Give the same open registry, for somebody else to act on.
+
+        Parameters
+        ----------
+        actor : str
+            Who does what is done with it, as the log names them.
+
+        Returns
+        -------
+        Registry
+            It shares the connections; closing either closes both.
+
+        Raises
+        ------
+        RegistryError
+            Where `actor` is no line of text, or a studio's token.
+        """
+        return Registry(self._ledger, checked_actor(actor))
 
     def __enter__(self) -> Registry:
         return self
@@ -129,13 +156,15 @@ class Registry(Outward):
         """
         return str(self._ledger.head())
 
-    def enroll(self, badge: Badge) -> Record:
+    def enroll(self, badge: Badge, *, told: bool = False) -> Record:
         """Issue a badge.
 
         Parameters
         ----------
         badge : Badge
             With an id and a name.
+        told : bool
+            Whether whoever issues it was told already of people whose names look like this one.
 
         Returns
         -------
@@ -145,25 +174,32 @@ class Registry(Outward):
         Raises
         ------
         RegistryError
-            Where the badge has no id, or a name that cannot be claimed, or where its id is issued already to another
-            name or with another badge.
+            Where the badge has no id, or a name that cannot be claimed or holds letters that nobody sees; where its id
+            is issued already to another name or with another badge, or was an erased person's.
         SpecError
             Where the badge breaks its own schema.
+
+        Warns
+        -----
+        LookAlikeWarning
+            Where the name looks like that of somebody else who is enrolled.
         """
         record = new_record(badge, self.shown_url, utc_now())
         holder = self.by_id(record.id)
         if holder is None:
             self._ledger.signer()
-            with self._ledger.writing() as transaction:
+            with self._ledger.writing(self.actor) as transaction:
                 # Looked up again where nobody else can write: else two could find the id free at once.
                 holders = transaction.records(select_records().where(badges.c.id == record.id))
                 if not holders:
-                    transaction.enter([record], "enroll")
-                    return record
-                holder = holders[0]
+                    (record,) = transaction.enter([record], "enroll")
+            if not holders:
+                self._warn([record.name], told=told)
+                return record
+            holder = holders[0]
         return same_or_conflict(record, holder)
 
-    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None) -> Batch:
+    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None, *, told: bool = False) -> Batch:
         """Issue many badges, a thousand at a time.
 
         Parameters
@@ -172,6 +208,8 @@ class Registry(Outward):
             What is enrolled already stays as it is, so a batch that was interrupted can be run again.
         progress : callable, optional
             Called with badges done and in all, None where `issued` has no length.
+        told : bool
+            As `enroll`.
 
         Returns
         -------
@@ -184,8 +222,19 @@ class Registry(Outward):
             As `enroll`, of the first badge that cannot be issued; those before it are.
         SpecError
             As `enroll`.
+
+        Warns
+        -----
+        LookAlikeWarning
+            As `enroll`, once all are issued; of names in the list that look like each other, too.
         """
-        return enroll_many(self._ledger, issued, progress)
+        names: list[str] = []
+        try:
+            return enroll_many(
+                self._ledger, issued, self.actor, progress, lambda new: names.extend(one.name for one in new)
+            )
+        finally:
+            self._warn(names, told=told)
 
     def rotate_key(self, progress: Progress | None = None) -> Rotated:
         """Give the authority a new key, by a log entry that the old and the new one sign.
@@ -209,7 +258,7 @@ class Registry(Outward):
         -----
         Other programs that have the registry open must open it again.
         """
-        return rotate(self._ledger, progress)
+        return rotate(self._ledger, self.actor, progress)
 
     def revoke(self, claim: str, reason: str) -> Record:
         """Revoke a badge, for good.
@@ -237,7 +286,7 @@ class Registry(Outward):
                 f"{LONGEST_REASON} letters"
             )
         record = self.find(claim)
-        with self._ledger.writing() as transaction:
+        with self._ledger.writing(self.actor) as transaction:
             record = _locked(transaction, record)
             if record.revoked_at is not None:
                 raise RegistryError(
@@ -247,8 +296,7 @@ class Registry(Outward):
                     revoked_at=record.revoked_at,
                 )
             record = replace(record, revoked_at=utc_now(), revoked_reason=reason.strip())
-            transaction.change(record, "revoke")
-        return record
+            return transaction.change(record, "revoke")
 
     def store_as_built(self, badge_id: str, document_json: str) -> Record:
         """Hold the newest measured figures of a badge; the same again changes nothing.
@@ -282,136 +330,59 @@ class Registry(Outward):
             raise RegistryError(
                 f"no badge of id {badge_id[:40]!r} is in registry {self.shown_url}; enroll it before its figures"
             )
-        with self._ledger.writing() as transaction:
+        with self._ledger.writing(self.actor) as transaction:
             record = _locked(transaction, record)
             if record.as_built != text:
                 record = replace(record, as_built=text, as_built_at=utc_now())
-                transaction.change(record, "as_built")
+                record = transaction.change(record, "as_built")
         return record
 
-    def find(self, claim: str) -> Record:
-        """Find the one record that a claim means.
+    def erase(self, claim: str) -> Erased:
+        """Erase a person on their wish, for good; again only cleans the database again.
 
         Parameters
         ----------
         claim : str
-            A name, matched exactly after Unicode NFC, or an id in hex digits of any case.
+            A name or an id, as `find`.
 
         Returns
         -------
-        Record
-            As the authority signed it.
+        Erased
+            When, and what may be left.
 
         Raises
         ------
         RegistryError
-            Where there is none, or more than one; `error.details["ids"]` lists those.
+            Where nobody or more than one is meant.
         """
-        return self._ledger.record(find_row(claim, self._ledger.rows, self.shown_url))
+        return erase_person(self._ledger, claim, self.actor)
 
-    def by_id(self, badge_id: str) -> Record | None:
-        """Find the record of an id.
+    def erase_actor(self, name: str) -> Erased:
+        """Erase who did something here: the log keeps what was done, and no longer by whom.
 
         Parameters
         ----------
-        badge_id : str
-            Hex digits of any case.
+        name : str
+            As `entries` gives it.
 
         Returns
         -------
-        Record or None
-            None where the id is not issued.
-        """
-        query = select_records().where(badges.c.id == as_id(badge_id))
-        rows = self._ledger.rows(query) if storable(badge_id) else []
-        return self._ledger.record(rows[0]) if rows else None
+        Erased
+            When; its subject is what stands for the actor in the log.
 
-    def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
-        """Find the issued ids, revoked or not, of which at least one of the first four parts reads so.
-
-        Parameters
-        ----------
-        parts : mapping of int to str
-            Place 0 to 3 to the four lower-case hex digits there.
-
-        Returns
-        -------
-        list of str
-            Empty where more than `MOST_ALIKE` do: ids that were counted up share their first parts, which tell nobody.
-            Whether their records are sound, `by_id` tells.
-        """
-        rows = self._ledger.rows(select_alike(parts).limit(MOST_ALIKE + 1)) if parts else []
-        return [row.id for row in rows] if len(rows) <= MOST_ALIKE else []
-
-    def look_alikes(self, names: Iterable[str]) -> dict[str, list[Record]]:
-        """Name -> the records whose names look like it and are others; names that look like nobody's are left out.
-
-        Source: `look_alikes.skeleton`, of every name there is: half a second where 100,000 are enrolled.
-        """
-        with self._ledger.snapshot() as connection:
-            known = connection.execution_options(yield_per=PAGE).execute(select(badges.c.id, badges.c.name_nfc))
-            found = alike_among(names, ((row.id, row.name_nfc) for row in known))
-        return {name: [record for one in ids if (record := self.by_id(one))] for name, ids in found.items()}
-
-    def records(self) -> Iterator[Record]:
-        """Go through all records by name, then id.
-
-        Yields
+        Raises
         ------
-        Record
-            What is enrolled meanwhile may or may not be among them.
+        RegistryError
+            Where the log names nobody so, or they would erase themself.
         """
-        page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(PAGE)
-        rows = self._ledger.rows(page)
-        while rows:
-            for row in rows:
-                yield self._ledger.record(row)
-            name, badge_id = rows[-1].name_nfc, rows[-1].id
-            rows = self._ledger.rows(page.where(_after(name, badge_id))) if len(rows) == PAGE else []
+        return erase_actor(self._ledger, name, self.actor)
 
-    def search(self, text: str, limit: int) -> list[Record]:
-        """Find records by a part of the name, or by the beginning of the id.
-
-        Parameters
-        ----------
-        text : str
-            Of all records where it is empty.  SQLite folds the case of ASCII letters alone.
-        limit : int
-            How many at most.
-
-        Returns
-        -------
-        list of Record
-            By name, then id.
-        """
-        name = unicodedata.normalize("NFC", text.strip())
-        if not storable(name):
-            return []
-        page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(limit)
-        if name:
-            by_id = badges.c.id.startswith(as_id(name), autoescape=True)
-            page = page.where(or_(badges.c.name_nfc.icontains(name, autoescape=True), by_id))
-        return [self._ledger.record(row) for row in self._ledger.rows(page)]
-
-    def layouts(self) -> list[Badge]:
-        """Give one badge of each distinct layout: all that a reader needs to read any of them.
-
-        Returns
-        -------
-        list of Badge
-            Of each layout the badge of the lowest id.
-        """
-        return [self._ledger.record(row).badge for row in self._ledger.rows(select_layouts())]
-
-    def count(self) -> int:
-        """Count the records.
-
-        Returns
-        -------
-        int
-            Revoked ones too.
-        """
-        return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
+    def _warn(self, names: Sequence[str], *, told: bool) -> None:
+        """Warn the caller's caller of names that look like others here."""
+        for name, alike in ({} if told else self.look_alikes(names)).items():
+            others = ", ".join(f"{one.name} ({one.id})" for one in alike[:MOST_TOLD])
+            text = f"the name {name!r} looks like {others}, who is enrolled, and is written in other letters or case"
+            warnings.warn(text, LookAlikeWarning, stacklevel=3)
 
     def audit(
         self,
@@ -491,10 +462,10 @@ class Registry(Outward):
             Where the file is damaged or not sound, is another authority's and this registry is not empty, or says
             otherwise than this registry; or where records must be signed and the private key is absent.
         """
-        return import_json(self._ledger, Path(path))
+        return import_json(self._ledger, Path(path), self.actor)
 
 
-def import_registry(path: Path | str, url: str | None) -> Import:
+def import_registry(path: Path | str, url: str | None, *, actor: str | None = None) -> Import:
     """Take in an export as `Registry.import_json` does, and make the registry where it is absent.
 
     Parameters
@@ -503,6 +474,8 @@ def import_registry(path: Path | str, url: str | None) -> Import:
         What `Registry.export_json` wrote.
     url : str or None
         As `open_registry`.  A registry that is made has no key of its own.
+    actor : str, optional
+        As `open_registry`.
 
     Returns
     -------
@@ -514,8 +487,11 @@ def import_registry(path: Path | str, url: str | None) -> Import:
     RegistryError
         As `Registry.import_json` and `open_registry`; nothing is made where the file is at fault.
     """
-    with checked_copy(Path(path)) as copy, open_registry(url, create=True, make_authority=False) as registry:
-        return merge(copy, registry._ledger)
+    with (
+        checked_copy(Path(path)) as copy,
+        open_registry(url, create=True, make_authority=False, actor=actor) as registry,
+    ):
+        return merge(copy, registry._ledger, registry.actor)
 
 
 def _locked(transaction: Transaction, record: Record) -> Record:
@@ -524,8 +500,3 @@ def _locked(transaction: Transaction, record: Record) -> Record:
     if not holders:
         raise RegistryError(f"badge {record.id} was taken out of registry {transaction.ledger.shown} meanwhile")
     return holders[0]
-
-
-def _after(name: str, badge_id: str) -> ColumnElement[bool]:
-    """The condition of rows that come later in the order of `Registry.records`."""
-    return or_(badges.c.name_nfc > name, and_(badges.c.name_nfc == name, badges.c.id > badge_id))

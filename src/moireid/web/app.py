@@ -15,6 +15,7 @@ from moireid.verifier.report.page import style as report_style
 from moireid.web.api import films as api
 from moireid.web.api import issue as issue_api
 from moireid.web.api import registry as registry_api
+from moireid.web.api import verdicts as verdicts_api
 from moireid.web.api.schema import describe
 from moireid.web.auth.guard import Guard
 from moireid.web.auth.roles import anyone
@@ -24,6 +25,7 @@ from moireid.web.pages import enroll as enroll_pages
 from moireid.web.pages import home as home_pages
 from moireid.web.pages import issue as issue_pages
 from moireid.web.pages import registry as registry_pages
+from moireid.web.pages import verdicts as verdicts_pages
 from moireid.web.pages import verify as verify_pages
 from moireid.web.settings import Settings
 from moireid.web.studio import Studio
@@ -35,9 +37,11 @@ ROUTERS: tuple[APIRouter, ...] = (
     enroll_pages.router,
     verify_pages.router,
     registry_pages.router,
+    verdicts_pages.router,
     api.router,
     issue_api.router,
     registry_api.router,
+    verdicts_api.router,
     live.router,
 )
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}

@@ -52,7 +52,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if job.kind not in KINDS:
             raise Refusal(422, "fields", "The field kind is verify or identify.")
         focal_px = _focal(given.get("focal_px"))
-        job.film_name, job.claim = form.name, given.get("claim", "")
+        job.film_name, job.claim, job.film_sha256 = form.name, given.get("claim", ""), form.sha256
         if job.kind == "identify":
             job.label = "who it is"
             layouts = await run_in_threadpool(studio.registry.layouts)
@@ -61,6 +61,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
             studio.jobs.submit(job, form.video, layouts=layouts, focal_px=focal_px, laws=laws)
             return job
         found, laws = await run_in_threadpool(_claimed, studio, given)
+        job.claimed_id, job.claim_source = found.badge.id, found.provenance.source
         vouched, job.standing = found.provenance.source == "registry", found.provenance.standing
         job.label, job.revoked_at = Named(found.badge.name, found.badge.id, vouched).holder, found.revoked_at
         studio.jobs.submit(

@@ -8,6 +8,7 @@ from typing import Any
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
+from moireid.web.auth.roles import Visitor
 from moireid.web.jobs.issue_work import PACKAGE
 from moireid.web.jobs.orders import Order, Wish
 from moireid.web.jobs.queue import Job
@@ -15,14 +16,14 @@ from moireid.web.problems import Refusal
 from moireid.web.studio import Studio
 
 
-def start_badge(studio: Studio, order: Order, owner: str) -> Job:
+def start_badge(studio: Studio, order: Order, visitor: Visitor) -> Job:
     """A job that makes one badge's package.  Raises: Refusal 503 where too many wait."""
-    return _start(studio, "badge", owner, order.name, order.model_dump_json().encode())
+    return _start(studio, "badge", visitor, order.name, order.model_dump_json().encode())
 
 
-def start_event(studio: Studio, people_csv: bytes, wish: Wish, owner: str) -> Job:
+def start_event(studio: Studio, people_csv: bytes, wish: Wish, visitor: Visitor) -> Job:
     """A job that makes an event's package.  Raises: Refusal 503 where too many wait."""
-    return _start(studio, "event", owner, "an event", people_csv, wish=wish.model_dump())
+    return _start(studio, "event", visitor, "an event", people_csv, wish=wish.model_dump())
 
 
 def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:
@@ -32,16 +33,16 @@ def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:
     return job
 
 
-def _start(studio: Studio, kind: str, owner: str, label: str, order: bytes, **arguments: Any) -> Job:
+def _start(studio: Studio, kind: str, visitor: Visitor, label: str, order: bytes, **arguments: Any) -> Job:
     """Start a job from a file with the order; the file is removed at the job's end, like an uploaded film."""
-    job = studio.jobs.admit(kind, owner)
+    job = studio.jobs.admit(kind, visitor.id)
     job.label = label
     try:
         (job.folder / "order").write_bytes(order)
     except OSError as error:
         studio.jobs.remove(job)
         raise Refusal(503, "disk", f"The order cannot be stored ({error.strerror}); try again later.") from error
-    studio.jobs.submit(job, job.folder / "order", **studio.for_children, **arguments)
+    studio.jobs.submit(job, job.folder / "order", **studio.for_children, actor=visitor.actor, **arguments)
     return job
 
 
@@ -60,7 +61,7 @@ def as_built_of(job: Job) -> AsBuilt:
     return as_built_from_json(canonical_json(job.result["as_built"]))
 
 
-def keep(studio: Studio, job: Job) -> Record:
+def keep(studio: Studio, job: Job, visitor: Visitor) -> Record:
     """Store what a job measured as the badge's figures; again changes nothing.  Raises: Refusal 409; RegistryError."""
     found = as_built_of(job)
-    return studio.registry.store_as_built(found.badge_id, found.to_json())
+    return studio.registry.by(visitor.actor).store_as_built(found.badge_id, found.to_json())

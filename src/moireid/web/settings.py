@@ -8,6 +8,9 @@ from pathlib import Path
 
 from platformdirs import user_data_path
 
+#: A year: long enough for whoever must answer for a verdict, and not for ever.
+KEEP_VERDICTS_DAYS = 365.0
+
 
 @dataclass(frozen=True)
 class Limits:
@@ -36,7 +39,8 @@ class Settings:
     """One studio: its registry (an SQLAlchemy URL, None for the default one), its folder, and its limits.
 
     auth: ask for tokens; without it whoever reaches the server may do everything, so it must listen on loopback alone;
-    trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first.
+    trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
+    keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all.
     """
 
     registry_url: str | None = None
@@ -44,6 +48,7 @@ class Settings:
     auth: bool = True
     limits: Limits = field(default_factory=Limits)
     trust: str | None = None
+    keep_verdicts_days: float = KEEP_VERDICTS_DAYS
 
 
 def default_data() -> Path:

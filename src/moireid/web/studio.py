@@ -3,20 +3,26 @@
 from __future__ import annotations
 
 import fcntl
+import logging
 import threading
+from collections.abc import Mapping
 from contextlib import ExitStack
+from typing import Any
 
 from starlette.requests import HTTPConnection
 
+from moireid import __version__
 from moireid.errors import RegistryError, SpecError
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.signing.client import signer_address
 from moireid.registry.url import read_url
+from moireid.verifier.session.claim import with_badge_notes
 from moireid.web.auth.tokens import Tokens
-from moireid.web.jobs.queue import Jobs
+from moireid.web.jobs.queue import Job, Jobs
 from moireid.web.problems import Refusal
 from moireid.web.settings import Settings
+from moireid.web.verdicts import Verdicts, said
 
 
 class Studio:
@@ -37,7 +43,9 @@ class Studio:
             self.tokens = Tokens(settings.data)
             undo.callback(self.tokens.close)
             self._alone(undo)
-            self.jobs = Jobs(settings.data / "jobs", settings.limits)
+            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days)
+            undo.callback(self.verdicts.close)
+            self.jobs = Jobs(settings.data / "jobs", settings.limits, self._judged)
             self._open = undo.pop_all()
 
     @property
@@ -74,6 +82,42 @@ class Studio:
             return self.registry.audit(expected_head.strip() or None)
         finally:
             self._auditing.release()
+
+    def note_verdict(self, asked_by: str, kind: str, result: Mapping[str, Any], **about: Any) -> None:
+        """Write down a verdict that is given; about: film_sha256, claim, claim_source and the standing that was asked.
+
+        A verdict that cannot be written down is given all the same; the log of the server says so.
+        """
+        standing: Standing | None = about.pop("standing")
+        asked = None if standing is None else f"{standing.fingerprint} {standing.head}"
+        try:
+            given = about | said(result) | {"registry": asked, "moireid": __version__}
+            self.verdicts.note(token=asked_by, kind=kind, **given)
+        except RegistryError as error:
+            logging.getLogger(__name__).error("%s", error)
+
+    def _judged(self, job: Job) -> None:
+        """Write down what a film's job found; and add who else could have the badge that was identified."""
+        if job.kind not in ("verify", "identify") or not isinstance(job.result, dict):
+            return
+        if job.kind == "identify":
+            job.result = self._with_notes(job.result)
+        about = {"film_sha256": job.film_sha256, "claim": job.claimed_id, "claim_source": job.claim_source}
+        self.note_verdict(job.owner, job.kind, job.result, **about, standing=job.standing)
+
+    def _with_notes(self, result: dict[str, Any]) -> dict[str, Any]:
+        """An identification with what is to be said of the badge that was found, of which the decoder knows nothing."""
+        found = result.get("found_id")
+        if not isinstance(found, str) or not isinstance(result.get("reasons"), list):
+            return result
+        try:
+            record = self.registry.by_id(found)
+        except RegistryError as error:
+            logging.getLogger(__name__).error("%s", error)
+            return result
+        if record is None:
+            return result
+        return with_badge_notes(result, record.badge, measured=record.as_built is not None)
 
     def close(self) -> None:
         """Close what is open."""

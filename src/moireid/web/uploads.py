@@ -7,6 +7,7 @@ containers of films pass, so FFmpeg never gets a playlist or a script that names
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import time
 import unicodedata
 from collections.abc import AsyncIterator, Collection
@@ -34,7 +35,7 @@ LEAST_RATE = 2000.0
 
 @dataclass
 class Form:
-    """What a visitor sent: the film, where there is one; the other fields as text; and what the visitor calls the film.
+    """What a visitor sent: the film and its digest, where there is one; the other fields; what they call the film.
 
     That name is for people alone: no path is ever made of it.
     """
@@ -42,6 +43,7 @@ class Form:
     video: Path | None = None
     fields: dict[str, str] = field(default_factory=dict)
     name: str = ""
+    sha256: str | None = None
 
 
 def sniff(head: bytes) -> str | None:
@@ -115,6 +117,7 @@ class _Reader:
         self._head, self._written, self._beside, self._ended = bytearray(), 0, 0, False
         self._header, self._value, self._disposition, self._name = bytearray(), bytearray(), b"", ""
         self._called = ""
+        self._digest = hashlib.sha256()
 
     def feed(self, chunk: bytes) -> None:
         """Take the next bytes.  Raises: Refusal; FormParserError.
@@ -141,7 +144,12 @@ class _Reader:
         self.close()
         if (suffix := sniff(bytes(self._head))) is None:
             raise Refusal(415, "no_film", f"This file is none of the films that are taken: {ALLOWED}.")
-        return Form((self._folder / "upload").rename(self._folder / f"film{suffix}"), texts, self._called)
+        return Form(
+            (self._folder / "upload").rename(self._folder / f"film{suffix}"),
+            texts,
+            self._called,
+            self._digest.hexdigest(),
+        )
 
     def close(self) -> None:
         if self._file is not None:
@@ -188,6 +196,7 @@ class _Reader:
             if self._written > self._limits.upload_bytes:
                 raise _too_large(self._limits)
             self._file.write(piece)
+            self._digest.update(piece)
             return
         self._texts[self._name] += piece
 

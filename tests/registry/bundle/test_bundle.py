@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
 import sqlite3
@@ -19,7 +20,7 @@ from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.bundle import parcel
-from moireid.registry.bundle.content import Content
+from moireid.registry.bundle.content import Content, made_content
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.merkle import leaf_hash, root_of
@@ -38,7 +39,7 @@ def people(url: str):
     """Ada, who was measured; Bo, who was revoked; two of one name; and one who looks like Ada."""
     with open_registry(url, create=True) as registry:
         for name in ("Ada", "Bo", "Аda"):
-            registry.enroll(badge_of(name))
+            registry.enroll(badge_of(name), told=True)
         for payload in (b"\x01\x02\x03", b"\x01\x02\x04"):
             registry.enroll(badge_of("Cy", payload))
         built = replace(BUILT, badge_id=badge_of("Ada").id)
@@ -228,3 +229,25 @@ def test_a_bundle_stands_in_the_place_of_the_registry(people, tmp_path):
         assert "--bundle stands in the place of --registry" in refused.stderr
     lone = run("verify", tmp_path / "film", "--badge", tmp_path / "badge.json", "--trust", "ab" * 16, code=2)
     assert "--trust" in lone.stderr
+
+
+def test_case_and_width_hide_nobody_in_a_bundle(people, tmp_path, monkeypatch):
+    """Catches: a claim in capitals of which a bundle says less than the registry; a bundle of before that cannot be
+    read for want of the column."""
+    with Bundle(published(people, tmp_path / "b")) as bundle:
+        for claim in ("BO", "\uff22\uff4f"):
+            with pytest.raises(RegistryError, match="looks like Bo, whose name is written in other letters or case"):
+                bundle.claimed(claim)
+
+    def of_before(*parts):
+        database = tmp_path / "content.sqlite3"
+        database.write_bytes(made_content(*parts))
+        with contextlib.closing(sqlite3.connect(database)) as raw:
+            raw.executescript("DROP INDEX people_by_folded; ALTER TABLE people DROP COLUMN folded; VACUUM;")
+        return database.read_bytes()
+
+    monkeypatch.setattr("moireid.registry.bundle.publish.made_content", of_before)
+    with Bundle(published(people, tmp_path / "old")) as bundle:
+        assert bundle.claimed("Ada").provenance.alike == ("\u0410da",)
+        with pytest.raises(RegistryError, match="nobody named 'BO' is in bundle"):
+            bundle.claimed("BO")

@@ -18,8 +18,8 @@ from moireid.registry import Import, Registry, import_registry, ledger, open_reg
 def test_export_is_plain_json_with_everything_in_it(full, exported):
     """Catches: a file that only we can read; figures lost on the way; something private in it."""
     document = json.loads(exported.read_text(encoding="utf-8"))
-    assert list(document) == ["format", "version", "authority", "records", "log"]
-    assert (document["format"], document["version"]) == ("moireid registry", 1)
+    assert list(document) == ["format", "version", "authority", "records", "actors", "log"]
+    assert (document["format"], document["version"]) == ("moireid registry", 2)
     assert document["authority"]["fingerprint"] == full.fingerprint
     head = document["authority"]["head"]
     assert f"{head['seq']}:{head['hash']}" == full.head()

@@ -40,6 +40,8 @@ ROLES = {
     "/api/jobs": {"verifier"},
     "/verify": {"verifier"},
     "/live": {"verifier"},
+    "/verdicts": {"admin"},
+    "/api/verdicts": {"admin"},
 }
 
 

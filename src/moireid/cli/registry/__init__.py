@@ -3,11 +3,12 @@
 records.py   init, list, show, revoke, forget
 checks.py    audit, checkpoint, publish
 proofs.py    prove, check-proof
+history.py   log, erase
 transfer.py  export, import
 keys.py      rotate-key, signer
 """
 
-from moireid.cli.registry import checks, keys, proofs, transfer
+from moireid.cli.registry import checks, history, keys, proofs, transfer
 from moireid.cli.registry.records import registry_group
 
-__all__ = ["checks", "keys", "proofs", "registry_group", "transfer"]
+__all__ = ["checks", "history", "keys", "proofs", "registry_group", "transfer"]

@@ -64,7 +64,12 @@ def registry_audit(
         click.echo(f"{shown} is {'sound' if seen.sound else 'NOT SOUND'}")
         click.echo(
             f"{seen.records} badges, {seen.revoked} revoked, {seen.entries} entries, authority {seen.fingerprint}"
+            + (f", {seen.erased} erased" if seen.erased else "")
         )
+        for name, entries in sorted(seen.actors.items(), key=lambda pair: -pair[1])[:SHOWN]:
+            click.echo(f"  {entries} entries by {name}")
+        if seen.unnamed:
+            click.echo(f"  {seen.unnamed} entries by nobody who is named (erased, or of an older version)")
         for finding in seen.findings[:SHOWN]:
             click.echo(f"  ✗ {finding.text}")
         if seen.found > SHOWN:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from moireid.cli.common import friendly, json_option, registry_option, show_json
+from moireid.cli.common import actor_option, friendly, json_option, registry_option, show_json
 
 
 @click.group("registry")
@@ -13,10 +13,11 @@ def registry_group() -> None:
 
 
 @registry_group.command("init")
+@actor_option
 @registry_option
 @json_option
 @friendly
-def registry_init(registry_url: str | None, as_json: bool) -> None:
+def registry_init(actor: str | None, registry_url: str | None, as_json: bool) -> None:
     """Make an empty registry and its signing key.
 
     A registry that already exists is left as it is.
@@ -24,7 +25,7 @@ def registry_init(registry_url: str | None, as_json: bool) -> None:
     from moireid.registry import open_registry
     from moireid.registry.signing.client import signer_address
 
-    with open_registry(registry_url, create=True) as registry:
+    with open_registry(registry_url, create=True, actor=actor) as registry:
         count, head, key = registry.count(), registry.head(), registry.key_path
         if as_json:
             document = {"registry": registry.shown_url, "badges": count, "fingerprint": registry.fingerprint}
@@ -91,17 +92,18 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
 @click.option(
     "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
 )
+@actor_option
 @registry_option
 @json_option
 @friendly
-def registry_revoke(claim: str, reason: str, registry_url: str | None, as_json: bool) -> None:
+def registry_revoke(claim: str, reason: str, actor: str | None, registry_url: str | None, as_json: bool) -> None:
     """Revoke one person's badge, for good.
 
     Every later verification rejects it. Give the name exactly as it was entered, or the badge's id.
     """
     from moireid.registry import open_registry
 
-    with open_registry(registry_url, create=False) as registry:
+    with open_registry(registry_url, create=False, actor=actor) as registry:
         registry.check_head()
         record = registry.revoke(claim, reason)
         if as_json:

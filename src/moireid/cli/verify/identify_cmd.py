@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -45,6 +45,8 @@ class _Asked:
     enrolled: Enrolled
     name: Callable[[str | None], str | None]
     look_up: LookUp
+    #: The document with what is said of the badge that was found.
+    noted: Callable[[dict[str, Any], str | None], dict[str, Any]]
 
 
 @click.command("identify")
@@ -80,7 +82,7 @@ def identify_command(
         tell_standing(asked.standing)
         outcome = identify(video, asked.layouts, asked.enrolled, focal_px=focal_px, progress=progress)
         found = {"found_name": asked.name(outcome.found_id), "registry": asked.standing.to_json()}
-        document = outcome.to_json() | found
+        document = asked.noted(outcome.to_json() | found, outcome.found_id)
         known = asked.look_up(document)
     if as_json:
         show_json(document)
@@ -92,15 +94,24 @@ def identify_command(
 @contextmanager
 def _of_registry(registry_url: str | None, trust: str | None) -> Iterator[_Asked]:
     from moireid.registry import People, open_registry
+    from moireid.verifier.session.claim import with_badge_notes
 
     with open_registry(registry_url, create=False) as registry:
         standing, people = registry.standing(trust), People(registry)
+
+        def noted(document: dict[str, Any], found_id: str | None) -> dict[str, Any]:
+            record = registry.by_id(found_id or "")
+            if record is None:
+                return document
+            return with_badge_notes(document, record.badge, measured=record.as_built is not None)
+
         yield _Asked(
             standing,
             registry.layouts(),
             people,
             people.name,
             lambda document: known_by(registry, standing, document),
+            noted,
         )
 
 
@@ -109,6 +120,7 @@ def _of_bundle(path: Path, trust: str | None) -> Iterator[_Asked]:
     """Each identity that is read is tried on every seal, however many there are: that is what was asked for."""
     from moireid.registry.bundle.held import Bundle, BundlePeople
     from moireid.verifier.report.circumstances import Circumstances, read_id
+    from moireid.verifier.session.claim import with_badge_notes
 
     with Bundle(path, trust) as bundle:
         people = BundlePeople(bundle)
@@ -122,4 +134,11 @@ def _of_bundle(path: Path, trust: str | None) -> Iterator[_Asked]:
             holder = people.holder(read) if isinstance(read, str) else None
             return Circumstances(datetime.now(UTC), read=holder, standing=bundle.standing, registry=str(path))
 
-        yield _Asked(bundle.standing, bundle.layouts(), people, name, look_up)
+        def noted(document: dict[str, Any], found_id: str | None) -> dict[str, Any]:
+            if found_id is None:
+                return document
+            found = bundle.claimed(found_id)
+            # The bundle seals its identities, but this one has been read.
+            return with_badge_notes(document, replace(found.badge, id=found_id), measured=found.as_built is not None)
+
+        yield _Asked(bundle.standing, bundle.layouts(), people, name, look_up, noted)

@@ -1,6 +1,6 @@
 """The content of a bundle: an SQLite database, so that a look-up among many people reads a handful of pages.
 
-people    name, its skeleton (`look_alikes`), sealed identity, layout, measured figures, revocation
+people    name, its skeletons (`look_alikes`), sealed identity, layout, measured figures, revocation
 layouts   a specimen of each layout: a badge of nobody
 about     the checkpoint; the hashes of all log entries, 32 bytes each
 rotations the log entries, as JSON, that gave the log another key
@@ -28,11 +28,17 @@ CREATE TABLE about (checkpoint TEXT NOT NULL, entries BLOB NOT NULL);
 CREATE TABLE rotations (entry TEXT NOT NULL);
 CREATE TABLE layouts (number INTEGER PRIMARY KEY, badge TEXT NOT NULL);
 CREATE TABLE people (
-    number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, salt BLOB NOT NULL, seal BLOB NOT NULL,
-    layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT, revoked_reason TEXT
+    number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, folded TEXT NOT NULL,
+    salt BLOB NOT NULL, seal BLOB NOT NULL, layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT, revoked_reason TEXT
 );
 """
-_INDEXES = "CREATE INDEX people_by_name ON people (name); CREATE INDEX people_by_skeleton ON people (skeleton);"
+_INDEXES = """
+CREATE INDEX people_by_name ON people (name);
+CREATE INDEX people_by_skeleton ON people (skeleton);
+CREATE INDEX people_by_folded ON people (folded);
+"""
+#: Skeleton and folded skeleton of a name.
+Looks = tuple[str, str]
 _COLUMNS = "name, salt, seal, layout, as_built, revoked_at, revoked_reason"
 
 
@@ -58,9 +64,9 @@ def made_content(
     entries: Iterable[bytes],
     rotations: Iterable[dict[str, Any]],
     layouts: Iterable[str],
-    people: Iterable[tuple[Person, str]],
+    people: Iterable[tuple[Person, Looks]],
 ) -> bytes:
-    """The content; layouts: badges as JSON in the order of their numbers; people: each with the name's skeleton."""
+    """The content; layouts: badges as JSON in the order of their numbers; people: each with the looks of the name."""
     with tempfile.TemporaryDirectory(prefix="moireid-bundle-") as folder:
         path = Path(folder) / "content.sqlite3"
         # Whole in a folder of its own, and small pages: nobody else reads it, and a power cut leaves nothing behind.
@@ -72,7 +78,8 @@ def made_content(
                 database.executemany("INSERT INTO rotations VALUES (?)", turned)
                 database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
                 database.executemany(
-                    f"INSERT INTO people (skeleton, {_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?)", map(_row, people)
+                    f"INSERT INTO people (skeleton, folded, {_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    map(_row, people),
                 )
                 database.executescript(_INDEXES)
         return path.read_bytes()
@@ -87,6 +94,9 @@ class Content:
         self._database.deserialize(content)
         self._database.execute("PRAGMA query_only = ON")
         self._database.execute("PRAGMA trusted_schema = OFF")
+        # Bundles of before have no such column: case and width are not looked through in them.
+        columns = {row[1] for row in self._database.execute("PRAGMA table_info(people)")}
+        self._folds = "folded" in columns
 
     def close(self) -> None:
         """Give the memory back."""
@@ -96,9 +106,13 @@ class Content:
         """All of this very name."""
         return self._people("name = ?", name)
 
-    def alike(self, skeleton: str) -> list[Person]:
-        """All whose names look so."""
-        return self._people("skeleton = ?", skeleton)
+    def alike(self, looks: Looks) -> list[Person]:
+        """All whose names look so, or so in lower case and plain width."""
+        skeleton, folded = looks
+        found = self._people("skeleton = ?", skeleton)
+        if self._folds:
+            found += [one for one in self._people("folded = ?", folded) if one not in found]
+        return found
 
     def everybody(self) -> list[Person]:
         """All people."""
@@ -145,11 +159,11 @@ class Content:
         return [Person(name, Seal(salt, seal), *rest) for name, salt, seal, *rest in rows]
 
 
-def _row(pair: tuple[Person, str]) -> tuple[object, ...]:
-    person, skeleton = pair
+def _row(pair: tuple[Person, Looks]) -> tuple[object, ...]:
+    person, looks = pair
     seal = person.seal
     return (
-        skeleton,
+        *looks,
         person.name,
         seal.salt,
         seal.digest,

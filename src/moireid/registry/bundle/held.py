@@ -26,7 +26,7 @@ from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.standing import hold
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head, linked, rotation_of
-from moireid.registry.look_alikes import skeleton
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault
 
 #: So many people of names that look alike are named.
@@ -160,7 +160,11 @@ class Bundle:
             )
         if not found:
             alike = self._alike(name)
-            more = f"; but it looks like {' and '.join(alike)}, whose name is written in other letters" if alike else ""
+            more = (
+                f"; but it looks like {' and '.join(alike)}, whose name is written in other letters or case"
+                if alike
+                else ""
+            )
             raise RegistryError(
                 f"nobody named {name[:80]!r} is in bundle {self.path} of {self.standing.head.split(':')[0]} log "
                 f"entries, and nobody there has such an id; fetch a newer one, or look at the spelling{more}",
@@ -229,5 +233,5 @@ class Bundle:
             return [person for person, right in zip(people, opens, strict=True) if right]
 
     def _alike(self, name: str) -> tuple[str, ...]:
-        found = [one.name for one in self._content.alike(skeleton(name)) if one.name != name]
+        found = [one.name for one in self._content.alike((skeleton(name), folded_skeleton(name))) if one.name != name]
         return tuple(found[:MOST_ALIKE])

@@ -15,7 +15,7 @@ from sqlalchemy import Connection
 from moireid.badge import Badge
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
-from moireid.registry.bundle.content import Person, made_content, without_id
+from moireid.registry.bundle.content import Looks, Person, made_content, without_id
 from moireid.registry.bundle.parcel import TIME, Header, now, opened_parcel
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
@@ -23,7 +23,7 @@ from moireid.registry.checkpoints.merkle import Tree, leaf_hash
 from moireid.registry.checkpoints.standing import standing_of
 from moireid.registry.ledger import Ledger, pages, select_rotations
 from moireid.registry.log import Head
-from moireid.registry.look_alikes import skeleton
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault, Record, record_of, tampered
 from moireid.registry.schema import badges, select_records
 from moireid.registry.url import sqlite_file
@@ -104,15 +104,15 @@ def _bare(record: Record, layout: int) -> Person:
     )
 
 
-def _people(records: Sequence[tuple[str, Person]], progress: Progress | None) -> list[tuple[Person, str]]:
+def _people(records: Sequence[tuple[str, Person]], progress: Progress | None) -> list[tuple[Person, Looks]]:
     """The people with their sealed identities, and the skeletons of their names."""
 
-    def sealed(pair: tuple[str, Person]) -> tuple[Person, str]:
+    def sealed(pair: tuple[str, Person]) -> tuple[Person, Looks]:
         badge_id, person = pair
         seal = Seal.of(badge_id, secrets.token_bytes(SALT_BYTES))
-        return replace(person, seal=seal), skeleton(person.name)
+        return replace(person, seal=seal), (skeleton(person.name), folded_skeleton(person.name))
 
-    people: list[tuple[Person, str]] = []
+    people: list[tuple[Person, Looks]] = []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for begin in range(0, len(records), CHUNK):
             people += pool.map(sealed, records[begin : begin + CHUNK])

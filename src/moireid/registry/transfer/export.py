@@ -1,7 +1,8 @@
 """Export: records, log and public key as one JSON file that another registry takes in.
 
 The file is one object: `format` and `version`, `authority` (public key, its fingerprint, the signed head), `records`
-(the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on).
+(the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on),
+`actors` (who the entries name).  Version 1 had no actors, and no salts.
 A badge stands there in its canonical spelling.  If a tool spells the document differently, for example indented, it is
 still the same badge, and its signature stays valid.
 """
@@ -19,10 +20,12 @@ from moireid.registry.engine import AnyRow
 from moireid.registry.ledger import Ledger, pages
 from moireid.registry.log import GENESIS, Head, authority_after, check_entry, check_head
 from moireid.registry.record import Fault, record_of, tampered
-from moireid.registry.schema import authority, badges, log, select_records
+from moireid.registry.schema import actors, authority, badges, log, select_records
 from moireid.registry.url import sqlite_file
 
-FORMAT, VERSION = "moireid registry", 1
+FORMAT, VERSION = "moireid registry", 2
+#: Documents, which are put in as they are, and what is derived.
+NOT_FIELDS = ("badge", "as_built", "newest", "skeleton", "folded")
 #: Number of records between two reports of progress.
 STEP = 500
 
@@ -67,6 +70,9 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
     yield ',\n"records":[', False
     for number, row in enumerate(pages(connection, select_records(), badges.c.id)):
         yield (",\n" if number else "\n") + _record_line(row, ledger), True
+    yield '\n],\n"actors":[', False
+    for number, row in enumerate(pages(connection, select(actors), actors.c.commitment)):
+        yield (",\n" if number else "\n") + canonical_json(dict(row._mapping)), False
     yield '\n],\n"log":[', False
     former = ledger.rotations(connection)
     last, then = Head(0, GENESIS), former[0].old if former else ledger.authority
@@ -81,6 +87,6 @@ def _lines(ledger: Ledger, connection: Connection) -> Iterator[tuple[str, bool]]
 def _record_line(row: AnyRow, ledger: Ledger) -> str:
     """A record as a JSON object; its documents are put in as they are stored, which is canonical JSON."""
     record = record_of(row, ledger.authority)
-    fields = {key: value for key, value in row._mapping.items() if key not in ("badge", "as_built", "newest")}
+    fields = {key: value for key, value in row._mapping.items() if key not in NOT_FIELDS}
     documents = f'"badge":{record.badge_json},"as_built":{record.as_built or "null"}'
     return f"{canonical_json(fields)[:-1]},{documents}}}"

@@ -14,15 +14,20 @@ from moireid.registry.canonical import canonical_json, pack
 from moireid.registry.engine import translated, writing
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
+from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.transfer.export import FORMAT, VERSION
 from moireid.registry.transfer.jsonstream import walk
 
 CHUNK = 1000
+#: Versions of the format that are read.
+VERSIONS = tuple(range(1, VERSION + 1))
 #: Every JSON reader reads sequence numbers up to here as exact whole numbers.
 LAST_SEQ = 2**53
 
 _DOCUMENTS = {"badge", "as_built"}
-_NULLABLE = {column.name for column in schema.badges.c if column.nullable}
+_NULLABLE = {column.name for column in (*schema.badges.c, *schema.log.c) if column.nullable}
+#: Columns that are computed, and those that version 1 of the format did not have.
+_DERIVED, _NEW = {"skeleton", "folded"}, {"salt", "actor"}
 
 
 def load(path: Path, copy: Ledger) -> None:
@@ -52,8 +57,12 @@ def load(path: Path, copy: Ledger) -> None:
 def _load(parts: Any, connection: Connection) -> dict[str, Any]:
     """Store records and log; returns what else the file says."""
     header: dict[str, Any] = {}
-    tables = {"records": (schema.badges, _record_row, "id"), "log": (schema.log, _entry_row, "seq")}
-    waiting: dict[str, list[dict[str, Any]]] = {"records": [], "log": []}
+    tables = {
+        "records": (schema.badges, _record_row, "id"),
+        "actors": (schema.actors, _actor_row, "commitment"),
+        "log": (schema.log, _entry_row, "seq"),
+    }
+    waiting: dict[str, list[dict[str, Any]]] = {key: [] for key in tables}
     last: dict[str, Any] = {}
     for key, value in parts:
         if key not in tables:
@@ -61,11 +70,12 @@ def _load(parts: Any, connection: Connection) -> dict[str, Any]:
                 raise ValueError(f"{key!r} stands there twice")
             header[key] = value
             continue
-        if (header.get("format"), header.get("version")) != (FORMAT, VERSION):
-            raise ValueError(f"it is no export of a moireid registry, version {VERSION}")
+        version = header.get("version")
+        if header.get("format") != FORMAT or version not in VERSIONS:
+            raise ValueError(f"it is no export of a moireid registry, version {VERSIONS[0]} to {VERSIONS[-1]}")
         table, row_of, order = tables[key]
         rows = waiting[key]
-        rows.append(row_of(value))
+        rows.append(row_of(value, _NEW if version == 1 else set()))
         # In the order in which export writes them; this also excludes duplicates.
         if key in last and not last[key] < rows[-1][order]:
             raise ValueError(f"its {key} are not in order")
@@ -77,35 +87,49 @@ def _load(parts: Any, connection: Connection) -> dict[str, Any]:
         if rows:
             connection.execute(insert(tables[key][0]), rows)
     if "authority" not in header or not isinstance(header["authority"], dict):
-        raise ValueError(f"it is no export of a moireid registry, version {VERSION}")
+        raise ValueError(f"it is no export of a moireid registry, version {VERSIONS[0]} to {VERSIONS[-1]}")
     return header
 
 
-def _record_row(item: Any) -> dict[str, Any]:
-    """The row of `badges` that an item of `records` writes."""
-    return _row(item, schema.badges.c.keys(), _record_value)
+def _record_row(item: Any, absent: set[str]) -> dict[str, Any]:
+    """The row of `badges` that an item of `records` writes; absent: columns that its version does not have."""
+    row = _row(item, _DERIVED | absent, schema.badges.c.keys(), _record_value)
+    name = row["name_nfc"]
+    return row | {"skeleton": skeleton(name), "folded": folded_skeleton(name)}
 
 
 def _record_value(key: str, value: Any) -> Any:
-    if value is None and key in _NULLABLE:
-        return None
     if key in _DOCUMENTS:
+        if value is None and key in _NULLABLE:
+            return None
         if not isinstance(value, dict):
             raise ValueError(f"{key} is no document")
         return pack(canonical_json(value))
-    return _text(value)
+    return _word(key, value)
 
 
-def _entry_row(item: Any) -> dict[str, Any]:
+def _entry_row(item: Any, absent: set[str]) -> dict[str, Any]:
     """The row of `log` that an item of the log writes."""
-    return _row(item, schema.log.c.keys(), lambda key, value: _seq(value) if key == "seq" else _text(value))
+    return _row(
+        item, absent, schema.log.c.keys(), lambda key, value: _seq(value) if key == "seq" else _word(key, value)
+    )
 
 
-def _row(item: Any, keys: list[str], read: Callable[[str, Any], Any]) -> dict[str, Any]:
-    """The row that an item writes, which must have these keys and no others."""
-    if not isinstance(item, dict) or set(item) != set(keys):
-        raise ValueError(f"a record or entry does not hold {', '.join(keys)}")
-    return {key: read(key, item[key]) for key in keys}
+def _actor_row(item: Any, absent: set[str]) -> dict[str, Any]:
+    """The row of `actors` that an item of `actors` writes."""
+    return _row(item, set(), schema.actors.c.keys(), _word)
+
+
+def _row(item: Any, absent: set[str], keys: list[str], read: Callable[[str, Any], Any]) -> dict[str, Any]:
+    """The row that an item writes, which must have these keys and no others; those that are absent are None."""
+    present = [key for key in keys if key not in absent]
+    if not isinstance(item, dict) or set(item) != set(present):
+        raise ValueError(f"a record or entry does not hold {', '.join(present)}")
+    return {key: read(key, item[key]) if key in present else None for key in keys}
+
+
+def _word(key: str, value: Any) -> Any:
+    return None if value is None and key in _NULLABLE else _text(value)
 
 
 def _text(value: Any) -> str:

@@ -9,6 +9,7 @@
    - the registry's log is a part of the export's: the entries that follow and their records are taken as signed.
    - both have grown on their own under one key: records that differ are united and signed anew, with an entry
      `import` for each.  A revocation stays, the earlier where there are two; of measured figures the newer stay.
+A person who was erased on either side is erased on both afterwards.
 """
 
 from __future__ import annotations
@@ -26,14 +27,17 @@ from sqlalchemy.engine import URL
 
 from moireid.errors import RegistryError
 from moireid.registry import schema
+from moireid.registry.actor import account
 from moireid.registry.audit import audit
 from moireid.registry.batch import same_or_conflict
 from moireid.registry.engine import AnyRow
-from moireid.registry.ledger import Ledger, Transaction, open_ledger, pages
-from moireid.registry.log import Head
+from moireid.registry.ledger import Ledger, Transaction, erased_among, open_ledger, pages
+from moireid.registry.log import ERASE, Head
 from moireid.registry.record import Record
-from moireid.registry.schema import badges, log, select_records
+from moireid.registry.schema import actors, badges, log, select_records
 from moireid.registry.transfer.load import load
+from moireid.registry.transfer.strange import notes_on
+from moireid.registry.upkeep.cleaning import clean
 
 CHUNK = 500
 
@@ -50,17 +54,23 @@ class Import:
         Records that were here and are changed.
     unchanged : int
         Records that were here as they are.
+    erased : int
+        Records that were here, of people who were erased meanwhile.
+    notes : tuple of str
+        Names that came with it and look like others here, or hold letters that nobody sees.
     """
 
     added: int
     changed: int
     unchanged: int
+    erased: int = 0
+    notes: tuple[str, ...] = ()
 
 
-def import_json(ledger: Ledger, path: Path) -> Import:
+def import_json(ledger: Ledger, path: Path, actor: str) -> Import:
     """What `Registry.import_json` does."""
     with checked_copy(path) as copy:
-        return merge(copy, ledger)
+        return merge(copy, ledger, actor)
 
 
 @contextmanager
@@ -71,7 +81,7 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
     """
     with tempfile.TemporaryDirectory(prefix="moireid-import-", ignore_cleanup_errors=True) as folder:
         url = URL.create("sqlite", database=str(Path(folder) / "export.sqlite3"))
-        copy = open_ledger(url, create=True, make_authority=False)
+        copy = open_ledger(url, create=True, make_authority=False, actor=account())
         try:
             load(path, copy)
             seen = audit(copy, None)
@@ -87,16 +97,23 @@ def checked_copy(path: Path) -> Iterator[Ledger]:
             copy.engine.dispose()
 
 
-def merge(source: Ledger, target: Ledger) -> Import:
-    """Take all that `source`, which is sound, holds into `target`, in one transaction."""
+def merge(source: Ledger, target: Ledger, actor: str) -> Import:
+    """Take all that `source`, which is sound, holds into `target`, in one transaction; `actor` does it."""
+    done = _merged(source, target, actor)
+    if done.erased:
+        clean(target.engine)
+    return replace(done, notes=notes_on(target)) if done.added else done
+
+
+def _merged(source: Ledger, target: Ledger, actor: str) -> Import:
     with source.snapshot() as there:
         if not target.has_authority or target.authority.public_hex != source.authority.public_hex:
             if target.has_authority and target.authority.public_hex in [
                 one.old.public_hex for one in source.rotations()
             ]:
-                return _follow(there, source, target)
+                return _follow(there, source, target, actor)
             return _adopt(there, source, target)
-        with target.writing() as transaction:
+        with target.writing(actor) as transaction:
             theirs, ours = _head(there), transaction.head
             if theirs.seq <= ours.seq and _hash_at(transaction.connection, theirs.seq) == theirs.hash:
                 return Import(0, 0, _count(there))
@@ -110,14 +127,15 @@ def _adopt(there: Connection, source: Ledger, target: Ledger) -> Import:
     with target.clearing(source.authority) as here:
         _copy(there, here, schema.authority, schema.authority.c.one)
         _copy(there, here, log, log.c.seq)
+        _copy(there, here, actors, actors.c.commitment)
         added = _copy(there, here, badges, badges.c.id)
     target.adopt(source.authority.public_hex)
     return Import(added, 0, 0)
 
 
-def _follow(there: Connection, source: Ledger, target: Ledger) -> Import:
+def _follow(there: Connection, source: Ledger, target: Ledger, actor: str) -> Import:
     """Take in what an authority did since, where it has changed its key meanwhile: it has signed all records anew."""
-    with target.writing() as transaction:
+    with target.writing(actor) as transaction:
         here, ours = transaction.connection, transaction.head
         if _head(there).seq < ours.seq or _hash_at(there, ours.seq) != ours.hash:
             raise RegistryError(
@@ -127,13 +145,17 @@ def _follow(there: Connection, source: Ledger, target: Ledger) -> Import:
         before, newer = _count(here), log.c.seq > ours.seq
         known = set(here.scalars(select(badges.c.id)))
         changed = known & set(there.scalars(select(log.c.subject).where(newer)))
+        erased = set(_erased_in(there))
         here.execute(delete(badges))
         count = _copy(there, here, badges, badges.c.id)
+        here.execute(delete(actors))
+        _copy(there, here, actors, actors.c.commitment)
         _copy(there, here, log, log.c.seq, newer)
         here.execute(delete(schema.authority))
         _copy(there, here, schema.authority, schema.authority.c.one)
     target.adopt(source.authority.public_hex)
-    return Import(count - before, len(changed), before - len(changed))
+    gone = known & erased
+    return Import(count - before + len(gone), len(changed - gone), before - len(changed | gone), len(gone))
 
 
 def _catch_up(there: Connection, transaction: Transaction) -> Import:
@@ -144,21 +166,28 @@ def _catch_up(there: Connection, transaction: Transaction) -> Import:
     for rows in _chunks(pages(there, select(badges.c.id).where(theirs), badges.c.id)):
         removed = here.execute(delete(badges).where(badges.c.id.in_([row.id for row in rows])))
         changed += removed.rowcount
+    erased = here.execute(delete(badges).where(badges.c.id.in_(_erased_in(there)))).rowcount
     added = _copy(there, here, badges, badges.c.id, theirs) - changed
+    here.execute(delete(actors))
+    _copy(there, here, actors, actors.c.commitment)
     _copy(there, here, log, log.c.seq, newer)
     here.execute(delete(schema.authority))
     _copy(there, here, schema.authority, schema.authority.c.one)
-    return Import(added, changed, _count(there) - added - changed)
+    return Import(added, changed, _count(there) - added - changed, erased)
 
 
 def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Import:
     """Enter the source's records that we lack, and unite those that both hold and that differ."""
-    added = changed = unchanged = 0
+    added = changed = unchanged = erased = 0
+    for badge_id in _erased_in(there):
+        if transaction.connection.execute(delete(badges).where(badges.c.id == badge_id)).rowcount:
+            transaction.log(ERASE, badge_id)
+            erased += 1
     for rows in _chunks(pages(there, select_records(), badges.c.id)):
         ids = [row.id for row in rows]
         held = {record.id: record for record in transaction.records(select_records().where(badges.c.id.in_(ids)))}
-        new = []
-        for theirs in map(source.record, rows):
+        new, gone = [], set(erased_among(transaction.connection, ids))
+        for theirs in map(source.record, (row for row in rows if row.id not in gone)):
             ours = held.get(theirs.id)
             united = None if ours is None else _united(ours, theirs)
             if united is None:
@@ -170,7 +199,12 @@ def _unite(there: Connection, source: Ledger, transaction: Transaction) -> Impor
                 changed += 1
         transaction.enter(new, "import")
         added += len(new)
-    return Import(added, changed, unchanged)
+    return Import(added, changed, unchanged, erased)
+
+
+def _erased_in(there: Connection) -> list[str]:
+    """The ids of badges whose holders were erased in the source."""
+    return list(there.scalars(select(log.c.subject).where(log.c.action == ERASE).distinct()))
 
 
 def _united(ours: Record, theirs: Record) -> Record:
@@ -182,17 +216,22 @@ def _united(ours: Record, theirs: Record) -> Record:
         return ours
     same_or_conflict(theirs, ours)
     # Between equal ones the text decides, so that every registry that unites them gets the same record.
-    first, second = sorted((ours, theirs), key=lambda record: (record.issued_at, record.badge_json))
+    first, second = sorted((ours, theirs), key=_order)
     revoked = [record for record in (first, second) if record.revoked_at is not None]
     revocation = min(revoked, key=lambda record: (record.revoked_at or "", record.revoked_reason or ""), default=first)
     measured = max((first, second), key=lambda record: (record.as_built_at or "", record.as_built or ""))
     return replace(
         first,
+        salt=first.salt or second.salt,
         revoked_at=revocation.revoked_at,
         revoked_reason=revocation.revoked_reason,
         as_built=measured.as_built,
         as_built_at=measured.as_built_at,
     )
+
+
+def _order(record: Record) -> tuple[str, str, str]:
+    return record.issued_at, record.badge_json, record.salt or ""
 
 
 def _copy(

@@ -42,15 +42,15 @@ class Rotated:
     head: str
 
 
-def rotate(ledger: Ledger, progress: Progress | None) -> Rotated:
+def rotate(ledger: Ledger, actor: str, progress: Progress | None) -> Rotated:
     """What `Registry.rotate_key` does."""
     old = ledger.signer()
     # The new key is on the disk before the registry says that it is the authority's.
     new, path = make_key()
     try:
-        with ledger.writing() as transaction:
+        with ledger.writing(actor) as transaction:
             count = _signed_anew(transaction, new, progress)
-            row, head = rotation_row(old, new, transaction.head)
+            row, head = rotation_row(old, new, transaction.head, transaction.committed())
             transaction.connection.execute(insert(schema.log), [row])
             values = {"public_key": new.authority.public_hex} | head_row(new, head)
             transaction.connection.execute(update(schema.authority).values(values))

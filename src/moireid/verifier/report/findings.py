@@ -17,7 +17,18 @@ WEIGHTIEST = (
 CAUSES = ("badge_absent", "fringes", "camera", "mixed_frames", "covered", "motion")
 #: Notes that warn; all others are for experts.
 WARNINGS = frozenset(
-    {"claim_source", "look_alike", "name_derived", "copyable", "others", "times", "covered", "strays", "challenge"}
+    {
+        "claim_source",
+        "look_alike",
+        "hidden_letters",
+        "name_derived",
+        "copyable",
+        "others",
+        "times",
+        "covered",
+        "strays",
+        "challenge",
+    }
 )
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.idcodes import is_name_derived
+from moireid.names import hidden_letters, hidden_words
 from moireid.provenance import Provenance, Seal
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.limits import MIN_COVER_SHARE
@@ -84,8 +86,36 @@ def claim_reasons(claim: Claim, identity: Identity) -> tuple[Reason, ...]:
         return ()
     if claim.seal is not None:
         claim = replace(claim, badge=replace(claim.badge, id=identity.claimed_id), badge_id=identity.claimed_id)
-    found = [_source(claim), _name(claim), _look_alike(claim), _name_derived(claim), _copyable(claim, identity)]
+    found = [_source(claim), _name(claim), _look_alike(claim), _hidden(claim)]
+    about = badge_notes(claim.badge, copyable=claim.as_built is None and identity.verdict == "match")
+    return (*(reason for reason in found if reason is not None), *about)
+
+
+def badge_notes(badge: Badge, *, copyable: bool) -> tuple[Reason, ...]:
+    """Who else could have a badge; copyable: whether it was shown, and never enrolled with a film of it."""
+    found = [_name_derived(badge), _copyable() if copyable else None]
     return tuple(reason for reason in found if reason is not None)
+
+
+def with_badge_notes(document: dict[str, Any], badge: Badge, *, measured: bool) -> dict[str, Any]:
+    """Add to what ``identify --json`` prints who else could have the badge that was found, as ``verify`` says it.
+
+    Parameters
+    ----------
+    document : dict
+        Of a badge that was found; it is left as it is.
+    badge : Badge
+        The one that was found, as the registry holds it.
+    measured : bool
+        Whether it was enrolled with a film of it.
+
+    Returns
+    -------
+    dict
+        With the findings `name_derived` and `copyable` where they hold.
+    """
+    notes = [reason.to_json() for reason in badge_notes(badge, copyable=not measured)]
+    return document | {"reasons": [*document["reasons"], *notes]}
 
 
 def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, ...]:
@@ -125,24 +155,30 @@ def _look_alike(claim: Claim) -> Reason | None:
         return None
     text = (
         f"The name {claim.badge.name!r} looks like that of {' and '.join(alike)}, who is enrolled too and written in "
-        "other letters; compare the identities."
+        "other letters or case; compare the identities."
     )
     return Reason("look_alike", "note", float(len(alike)), 0.0, "people", text)
 
 
-def _name_derived(claim: Claim) -> Reason | None:
-    if not is_name_derived(claim.badge):
+def _hidden(claim: Claim) -> Reason | None:
+    words = hidden_words(claim.badge.name)
+    if words is None:
+        return None
+    text = f"The name {claim.badge.name!r} {words}, so it can pass for another; compare the identities."
+    return Reason("hidden_letters", "note", float(len(hidden_letters(claim.badge.name))), 0.0, "letters", text)
+
+
+def _name_derived(badge: Badge) -> Reason | None:
+    if not is_name_derived(badge):
         return None
     text = (
         "This badge's identity was made from the name, as early versions did: anybody who knows the name can print "
         "this badge. Issue another."
     )
-    return Reason("name_derived", "note", claim.badge_id, None, "", text)
+    return Reason("name_derived", "note", badge.id, None, "", text)
 
 
-def _copyable(claim: Claim, identity: Identity) -> Reason | None:
-    if claim.as_built is not None or identity.verdict != "match":
-        return None
+def _copyable() -> Reason:
     text = (
         "This badge is copyable: it was not enrolled with a film of it, so whoever has its files can print the same "
         "badge, and no film tells the two apart."

@@ -154,7 +154,10 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
     if read is None:
         return _nearest(identity.partial, enrolled)
     if not enrolled.holds(read):
-        text = "Nobody in this registry holds the badge that is shown: it was never issued here, or was revoked."
+        text = (
+            "Nobody in this registry holds the badge that is shown: it was never issued here, was revoked, or its "
+            "holder was erased."
+        )
         return None, Reason("enrolled", "fail", read, None, "", text)
     if identity.beats_agree is False:
         text = "The badge's code is that of one badge, and the fringes of its rows are those of another."

@@ -44,7 +44,7 @@ class CheckAnswer(BaseModel):
     name: str
     already_issued: bool = Field(description="This very badge is in the registry already.")
     namesakes: list[str] = Field(description="Ids of other badges of that name.")
-    look_alikes: list[str] = Field(description="Ids of badges whose names look like it, in other letters.")
+    look_alikes: list[str] = Field(description="Ids of badges whose names look like it, in other letters or case.")
     name_derived: bool = Field(description="The identity is made from the name: whoever knows it can print this badge.")
     explain: dict[str, str]
     link_budget: list[Link]
@@ -101,7 +101,7 @@ def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
     studio = studio_of(request)
     # Checked now, so that a faulty order is refused before a job begins.
     found = checked(order, studio.registry)
-    return status_of(start_badge(studio, order.of(found.badge), visitor.id))
+    return status_of(start_badge(studio, order.of(found.badge), visitor))
 
 
 @router.get("/jobs/{job_id}", responses=problem_responses(404))
@@ -161,7 +161,7 @@ def keep_capture(request: Request, badge_id: BadgeId, job_id: JobId, visitor: Is
     found = studio.jobs.find(job_id, visitor.id, "capture")
     if found.result is not None and found.result["id"] != badge_id.lower():
         raise Refusal(404, "no_job", "There is no such job of this badge.")
-    record = keep(studio, found)
+    record = keep(studio, found, visitor)
     assert record.as_built is not None and record.as_built_at is not None
     return AsBuiltAnswer(
         id=record.id, name=record.name, as_built_at=record.as_built_at, as_built=json.loads(record.as_built)

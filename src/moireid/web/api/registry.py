@@ -77,7 +77,10 @@ class Audited(BaseModel):
     fingerprint: str
     badges: int
     revoked: int
+    erased: int = Field(description="People who were erased on their wish.")
     entries: int
+    actors: dict[str, int] = Field(description="Who did how many of the entries.")
+    unnamed: int = Field(description="Entries of an older version, or by somebody who was erased.")
     head: str | None
     findings: list[Finding]
     found: int
@@ -118,7 +121,7 @@ def revoke(request: Request, badge_id: BadgeId, why: Reason, visitor: Issuer) ->
     registry = studio_of(request).registry
     if registry.by_id(badge_id) is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    return Held(**registry.revoke(badge_id, why.reason).summary())
+    return Held(**registry.by(visitor.actor).revoke(badge_id, why.reason).summary())
 
 
 @router.post("/audit", responses=problem_responses(400, 401, 403, 408, 413, 422, 503))

@@ -17,19 +17,30 @@ from fastapi import Depends, WebSocketException
 from fastapi.routing import APIRoute, APIWebSocketRoute
 from starlette.requests import HTTPConnection
 
+from moireid.registry.actor import account
 from moireid.web.auth.tokens import Role
 from moireid.web.problems import Refusal
 from moireid.web.studio import studio_of
 
-COOKIE = "moireid_token"
+COOKIE = "moireid_session"
+#: Who asks where the studio needs no tokens.
+LOOPBACK = "loopback"
 
 
 @dataclass(frozen=True)
 class Visitor:
-    """The person who asks: the id of their token ("loopback" where the studio needs no tokens), and their role."""
+    """The person who asks: the id of their token ("loopback" where the studio needs no tokens), role, and its note."""
 
     id: str
     role: Role
+    note: str = ""
+
+    @property
+    def actor(self) -> str:
+        """Who this is, as the registry's log names them: the token by its id and note, which are no secret."""
+        if self.id == LOOPBACK:
+            return f"studio without tokens, {account()}"
+        return f"token {self.id}" + (f" ({self.note})" if self.note else "")
 
     def may(self, *roles: Role) -> bool:
         """Whether one of these roles is theirs; an admin has all."""
@@ -80,11 +91,13 @@ def rules_of(route: APIRoute | APIWebSocketRoute) -> list[Rule]:
 
 
 def visitor_of(connection: HTTPConnection) -> Visitor | None:
-    """Who asks, by the token in the header (programs) or in the cookie (browsers)."""
+    """Who asks: by the token in the header (programs), or by the session that the cookie names (browsers)."""
     studio = studio_of(connection)
     if not studio.settings.auth:
-        return Visitor("loopback", "admin")
+        return Visitor(LOOPBACK, "admin")
     kind, _, secret = connection.headers.get("authorization", "").partition(" ")
-    secret = secret.strip() if kind.lower() == "bearer" else connection.cookies.get(COOKIE, "")
-    token = studio.tokens.find(secret) if secret else None
-    return Visitor(token.id, token.role) if token else None
+    if kind.lower() == "bearer":
+        token = studio.tokens.find(secret.strip())
+    else:
+        token = studio.tokens.of_session(connection.cookies.get(COOKIE, ""))
+    return Visitor(token.id, token.role, token.note) if token else None

@@ -19,8 +19,9 @@ from moireid.designer.drawn import drawn_badge
 from moireid.designer.people import Designed, badges_of, design_people, parse_people
 from moireid.errors import SpecError
 from moireid.idcodes import is_name_derived
-from moireid.registry import Record, Registry, open_registry
+from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
+from moireid.registry.look_alikes import alike_within
 from moireid.web.jobs.orders import Order, Wish
 from moireid.web.jobs.task import Progress, Tell
 
@@ -30,7 +31,7 @@ MOST_AT_AN_EVENT = 300
 
 
 def issue_badge(
-    order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None
+    order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None, actor: str
 ) -> None:
     """Make one badge's package, and issue the badge; `order_file` holds the JSON of an `Order`.
 
@@ -41,7 +42,7 @@ def issue_badge(
 
     order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
     folder, steps = Path("badge"), count(1)
-    with _registry(registry_url, keys, signer) as registry:
+    with _registry(registry_url, keys, signer, actor) as registry:
         drawn = drawn_badge(order.request(order.name), order.chosen(), registry.by_id)
         badge, holder = drawn.badge, drawn.holder
         most = len(file_names(plan_parts(badge, order.mount)))
@@ -49,7 +50,7 @@ def issue_badge(
             badge,
             folder,
             mount=order.mount,
-            before_moving=lambda: registry.enroll(badge),
+            before_moving=lambda: registry.enroll(badge, told=True),
             progress=lambda file: progress(next(steps), most),
         )
     _pack(folder, f"badge-{badge.id}")
@@ -77,6 +78,7 @@ def issue_event(
     registry_url: str,
     keys: str,
     signer: str | None,
+    actor: str,
 ) -> None:
     """Make the package of an event: sheets, a folder for each person, a summary; and issue all badges.
 
@@ -85,11 +87,15 @@ def issue_event(
     from moireid.fabrication.event import print_event
 
     wanted, folder = Wish.model_validate(wish), Path("event")
-    with _registry(registry_url, keys, signer) as registry:
+    with _registry(registry_url, keys, signer, actor) as registry:
         people, request = parse_people(people_csv.read_bytes()), wanted.request("Everybody")
         badges = badges_of(design_people(people, request, holder_of=registry.by_id))
         event = print_event(
-            badges, folder, mount=wanted.mount, before_moving=lambda: registry.enroll_many(badges), progress=progress
+            badges,
+            folder,
+            mount=wanted.mount,
+            before_moving=lambda: registry.enroll_many(badges, told=True),
+            progress=progress,
         )
     _pack(folder, "event")
     tell(
@@ -106,8 +112,8 @@ def issue_event(
     )
 
 
-def _registry(url: str, keys: str, signer: str | None) -> Registry:
-    """The registry, with the authority's key from the folder `keys`, or by asking the signer.
+def _registry(url: str, keys: str, signer: str | None, actor: str) -> Registry:
+    """The registry, with the authority's key from the folder `keys`, or by asking the signer; for `actor` to act on.
 
     They are passed in, because the child works in another folder, and its parent may be older than the registry.
     """
@@ -115,7 +121,7 @@ def _registry(url: str, keys: str, signer: str | None) -> Registry:
     os.environ.pop(SIGNER_VARIABLE, None)
     if signer is not None:
         os.environ[SIGNER_VARIABLE] = signer
-    return open_registry(url, create=False)
+    return open_registry(url, create=False, actor=actor)
 
 
 def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[str, Any]]:
@@ -131,18 +137,23 @@ def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[s
             "or use the command print-your-badge"
         )
     designed = list(design_people(people, wish.request("Everybody"), holder_of=registry.by_id))
-    alike = registry.look_alikes(one.badge.name for one in designed if one.badge)
+    names = [one.badge.name for one in designed if one.badge]
+    alike = {
+        name: [f"{other.name} ({other.id})" for other in found] for name, found in registry.look_alikes(names).items()
+    }
+    for name, other in alike_within(names):
+        alike.setdefault(name, []).append(f"{other}, who is in this list")
     return [_row(one, registry, alike.get(one.badge.name, []) if one.badge else []) for one in designed]
 
 
-def _row(one: Designed, registry: Registry, alike: list[Record]) -> dict[str, Any]:
+def _row(one: Designed, registry: Registry, alike: list[str]) -> dict[str, Any]:
     """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too.
 
     An identity that is drawn is drawn anew when the list is issued, so it is not told here.
     """
     row, name, badge, fault = one.person.row, one.person.name, one.badge, str(one.fault) if one.fault else None
     notes = [one.note] if one.note else []
-    notes += [f"looks like {other.name} ({other.id}), in other letters" for other in alike[:1]]
+    notes += [f"looks like {other}, in other letters or case" for other in alike[:1]]
     holder = registry.by_id(badge.id or "") if badge is not None else None
     if holder is not None and holder.revoked_at is not None:
         fault = f"row {row} ({name[:40]!r}): badge {holder.id} was revoked; give another payload in that row"

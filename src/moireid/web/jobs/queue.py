@@ -15,7 +15,7 @@ import shutil
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -49,7 +49,8 @@ class Job:
 
     result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
     was asked for; film_name, claim: as the visitor gave them; revoked_at: when the claimed badge was revoked; standing:
-    of the registry when the film came; people: whom the film's process may ask about.
+    of the registry when the film came; people: whom the film's process may ask about; film_sha256: of the film as it
+    came; claimed_id, claim_source: the badge that the claim means, and who says so.
     """
 
     id: str
@@ -62,6 +63,9 @@ class Job:
     claim: str = ""
     revoked_at: str | None = None
     standing: Standing | None = None
+    film_sha256: str | None = None
+    claimed_id: str | None = None
+    claim_source: str | None = None
     people: People | None = None
     state: State = "receiving"
     frames: tuple[int, int | None] = (0, None)
@@ -80,7 +84,9 @@ class Job:
 class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
-    def __init__(self, folder: Path, limits: Limits) -> None:
+    def __init__(self, folder: Path, limits: Limits, judged: Callable[[Job], None] = lambda job: None) -> None:
+        """judged: told of each job that has a result, before its visitor is; it runs in the thread of the work."""
+        self._judged = judged
         # Made absolute, because a job's process begins in another folder.
         self._folder, self._limits = folder.absolute(), limits
         memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
@@ -206,6 +212,8 @@ class Jobs:
         (job.folder / task.video).unlink(missing_ok=True)
         if job.result is None:
             shutil.rmtree(job.folder, ignore_errors=True)
+        if job.result is not None:
+            self._judged(job)
         job.ended_s = time.monotonic()
         job.state = "done" if job.result is not None else "failed"
         if not job.finished.done():

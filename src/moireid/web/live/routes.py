@@ -182,7 +182,7 @@ async def _pictures(connection: WebSocket, child: Child, prompts: Prompts) -> No
 
 
 async def _events(connection: WebSocket, child: Child, begun: Start) -> None:
-    """Pass the process's events to the browser until the process ends; the verdict gets its headline here.
+    """Pass the process's events to the browser until the process ends; the verdict is written down, with a headline.
 
     The process that reads pictures never learns whose badge it has read.
     """
@@ -191,6 +191,7 @@ async def _events(connection: WebSocket, child: Child, begun: Start) -> None:
         while event := await run_in_threadpool(child.hear):
             told = told or event.get("event") in ("verdict", "error")
             if event.get("event") == "verdict":
+                await run_in_threadpool(_note, connection, begun, event)
                 event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, begun)
             await connection.send_json(event)
     if not told:
@@ -203,6 +204,14 @@ def _headline(studio: Studio, event: dict[str, Any], begun: Start) -> dict[str, 
     read = holder_of(studio.registry, read_id(event))
     known = Circumstances(datetime.now(UTC), read=read, standing=begun.found.provenance.standing)
     return shown(live_headline_of(event, begun.found.badge.name, known))
+
+
+def _note(connection: WebSocket, begun: Start, event: dict[str, Any]) -> None:
+    """Write down the verdict of a session."""
+    visitor, found = visitor_of(connection), begun.found
+    about = {"film_sha256": None, "claim": found.badge.id, "claim_source": found.provenance.source}
+    standing = found.provenance.standing
+    studio_of(connection).note_verdict(visitor.id if visitor else "", "live", event, **about, standing=standing)
 
 
 async def _send(child: Child, message: Any) -> None:

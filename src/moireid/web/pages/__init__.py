@@ -5,5 +5,5 @@ verify.py   a film and its verdict                 registry.py     records, revo
 issue.py    one person, or an event                issue_words.py  the link budget in words
 enroll.py   a capture, measured, then kept         built_words.py  what was measured, in words and on scales
 preview_law.py  what static/fringes.js draws       player.py       what static/player.js draws beneath a film
-answers.py  errors, on a page or in JSON
+answers.py  errors, on a page or in JSON           verdicts.py     which verdicts were given
 """

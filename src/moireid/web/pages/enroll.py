@@ -66,7 +66,7 @@ def enroll_keep(request: Request, job_id: str, visitor: Issuer) -> Response:
     """Store what was measured."""
     studio = studio_of(request)
     job = studio.jobs.find(job_id, visitor.id, "capture")
-    return _measured(request, job, keep(studio, job), kept=True)
+    return _measured(request, job, keep(studio, job, visitor), kept=True)
 
 
 def _form(request: Request, claim: str, *, problem: str | None = None, status: int = 200) -> Response:

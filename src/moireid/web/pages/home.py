@@ -8,6 +8,7 @@ from fastapi import APIRouter, Form, Request
 from fastapi.responses import RedirectResponse, Response
 
 from moireid.web.auth.roles import COOKIE, anyone
+from moireid.web.auth.tokens import SESSION_H
 from moireid.web.forms import ShortRoute
 from moireid.web.pages.render import NAVIGATION, render
 from moireid.web.problems import Refusal
@@ -37,21 +38,30 @@ def login_page(request: Request) -> Response:
 
 @router.post("/login")
 def login(request: Request, token: Annotated[str, Form(max_length=200)], back: Annotated[str, Form()] = "") -> Response:
-    """Set the cookie with the token; scripts cannot read it, and requests from other sites do not carry it."""
-    if studio_of(request).tokens.find(token.strip()) is None:
-        raise Refusal(401, "token", "This token is unknown or was revoked; ask whoever runs this studio for another.")
+    """Begin a session, whose cookie scripts cannot read, and requests from other sites do not carry."""
+    session = studio_of(request).tokens.begin_session(token.strip())
+    if session is None:
+        text = "This token is unknown, has expired or was revoked; ask whoever runs this studio for another."
+        raise Refusal(401, "token", text)
     # Only known places are allowed, because the visitor's request names where to go next.
     known = {place.path for place in NAVIGATION}
     answer = RedirectResponse(back if back in known else "/", 303)
     answer.set_cookie(
-        COOKIE, token.strip(), path="/", httponly=True, samesite="strict", secure=request.url.scheme == "https"
+        COOKIE,
+        session,
+        max_age=int(SESSION_H * 3600),
+        path="/",
+        httponly=True,
+        samesite="strict",
+        secure=request.url.scheme == "https",
     )
     return answer
 
 
 @router.post("/logout")
-def logout() -> Response:
-    """Forget the token."""
+def logout(request: Request) -> Response:
+    """End the session: whoever has copied its cookie is signed out too."""
+    studio_of(request).tokens.end_session(request.cookies.get(COOKIE, ""))
     answer = RedirectResponse("/", 303)
     answer.delete_cookie(COOKIE, path="/", httponly=True, samesite="strict")
     return answer

@@ -40,7 +40,7 @@ def issue(request: Request, sent: Sent, visitor: Issuer) -> Response:
         found = checked(order, studio.registry)
         told = found.to_read is None or sent.texts.get("told") == found.to_read
         if sent.texts.get("do") == "issue" and told:
-            return RedirectResponse(f"/issue/jobs/{start_badge(studio, order.of(found.badge), visitor.id).id}", 303)
+            return RedirectResponse(f"/issue/jobs/{start_badge(studio, order.of(found.badge), visitor).id}", 303)
     except MoireIdError as error:
         return _page(request, sent.texts, status=422, problem=studio.sentence(error))
     return _page(request, sent.texts, checked=found, law=preview_law(found.badge), sentences=sentences(found))
@@ -63,7 +63,7 @@ def event(request: Request, sent: Sent, visitor: Issuer) -> Response:
         rows = understood(data, wish, studio.registry)
         faults = sum(row["fault"] is not None for row in rows)
         if sent.texts.get("do") == "issue" and not faults:
-            return RedirectResponse(f"/issue/jobs/{start_event(studio, data, wish, visitor.id).id}", 303)
+            return RedirectResponse(f"/issue/jobs/{start_event(studio, data, wish, visitor).id}", 303)
     except MoireIdError as error:
         return _event(request, sent.texts, text, status=422, problem=studio.sentence(error))
     return _event(request, sent.texts, text, status=422 if faults else 200, rows=rows, faults=faults, sound=not faults)

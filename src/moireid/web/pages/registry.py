@@ -19,6 +19,8 @@ router = APIRouter(prefix="/registry", include_in_schema=False, route_class=Shor
 Reader = Annotated[Visitor, require("issuer", "verifier")]
 Issuer = Annotated[Visitor, require("issuer")]
 SHOWN = 50
+#: Log entries of a record that are shown, the newest.
+ENTRIES = 20
 
 
 @router.get("")
@@ -55,6 +57,8 @@ def show(request: Request, badge_id: str, visitor: Reader) -> Response:
         record=record,
         fingerprint=registry.fingerprint,
         may_revoke=visitor.may("issuer"),
+        # Whoever only verifies need not know who works here.
+        entries=registry.entries(record.id, ENTRIES) if visitor.may("issuer") else [],
         may_verify=visitor.may("verifier"),
     )
 
@@ -72,7 +76,7 @@ def revoke(
     record = _record(registry, badge_id)
     if not sure:
         raise Refusal(422, "not_sure", "Tick that you are sure: a revocation cannot be taken back.")
-    registry.revoke(record.id, reason)
+    registry.by(visitor.actor).revoke(record.id, reason)
     return RedirectResponse(f"/registry/{record.id}", 303)
 
 

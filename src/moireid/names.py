@@ -1,0 +1,82 @@
+"""Letters of a name that nobody sees: with them one name passes for another.
+
+Allowed are the few that a script or a picture letter is spelled with: joiners where RFC 5892 has them (Persian, Indic
+scripts), variation selectors of Mongolian, and both after signs such as emoji.
+"""
+
+from __future__ import annotations
+
+import unicodedata
+
+#: Code points that are drawn as nothing (Default_Ignorable_Code_Point of Unicode), first and last of each range.
+INVISIBLE = (
+    (0x00AD, 0x00AD),
+    (0x034F, 0x034F),
+    (0x061C, 0x061C),
+    (0x115F, 0x1160),
+    (0x17B4, 0x17B5),
+    (0x180B, 0x180F),
+    (0x200B, 0x200F),
+    (0x202A, 0x202E),
+    (0x2060, 0x206F),
+    (0x3164, 0x3164),
+    (0xFE00, 0xFE0F),
+    (0xFEFF, 0xFEFF),
+    (0xFFA0, 0xFFA0),
+    (0xFFF0, 0xFFF8),
+    (0x1BCA0, 0x1BCA3),
+    (0x1D173, 0x1D17A),
+    (0xE0000, 0xE0FFF),
+)
+JOINERS = "\u200c\u200d"
+#: The signs that a picture letter may be followed by: its look as text or as a picture.
+LOOKS = "\ufe0e\ufe0f"
+MONGOLIAN = range(0x1820, 0x18AB)
+
+
+def hidden_letters(name: str) -> list[str]:
+    """The letters of a name that nobody sees and that it is not spelled with.
+
+    Returns: their Unicode names, each once, in the order of the name; directional marks are among them.
+    """
+    found = (letter for place, letter in enumerate(name) if _invisible(letter) and not _spells(name, place))
+    return [unicodedata.name(letter, f"U+{ord(letter):04X}") for letter in dict.fromkeys(found)]
+
+
+def hidden_words(name: str) -> str | None:
+    """What is said of a name with hidden letters, as a part of a sentence; None where it has none."""
+    found = hidden_letters(name)
+    if not found:
+        return None
+    more = f" and {len(found) - 3} more" if len(found) > 3 else ""
+    return f"holds letters that nobody sees ({', '.join(found[:3])}{more})"
+
+
+def _invisible(letter: str) -> bool:
+    return any(first <= ord(letter) <= last for first, last in INVISIBLE)
+
+
+def _spells(name: str, place: int) -> bool:
+    """Whether the letter at `place` belongs there by the rules of a script."""
+    letter, before = name[place], name[place - 1 : place]
+    if not before:
+        return False
+    if letter in JOINERS:
+        return _joins(name, place)
+    if letter in LOOKS:
+        return unicodedata.category(before) == "So"
+    return 0x180B <= ord(letter) <= 0x180F and ord(before) in MONGOLIAN
+
+
+def _joins(name: str, place: int) -> bool:
+    """Whether a joiner stands where it changes how letters or picture letters are drawn."""
+    import idna
+
+    pictures = name[:place].rstrip(LOOKS)[-1:], name[place + 1 : place + 2]
+    if name[place] == "\u200d" and all(one and unicodedata.category(one) in ("So", "Sk") for one in pictures):
+        return True
+    try:
+        return idna.core.valid_contextj(name, place)
+    except (idna.IDNAError, ValueError):
+        # Letters that its tables do not have: nothing says that the joiner belongs there.
+        return False

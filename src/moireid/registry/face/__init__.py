@@ -1,0 +1,4 @@
+"""What a registry offers, by kind.
+
+reading.py   records looked up      outward.py   what it shows to those outside: its standing, checkpoints, bundles
+"""

@@ -1,0 +1,247 @@
+"""What a registry holds, looked up: one record by claim or id, lists, searches, layouts."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Callable, Iterable, Iterator, Mapping
+
+from sqlalchemy import ColumnElement, and_, func, or_, select
+
+from moireid.badge import Badge
+from moireid.errors import RegistryError
+from moireid.registry.claims import as_id, find_row
+from moireid.registry.ledger import Ledger
+from moireid.registry.look_alikes import folded_skeleton, skeleton
+from moireid.registry.record import Record, storable
+from moireid.registry.schema import badges, select_alike, select_layouts, select_named_so, select_records
+from moireid.registry.upkeep.erasure import erased_at
+from moireid.registry.upkeep.told import Entry, entries_of
+
+#: Records fetched at a time: few enough for the memory, and no lock is held while the caller looks at them.
+PAGE = 200
+#: Of a million ids drawn at random some sixty share a part with a reading.
+MOST_ALIKE = 2000
+
+
+class Reading:
+    """The part of a registry that is read.
+
+    Parameters
+    ----------
+    ledger : Ledger
+        Tables and log.
+    """
+
+    def __init__(self, ledger: Ledger) -> None:
+        self._ledger = ledger
+
+    def find(self, claim: str) -> Record:
+        """Find the one record that a claim means.
+
+        Parameters
+        ----------
+        claim : str
+            A name, matched exactly after Unicode NFC, or an id in hex digits of any case.
+
+        Returns
+        -------
+        Record
+            As the authority signed it.
+
+        Raises
+        ------
+        RegistryError
+            Where there is none, or more than one; `error.details["ids"]` lists those.
+        """
+        try:
+            return self._ledger.record(find_row(claim, self._ledger.rows, self._ledger.shown))
+        except RegistryError as error:
+            if error.details.get("ids") != [] or (when := self.erased_at(claim)) is None:
+                raise
+            raise RegistryError(
+                f"the holder of badge {as_id(claim)} was erased from registry {self._ledger.shown} on {when[:10]}, so "
+                "nobody is known by it and nothing can be checked against it; ask the person for a badge issued since",
+                code="erased",
+                erased_at=when,
+            ) from error
+
+    def by_id(self, badge_id: str) -> Record | None:
+        """Find the record of an id.
+
+        Parameters
+        ----------
+        badge_id : str
+            Hex digits of any case.
+
+        Returns
+        -------
+        Record or None
+            None where the id is not issued.
+        """
+        query = select_records().where(badges.c.id == as_id(badge_id))
+        rows = self._ledger.rows(query) if storable(badge_id) else []
+        return self._ledger.record(rows[0]) if rows else None
+
+    def ids_alike(self, parts: Mapping[int, str]) -> list[str]:
+        """Find the issued ids, revoked or not, of which at least one of the first four parts reads so.
+
+        Parameters
+        ----------
+        parts : mapping of int to str
+            Place 0 to 3 to the four lower-case hex digits there.
+
+        Returns
+        -------
+        list of str
+            Empty where more than `MOST_ALIKE` do: ids that were counted up share their first parts, which tell nobody.
+            Whether their records are sound, `by_id` tells.
+        """
+        rows = self._ledger.rows(select_alike(parts).limit(MOST_ALIKE + 1)) if parts else []
+        return [row.id for row in rows] if len(rows) <= MOST_ALIKE else []
+
+    def look_alikes(self, names: Iterable[str]) -> dict[str, list[Record]]:
+        """Find people whose names look like these and are others.
+
+        Parameters
+        ----------
+        names : iterable of str
+            Any number; each is looked up by its skeletons, which have an index.
+
+        Returns
+        -------
+        dict
+            Name to the records, by id; names that look like nobody's are left out.
+        """
+        found = self._ids_named_like(list(dict.fromkeys(names)))
+        return {name: [record for one in sorted(ids) if (record := self.by_id(one))] for name, ids in found.items()}
+
+    def _ids_named_like(self, names: list[str]) -> dict[str, set[str]]:
+        """Name -> the ids of others that look like it."""
+        found: dict[str, set[str]] = {}
+        for begin in range(0, len(names), PAGE):
+            some = names[begin : begin + PAGE]
+            seen, plain = _by(skeleton, some), _by(folded_skeleton, some)
+            for query in select_named_so(sorted(seen), sorted(plain)):
+                for row in self._ledger.rows(query):
+                    for name in {*seen.get(row.skeleton, ()), *plain.get(row.folded, ())}:
+                        if unicodedata.normalize("NFC", name) != row.name_nfc:
+                            found.setdefault(name, set()).add(row.id)
+        return found
+
+    def erased_at(self, badge_id: str) -> str | None:
+        """Tell when the holder of a badge was erased.
+
+        Parameters
+        ----------
+        badge_id : str
+            Hex digits of any case.
+
+        Returns
+        -------
+        str or None
+            UTC, ISO 8601; None where nobody was.
+
+        Raises
+        ------
+        RegistryError
+            Where the entry that says so is not as the authority signed it.
+        """
+        return erased_at(self._ledger, badge_id)
+
+    def entries(self, claim: str | None = None, limit: int | None = None) -> list[Entry]:
+        """List what was done, newest first.
+
+        Parameters
+        ----------
+        claim : str, optional
+            Only what was done to this badge: a name or an id; an erased person's by id alone.
+        limit : int, optional
+            How many at most.
+
+        Returns
+        -------
+        list of Entry
+            As the log holds it; whether it is sound, `audit` tells.
+
+        Raises
+        ------
+        RegistryError
+            Where the claim means nobody, or several people.
+        """
+        subject = None if claim is None else as_id(claim)
+        if claim is not None and self.erased_at(claim) is None:
+            subject = self.find(claim).id
+        return entries_of(self._ledger, subject, limit)
+
+    def records(self) -> Iterator[Record]:
+        """Go through all records by name, then id.
+
+        Yields
+        ------
+        Record
+            What is enrolled meanwhile may or may not be among them.
+        """
+        page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(PAGE)
+        rows = self._ledger.rows(page)
+        while rows:
+            for row in rows:
+                yield self._ledger.record(row)
+            name, badge_id = rows[-1].name_nfc, rows[-1].id
+            rows = self._ledger.rows(page.where(_after(name, badge_id))) if len(rows) == PAGE else []
+
+    def search(self, text: str, limit: int) -> list[Record]:
+        """Find records by a part of the name, or by the beginning of the id.
+
+        Parameters
+        ----------
+        text : str
+            Of all records where it is empty.  SQLite folds the case of ASCII letters alone.
+        limit : int
+            How many at most.
+
+        Returns
+        -------
+        list of Record
+            By name, then id.
+        """
+        name = unicodedata.normalize("NFC", text.strip())
+        if not storable(name):
+            return []
+        page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(limit)
+        if name:
+            by_id = badges.c.id.startswith(as_id(name), autoescape=True)
+            page = page.where(or_(badges.c.name_nfc.icontains(name, autoescape=True), by_id))
+        return [self._ledger.record(row) for row in self._ledger.rows(page)]
+
+    def layouts(self) -> list[Badge]:
+        """Give one badge of each distinct layout: all that a reader needs to read any of them.
+
+        Returns
+        -------
+        list of Badge
+            Of each layout the badge of the lowest id.
+        """
+        return [self._ledger.record(row).badge for row in self._ledger.rows(select_layouts())]
+
+    def count(self) -> int:
+        """Count the records.
+
+        Returns
+        -------
+        int
+            Revoked ones too.
+        """
+        return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
+
+
+def _by(look: Callable[[str], str], names: Iterable[str]) -> dict[str, list[str]]:
+    """What names look like -> those names."""
+    found: dict[str, list[str]] = {}
+    for name in names:
+        found.setdefault(look(name), []).append(name)
+    return found
+
+
+def _after(name: str, badge_id: str) -> ColumnElement[bool]:
+    """The condition of rows that come later in the order of `Registry.records`."""
+    return or_(badges.c.name_nfc > name, and_(badges.c.name_nfc == name, badges.c.id > badge_id))

@@ -1,0 +1,67 @@
+"""Who did what.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+from click.testing import CliRunner
+
+from kit.registries import badge_of, rows_of, tamper
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError
+from moireid.registry import open_registry
+from moireid.registry.actor import account
+
+
+def test_each_entry_names_who_did_it(registry):
+    """Catches: the actor of the opening kept for all; an order of the log that is not its own."""
+    registry.enroll(badge_of("Ada"))
+    registry.by("Bob at the desk").revoke("Ada", "lost")
+    told = [(entry.seq, entry.action, entry.actor) for entry in registry.entries()]
+    assert told == [(3, "revoke", "Bob at the desk"), (2, "enroll", account()), (1, "init", account())]
+    assert [entry.seq for entry in registry.entries("Ada", 1)] == [3]
+    seen = registry.audit()
+    assert seen.sound and seen.actors == {account(): 2, "Bob at the desk": 1} and seen.unnamed == 0
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        ("UPDATE actors SET name = 'Eve' WHERE name = 'Bob'", "actor_changed"),
+        ("DELETE FROM actors WHERE name = 'Bob'", "actor_missing"),
+        ("UPDATE log SET actor = (SELECT commitment FROM actors WHERE name = 'Cy') WHERE seq = 2", "entry_hash"),
+        ("UPDATE log SET actor = NULL WHERE seq = 2", "entry_hash"),
+    ],
+)
+def test_nobody_can_change_who_it_was(registry, url, change, code):
+    """Catches: an actor beside the chain; one that is taken out without an entry; new entries passed off as old."""
+    registry.by("Bob").enroll(badge_of("Ada"))
+    registry.by("Cy").enroll(badge_of("Bo"))
+    assert tamper(url, change) == 1
+    assert code in {finding.code for finding in registry.audit().findings}
+
+
+def test_the_log_keeps_no_secret(registry, url):
+    """Catches: a token in the place of a name, in the table or in the message; a name that is no line."""
+    for wrong in ("moireid_Zm9v", "token moireid_Zm9v", " ", "a\x00b", "x" * 201):
+        with pytest.raises(RegistryError) as caught:
+            registry.by(wrong)
+        assert "Zm9v" not in str(caught.value)
+    registry.enroll(badge_of("Ada"))
+    assert {row["name"] for row in rows_of(url, "SELECT name FROM actors")} == {account()}
+
+
+def test_the_command_says_who_did_what(tmp_path, keys):
+    """Catches: --actor that is not handed on; a log that tells of another badge."""
+    url = f"sqlite:///{tmp_path}/r.sqlite3"
+    for name in ("Ada", "Bo"):
+        (tmp_path / f"{name}.json").write_text(badge_of(name).to_json(), encoding="utf-8")
+        command = ["enroll", str(tmp_path / f"{name}.json"), "--registry", url, "--actor", f"{name}'s friend"]
+        assert CliRunner().invoke(moireid, command).exit_code == 0
+    told = json.loads(CliRunner().invoke(moireid, ["registry", "log", "Ada", "--registry", url, "--json"]).stdout)
+    assert [(entry["action"], entry["actor"]) for entry in told["entries"]] == [("enroll", "Ada's friend")]
+    lines = CliRunner().invoke(moireid, ["registry", "log", "--registry", url]).stdout.splitlines()
+    assert [line.rpartition("  ")[2] for line in lines] == ["Bo's friend", "Ada's friend", "Ada's friend"]
+    with open_registry(url, create=False) as registry:
+        assert registry.audit().actors == {"Ada's friend": 2, "Bo's friend": 1}

@@ -1,0 +1,49 @@
+"""Letters that nobody sees.  Beside each test: the wrong implementation it would catch."""
+
+from __future__ import annotations
+
+import unicodedata
+
+import pytest
+
+from moireid.names import INVISIBLE, hidden_letters, hidden_words
+
+
+@pytest.mark.parametrize(
+    "letter",
+    "\u200b\u200c\u200d\u200e\u200f\u202e\u2066\u2069\u00ad\u034f\u061c\u3164\uffa0\u115f\ufe0f\ufeff\u2060\U000e0041\u180b",
+)
+def test_a_letter_that_nobody_sees_is_named(letter: str) -> None:
+    """Catches: a kind of them forgotten; one let through at the end or the beginning."""
+    for name in (f"Ada{letter} Lovelace", f"Ada{letter}", f"{letter}Ada"):
+        assert hidden_letters(name) == [unicodedata.name(letter, f"U+{ord(letter):04X}")]
+    assert hidden_words(f"A{letter}{letter}da") is not None
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Ada Lovelace",
+        "Zo\u00eb",
+        # Ali-Reza in Persian: the non-joiner keeps the last letter of Ali apart.
+        "\u0639\u0644\u06cc\u200c\u0631\u0636\u0627",
+        # Sri in Sinhala: a joiner after the sign that takes the vowel away.
+        "\u0dc1\u0dca\u200d\u0dbb\u0dd3",
+        "Ada \u2764\ufe0f",
+        "Ada \U0001f468\u200d\U0001f469\u200d\U0001f467",
+        "Ada \U0001f3f3\ufe0f\u200d\U0001f308",
+        "\u1820\u180b",
+        "\u05d3\u05d1",
+    ],
+)
+def test_what_a_name_is_spelled_with_stays(name: str) -> None:
+    """Catches: people of Persian, Sinhala or Mongolian names who are told to spell them wrong."""
+    assert hidden_letters(name) == [] and hidden_words(name) is None
+
+
+def test_the_ranges_are_in_order_and_hold_no_letter_that_is_seen() -> None:
+    """Catches: a range that runs into letters or marks which are drawn."""
+    assert list(INVISIBLE) == sorted(INVISIBLE)
+    for first, last in INVISIBLE:
+        for code in range(first, last + 1):
+            assert unicodedata.category(chr(code)) in ("Cf", "Cn", "Mn") or chr(code) in "\u115f\u1160\u3164\uffa0"
