@@ -32,7 +32,7 @@ from moireid.evaluation.baseline.published import PublishedReader, judge
 from moireid.kept import keep_row, kept_rows, program_digest
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.fringes import signals as measure
-from moireid.verifier.picture import Frame
+from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.session.claim import Claim
 
 #: 8 s, so that every fourth frame is still more than the verifier asks for at least.
@@ -155,11 +155,11 @@ def timed(filmed: Filmed, setting: Setting, runs: int) -> dict[str, Any]:
 def used_frames(frames: list[Frame], setting: Setting) -> Iterator[Frame]:
     """The frames of a setting, numbered as a film of them would be; shrunk by averaging, which moves no centre."""
     for index, frame in enumerate(frames[:: setting.every]):
-        luma = frame.luma
+        picture = frame.picture
         if setting.scale != 1:
-            size = (round(luma.shape[1] * setting.scale), round(luma.shape[0] * setting.scale))
-            luma = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), np.uint8)
-        yield Frame(index, frame.time_s, luma)
+            size = (round(picture.shape[1] * setting.scale), round(picture.shape[0] * setting.scale))
+            picture = Picture(np.asarray(cv2.resize(picture.whole, size, interpolation=cv2.INTER_AREA), np.uint8))
+        yield Frame(index, frame.time_s, picture)
 
 
 def _ours(filmed: Filmed, setting: Setting) -> dict[str, Any]:

@@ -115,8 +115,7 @@ class LiveCheck:
             reasons += (judge_unbroken(self._course(), asked, np.array(self._frames_s)),) if asked else ()
         reasons += (self._whole(), self._in_time())
         standing = self._claim.provenance.standing if self._claim.provenance else None
-        measured = sum(chapter.tracked for chapter in chapters)
-        tracked = measured + sum(chapter.passed for chapter in chapters)
+        tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
         return {
             "event": "verdict",
             "verdict": worst(list(reasons)),
@@ -127,7 +126,7 @@ class LiveCheck:
             "invariant": invariant.to_json(),
             "identity": identity.to_json(),
             "overlap": overlap.to_json() if overlap else None,
-            "frames": {"read": self._index, "tracked": tracked, "measured": measured},
+            "frames": {"read": self._index, "tracked": tracked},
         }
 
     def _status(self, running: Running) -> Event:

@@ -122,7 +122,7 @@ def verify(
         invariant,
         identity,
         film.described(),
-        {"read": seen.read, "tracked": seen.tracked + seen.passed, "measured": seen.tracked},
+        {"read": seen.read, "tracked": seen.tracked + seen.passed},
         timing,
         _left_out(claim.badge, film, shown.measurement, seen.verifier.unsearched, seen.passed),
         shown.track or no_track(claim.badge, seen.read, (film.width, film.height)),

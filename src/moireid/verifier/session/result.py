@@ -39,7 +39,7 @@ class Report:
     film : dict
         The film, as `Film.described`.
     frames : dict of str to int
-        Frames "read" and "tracked", and those of the latter that were "measured".
+        Frames "read" and "tracked".
     timing : dict
         Seconds in all and by stage.
     left_out : tuple of str

@@ -51,8 +51,9 @@ COARSE_FROM, AROUND = 12, 3
 #: Longest smear, in modules; with a longer one, a marker of six modules is a grey spot.
 MOST_MODULES = 3.0
 #: A page is not searched again if its smear changes by less than this, in modules.  Step 4 is not repeated from this
-#: correlation on, once the exposure is known: a smear is symmetric, so its length moves no page.
-SAME_MODULES, WELL_SMEARED = 0.25, 0.95
+#: correlation on, once the exposure is known: a smear is symmetric, so its length moves no page.  Not from a lower one:
+#: a page that correlates by 0.03 less than usual is taken for covered (`limits.COVERED_CORRELATION`).
+SAME_MODULES, WELL_SMEARED = 0.25, 0.98
 #: Exposures to try while none is known, as a share of the time between two frames; the middling one first.
 FIRST_SHARES = (0.35, 0.15, 0.7)
 #: Weight of a new frame in the learnt exposure, and number of repetitions of step 4.
