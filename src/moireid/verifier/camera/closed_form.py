@@ -69,7 +69,10 @@ def _homographies(points: Array, plane: Array) -> Array:
     none = np.zeros_like(flat)
     upper = np.concatenate([flat, none, -points[..., :1] * flat], axis=-1)
     lower = np.concatenate([none, flat, -points[..., 1:] * flat], axis=-1)
-    return np.asarray(np.linalg.svd(np.concatenate([upper, lower], axis=1))[2][:, -1].reshape(-1, 3, 3))
+    rows = np.concatenate([upper, lower], axis=1)
+    # Four places make eight rows, whose null vector only the full matrices hold.
+    turned = np.linalg.svd(rows, full_matrices=rows.shape[1] < rows.shape[2])[2]
+    return np.asarray(turned[:, -1].reshape(-1, 3, 3))
 
 
 def _row(homographies: Array, i: int, j: int) -> Array:
