@@ -165,5 +165,8 @@ def test_a_glance_waits_for_a_sharp_frame_but_not_for_ever(ada):
     due = view._glance_s + 0.1
     assert view._glance_is_due(Frame(0, due, picture))
     view.trackers[0].smeared = True
+    # It is lost, not smeared, so looking for it must not wait.
+    assert view._glance_is_due(Frame(0, due, picture))
+    view.trackers[0].place = np.eye(3)
     assert not view._glance_is_due(Frame(0, due, picture))
     assert view._glance_is_due(Frame(0, view._glance_s + GLANCE_WAIT_S, picture))

@@ -100,8 +100,8 @@ class SceneTracker:
 
     def _glance_is_due(self, frame: Frame) -> bool:
         """Whether to search for further badges; where followed ones are smeared others are too, so it may wait."""
-        waits = GLANCE_WAIT_S if any(tracker.smeared for tracker in self.trackers) else 0.0
-        return frame.time_s >= self._glance_s + waits
+        smeared = any(tracker.smeared and tracker.place is not None for tracker in self.trackers)
+        return frame.time_s >= self._glance_s + (GLANCE_WAIT_S if smeared else 0.0)
 
     def _note_when_looked(self, frame: Frame, *, unsearched: bool) -> None:
         """Keep the longest time for which nothing was followed or searched; unsearched: in this frame."""
