@@ -27,6 +27,8 @@ setup: .venv/.ready
 	$(BIN)/uv pip install --quiet --python $(BIN)/python --no-deps -e .
 	@# What a verify loads is compiled here once: uv leaves that to the first run, and some machines forbid Python to keep it.
 	PYTHONDONTWRITEBYTECODE= $(BIN)/moireid verify tests/data/films/genuine_1.0m.mp4 --badge tests/data/films/badge.json --json >/dev/null
+	@# And what a badge without a mount loads.
+	@folder=$$(mktemp -d) && PYTHONDONTWRITEBYTECODE= MOIREID_KEYS=$$folder/keys $(BIN)/print-your-badge Ada --out $$folder/badge --mount none --registry sqlite:///$$folder/people.sqlite3 --json >/dev/null && rm -r $$folder
 	touch $@
 
 demo: setup

@@ -74,7 +74,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         film = beginning(FILMS / "genuine_1.0m.mp4", Path(folder) / "film.mp4", FILM_S)
         verify = ["verify", str(film), "--badge", str(FILMS / "badge.json"), "--json"]
-        for name, arguments in (("--help", ["--help"]), (f"verify of {FILM_S:g} s", verify)):
+        printed = ["print", "Ada Lovelace", "--out", f"{folder}/badge", "--mount", "none", "--overwrite", "--json"]
+        rows = (("--help", ["--help"]), (f"verify of {FILM_S:g} s", verify), ("print without a mount", printed))
+        for name, arguments in rows:
             cpu, wall = zip(*(cost_s(arguments) for _ in range(repeats)), strict=True)
             columns = (f"{min(each):.2f} ({statistics.median(each):.2f})" for each in (cpu, wall))
             print(f"{name:<22}" + "".join(f"{column:>16}" for column in columns))

@@ -10,7 +10,7 @@ from kit.drawn_pages import draw, filmed, seen_from
 from moireid.verifier.limits import MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
 from moireid.verifier.tracking.markers import MarkerFinder
-from moireid.verifier.tracking.scene_tracker import SceneTracker
+from moireid.verifier.tracking.scene_tracker import GLANCE_WAIT_S, SceneTracker
 from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, search_work_ns
 
 SHAPE, FPS = (480, 640), 30.0
@@ -157,3 +157,16 @@ def counted(finder: MarkerFinder, looks: list[int]):
         return found_by(*given)
 
     return counting
+
+
+def test_a_glance_waits_for_a_sharp_frame_but_not_for_ever(ada):
+    """Catches: a glance in each smeared frame that is due; a badge in a shaking hand that keeps all others unseen."""
+    view, picture = SceneTracker(ada), np.zeros(SHAPE, np.uint8)
+    due = view._glance_s + 0.1
+    assert view._glance_is_due(Frame(0, due, picture))
+    view.trackers[0].smeared = True
+    # It is lost, not smeared, so looking for it must not wait.
+    assert view._glance_is_due(Frame(0, due, picture))
+    view.trackers[0].place = np.eye(3)
+    assert not view._glance_is_due(Frame(0, due, picture))
+    assert view._glance_is_due(Frame(0, view._glance_s + GLANCE_WAIT_S, picture))

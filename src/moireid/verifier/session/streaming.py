@@ -8,12 +8,14 @@ If several badges are in view, each is judged by itself, and the verdict is abou
 
 from __future__ import annotations
 
+import importlib
 import math
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from moireid.verifier.limits import FOCAL_KEPT_SHARE, MAX_UNSEARCHED_S, MIN_FRAMES, WINDOW_FRAMES
 from moireid.verifier.picture import Frame
@@ -102,6 +104,9 @@ class Verifier:
             Where the badge cannot be read at all.
         """
         self._aside = aside
+        if running:
+            # A frame with two markers alone needs it, and a camera's frame cannot wait a third of a second for it.
+            importlib.import_module("scipy.special")
         self._pending: Future[Running] | None = None
         if claim.focal_px is not None:
             claim = replace(claim, focal_px=claim.focal_px / reduced_by)
@@ -271,7 +276,9 @@ class Verifier:
 
     def _judge_last(self, tracks: list[tuple[Line, Track]], now_s: float) -> Running:
         """The verdict on the last seconds."""
-        chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
+        # As in `verify`; here a second thread of BLAS would take the processor that the frames need.
+        with threadpool_limits(limits=1, user_api="blas"):
+            chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
         if not chapters:
             most = max(track.tracked for _, track in tracks)
             text = "The badge was not in view long enough yet; show it to the camera with its four corner markers."

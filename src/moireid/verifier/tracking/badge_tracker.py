@@ -62,7 +62,9 @@ class BadgeTracker:
         #: differed, and until `_restless_s` each is.
         self._watch, self._stride, self._calm, self._restless_s = CalmWatch(badge), 1, 0, -math.inf
         #: Frames of the present track that were passed by.
-        self.passed, self._smeared = 0, False
+        self.passed = 0
+        #: Whether the sharp print did not match in the present frame.
+        self.smeared = False
         self._mirrored = False
         self._image_px = (0, 0)
         #: Whether its markers were faded where it was last seen.
@@ -90,7 +92,7 @@ class BadgeTracker:
 
     def passes(self, frame: Frame, luma: Picture) -> bool:
         """Pass by a frame that shows the badge as the last measured one did; returns whether that is so."""
-        if self._stride == 1 or frame.index % self._stride == 0 or self._smeared or frame.time_s < self._restless_s:
+        if self._stride == 1 or frame.index % self._stride == 0 or self.smeared or frame.time_s < self._restless_s:
             return False
         expected = self.course.expected(frame.index)
         if expected is None:
@@ -113,10 +115,10 @@ class BadgeTracker:
         # The expected place is mostly near enough for registration, so no marker has to be decoded.
         expected = self.course.expected(frame.index)
         registration = _clear(self._registered(luma, expected)) if expected is not None else None
-        self._smeared = False
+        self.smeared = False
         self._lap("register")
         if registration is None:
-            self._smeared = True
+            self.smeared = True
             registration = self._shaken_off(frame, luma)
             self._lap("shaken")
         return self._taken_in(frame, luma, registration, taken)

@@ -117,7 +117,7 @@ class PageRegistrar:
         warp, sampler = start @ self._to_page, Sampler(picture)
         solved: tuple[bool, ...] = ()
         for steps in range(2 * MAX_STEPS + 1):
-            values = sampler.at(warp, template.places)
+            values = sampler.at(warp, template.samples.places)
             if values is None:
                 return None
             self.work_ns += STEP_NS * len(values)
@@ -168,11 +168,11 @@ class PageRegistrar:
             np.zeros_like(borders.freedom_sd),
             np.diag([*np.zeros(8), *(BORDER_NOISE / borders.freedom_sd) ** 2]),
         )
-        used = np.array(seen)[template.marker]
-        free = without_gains(np.where(used[:, None], template.jacobian, 0.0), template.marker, template.values)
+        used = np.array(seen)[template.samples.marker]
+        free = without_gains(np.where(used[:, None], template.jacobian, 0.0), template.samples.parts, template.values)
         normal = np.zeros_like(prior)
         for _ in range(MAX_STEPS):
-            values, edges = sampler.at(warp, template.places), sampler.at(warp, places)
+            values, edges = sampler.at(warp, template.samples.places), sampler.at(warp, places)
             if values is None or edges is None:
                 return None
             compared = _compared(values, template)
@@ -199,7 +199,7 @@ class PageRegistrar:
 
     def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
         """Standard deviations of the two tilts over those with all four markers, for the same noise."""
-        whole = without_gains(template.jacobian, template.marker, template.values)
+        whole = without_gains(template.jacobian, template.samples.parts, template.values)
         least = np.diag(np.linalg.pinv(whole.T @ whole))[6:8]
         ratio = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal))[6:8] / least, 1.0))
         return float(ratio[0]), float(ratio[1])
@@ -208,7 +208,7 @@ class PageRegistrar:
         self, picture: Picture | NDArray[Any], homography: Array, template: Template
     ) -> tuple[Array | None, tuple[bool, ...]]:
         """Picture less print under this homography (None outside the picture), and which markers are visible."""
-        values = Sampler(picture).at(homography @ self._to_page, template.places)
+        values = Sampler(picture).at(homography @ self._to_page, template.samples.places)
         if values is None:
             return None, (False,) * 4
         compared = _compared(values, template)
@@ -236,24 +236,24 @@ class Compared:
             the residual.
         """
         solver, step = template.solver(asked), np.zeros(8)
-        for part, gain in zip(template.parts, self.gain.tolist(), strict=True):
+        for part, gain in zip(template.samples.parts, self.gain.tolist(), strict=True):
             if gain > MIN_GAIN:
                 step += solver[:, part] @ values[part] / gain
         return step
 
     def residual(self, values: Array, template: Template) -> Array:
         """Picture less print (N,), in units of print contrast, with each marker's own gain and offset."""
-        clear, count = self.gain > MIN_GAIN, template.count
+        clear, count = self.gain > MIN_GAIN, template.samples.count
         share = np.repeat(1 / np.where(clear, self.gain, np.inf), count)
         return (values - np.repeat(self.mean, count)) * share - template.printed * np.repeat(clear, count)
 
 
 def _compared(values: Array, template: Template) -> Compared:
     """The brightness (N,) at a template's places, against its print."""
-    sums = [(float(part.sum()), float(part @ part)) for part in (values[part] for part in template.parts)]
+    sums = [(float(part.sum()), float(part @ part)) for part in (values[part] for part in template.samples.parts)]
     total, squares = np.array(sums).T
-    mean = total / template.count
-    along = np.array([template.printed[part] @ values[part] for part in template.parts])
+    mean = total / template.samples.count
+    along = np.array([template.printed[part] @ values[part] for part in template.samples.parts])
     gain, most = along / template.power, np.sqrt(template.power * np.maximum(squares - mean * total, 0.0))
     # A washed-out marker must not be scaled up to full contrast.
     least = SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION

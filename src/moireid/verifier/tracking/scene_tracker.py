@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 Look = Callable[[Picture], EitherWay]
 #: Time between two searches for further badges while one is seen.
 GLANCE_S = 2.0
+#: A glance waits for a frame that is not smeared, which has time left for it, but at most for so long.
+GLANCE_WAIT_S = 0.5
 #: Of several badges, a lost one is recognised by its place: within this time, this distance as a share of its size, and
 #: this ratio of scales.
 KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
@@ -89,12 +91,17 @@ class SceneTracker:
             tracker.follow(frame, luma, self._places())
         for tracker in self._lost():
             tracker.seek(frame, luma, self._places())
-        if not self._places() or frame.time_s >= self._glance_s:
+        if not self._places() or self._glance_is_due(frame):
             self._search(frame, luma)
         for tracker in self._lost():
             tracker.course.lose()
         self._note_when_looked(frame, unsearched=self.unsearched > before)
         return bool(self._places())
+
+    def _glance_is_due(self, frame: Frame) -> bool:
+        """Whether to search for further badges; where followed ones are smeared others are too, so it may wait."""
+        smeared = any(tracker.smeared and tracker.place is not None for tracker in self.trackers)
+        return frame.time_s >= self._glance_s + (GLANCE_WAIT_S if smeared else 0.0)
 
     def _note_when_looked(self, frame: Frame, *, unsearched: bool) -> None:
         """Keep the longest time for which nothing was followed or searched; unsearched: in this frame."""

@@ -183,13 +183,12 @@ class ShakenFollower:
         printer = self._registrar.printer
         pitch = 1 / template.px_per_mm
         reach = math.ceil(reach_modules * self._module_mm / pitch)
-        points = template.points * printer.extent + printer.middle
         pairs = []
-        for index in range(4):
-            here = template.marker == index
-            corner = points[here].min(axis=0)
-            side = round(math.sqrt(int(here.sum())))
-            count = max(round(float(np.ptp(points[here][:, 0])) / pitch), 8)
+        for here in template.samples.parts:
+            # A marker's samples run along rows from its top left one to its bottom right one.
+            corner, end = template.samples.points[[here.start, here.stop - 1]] * printer.extent + printer.middle
+            side = math.isqrt(here.stop - here.start)
+            count = max(round(float(end[0] - corner[0]) / pitch), 8)
             printed = template.values[here].reshape(side, side).astype(np.float32)
             printed = np.asarray(cv2.resize(printed, (count, count), interpolation=cv2.INTER_AREA))
             corner = corner - reach * pitch
@@ -214,8 +213,8 @@ class ShakenFollower:
         if any(len(other.values) != len(template.values) for other in others):
             return 0.0, 0.0
         columns = np.column_stack([(other.values - template.values) / PROBE for other in others])
-        used = np.array(seen)[template.marker]
-        columns = np.where(used[:, None], without_gains(columns, template.marker, template.values), 0.0)
+        used = np.array(seen)[template.samples.marker]
+        columns = np.where(used[:, None], without_gains(columns, template.samples.parts, template.values), 0.0)
         normal = columns.T @ columns
         change = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2) + 1e-12 * np.eye(2), columns.T @ residual)
         change = np.clip(change, -MOST_CHANGE, MOST_CHANGE)

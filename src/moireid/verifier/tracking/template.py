@@ -10,7 +10,7 @@ Convention: places in units of the markers' extent about their middle, so that a
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import pairwise
@@ -38,29 +38,67 @@ FINE = 8
 class Drawing:
     """The four markers, finely drawn: sample pitch of the template, mm, each marker's brightness (side, side), and its
     gradient along x, and along y, per mm.
+
+    samples: those of all markers, by how many each has; smears of many frames share them.
     """
 
     pitch_mm: float
     pictures: tuple[NDArray[np.float32], ...]
     along_x: tuple[NDArray[np.float32], ...]
     along_y: tuple[NDArray[np.float32], ...]
+    samples: dict[tuple[int, ...], Samples] = field(default_factory=dict)
+
+    @cached_property
+    def grid(self) -> tuple[Array, Array]:
+        """Samples of a marker from its middle, (2, N) mm, and how far each is along the axis where it is farther."""
+        side = self.pictures[0].shape[0]
+        offsets = (np.arange(FINE // 2, side, FINE) + 0.5 - side / 2) / FINE * self.pitch_mm
+        both = np.stack([part.ravel() for part in np.meshgrid(offsets, offsets)])
+        return both, np.abs(both).max(axis=0)
+
+
+@dataclass(frozen=True)
+class Samples:
+    """Where the markers are sampled: points (N, 2) of the page; from_middle: those of each marker, (2, n) mm.
+
+    Convention: one marker's samples after another's.
+    """
+
+    points: Array
+    from_middle: tuple[Array, ...]
+
+    @cached_property
+    def places(self) -> Places:
+        """The points, as a warp takes them."""
+        return Places(self.points)
+
+    @cached_property
+    def count(self) -> NDArray[np.int64]:
+        """Number of samples of each marker, (4,)."""
+        return np.array([part.shape[1] for part in self.from_middle])
+
+    @cached_property
+    def marker(self) -> NDArray[np.int64]:
+        """The marker of each sample, (N,)."""
+        return np.repeat(np.arange(len(self.count)), self.count)
+
+    @cached_property
+    def parts(self) -> tuple[slice, ...]:
+        """Samples of each marker."""
+        return tuple(slice(*ends) for ends in pairwise([0, *np.cumsum(self.count).tolist()]))
 
 
 @dataclass(frozen=True)
 class Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
-    Convention: one marker's samples after another's.
-    first (4,): where each marker's samples begin; printed (N,): values of each marker about their mean; gradient:
-    gives the gradient (N, 2) of the values, per mm; extent: a unit of the points, mm; drawing: the source of values and
-    gradient; smeared: whether motion smear is drawn; solvers: least-squares solvers (8, N) for each set of visible
-    markers, made as they are needed.
+    printed (N,): values of each marker about their mean; gradient: gives the gradient (N, 2) of the values, per mm;
+    extent: a unit of the points, mm; drawing: the source of values and gradient; smeared: whether motion smear is
+    drawn; solvers: least-squares solvers (8, N) for each set of visible markers, made as they are needed.
     """
 
-    points: Array
-    marker: NDArray[np.int64]
+    samples: Samples
     values: Array
-    first: NDArray[np.int64]
     printed: Array
     gradient: Callable[[], Array]
     extent: float
@@ -70,38 +108,23 @@ class Template:
     solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
 
     @cached_property
-    def places(self) -> Places:
-        """The points, as a warp takes them."""
-        return Places(self.points)
-
-    @cached_property
-    def parts(self) -> tuple[slice, ...]:
-        """Samples of each marker."""
-        return tuple(slice(*ends) for ends in pairwise([*self.first.tolist(), len(self.values)]))
-
-    @cached_property
-    def count(self) -> NDArray[np.int64]:
-        """Number of samples of each marker, (4,)."""
-        return np.diff(np.append(self.first, len(self.values)))
-
-    @cached_property
     def power(self) -> Array:
         """Sum of the squares of `printed` over each marker, (4,)."""
-        return np.asarray(np.add.reduceat(self.printed**2, self.first), float)
+        return np.asarray(np.add.reduceat(self.printed**2, [part.start for part in self.samples.parts]), float)
 
     @cached_property
     def jacobian(self) -> Array:
         """Change of the values with each of the eight warp parameters, (N, 8).  A smear that is only compared with the
         picture does without it.
         """
-        return warp_jacobian(self.points, self.gradient() * self.extent)
+        return warp_jacobian(self.samples.points, self.gradient() * self.extent)
 
     def solver(self, seen: tuple[bool, ...]) -> Array:
         """Least-squares solver (8, N) from residuals to warp parameters, independent of markers' gains and offsets."""
         if seen not in self.solvers:
-            used = np.array(seen)[self.marker]
+            used = np.array(seen)[self.samples.marker]
             columns = self.jacobian if all(seen) else np.where(used[:, None], self.jacobian, 0.0)
-            free = without_gains(columns, self.marker, self.values)
+            free = without_gains(columns, self.samples.parts, self.values)
             self.solvers[seen] = np.asarray(np.linalg.pinv(free.T @ free, hermitian=True) @ free.T)
         return self.solvers[seen]
 
@@ -136,34 +159,36 @@ class TemplatePrinter:
         return self._sampled(template.px_per_mm, template.drawing, smear_mm)
 
     def _sampled(self, px_per_mm: float, drawing: Drawing, smear_mm: Array | None) -> Template:
-        pitch_mm, pictures = drawing.pitch_mm, drawing.pictures
-        side = pictures[0].shape[0]
-        offsets = (np.arange(FINE // 2, side, FINE) + 0.5 - side / 2) / FINE * pitch_mm
-        x, y = (part.ravel() for part in np.meshgrid(offsets, offsets))
         smears = np.zeros((4, 2)) if smear_mm is None else smear_mm
-        sampled, owner = [], []
-        for index, smear in enumerate(smears):
-            # Beyond the white border lies the grating; a smear mixes it in.
-            length = float(np.linalg.norm(smear)) / self.module_mm
-            margin = min(BORDER_MODULES, max(FREE_MODULES - length / 2, 0.0)) * self.module_mm
-            kept = np.maximum(np.abs(x), np.abs(y)) < self._markers.size_mm / 2 + margin
-            sampled.append(np.column_stack([x[kept], y[kept]]))
-            owner.append(np.full(len(sampled[-1]), index))
-        points = [places + center for places, center in zip(sampled, self._markers.centers_mm, strict=True)]
-        shown = _all_smeared(drawing.pictures, sampled, smears, pitch_mm)
-        printed = np.concatenate([part - part.mean() for part in shown])
+        samples = self._samples(drawing, smears)
+        shown = _all_smeared(drawing.pictures, samples, smears, drawing.pitch_mm)
         return Template(
-            points=(np.concatenate(points) - self.middle) / self.extent,
-            marker=np.concatenate(owner),
+            samples=samples,
             values=np.concatenate(shown).astype(float),
-            first=np.cumsum([0, *(len(part) for part in shown[:-1])]),
-            printed=printed,
-            gradient=partial(_gradient, drawing, sampled, smears),
+            printed=np.concatenate([part - part.mean() for part in shown]),
+            gradient=partial(_gradient, drawing, samples, smears),
             extent=self.extent,
             px_per_mm=px_per_mm,
             drawing=drawing,
             smeared=smear_mm is not None,
         )
+
+    def _samples(self, drawing: Drawing, smears: Array) -> Samples:
+        """Where the markers are sampled under smears (4, 2) mm; one drawing has few such sets, so each is kept."""
+        grid, farther = drawing.grid
+        kept = []
+        for smear in smears:
+            # Beyond the white border lies the grating; a smear mixes it in.
+            length = float(np.linalg.norm(smear)) / self.module_mm
+            margin = min(BORDER_MODULES, max(FREE_MODULES - length / 2, 0.0)) * self.module_mm
+            kept.append(farther < self._markers.size_mm / 2 + margin)
+        # Squares about one middle: as many samples are the same samples.
+        counts = tuple(int(np.count_nonzero(part)) for part in kept)
+        if counts not in drawing.samples:
+            own = tuple(np.ascontiguousarray(grid[:, part]) for part in kept)
+            points = [places.T + center for places, center in zip(own, self._markers.centers_mm, strict=True)]
+            drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, own)
+        return drawing.samples[counts]
 
     def _drawn(self, px_per_mm: float) -> Drawing:
         size_mm = self._markers.size_mm
@@ -182,25 +207,26 @@ class TemplatePrinter:
             gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
             drawn.append((picture, gradient_x, gradient_y))
             self.work_ns += DRAWN_NS * picture.size
-        return Drawing(pitch_mm, *zip(*drawn, strict=True))
+        pictures, along_x, along_y = zip(*drawn, strict=True)
+        return Drawing(pitch_mm, pictures, along_x, along_y)
 
 
-def _gradient(drawing: Drawing, sampled: list[Array], smears: Array) -> Array:
+def _gradient(drawing: Drawing, samples: Samples, smears: Array) -> Array:
     """Gradient (N, 2) of smeared brightness along x and y, per mm."""
     # Each by itself: OpenCV rounds the places of pictures with two channels to 1/32 pixel.
-    both = [_all_smeared(planes, sampled, smears, drawing.pitch_mm) for planes in (drawing.along_x, drawing.along_y)]
+    both = [_all_smeared(planes, samples, smears, drawing.pitch_mm) for planes in (drawing.along_x, drawing.along_y)]
     return np.column_stack([np.concatenate(parts) for parts in both]).astype(float)
 
 
 def _all_smeared(
-    pictures: tuple[NDArray[np.float32], ...], sampled: list[Array], smears: Array, pitch_mm: float
+    pictures: tuple[NDArray[np.float32], ...], samples: Samples, smears: Array, pitch_mm: float
 ) -> list[NDArray[np.float32]]:
-    each = zip(pictures, sampled, smears, strict=True)
+    each = zip(pictures, samples.from_middle, smears, strict=True)
     return [_smeared(picture, places, smear, pitch_mm) for picture, places, smear in each]
 
 
 def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm: float) -> NDArray[np.float32]:
-    """Mean (N,) of a fine drawing over the page's motion during the exposure."""
+    """Mean (N,) of a fine drawing at places (2, N) over the page's motion during the exposure."""
     side = picture.shape[0]
     steps = _smear_steps(float(np.linalg.norm(smear)), pitch_mm)
     shares = (np.arange(steps) + 0.5) / steps - 0.5
@@ -208,7 +234,7 @@ def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm
     fine = FINE / pitch_mm
     x, y = (
         np.subtract(fine * part + (side / 2 - 0.5), (fine * along * shares)[:, None], dtype=float).astype(np.float32)
-        for part, along in zip(places.T, smear, strict=True)
+        for part, along in zip(places, smear, strict=True)
     )
     shown = cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(np.add.reduce(shown, axis=0) / np.float32(steps), np.float32)
@@ -228,13 +254,13 @@ def warp_jacobian(place: Array, gradient: Array) -> Array:
     return np.column_stack([gx * x, gx * y, gx, gy * x, gy * y, gy, -inward * x, -inward * y])
 
 
-def without_gains(columns: Array, marker: NDArray[np.int64], printed: Array) -> Array:
-    """What of some columns (N, K) no marker's own gain and offset of brightness could make."""
+def without_gains(columns: Array, parts: Sequence[slice], printed: Array) -> Array:
+    """What of some columns (N, K) no marker's own gain and offset of brightness could make.
+
+    Parameters: parts: samples of each marker, none of them empty.
+    """
     free = columns.copy()
-    # The samples of a marker follow each other.
-    for here in (slice(*ends) for ends in pairwise(np.searchsorted(marker, np.arange(5)))):
-        if here.start == here.stop:
-            continue
+    for here in parts:
         mine, shown = free[here], printed[here] - printed[here].mean()
         mine -= mine.mean(axis=0)
         power = float(shown @ shown)
