@@ -6,6 +6,8 @@
 # make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
 PYTHON ?= python3
 BIN := .venv/bin
+# Not in .venv: what checks its output makes every `import jsonschema` take a second.
+PARTS_VERSION := 7.5.0
 UV_VERSION := 0.13.8
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations 10
 # What the studio needs on a server, and what else people install; the rest is for those who develop moireid.
@@ -64,7 +66,7 @@ lock:
 	$(BIN)/uv venv --quiet --clear --python $(BIN)/python build/parts
 	$(RESOLVE) $(PEOPLE:%=--extra %) --constraint requirements.lock --quiet --output-file build/parts/requirements.lock
 	$(BIN)/uv pip install --quiet --python build/parts/bin/python --require-hashes -r build/parts/requirements.lock
-	$(BIN)/cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --output-file moireid.cdx.json build/parts/bin/python
+	$(BIN)/uv tool run --quiet --from cyclonedx-bom==$(PARTS_VERSION) cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --output-file moireid.cdx.json build/parts/bin/python
 
 audit: setup
 	$(BIN)/python .ci/audit.py requirements.lock
