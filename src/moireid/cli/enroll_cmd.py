@@ -99,6 +99,8 @@ def enroll_command(
             say(f"note: {note}")
         if record.revoked_at is not None:
             say(f"note: this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked")
+        elif record.suspended_at is not None:
+            say(f"note: this badge is suspended since {record.suspended_at} ({record.suspended_reason})")
 
 
 def _check_identity(badge: Badge, source: Path) -> None:
