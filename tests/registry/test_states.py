@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from kit.registries import badge_of, tamper, url_of
 from moireid.cli.main import moireid
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 from moireid.idcodes import specimen_of
 from moireid.registry import People, Registry, claimed, holder_of, import_registry, open_registry
 from moireid.registry.bundle.held import Bundle, BundlePeople
@@ -169,3 +169,66 @@ def test_the_commands_suspend_and_reinstate(path: Path) -> None:
     assert "suspended already" in told("suspend", "Ada", "--reason", "x", code=2)
     assert json.loads(told("reinstate", "Ada", "--json"))["suspended_at"] is None
     assert "suspended" not in told("show", "Ada") + told("list")
+
+
+def test_a_badge_counts_through_its_last_day_and_no_longer(registry, monkeypatch):
+    """Catches: a day too much or too little; a date that is stored and never compared."""
+    ada = registry.enroll(badge_of("Ada"), expires="2090-05-03")
+    assert ada.barred("2090-05-03") is None and ada.barred() is None and claimed(registry, "Ada").barred is None
+    barred = ada.barred("2090-05-04")
+    assert barred and (barred.code, barred.at) == ("expired", "2090-05-03") and "2090-05-03" in barred.text
+    monkeypatch.setattr("moireid.registry.record.utc_now", lambda: "2090-05-04T00:00:00Z")
+    assert claimed(registry, "Ada").barred == barred and not People(registry).holds(ada.id)
+    holder = holder_of(registry, ada.id)
+    assert holder and holder.barred == barred
+    registry.suspend("Ada", "mislaid")
+    suspended = claimed(registry, "Ada").barred
+    assert suspended and suspended.code == "suspended"
+
+
+@pytest.mark.parametrize("day", ["2026-02-30", "20900503", "2090-W18-3", "03.05.2090", "soon", "2020-01-01", ""])
+def test_a_day_that_is_none_to_come_is_refused(registry, day):
+    """Catches: a day that does not compare as text; a badge that is issued expired."""
+    with pytest.raises(SpecError, match="day of expiry"):
+        registry.enroll(badge_of("Ada"), expires=day)
+    with pytest.raises(SpecError, match="day of expiry"):
+        registry.enroll_many([badge_of("Ada")], expires=day)
+    assert registry.count() == 0
+
+
+def test_the_day_stays_as_it_was_issued(registry):
+    """Catches: a second enrolment that moves the day, or passes over the one that was asked for."""
+    ada = registry.enroll(badge_of("Ada"), expires="2090-05-03")
+    assert registry.enroll(badge_of("Ada")) == registry.enroll(badge_of("Ada"), expires="2090-05-03") == ada
+    registry.enroll(badge_of("Bo"))
+    for name in ("Ada", "Bo"):
+        with pytest.raises(RegistryError, match="which stays"):
+            registry.enroll(badge_of(name), expires="2091-01-01")
+        with pytest.raises(RegistryError, match="which stays"):
+            registry.enroll_many([badge_of(name)], expires="2091-01-01")
+    registry.enroll_many([badge_of("Cy"), badge_of("Di")], expires="2090-05-03")
+    assert [one.expires for one in registry.records()] == ["2090-05-03", None, "2090-05-03", "2090-05-03"]
+
+
+def test_the_day_goes_with_exports_unions_bundles_and_proofs(full, url, target, tmp_path, monkeypatch):
+    """Catches: a copy of the registry in which a badge never ends, or a day that can be changed there."""
+    eve = full.enroll(badge_of("Eve"), expires="2090-05-03")
+    full.publish(tmp_path / "people.bundle", specimen_of, days=7)
+    assert (tmp_path / "people.bundle").read_bytes().startswith(b"moireid bundle 2 ")
+    with Bundle(tmp_path / "people.bundle") as bundle, monkeypatch.context() as later:
+        assert bundle.claimed("Eve").barred is None
+        later.setattr("moireid.registry.record.utc_now", lambda: "2090-05-04T00:00:00Z")
+        late = bundle.claimed("Eve").barred
+        assert late and late.code == "expired"
+    assert check_proof(proof_of(full._ledger, full.find("Eve")), "a proof").expires == "2090-05-03"
+    full.export_json(tmp_path / "out.json")
+    import_registry(tmp_path / "out.json", target)
+    with open_registry(target, create=False) as other:
+        assert other.find("Eve") == eve
+        other.suspend("Ada", "mislaid")
+        other.export_json(tmp_path / "back.json")
+    full.enroll(badge_of("Fay"))
+    full.import_json(tmp_path / "back.json")
+    assert full.find("Eve").expires == "2090-05-03"
+    tamper(url, "UPDATE badges SET expires = '2099-01-01' WHERE name_nfc = 'Eve'")
+    assert [one.code for one in full.audit().findings] == ["record_signature"]

@@ -273,8 +273,10 @@ def tampered(shown: str, fault: Fault) -> RegistryError:
     )
 
 
-def new_record(badge: Badge, shown: str, issued_at: str) -> Record:
+def new_record(badge: Badge, shown: str, issued_at: str, expires: str | None = None) -> Record:
     """The record of a badge that is about to be issued, its JSON as it will be read back.
+
+    Parameters: expires: the last day on which it counts, as `face.days.expiry_day` gives it.
 
     Raises: RegistryError where the badge has no id, or text that cannot be claimed or stored; SpecError where it
         breaks its own schema.
@@ -284,7 +286,7 @@ def new_record(badge: Badge, shown: str, issued_at: str) -> Record:
     read_back = badge_from_json(badge.to_json(), source=f"the badge of {name[:80]!r}")
     text = storable_json(json.loads(read_back.to_json()), f"the badge of {name[:80]!r}", "print it anew")
     assert read_back.id is not None
-    return Record(read_back.id, name, text, issued_at, read_back.layout_key())
+    return Record(read_back.id, name, text, issued_at, read_back.layout_key(), expires=expires)
 
 
 def storable_json(document: object, what: str, remedy: str) -> str:

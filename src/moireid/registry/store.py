@@ -22,6 +22,7 @@ from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
+from moireid.registry.face.days import expiry_day
 from moireid.registry.face.deciding import Deciding, locked
 from moireid.registry.face.outward import Outward
 from moireid.registry.keys import key_path
@@ -154,7 +155,7 @@ class Registry(Deciding, Outward):
         """
         return str(self._ledger.head())
 
-    def enroll(self, badge: Badge, *, told: bool = False) -> Record:
+    def enroll(self, badge: Badge, *, told: bool = False, expires: str | None = None) -> Record:
         """Issue a badge.
 
         Parameters
@@ -163,6 +164,8 @@ class Registry(Deciding, Outward):
             With an id and a name.
         told : bool
             Whether whoever issues it was told already of people whose names look like this one.
+        expires : str, optional
+            The last day on which it counts, in UTC, such as 2027-05-03; None: it counts without an end.
 
         Returns
         -------
@@ -173,16 +176,17 @@ class Registry(Deciding, Outward):
         ------
         RegistryError
             Where the badge has no id, or a name that cannot be claimed or holds letters that nobody sees; where its id
-            is issued already to another name or with another badge, or was an erased person's.
+            is issued already to another name, with another badge or another day of expiry, or was an erased person's.
         SpecError
-            Where the badge breaks its own schema.
+            Where the badge breaks its own schema, or `expires` is no day to come.
 
         Warns
         -----
         LookAlikeWarning
             Where the name looks like that of somebody else who is enrolled.
         """
-        record = new_record(badge, self.shown_url, utc_now())
+        last_day = None if expires is None else expiry_day(expires)
+        record = new_record(badge, self.shown_url, utc_now(), last_day)
         holder = self.by_id(record.id)
         if holder is None:
             self._ledger.signer()
@@ -197,7 +201,14 @@ class Registry(Deciding, Outward):
             holder = holders[0]
         return same_or_conflict(record, holder)
 
-    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None, *, told: bool = False) -> Batch:
+    def enroll_many(
+        self,
+        issued: Iterable[Badge],
+        progress: Progress | None = None,
+        *,
+        told: bool = False,
+        expires: str | None = None,
+    ) -> Batch:
         """Issue many badges, a thousand at a time.
 
         Parameters
@@ -208,6 +219,8 @@ class Registry(Deciding, Outward):
             Called with badges done and in all, None where `issued` has no length.
         told : bool
             As `enroll`.
+        expires : str, optional
+            As `enroll`, of all of them.
 
         Returns
         -------
@@ -229,7 +242,12 @@ class Registry(Deciding, Outward):
         names: list[str] = []
         try:
             return enroll_many(
-                self._ledger, issued, self.actor, progress, lambda new: names.extend(one.name for one in new)
+                self._ledger,
+                issued,
+                self.actor,
+                progress,
+                lambda new: names.extend(one.name for one in new),
+                None if expires is None else expiry_day(expires),
             )
         finally:
             self._warn(names, told=told)

@@ -85,6 +85,9 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
         click.echo(f"revoked on {record.revoked_at}: {record.revoked_reason}")
     elif record.suspended_at is not None:
         click.echo(f"suspended on {record.suspended_at}: {record.suspended_reason}")
+    if record.expires is not None:
+        over = (barred := record.barred()) is not None and barred.code == "expired"
+        click.echo(f"expired on {record.expires}" if over else f"counts until the end of {record.expires}")
     if record.as_built is not None:
         click.echo(f"measured as built on {record.as_built_at}")
     click.echo(f"signed by authority {fingerprint}")

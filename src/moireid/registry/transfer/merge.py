@@ -215,7 +215,7 @@ def _united(ours: Record, theirs: Record) -> Record:
     """
     if ours == theirs:
         return ours
-    same_or_conflict(theirs, ours)
+    same_or_conflict(replace(theirs, expires=None), ours)
     # Between equal ones the text decides, so that every registry that unites them gets the same record.
     first, second = sorted((ours, theirs), key=_order)
     revoked = [record for record in (first, second) if record.revoked_at is not None]
