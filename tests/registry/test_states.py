@@ -232,3 +232,19 @@ def test_the_day_goes_with_exports_unions_bundles_and_proofs(full, url, target, 
     assert full.find("Eve").expires == "2090-05-03"
     tamper(url, "UPDATE badges SET expires = '2099-01-01' WHERE name_nfc = 'Eve'")
     assert [one.code for one in full.audit().findings] == ["record_signature"]
+
+
+def test_since_when_a_revoked_badge_is_compromised(full, target, tmp_path):
+    """Catches: a day that is not signed or not told; one by which older films count again; a day to come."""
+    for day in ("2090-01-01", "yesterday", "20260501"):
+        with pytest.raises(SpecError, match="day of compromise"):
+            full.revoke("Ada", "stolen", day)
+    assert full.find("Ada").revoked_at is None
+    revoked = full.revoke("Ada", "stolen", "2026-05-01")
+    barred = claimed(full, "Ada").barred
+    assert barred and (barred.code, barred.since) == ("revoked", "2026-05-01") and "2026-05-01" in barred.text
+    full.export_json(tmp_path / "out.json")
+    import_registry(tmp_path / "out.json", target)
+    full.publish(tmp_path / "people.bundle", specimen_of, days=7)
+    with open_registry(target, create=False) as other, Bundle(tmp_path / "people.bundle") as bundle:
+        assert other.find("Ada") == revoked and bundle.claimed("Ada").barred == barred

@@ -82,7 +82,8 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
         return
     click.echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
     if record.revoked_at is not None:
-        click.echo(f"revoked on {record.revoked_at}: {record.revoked_reason}")
+        since = f", compromised since {record.compromised_since}" if record.compromised_since else ""
+        click.echo(f"revoked on {record.revoked_at}{since}: {record.revoked_reason}")
     elif record.suspended_at is not None:
         click.echo(f"suspended on {record.suspended_at}: {record.suspended_reason}")
     if record.expires is not None:

@@ -18,20 +18,28 @@ if TYPE_CHECKING:
 @click.option(
     "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
 )
+@click.option(
+    "--since",
+    metavar="DATE",
+    help="The day from which on it may have been in other hands, such as 2026-05-01, where you know it.",
+)
 @actor_option
 @registry_option
 @json_option
 @friendly
-def registry_revoke(claim: str, reason: str, actor: str | None, registry_url: str | None, as_json: bool) -> None:
+def registry_revoke(
+    claim: str, reason: str, since: str | None, actor: str | None, registry_url: str | None, as_json: bool
+) -> None:
     """Revoke one person's badge, for good.
 
-    Every later verification rejects it. Give the name exactly as it was entered, or the badge's id.
+    Every later verification rejects it, of older films too, as a film's date can be forged; --since is told with it.
+    Give the name exactly as it was entered, or the badge's id.
     """
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=False, actor=actor) as registry:
         registry.check_head()
-        record = registry.revoke(claim, reason)
+        record = registry.revoke(claim, reason, since)
         _tell(registry, record, f"is revoked since {record.revoked_at}", as_json=as_json)
 
 

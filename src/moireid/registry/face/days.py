@@ -22,6 +22,14 @@ def expiry_day(text: str) -> str:
     return day
 
 
+def compromise_day(text: str) -> str:
+    """The day from which on a badge's films count for nothing.  Raises: SpecError where it is no day, or to come."""
+    day, today = _day(text, "compromise"), utc_now()[:10]
+    if day > today:
+        raise SpecError(f"the day of compromise {day} is to come (today is {today}); give the first day of doubt")
+    return day
+
+
 def _day(text: str, what: str) -> str:
     try:
         # `fromisoformat` also reads 20270503 and 2027-W18-1, which do not compare as text.

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
+from moireid.registry.face.days import compromise_day
 from moireid.registry.face.reading import Reading
 from moireid.registry.ledger import Transaction
 from moireid.registry.record import Record, storable
@@ -30,7 +31,7 @@ class Deciding(Reading):
 
     actor: str
 
-    def revoke(self, claim: str, reason: str) -> Record:
+    def revoke(self, claim: str, reason: str, since: str | None = None) -> Record:
         """Revoke a badge, for good.
 
         Parameters
@@ -39,6 +40,8 @@ class Deciding(Reading):
             A name or an id, as `find`.
         reason : str
             One line of at most 500 letters.
+        since : str, optional
+            The day from which on it may have been in other hands, such as 2026-05-01; None where nobody knows.
 
         Returns
         -------
@@ -49,9 +52,19 @@ class Deciding(Reading):
         ------
         RegistryError
             Where nobody or more than one is meant, the reason is empty, or it is revoked already.
+        SpecError
+            Where `since` is no day, or one to come.
+
+        Notes
+        -----
+        Films of before that day are rejected too: a film's own date can be forged.
         """
-        said = _reason(reason)
-        return self._decide(claim, "revoke", lambda old: replace(old, revoked_at=utc_now(), revoked_reason=said))
+        said, day = _reason(reason), None if since is None else compromise_day(since)
+
+        def revoked(old: Record) -> Record:
+            return replace(old, revoked_at=utc_now(), revoked_reason=said, compromised_since=day)
+
+        return self._decide(claim, "revoke", revoked)
 
     def suspend(self, claim: str, reason: str) -> Record:
         """Suspend a badge: it counts for nothing until it is reinstated.
