@@ -181,7 +181,7 @@ def test_schema_version_is_written_once(path):
     for _ in range(2):
         open_registry(url_of(path), create=True).close()
     with sqlite3.connect(path) as raw:
-        assert raw.execute("SELECT version FROM schema_version").fetchall() == [(3,)]
+        assert raw.execute("SELECT version FROM schema_version").fetchall() == [(4,)]
 
 
 # Faults of the database.
