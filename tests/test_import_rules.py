@@ -120,7 +120,17 @@ WITHIN: dict[str, set[str]] = {
         "schema",
         "url",
     },
-    "registry.face": {"bundle", "checkpoints", "claims", "ledger", "look_alikes", "record", "schema", "upkeep"},
+    "registry.face": {
+        "bundle",
+        "canonical",
+        "checkpoints",
+        "claims",
+        "ledger",
+        "look_alikes",
+        "record",
+        "schema",
+        "upkeep",
+    },
     "registry.upkeep": {
         "actor",
         "canonical",

@@ -76,12 +76,34 @@ FROM_FILE = Provenance("file")
 
 
 @dataclass(frozen=True)
+class Barred:
+    """Why a badge does not count at present.
+
+    code: revoked for good, suspended until it is reinstated, or expired; at: since when, UTC, ISO 8601, of an expired
+    one the last day on which it counted; reason: as the registry has it, of an expired one that day again; since: the
+    day from which on a revoked one may have been in other hands, where that is known.
+    """
+
+    code: Literal["revoked", "suspended", "expired"]
+    at: str
+    reason: str
+    since: str | None = None
+
+    @property
+    def text(self) -> str:
+        """In a sentence, of the claimed badge."""
+        if self.code == "expired":
+            return f"The claimed badge expired: {self.reason} was its last day."
+        compromised = f" It counts as compromised since {self.since}." if self.since else ""
+        return f"The claimed badge was {self.code}: {self.reason}.{compromised}"
+
+
+@dataclass(frozen=True)
 class Holder:
-    """Who holds a badge, as a registry says: the name; when (UTC, ISO 8601) and why it was revoked, or None."""
+    """Who holds a badge, as a registry says: the name; barred: why it does not count, None where it does."""
 
     name: str
-    revoked_at: str | None = None
-    revoked_reason: str | None = None
+    barred: Barred | None = None
 
 
 @dataclass(frozen=True)
@@ -94,19 +116,16 @@ class Claimed:
         As it was issued.
     as_built : AsBuilt or None
         Its figures as measured at enrolment; None where it was never measured.
-    revoked : str or None
-        Why it was revoked; None where it was not.
+    barred : Barred or None
+        Why it does not count; None where it does.
     provenance : Provenance
         Whether the registry vouches for it, or a file names it.
-    revoked_at : str or None
-        When it was revoked, UTC, ISO 8601; None where it was not.
     seal : Seal or None
         Of its identity, where a bundle keeps that sealed; `badge` is then a specimen of its layout, and has none.
     """
 
     badge: Badge
     as_built: AsBuilt | None = None
-    revoked: str | None = None
+    barred: Barred | None = None
     provenance: Provenance = FROM_FILE
-    revoked_at: str | None = None
     seal: Seal | None = None

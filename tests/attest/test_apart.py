@@ -18,6 +18,7 @@ from moireid.attest import apart
 from moireid.attest.apart import Order, judged_apart, talk_with
 from moireid.badge import load_badge
 from moireid.errors import CodeError, MediaError, MoireIdError
+from moireid.provenance import Barred
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Claim
 
@@ -31,7 +32,9 @@ def order_of(film: Path, **more: Any) -> Order:
 def test_the_report_is_the_one_that_is_judged_here(film: Path, judged: dict[str, Any]) -> None:
     """Catches: another verdict by another way; a report's page that is forgotten; progress that nobody sees."""
     seen: list[tuple[int, int | None]] = []
-    order = order_of(film, detectors=(("lips", 0.5),), pictures=True, revoked="lost")
+    order = order_of(
+        film, detectors=(("lips", 0.5),), pictures=True, barred=Barred("revoked", "2026-05-03T08:00:00Z", "lost")
+    )
     judged_there = judged_apart(order, lambda done, of: seen.append((done, of)))
     found = judged_there.report
     assert found["verdict"] == "reject" and found["reasons"][-1]["code"] == "revoked"

@@ -17,6 +17,7 @@ from typing import Any
 from moireid import errors
 from moireid.attest.carried import with_carried
 from moireid.errors import MediaError, MoireIdError, SpecError
+from moireid.provenance import Barred
 from moireid.sandbox.child import Talk
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Ended, start
@@ -37,7 +38,7 @@ class Order:
 
     video: Path
     claim: Claim
-    revoked: str | None = None
+    barred: Barred | None = None
     overlap: bool = False
     detectors: tuple[tuple[str, float], ...] = ()
     pictures: bool = False
@@ -134,7 +135,7 @@ def judge(talk: Talk) -> None:
             told_s = time.monotonic()
             talk.tell({"progress": [done, of]})
 
-    made = verify(order.video, order.claim, revoked=order.revoked, overlap=order.overlap, progress=progress)
+    made = verify(order.video, order.claim, barred=order.barred, overlap=order.overlap, progress=progress)
     report = replace(with_carried(made, order.video), detectors=order.detectors)
     talk.tell({"result": report.to_json()})
     if order.pictures:

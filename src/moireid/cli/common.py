@@ -59,6 +59,11 @@ registry_option = click.option(
     metavar="URL",
     help="The registry, as an SQLAlchemy URL such as sqlite:///people.sqlite3; default: in your user data folder.",
 )
+expires_option = click.option(
+    "--expires",
+    metavar="DATE",
+    help="The last day on which the badge counts, such as 2027-05-03, in UTC. It cannot be changed later.",
+)
 actor_option = click.option(
     "--actor",
     metavar="NAME",

@@ -11,6 +11,7 @@ import click
 from moireid.cli.common import (
     FiniteRange,
     actor_option,
+    expires_option,
     friendly,
     json_option,
     progress_bar,
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 @click.option(
     "--focal-px", type=FiniteRange(50, 100000), metavar="PX", help="The camera's focal length in pixels, if known."
 )
+@expires_option
 @actor_option
 @json_option
 @friendly
@@ -52,6 +54,7 @@ def enroll_command(
     captures: tuple[Path, ...],
     measured_scale: float | None,
     focal_px: float | None,
+    expires: str | None,
     actor: str | None,
     as_json: bool,
 ) -> None:
@@ -66,7 +69,11 @@ def enroll_command(
     from moireid.badge import load_badge
     from moireid.cli.issue_notes import derived_notes, look_alike_notes
     from moireid.registry import open_registry
+    from moireid.registry.face.days import expiry_day
 
+    if expires is not None:
+        # Before a registry is made for it, or films are read.
+        expiry_day(expires)
     badge = load_badge(badge_json)
     _check_identity(badge, badge_json)
     as_built = None
@@ -82,7 +89,7 @@ def enroll_command(
     with open_registry(registry_url, create=True, actor=actor) as registry:
         registry.check_head()
         notes = derived_notes([badge]) + look_alike_notes([badge], registry)
-        record = registry.enroll(badge, told=True)
+        record = registry.enroll(badge, told=True, expires=expires)
         if as_built is not None:
             record = registry.store_as_built(record.id, as_built.to_json())
         if as_json:
@@ -90,6 +97,8 @@ def enroll_command(
             show_json(record.summary() | {"registry": registry.shown_url, "notes": notes} | measured)
         else:
             click.echo(f"{record.name} holds badge {record.id} since {record.issued_at} in {registry.shown_url}")
+            if record.expires is not None:
+                click.echo(f"it counts until the end of {record.expires}")
             if as_built is not None:
                 beat = f"{as_built.beat_period_mm:.2f} mm"
                 click.echo(
@@ -99,6 +108,10 @@ def enroll_command(
             say(f"note: {note}")
         if record.revoked_at is not None:
             say(f"note: this badge was revoked on {record.revoked_at} ({record.revoked_reason}), and stays revoked")
+        elif (barred := record.barred()) is not None and barred.code == "expired":
+            say(f"note: this badge expired on {record.expires}, and stays so")
+        elif record.suspended_at is not None:
+            say(f"note: this badge is suspended since {record.suspended_at} ({record.suspended_reason})")
 
 
 def _check_identity(badge: Badge, source: Path) -> None:

@@ -27,6 +27,7 @@ def print_people(
     figures: MountFigures,
     overwrite: bool,
     as_json: bool,
+    expires: str | None,
 ) -> None:
     """Make the files of `print-your-badge --people`, and say what was made.
 
@@ -51,7 +52,7 @@ def print_people(
         notes = [note for note in (missing_note(badges), *shorter, *derived_notes(badges), *alike) if note]
         for note in notes:
             say(f"note: {note}")
-        issue = (lambda: registry.enroll_many(badges, told=True)) if registry else None
+        issue = (lambda: registry.enroll_many(badges, told=True, expires=expires)) if registry else None
         with progress_bar("making badges") as progress:
             event = print_event(
                 badges,

@@ -12,6 +12,7 @@ from moireid.cli.common import (
     FiniteRange,
     FolderPath,
     actor_option,
+    expires_option,
     friendly,
     json_option,
     overwrite_option,
@@ -148,6 +149,7 @@ if TYPE_CHECKING:
     help="Another dimension of the mount, such as card_mm=0.5; may be given several times.",
 )
 @click.option("--explain", is_flag=True, help="Show the figures of the design.")
+@expires_option
 @actor_option
 @overwrite_option
 @json_option
@@ -176,6 +178,7 @@ def print_command(
     base_mm: float | None,
     mount_pairs: tuple[str, ...],
     explain: bool,
+    expires: str | None,
     overwrite: bool,
     actor: str | None,
     as_json: bool,
@@ -216,6 +219,8 @@ def print_command(
         raise SpecError("--lens-thickness is of a lens sheet; a mask has a spacer, whose thickness is --gap")
     if gap_mm is not None and front != "mask":
         raise SpecError("--gap is the spacer of a mask; give --front mask with it, or leave it out")
+    if expires is not None:
+        _check_expiry(expires, registry_url)
     kind = mount or ("lanyard" if people_csv is None else "none")
     given = {"kerf_mm": kerf_mm, "base_mm": base_mm}
     pairs = [*mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)]
@@ -256,6 +261,7 @@ def print_command(
             figures=figures,
             overwrite=overwrite,
             as_json=as_json,
+            expires=expires,
         )
         return
     chosen = None
@@ -268,7 +274,7 @@ def print_command(
     # A wish that cannot be is refused before a registry is made for it.
     trial = drawn_badge(request, chosen, nobody if registry_url is not None else None)
     parts = plan_parts(trial.badge, kind, figures)
-    order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json)
+    order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json, expires)
     if registry_url is None:
         _print_one(order, None)
         return
@@ -277,6 +283,15 @@ def print_command(
 
     with open_registry(registry_url, create=True, actor=actor) as registry:
         _print_one(order, registry)
+
+
+def _check_expiry(expires: str, registry_url: str | None) -> None:
+    """Raise SpecError where the day is none to come, or no registry is there to hold it."""
+    from moireid.registry.face.days import expiry_day
+
+    expiry_day(expires)
+    if registry_url is None:
+        raise SpecError("--expires is kept by a registry; give --registry with it, or give it to moireid enroll")
 
 
 @dataclass(frozen=True)
@@ -292,6 +307,7 @@ class _Order:
     explain: bool
     overwrite: bool
     as_json: bool
+    expires: str | None
 
 
 def _print_one(order: _Order, registry: Registry | None) -> None:
@@ -308,7 +324,7 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
     notes = [note for note in (missing_note([badge]), drawn.note, *derived_notes([badge]), *alike) if note]
     for note in notes:
         say(f"note: {note}")
-    issue = (lambda: registry.enroll(badge, told=True)) if registry else None
+    issue = (lambda: registry.enroll(badge, told=True, expires=order.expires)) if registry else None
     with status_line() as tell:
         printed = print_badge(
             badge,

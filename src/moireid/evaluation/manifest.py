@@ -22,6 +22,7 @@ from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.errors import MoireIdError, SpecError
 from moireid.evaluation.baseline.corners import ENTRIES, Corners, corners_from, read_corners
+from moireid.provenance import Barred
 from moireid.registry import Record, Registry, open_registry
 
 COLUMNS = ("video", "label", "claim", "group")
@@ -40,7 +41,7 @@ class Claimed:
 
     badge: Badge
     as_built: AsBuilt | None = None
-    revoked: str | None = None
+    barred: Barred | None = None
 
 
 @dataclass(frozen=True)
@@ -213,4 +214,4 @@ class _Claims:
             self._registry.standing()
         record: Record = self._registry.find(claim)
         as_built = as_built_from_json(record.as_built) if record.as_built else None
-        return Claimed(record.badge, as_built, record.revoked_reason)
+        return Claimed(record.badge, as_built, record.barred())

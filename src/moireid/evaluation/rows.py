@@ -121,7 +121,7 @@ def row_key(job: Job) -> str:
         claim_digest(entry),
         {frame: places.tolist() for frame, places in corners.items()} if corners else None,
         asdict(claimed.as_built) if claimed.as_built else None,
-        claimed.revoked,
+        asdict(claimed.barred) if claimed.barred else None,
     ]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()
 
@@ -143,5 +143,5 @@ def _report(job: Job, film: Path) -> Report:
     if job.pipeline == "published":
         return verify_published(film, Claim(badge), corners=entry.corners)
     claim = Claim(badge, badge.id, as_built=entry.claimed.as_built)
-    report = verify(film, claim, revoked=entry.claimed.revoked)
+    report = verify(film, claim, barred=entry.claimed.barred)
     return without_corners(report) if entry.corners else report

@@ -88,8 +88,8 @@ class _Mould:
 class Issuer:
     """Makes records of badges, cheaply for those of a layout it has seen."""
 
-    def __init__(self, shown: str) -> None:
-        self._shown = shown
+    def __init__(self, shown: str, expires: str | None = None) -> None:
+        self._shown, self._expires = shown, expires
         self._moulds: dict[Hashable, _Mould] = {}
 
     def record(self, badge: Badge, issued_at: str) -> Record:
@@ -99,11 +99,11 @@ class Issuer:
             mould = self._moulds.get(layout)
         except TypeError:
             # A list in place of a tuple cannot be a key; the full check decides whether the badge can be issued.
-            return new_record(badge, self._shown, issued_at)
+            return new_record(badge, self._shown, issued_at, self._expires)
         if mould is not None and _fits(badge, mould):
             name = claimable_name(badge, self._shown)
             return replace(mould.record, id=str(badge.id), name=name, badge_json=mould.pour(badge), issued_at=issued_at)
-        record = new_record(badge, self._shown, issued_at)
+        record = new_record(badge, self._shown, issued_at, self._expires)
         if len(self._moulds) >= MOULDS:
             self._moulds.clear()
         mould = _Mould(record)
@@ -118,11 +118,12 @@ def enroll_many(
     actor: str,
     progress: Callable[[int, int | None], None] | None,
     entered: Callable[[Sequence[Record]], None],
+    expires: str | None,
 ) -> Batch:
-    """What `Registry.enroll_many` does; entered: told of what is new, chunk by chunk."""
+    """What `Registry.enroll_many` does; entered: told of what is new, chunk by chunk; expires: the last day of all."""
     total = len(issued) if isinstance(issued, Sized) else None
     enrolled = unchanged = revoked = 0
-    for records, refusal in _chunks(issued, Issuer(ledger.shown)):
+    for records, refusal in _chunks(issued, Issuer(ledger.shown, expires)):
         new, holders, conflict = _enter(ledger, records, actor)
         entered(new)
         enrolled += len(new)
@@ -137,9 +138,20 @@ def enroll_many(
 
 
 def same_or_conflict(record: Record, holder: Record) -> Record:
-    """The record that holds the id of `record`, if of the very same badge.  Raises: RegistryError if not."""
+    """The record that holds the id of `record`, if of the very same badge.
+
+    Raises: RegistryError if not, and where a day of expiry is given that is not the one that was issued.
+    """
     # Texts of one badge may differ where a whole number is written with or without its point.
     if holder.badge_json == record.badge_json or holder.badge == record.badge:
+        if record.expires not in (None, holder.expires):
+            now = f"expires on {holder.expires}" if holder.expires else "has no day of expiry"
+            raise RegistryError(
+                f"badge {record.id} of {holder.name!r} was issued on {holder.issued_at} and {now}, which stays; print "
+                "another badge for another day, or leave --expires out",
+                id=record.id,
+                expires=holder.expires,
+            )
         return holder
     other = "with another badge " if holder.name == record.name else ""
     raise RegistryError(

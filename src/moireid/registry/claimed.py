@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import RegistryError
-from moireid.provenance import Claimed, Holder, Provenance
+from moireid.provenance import Barred, Claimed, Holder, Provenance
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
@@ -35,7 +35,7 @@ def claimed(registry: Registry, claim: str) -> Claimed:
     Returns
     -------
     Claimed
-        The badge, its figures, and whether it was revoked.
+        The badge, its figures, and why it does not count, where it does not.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
     record = registry.by_id(badge.id) if badge.id else None
     if record is None:
         gone = registry.erased_at(badge.id) if badge.id else None
-        return Claimed(badge) if gone is None else Claimed(badge, revoked=ERASED, revoked_at=gone)
+        return Claimed(badge) if gone is None else Claimed(badge, barred=Barred("revoked", gone, ERASED))
     registry.check_newest(record)
     name = unicodedata.normalize("NFC", badge.name).strip()
     other = badge.name if name != record.name.strip() else None
@@ -86,7 +86,7 @@ def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:
 
 def _of_record(record: Record, provenance: Provenance) -> Claimed:
     as_built = as_built_from_json(record.as_built) if record.as_built else None
-    return Claimed(record.badge, as_built, record.revoked_reason, provenance, record.revoked_at)
+    return Claimed(record.badge, as_built, record.barred(), provenance)
 
 
 def holder_of(registry: Registry, badge_id: object) -> Holder | None:
@@ -118,9 +118,9 @@ def holder_of(registry: Registry, badge_id: object) -> Holder | None:
     record = registry.by_id(badge_id)
     if record is not None:
         registry.check_newest(record)
-        return Holder(record.name, record.revoked_at, record.revoked_reason)
+        return Holder(record.name, record.barred())
     gone = registry.erased_at(badge_id)
-    return None if gone is None else Holder(SOMEBODY, gone, ERASED)
+    return None if gone is None else Holder(SOMEBODY, Barred("revoked", gone, ERASED))
 
 
 def _alike(registry: Registry, name: str) -> tuple[str, ...]:
@@ -142,7 +142,7 @@ class People:
     registry: Registry
 
     def holds(self, badge_id: str) -> bool:
-        """Tell whether an id is enrolled and not revoked.
+        """Tell whether an id is enrolled, and its badge counts at present.
 
         Parameters
         ----------
@@ -160,7 +160,7 @@ class People:
             As `Registry.check_newest`.
         """
         found = self.registry.by_id(badge_id)
-        if found is None or found.revoked_at is not None:
+        if found is None or found.barred() is not None:
             return False
         self.registry.check_newest(found)
         return True

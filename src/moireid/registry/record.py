@@ -15,10 +15,34 @@ from typing import Any
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
 from moireid.names import hidden_words
-from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack
+from moireid.provenance import Barred
+from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack, utc_now
 from moireid.registry.engine import AnyRow
 from moireid.registry.keys import RECORD, Authority, Signs
 from moireid.registry.look_alikes import folded_skeleton, skeleton
+
+#: Fields that records of schema version 2 did not have, in the order of `Record`.
+LATER = ("salt", "suspended_at", "suspended_reason", "expires", "compromised_since")
+
+
+def barred_by(
+    revoked_at: str | None,
+    revoked_reason: str | None,
+    suspended_at: str | None,
+    suspended_reason: str | None,
+    expires: str | None,
+    since: str | None,
+    *,
+    today: str | None = None,
+) -> Barred | None:
+    """What `Record.barred` says, of the fields of a record."""
+    if revoked_at is not None:
+        return Barred("revoked", revoked_at, revoked_reason or "", since)
+    if suspended_at is not None:
+        return Barred("suspended", suspended_at, suspended_reason or "")
+    if expires is not None and expires < (today or utc_now()[:10]):
+        return Barred("expired", expires, expires)
+    return None
 
 
 @dataclass(frozen=True)
@@ -48,6 +72,12 @@ class Record:
     salt : str or None
         Hex digits of chance: without them nobody can try a name against the log's hash of the record.  None in
         records of schema version 2.
+    suspended_at, suspended_reason : str or None
+        When and why it was suspended; None where it is not.
+    expires : str or None
+        The last day on which it counts, ISO 8601, such as 2026-05-03; None where it counts without an end.
+    compromised_since : str or None
+        Of a revoked one the day from which on its films count for nothing; None where nobody has said.
 
     Notes
     -----
@@ -64,6 +94,10 @@ class Record:
     as_built: str | None = None
     as_built_at: str | None = None
     salt: str | None = None
+    suspended_at: str | None = None
+    suspended_reason: str | None = None
+    expires: str | None = None
+    compromised_since: str | None = None
 
     @cached_property
     def badge(self) -> Badge:
@@ -77,13 +111,40 @@ class Record:
                 id=self.id,
             ) from error
 
+    def barred(self, today: str | None = None) -> Barred | None:
+        """Tell why the badge does not count.
+
+        Parameters
+        ----------
+        today : str, optional
+            A day, ISO 8601; None for the present one in UTC.
+
+        Returns
+        -------
+        Barred or None
+            The gravest reason; None where it counts.
+
+        Notes
+        -----
+        An expired badge proves nothing whenever its film was made: a film's own date can be forged.
+        """
+        return barred_by(
+            self.revoked_at,
+            self.revoked_reason,
+            self.suspended_at,
+            self.suspended_reason,
+            self.expires,
+            self.compromised_since,
+            today=today,
+        )
+
     def summary(self) -> dict[str, Any]:
         """Give what lists and answers in JSON tell of a record.
 
         Returns
         -------
         dict
-            Id, name, and the times of issue and revocation.
+            Id, name, and the times of issue, revocation, suspension and expiry.
         """
         return {
             "id": self.id,
@@ -91,6 +152,10 @@ class Record:
             "issued_at": self.issued_at,
             "revoked_at": self.revoked_at,
             "revoked_reason": self.revoked_reason,
+            "compromised_since": self.compromised_since,
+            "suspended_at": self.suspended_at,
+            "suspended_reason": self.suspended_reason,
+            "expires": self.expires,
         }
 
     @cached_property
@@ -107,8 +172,9 @@ class Record:
             "revoked_at": self.revoked_at,
             "revoked_reason": self.revoked_reason,
         }
-        salted = {} if self.salt is None else {"salt": self.salt}
-        return canonical_json(fields | salted).encode()
+        # Fields of later versions stand there only where they say something, so that older signatures hold.
+        later = {name: value for name in LATER if (value := getattr(self, name)) is not None}
+        return canonical_json(fields | later).encode()
 
     def digest(self) -> str:
         """Hash the signed text, as the log holds it.
@@ -143,7 +209,7 @@ class Record:
             "revoked_reason": self.revoked_reason,
             "as_built": None if self.as_built is None else pack(self.as_built),
             "as_built_at": self.as_built_at,
-            "salt": self.salt,
+            **{name: getattr(self, name) for name in LATER},
             "skeleton": skeleton(self.name),
             "folded": folded_skeleton(self.name),
             "signature": signer.sign(RECORD, self.signed_text),
@@ -174,7 +240,7 @@ def record_of(row: AnyRow, authority: Authority) -> Record:
             row.revoked_reason,
             None if row.as_built is None else unpack(row.as_built),
             row.as_built_at,
-            row.salt,
+            *[getattr(row, name) for name in LATER],
         )
         text = record.signed_text
     except (TypeError, ValueError) as error:
@@ -207,8 +273,10 @@ def tampered(shown: str, fault: Fault) -> RegistryError:
     )
 
 
-def new_record(badge: Badge, shown: str, issued_at: str) -> Record:
+def new_record(badge: Badge, shown: str, issued_at: str, expires: str | None = None) -> Record:
     """The record of a badge that is about to be issued, its JSON as it will be read back.
+
+    Parameters: expires: the last day on which it counts, as `face.days.expiry_day` gives it.
 
     Raises: RegistryError where the badge has no id, or text that cannot be claimed or stored; SpecError where it
         breaks its own schema.
@@ -218,7 +286,7 @@ def new_record(badge: Badge, shown: str, issued_at: str) -> Record:
     read_back = badge_from_json(badge.to_json(), source=f"the badge of {name[:80]!r}")
     text = storable_json(json.loads(read_back.to_json()), f"the badge of {name[:80]!r}", "print it anew")
     assert read_back.id is not None
-    return Record(read_back.id, name, text, issued_at, read_back.layout_key())
+    return Record(read_back.id, name, text, issued_at, read_back.layout_key(), expires=expires)
 
 
 def storable_json(document: object, what: str, remedy: str) -> str:

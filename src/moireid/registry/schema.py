@@ -32,7 +32,7 @@ from sqlalchemy import (
 
 from moireid.registry.engine import AnySelect
 
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 
 class Packed(LargeBinary):
@@ -64,6 +64,10 @@ badges = Table(
     Column("as_built", Packed),
     Column("as_built_at", _text),
     Column("salt", _text),
+    Column("suspended_at", _text),
+    Column("suspended_reason", _text),
+    Column("expires", _text),
+    Column("compromised_since", _text),
     Column("skeleton", _text, nullable=False, server_default=""),
     Column("folded", _text, nullable=False, server_default=""),
     Column("signature", _text, nullable=False),

@@ -1,7 +1,7 @@
-"""The Registry: enroll, revoke, what it is read by (`face/`), and calls to audit, export and import.
+"""The Registry: enroll, what is decided later and what it is read by (`face/`), calls to audit, export and import.
 
 An issued badge is never changed: enrolling the very same badge again returns the record there is, revoked or not.
-What is added later, a revocation or measured figures, is signed and logged like the issue itself.
+What is added later, a revocation, a suspension or measured figures, is signed and logged like the issue itself.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ from moireid.registry.batch import Batch, enroll_many, same_or_conflict
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.checkpoint import Checkpoint
 from moireid.registry.checkpoints.seen import remember
+from moireid.registry.face.days import expiry_day
+from moireid.registry.face.deciding import Deciding, locked
 from moireid.registry.face.outward import Outward
-from moireid.registry.face.reading import Reading
 from moireid.registry.keys import key_path
-from moireid.registry.ledger import Ledger, Transaction, open_ledger
+from moireid.registry.ledger import Ledger, open_ledger
 from moireid.registry.look_alikes import LookAlikeWarning
-from moireid.registry.record import Record, new_record, storable, storable_json
+from moireid.registry.record import Record, new_record, storable_json
 from moireid.registry.schema import badges, select_records
 from moireid.registry.transfer.export import export_json
 from moireid.registry.transfer.merge import Import, checked_copy, import_json, merge
@@ -35,8 +36,6 @@ from moireid.registry.transfer.rotate import Rotated, rotate
 from moireid.registry.upkeep.erasure import Erased, erase_actor, erase_person
 from moireid.registry.url import default_url, read_url
 
-#: A reason is shown to everyone who checks the badge, so it must be short.
-LONGEST_REASON = 500
 #: So many people of names that look alike are named in a warning.
 MOST_TOLD = 3
 
@@ -79,7 +78,7 @@ def open_registry(url: str | None, *, create: bool, make_authority: bool = True,
     return Registry(open_ledger(parsed, create=create, make_authority=make_authority, actor=who), who)
 
 
-class Registry(Reading, Outward):
+class Registry(Deciding, Outward):
     """An open registry; a context manager that closes its connections.
 
     Parameters
@@ -156,7 +155,7 @@ class Registry(Reading, Outward):
         """
         return str(self._ledger.head())
 
-    def enroll(self, badge: Badge, *, told: bool = False) -> Record:
+    def enroll(self, badge: Badge, *, told: bool = False, expires: str | None = None) -> Record:
         """Issue a badge.
 
         Parameters
@@ -165,6 +164,8 @@ class Registry(Reading, Outward):
             With an id and a name.
         told : bool
             Whether whoever issues it was told already of people whose names look like this one.
+        expires : str, optional
+            The last day on which it counts, in UTC, such as 2027-05-03; None: it counts without an end.
 
         Returns
         -------
@@ -175,16 +176,17 @@ class Registry(Reading, Outward):
         ------
         RegistryError
             Where the badge has no id, or a name that cannot be claimed or holds letters that nobody sees; where its id
-            is issued already to another name or with another badge, or was an erased person's.
+            is issued already to another name, with another badge or another day of expiry, or was an erased person's.
         SpecError
-            Where the badge breaks its own schema.
+            Where the badge breaks its own schema, or `expires` is no day to come.
 
         Warns
         -----
         LookAlikeWarning
             Where the name looks like that of somebody else who is enrolled.
         """
-        record = new_record(badge, self.shown_url, utc_now())
+        last_day = None if expires is None else expiry_day(expires)
+        record = new_record(badge, self.shown_url, utc_now(), last_day)
         holder = self.by_id(record.id)
         if holder is None:
             self._ledger.signer()
@@ -199,7 +201,14 @@ class Registry(Reading, Outward):
             holder = holders[0]
         return same_or_conflict(record, holder)
 
-    def enroll_many(self, issued: Iterable[Badge], progress: Progress | None = None, *, told: bool = False) -> Batch:
+    def enroll_many(
+        self,
+        issued: Iterable[Badge],
+        progress: Progress | None = None,
+        *,
+        told: bool = False,
+        expires: str | None = None,
+    ) -> Batch:
         """Issue many badges, a thousand at a time.
 
         Parameters
@@ -210,6 +219,8 @@ class Registry(Reading, Outward):
             Called with badges done and in all, None where `issued` has no length.
         told : bool
             As `enroll`.
+        expires : str, optional
+            As `enroll`, of all of them.
 
         Returns
         -------
@@ -231,7 +242,12 @@ class Registry(Reading, Outward):
         names: list[str] = []
         try:
             return enroll_many(
-                self._ledger, issued, self.actor, progress, lambda new: names.extend(one.name for one in new)
+                self._ledger,
+                issued,
+                self.actor,
+                progress,
+                lambda new: names.extend(one.name for one in new),
+                None if expires is None else expiry_day(expires),
             )
         finally:
             self._warn(names, told=told)
@@ -259,44 +275,6 @@ class Registry(Reading, Outward):
         Other programs that have the registry open must open it again.
         """
         return rotate(self._ledger, self.actor, progress)
-
-    def revoke(self, claim: str, reason: str) -> Record:
-        """Revoke a badge, for good.
-
-        Parameters
-        ----------
-        claim : str
-            A name or an id, as `find`.
-        reason : str
-            One line of at most 500 letters.
-
-        Returns
-        -------
-        Record
-            The revoked record.
-
-        Raises
-        ------
-        RegistryError
-            Where nobody or more than one is meant, the reason is empty, or it is revoked already.
-        """
-        if not 0 < len(reason.strip()) <= LONGEST_REASON or not storable(reason):
-            raise RegistryError(
-                f"the reason {reason[:80]!r} cannot be recorded; give one in plain words on a single line of at most "
-                f"{LONGEST_REASON} letters"
-            )
-        record = self.find(claim)
-        with self._ledger.writing(self.actor) as transaction:
-            record = _locked(transaction, record)
-            if record.revoked_at is not None:
-                raise RegistryError(
-                    f"badge {record.id} of {record.name!r} was revoked already on {record.revoked_at} "
-                    f"({record.revoked_reason}); nothing is changed",
-                    id=record.id,
-                    revoked_at=record.revoked_at,
-                )
-            record = replace(record, revoked_at=utc_now(), revoked_reason=reason.strip())
-            return transaction.change(record, "revoke")
 
     def store_as_built(self, badge_id: str, document_json: str) -> Record:
         """Hold the newest measured figures of a badge; the same again changes nothing.
@@ -331,7 +309,7 @@ class Registry(Reading, Outward):
                 f"no badge of id {badge_id[:40]!r} is in registry {self.shown_url}; enroll it before its figures"
             )
         with self._ledger.writing(self.actor) as transaction:
-            record = _locked(transaction, record)
+            record = locked(transaction, record)
             if record.as_built != text:
                 record = replace(record, as_built=text, as_built_at=utc_now())
                 record = transaction.change(record, "as_built")
@@ -492,11 +470,3 @@ def import_registry(path: Path | str, url: str | None, *, actor: str | None = No
         open_registry(url, create=True, make_authority=False, actor=actor) as registry,
     ):
         return merge(copy, registry._ledger, registry.actor)
-
-
-def _locked(transaction: Transaction, record: Record) -> Record:
-    """The record as it is now that nobody else can write."""
-    holders = transaction.records(select_records().where(badges.c.id == record.id))
-    if not holders:
-        raise RegistryError(f"badge {record.id} was taken out of registry {transaction.ledger.shown} meanwhile")
-    return holders[0]

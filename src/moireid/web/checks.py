@@ -63,7 +63,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         found, laws = await run_in_threadpool(_claimed, studio, given)
         job.claimed_id, job.claim_source = found.badge.id, found.provenance.source
         vouched, job.standing = found.provenance.source == "registry", found.provenance.standing
-        job.label, job.revoked_at = Named(found.badge.name, found.badge.id, vouched).holder, found.revoked_at
+        job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
         studio.jobs.submit(
             job,
             form.video,

@@ -27,7 +27,7 @@ def circumstances_of(studio: Studio, job: Job) -> Circumstances:
     read = holder_of(studio.registry, read_id(job.result or {}))
     # The registry's place is not for those who come from outside.
     return Circumstances(
-        job.begun, job.film_name or None, job.claim or None, job.revoked_at, read, job.standing or studio.standing()
+        job.begun, job.film_name or None, job.claim or None, job.barred, read, job.standing or studio.standing()
     )
 
 

@@ -67,7 +67,7 @@ def test_claims_mean_in_a_bundle_what_they_mean_in_the_registry(people, tmp_path
         assert ada.provenance.source == "bundle" and ada.badge.name == "Ada" and ada.badge.id is None
         assert ada.seal and ada.seal.holds(badge_of("Ada").id) and not ada.seal.holds(badge_of("Bo").id)
         assert ada.as_built == BUILT and bo.as_built is None
-        assert (ada.revoked, bo.revoked) == (None, "lost on the train")
+        assert ada.barred is None and bo.barred and bo.barred.reason == "lost on the train"
         assert ada.provenance.alike == ("Аda",)
         assert ada.badge.layout_key() == badge_of("Ada").layout_key()
         assert bundle.claimed(badge_of("Bo").id.upper()).badge.name == "Bo"

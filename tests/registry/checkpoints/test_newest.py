@@ -82,5 +82,5 @@ def test_a_head_that_was_moved_with_it_is_no_head(url: str, revoked: str) -> Non
 def test_what_is_sound_is_believed(full: Registry) -> None:
     """Catches: a walk that trips over revocations and measurements, or takes an older entry for the newest."""
     assert holder_of(full, full.find("Ada").id) is not None and People(full).holds(full.find("Ada").id)
-    assert claimed(full, "Bo").revoked == "lost on the train \u2014 twice"
+    assert claimed(full, "Bo").barred.reason == "lost on the train \u2014 twice"
     assert not People(full).holds(full.find("Bo").id) and People(full).holds(full.find("Zo\u00eb").id)

@@ -11,6 +11,7 @@ import pytest
 from kit.registries import badge_of, state_of, tamper, url_of
 from moireid.errors import RegistryError, SpecError
 from moireid.registry import Import, Registry, import_registry, ledger, open_registry, store
+from moireid.registry.face import deciding
 
 # Export.
 
@@ -19,7 +20,7 @@ def test_export_is_plain_json_with_everything_in_it(full, exported):
     """Catches: a file that only we can read; figures lost on the way; something private in it."""
     document = json.loads(exported.read_text(encoding="utf-8"))
     assert list(document) == ["format", "version", "authority", "records", "actors", "log"]
-    assert (document["format"], document["version"]) == ("moireid registry", 2)
+    assert (document["format"], document["version"]) == ("moireid registry", 3)
     assert document["authority"]["fingerprint"] == full.fingerprint
     head = document["authority"]["head"]
     assert f"{head['seq']}:{head['hash']}" == full.head()
@@ -191,7 +192,8 @@ def apart(full: Registry, exported: Path, target: str, monkeypatch: pytest.Monke
     import_registry(exported, target)
     copy = open_registry(target, create=False)
     for day, registry, new in ((1, full, "Di"), (2, copy, "Ed")):
-        monkeypatch.setattr(store, "utc_now", lambda day=day: f"2030-01-0{day}T00:00:00Z")
+        for module in (store, deciding):
+            monkeypatch.setattr(module, "utc_now", lambda day=day: f"2030-01-0{day}T00:00:00Z")
         registry.enroll(badge_of(new))
         registry.enroll(badge_of("Flo"))
         registry.revoke("Ada", f"on day {day}")

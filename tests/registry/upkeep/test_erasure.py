@@ -95,9 +95,9 @@ def test_the_badge_is_nobodys_from_then_on(erased):
         registry.find(str(badge.id))
     assert caught.value.details["code"] == "erased" and "Quux" not in str(caught.value)
     by_file = claimed_by_file(registry, badge)
-    assert by_file.revoked and "erased" in by_file.revoked and by_file.revoked_at
+    assert by_file.barred and "erased" in by_file.barred.reason and by_file.barred.at
     holder = holder_of(registry, badge.id)
-    assert holder is not None and holder.name == "somebody who was erased" and holder.revoked_at
+    assert holder is not None and holder.name == "somebody who was erased" and holder.barred
 
 
 def test_a_bundle_of_afterwards_does_not_hold_the_person(erased, tmp_path, monkeypatch):

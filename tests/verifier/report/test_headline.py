@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from moireid.provenance import Holder, Standing
+from moireid.provenance import Barred, Holder, Standing
 from moireid.verifier.report.circumstances import Circumstances, day, moment_words
 from moireid.verifier.report.findings import CAUSES, WEIGHTIEST, sorted_findings
 from moireid.verifier.report.headline import headline_of
@@ -88,7 +88,9 @@ def test_another_s_badge_is_named_where_the_registry_knows_it() -> None:
     assert title(other, Circumstances(NOW)) == "Genuine, but another badge, not Sarah Example's"
     vague = document("reject", finding("identity"), law="inconclusive", identity="mismatch")
     assert title(vague, ada) == "Another badge: Ada Lovelace's, not Sarah Example's"
-    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2025-12-31T23:59:00Z", "stolen"), standing=REGISTRY)
+    gone = Circumstances(
+        NOW, read=Holder("Ada Lovelace", Barred("revoked", "2025-12-31T23:59:00Z", "stolen")), standing=REGISTRY
+    )
     assert "revoked on 31 December 2025: stolen" in headline_of(other, gone).text
     same = Circumstances(NOW, read=Holder("Sarah Example"), standing=REGISTRY)
     assert title(other, same) == "Genuine, but another badge of the name Sarah Example, not Sarah Example's"
@@ -107,7 +109,7 @@ def test_a_badge_of_two_is_nobody_s() -> None:
 def test_a_revocation_is_told_before_all_else(law: str, identity: str) -> None:
     """Catches: a revoked badge whose page is about its fringes, or its name, with the revocation further down."""
     others = [finding("gain", measured=0.5), finding("identity"), finding("name")]
-    known = Circumstances(NOW, revoked_at="2026-05-03T08:00:00Z", standing=REGISTRY)
+    known = Circumstances(NOW, barred=Barred("revoked", "2026-05-03T08:00:00Z", "lost on the train"), standing=REGISTRY)
     gone = document("reject", *others, finding("revoked", measured="lost on the train"), law=law, identity=identity)
     found = headline_of(gone, known)
     assert found.title == "Revoked on 3 May: lost on the train"
@@ -154,6 +156,34 @@ def test_an_open_film_says_why_and_what_to_do() -> None:
     assert all(words.advice.endswith(".") for words in OPEN.values())
 
 
+@pytest.mark.parametrize(
+    ("barred", "words"),
+    [
+        (Barred("suspended", "2026-05-03T08:00:00Z", "mislaid"), "Suspended on 3 May: mislaid"),
+        (Barred("expired", "2026-05-03", "2026-05-03"), "Expired on 3 May"),
+        (
+            Barred("revoked", "2026-05-03T08:00:00Z", "stolen", "2026-05-01"),
+            "Revoked on 3 May, compromised since 1 May: stolen",
+        ),
+    ],
+)
+def test_what_bars_a_badge_is_the_headline_with_its_day(barred: Barred, words: str) -> None:
+    """Catches: a suspended or expired badge whose page is about its fringes, or that passes as revoked for good."""
+    measured = finding(barred.code, measured=barred.reason)
+    claimed = document("reject", finding("gain", measured=0.5), measured, identity="match")
+    found = headline_of(claimed, Circumstances(NOW, barred=barred, standing=REGISTRY))
+    assert found.title == words and sorted_findings(claimed["reasons"]).first[0]["code"] == barred.code
+    assert ("reinstates" in found.text) == (barred.code == "suspended")
+    nobody = document("accept", finding("enrolled"), identity="not_claimed") | {"finding": "nobody", "found_id": None}
+    holder = Circumstances(NOW, read=Holder("Ada Lovelace", barred), standing=REGISTRY)
+    assert title(nobody, holder) == words
+    other = document("reject", finding("identity"), identity="mismatch")
+    assert (
+        f"It {'' if barred.code == 'expired' else 'was '}{words[0].lower()}{words[1:]}."
+        in headline_of(other, holder).text
+    )
+
+
 def test_no_claim_finds_a_holder_or_nobody() -> None:
     """Catches: an unknown badge that is called forged; a revoked one that is called unknown."""
     found = document("accept", identity="not_claimed") | {"finding": "found", "found_id": ADA, "found_name": "Ada"}
@@ -161,7 +191,9 @@ def test_no_claim_finds_a_holder_or_nobody() -> None:
     assert title(found, known) == "Genuine, and Ada Lovelace's"
     nobody = document("accept", finding("enrolled"), identity="not_claimed") | {"finding": "nobody", "found_id": None}
     assert title(nobody) == "Genuine, but nobody's in this registry"
-    gone = Circumstances(NOW, read=Holder("Ada Lovelace", "2026-05-03T08:00:00Z", "lost"), standing=REGISTRY)
+    gone = Circumstances(
+        NOW, read=Holder("Ada Lovelace", Barred("revoked", "2026-05-03T08:00:00Z", "lost")), standing=REGISTRY
+    )
     assert title(nobody, gone) == "Revoked on 3 May: lost"
     empty = {"finding": "nobody", "found_id": None, "reasons": [finding("enrolled")]}
     assert title(empty) == "Nobody's in this registry"

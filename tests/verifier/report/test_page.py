@@ -24,7 +24,7 @@ import moireid
 from kit.numeric_films import FRAMES, TYPICAL, filmed
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.provenance import Holder, Standing
+from moireid.provenance import Barred, Holder, Standing
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.identity.decode import Identity
 from moireid.verifier.motion.judge import judge_invariant
@@ -229,7 +229,7 @@ def test_failures_come_first_and_what_holds_is_folded(ada):
     report = mismatched(report_of(ada))
     gone = Reason("revoked", "fail", "lost on the train", None, "", "The claimed badge was revoked: lost on the train.")
     report = replace(report, reasons=(*report.reasons, gone))
-    page = page_of(report, replace(KNOWN, revoked_at="2026-05-03T10:00:00Z"))
+    page = page_of(report, replace(KNOWN, barred=Barred("revoked", "2026-05-03T10:00:00Z", "lost on the train")))
     assert "<h1>✗ Revoked on 3 May: lost on the train</h1>" in page
     body = page[page.index("<h2>Why") : page.index("<h2>Which seconds")]
     told = [body.index(one.text.replace("'", "&#39;")) for one in (gone, *report.identity.reasons)]

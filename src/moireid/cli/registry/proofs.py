@@ -94,12 +94,23 @@ def registry_check_proof(path: Path, trust: str | None, as_json: bool) -> None:
     except Fault as fault:
         _tell_fault(fault.code, fault.text, as_json=as_json)
     revoked = None if found.revoked_at is None else {"at": found.revoked_at, "reason": found.revoked_reason}
+    suspended = None if found.suspended_at is None else {"at": found.suspended_at, "reason": found.suspended_reason}
     if as_json:
-        badge = {"id": found.badge_id, "name": found.name, "revoked": revoked}
+        badge = {
+            "id": found.badge_id,
+            "name": found.name,
+            "revoked": revoked,
+            "suspended": suspended,
+            "expires": found.expires,
+        }
         log = {"entry": found.entry, "at": found.at, "size": found.checkpoint.size, "checkpoint": found.checkpoint.date}
         show_json({"holds": True, "badge": badge, "log": log, "fingerprint": signed_by, "trusted": wanted is not None})
         return
     state = "" if revoked is None else f"; it was revoked on {found.revoked_at}: {found.revoked_reason}"
+    if revoked is None and suspended is not None:
+        state = f"; it was suspended on {found.suspended_at}: {found.suspended_reason}"
+    if found.expires is not None:
+        state += f"; it counts until the end of {found.expires}"
     click.echo(f"HOLDS: badge {found.badge_id} of {found.name} was in the log on {found.checkpoint.date}{state}")
     click.echo(f"  log: entry {found.entry} of {found.checkpoint.size}, made on {found.at}")
     told = "the one that you trust" if wanted else "whose that is, only those who run it can tell you (--trust)"

@@ -1,4 +1,4 @@
-"""registry init, list, show, revoke, forget: the records, and what was seen of registries."""
+"""registry init, list, show, forget: the records, and what was seen of registries."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from moireid.cli.common import actor_option, friendly, json_option, registry_opt
 
 @click.group("registry")
 def registry_group() -> None:
-    """Look after the registry of badges: list, show, revoke, audit."""
+    """Look after the registry of badges: list, show, suspend, revoke, audit."""
 
 
 @registry_group.command("init")
@@ -54,8 +54,9 @@ def registry_list(registry_url: str | None, as_json: bool) -> None:
             show_json({"registry": registry.shown_url, "badges": [record.summary() for record in registry.records()]})
             return
         for record in registry.records():
-            revoked = f"  revoked {record.revoked_at}" if record.revoked_at else ""
-            click.echo(f"{record.id}  {record.issued_at}  {record.name}{revoked}")
+            barred = record.barred()
+            state = f"  {barred.code} {barred.at}" if barred else ""
+            click.echo(f"{record.id}  {record.issued_at}  {record.name}{state}")
 
 
 @registry_group.command("show")
@@ -81,35 +82,16 @@ def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
         return
     click.echo(f"{record.name} holds badge {record.id} since {record.issued_at}")
     if record.revoked_at is not None:
-        click.echo(f"revoked on {record.revoked_at}: {record.revoked_reason}")
+        since = f", compromised since {record.compromised_since}" if record.compromised_since else ""
+        click.echo(f"revoked on {record.revoked_at}{since}: {record.revoked_reason}")
+    elif record.suspended_at is not None:
+        click.echo(f"suspended on {record.suspended_at}: {record.suspended_reason}")
+    if record.expires is not None:
+        over = (barred := record.barred()) is not None and barred.code == "expired"
+        click.echo(f"expired on {record.expires}" if over else f"counts until the end of {record.expires}")
     if record.as_built is not None:
         click.echo(f"measured as built on {record.as_built_at}")
     click.echo(f"signed by authority {fingerprint}")
-
-
-@registry_group.command("revoke")
-@click.argument("claim", metavar="NAME|ID")
-@click.option(
-    "--reason", required=True, metavar="TEXT", help="Why, on one line. Everyone who verifies the badge sees it."
-)
-@actor_option
-@registry_option
-@json_option
-@friendly
-def registry_revoke(claim: str, reason: str, actor: str | None, registry_url: str | None, as_json: bool) -> None:
-    """Revoke one person's badge, for good.
-
-    Every later verification rejects it. Give the name exactly as it was entered, or the badge's id.
-    """
-    from moireid.registry import open_registry
-
-    with open_registry(registry_url, create=False, actor=actor) as registry:
-        registry.check_head()
-        record = registry.revoke(claim, reason)
-        if as_json:
-            show_json(record.summary() | {"registry": registry.shown_url})
-        else:
-            click.echo(f"badge {record.id} of {record.name} is revoked since {record.revoked_at}")
 
 
 @registry_group.command("forget")

@@ -39,7 +39,7 @@ class Asked:
 
     def known(self, document: Mapping[str, Any], claim: str | None) -> Circumstances:
         """How the check of a report was made; claim: as it was typed."""
-        return replace(self.look_up(document), claim=claim, revoked_at=self.found.revoked_at)
+        return replace(self.look_up(document), claim=claim, barred=self.found.barred)
 
 
 def files_read(wish: Wish) -> list[Path | None]:

@@ -69,7 +69,7 @@ def _report(wish: Wish, found: Claimed, progress: Progress) -> Report:
     from moireid.attest.carried import with_carried
     from moireid.verifier import verify
 
-    report = verify(wish.video, claim, revoked=found.revoked, overlap=wish.overlap, progress=progress)
+    report = verify(wish.video, claim, barred=found.barred, overlap=wish.overlap, progress=progress)
     return with_carried(without_corners(report) if corners else report, wish.video)
 
 
@@ -82,7 +82,7 @@ def judge_apart(wish: Wish, found: Claimed, scores: Scores, progress: Progress) 
     from moireid.sandbox.seal import missing
 
     pictures = wish.report_folder is not None
-    order = Order(wish.video, claim_held(wish, found), found.revoked, wish.overlap, scores, pictures)
+    order = Order(wish.video, claim_held(wish, found), found.barred, wish.overlap, scores, pictures)
     judged, standing = judged_apart(order, progress), found.provenance.standing
     if (lacking := missing(judged.sealed)) is not None:
         say(f"note: the process that read the film {lacking}: this system has no means against that")

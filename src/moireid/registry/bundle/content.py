@@ -1,6 +1,6 @@
 """The content of a bundle: an SQLite database, so that a look-up among many people reads a handful of pages.
 
-people    name, its skeletons (`look_alikes`), sealed identity, layout, measured figures, revocation
+people    name, its skeletons (`look_alikes`), sealed identity, layout, measured figures, and what bars the badge
 layouts   a specimen of each layout: a badge of nobody
 about     the checkpoint; the hashes of all log entries, 32 bytes each
 rotations the log entries, as JSON, that gave the log another key
@@ -20,8 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from moireid.provenance import Seal
+from moireid.provenance import Barred, Seal
 from moireid.registry.canonical import canonical_json
+from moireid.registry.record import barred_by
 
 _TABLES = """
 CREATE TABLE about (checkpoint TEXT NOT NULL, entries BLOB NOT NULL);
@@ -29,7 +30,8 @@ CREATE TABLE rotations (entry TEXT NOT NULL);
 CREATE TABLE layouts (number INTEGER PRIMARY KEY, badge TEXT NOT NULL);
 CREATE TABLE people (
     number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, folded TEXT NOT NULL,
-    salt BLOB NOT NULL, seal BLOB NOT NULL, layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT, revoked_reason TEXT
+    salt BLOB NOT NULL, seal BLOB NOT NULL, layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT,
+    revoked_reason TEXT, suspended_at TEXT, suspended_reason TEXT, expires TEXT, compromised_since TEXT
 );
 """
 _INDEXES = """
@@ -39,7 +41,9 @@ CREATE INDEX people_by_folded ON people (folded);
 """
 #: Skeleton and folded skeleton of a name.
 Looks = tuple[str, str]
-_COLUMNS = "name, salt, seal, layout, as_built, revoked_at, revoked_reason"
+#: Columns that bundles of before do not have.
+_LATER = ("suspended_at", "suspended_reason", "expires", "compromised_since")
+_COLUMNS = ", ".join(("name", "salt", "seal", "layout", "as_built", "revoked_at", "revoked_reason", *_LATER))
 
 
 @dataclass(frozen=True)
@@ -52,6 +56,22 @@ class Person:
     figures: str | None
     revoked_at: str | None
     revoked_reason: str | None
+    suspended_at: str | None = None
+    suspended_reason: str | None = None
+    expires: str | None = None
+    compromised_since: str | None = None
+
+    @property
+    def barred(self) -> Barred | None:
+        """Why the badge does not count at present."""
+        return barred_by(
+            self.revoked_at,
+            self.revoked_reason,
+            self.suspended_at,
+            self.suspended_reason,
+            self.expires,
+            self.compromised_since,
+        )
 
 
 def without_id(as_built: str | None) -> str | None:
@@ -78,7 +98,7 @@ def made_content(
                 database.executemany("INSERT INTO rotations VALUES (?)", turned)
                 database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
                 database.executemany(
-                    f"INSERT INTO people (skeleton, folded, {_COLUMNS}) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+                    f"INSERT INTO people (skeleton, folded, {_COLUMNS}) VALUES ({', '.join('?' * 13)})",
                     map(_row, people),
                 )
                 database.executescript(_INDEXES)
@@ -94,9 +114,12 @@ class Content:
         self._database.deserialize(content)
         self._database.execute("PRAGMA query_only = ON")
         self._database.execute("PRAGMA trusted_schema = OFF")
-        # Bundles of before have no such column: case and width are not looked through in them.
+        # Bundles of before lack columns: case and width are not looked through in them, and
+        # nobody in them is suspended.
         columns = {row[1] for row in self._database.execute("PRAGMA table_info(people)")}
         self._folds = "folded" in columns
+        known = [name if name in columns else f"NULL AS {name}" for name in _COLUMNS.split(", ")]
+        self._columns = ", ".join(known)
 
     def close(self) -> None:
         """Give the memory back."""
@@ -155,7 +178,7 @@ class Content:
         return [found[k : k + 32] for k in range(0, len(found), 32)]
 
     def _people(self, condition: str, value: object) -> list[Person]:
-        rows = self._database.execute(f"SELECT {_COLUMNS} FROM people WHERE {condition} ORDER BY number", (value,))
+        rows = self._database.execute(f"SELECT {self._columns} FROM people WHERE {condition} ORDER BY number", (value,))
         return [Person(name, Seal(salt, seal), *rest) for name, salt, seal, *rest in rows]
 
 
@@ -171,4 +194,5 @@ def _row(pair: tuple[Person, Looks]) -> tuple[object, ...]:
         person.figures,
         person.revoked_at,
         person.revoked_reason,
+        *[getattr(person, name) for name in _LATER],
     )

@@ -61,9 +61,9 @@ class BundlePeople:
         return self._known[badge_id]
 
     def holds(self, badge_id: str) -> bool:
-        """Whether an id is in the bundle and not revoked."""
+        """Whether an id is in the bundle, and its badge counts at present."""
         found = self.holder(badge_id)
-        return found is not None and found.revoked_at is None
+        return found is not None and found.barred is None
 
     def alike(self, parts: Mapping[int, str]) -> list[str]:
         """None: a reading of which a part is wrong opens no seal."""
@@ -142,7 +142,7 @@ class Bundle:
         Returns
         -------
         Claimed
-            A specimen of its layout with the person's name, the seal of its identity, and whether it was revoked.
+            A specimen of its layout with the person's name, the seal of its identity, and why it does not count.
 
         Raises
         ------
@@ -188,7 +188,7 @@ class Bundle:
             None where it is no identity, or nobody in the bundle holds such a badge.
         """
         for person in self._of_id(badge_id) if isinstance(badge_id, str) else []:
-            return Holder(person.name, person.revoked_at, person.revoked_reason)
+            return Holder(person.name, person.barred)
         return None
 
     def _former(self, authority: Authority) -> list[str]:
@@ -222,7 +222,7 @@ class Bundle:
         as_built = as_built_from_json(person.figures) if person.figures else None
         provenance = Provenance("bundle", alike=self._alike(person.name), standing=self.standing)
         named = replace(badge, name=person.name)
-        return Claimed(named, as_built, person.revoked_reason, provenance, person.revoked_at, person.seal)
+        return Claimed(named, as_built, person.barred, provenance, person.seal)
 
     def _of_id(self, badge_id: str) -> list[Person]:
         if not _ID.fullmatch(badge_id):

@@ -17,8 +17,11 @@ from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import Authority, Signs
 from moireid.registry.log import Head
 
-ORIGIN = "moireid/bundle/"
-_FIRST = re.compile(rb"moireid bundle 1 (\d{6})\n")
+#: Origins of notes by the bundle's version.  The second is of bundles in which somebody is suspended or has a day of
+#: expiry: programs that know neither refuse it, as they would take such a badge for valid.
+ORIGINS = {1: "moireid/bundle/", 2: "moireid/bundle2/"}
+STATES = 2
+_FIRST = re.compile(rb"moireid bundle ([12]) (\d{6})\n")
 #: Lines of the header after its origin, in this order.
 _LINES = ("key", "issued", "expires", "head", "people", "length", "sha256")
 TIME = "%Y-%m-%dT%H:%M:%SZ"
@@ -38,13 +41,14 @@ class Header:
     people: int
     length: int
     sha256: str
+    version: int = 1
 
     def parcel(self, signer: Signs, content: bytes) -> bytes:
         """The whole file."""
-        name = ORIGIN + signer.authority.fingerprint
+        name = ORIGINS[self.version] + signer.authority.fingerprint
         text = "".join(f"{line} {getattr(self, line)}\n" for line in _LINES)
         note = signed_note(f"{name}\n{text}", name, signer).encode()
-        return b"moireid bundle 1 %06d\n" % len(note) + note + content
+        return b"moireid bundle %d %06d\n" % (self.version, len(note)) + note + content
 
 
 def opened_parcel(path: Path) -> tuple[Header, Authority, bytes]:
@@ -59,9 +63,9 @@ def opened_parcel(path: Path) -> tuple[Header, Authority, bytes]:
     first = _FIRST.match(whole)
     if first is None:
         raise RegistryError(f"{path} is no bundle of a registry; give a file that `moireid registry publish` wrote")
-    begin = first.end() + int(first[1])
+    begin = first.end() + int(first[2])
     try:
-        header, authority = _header(whole[first.end() : begin].decode())
+        header, authority = _header(whole[first.end() : begin].decode(), int(first[1]))
         content = memoryview(whole)[begin:]
         if len(content) != header.length:
             raise ValueError(f"it has {len(content)} bytes of content, and {header.length} were signed")
@@ -90,7 +94,7 @@ def check_expiry(header: Header, path: Path) -> None:
         )
 
 
-def _header(note: str) -> tuple[Header, Authority]:
+def _header(note: str, version: int) -> tuple[Header, Authority]:
     """Header and authority of a note that bears that authority's signature.  Raises: ValueError where it does not."""
     text, _ = parted(note)
     origin, *lines = text[:-1].split("\n")
@@ -99,10 +103,10 @@ def _header(note: str) -> tuple[Header, Authority]:
         raise ValueError("its header is none")
     key, issued, expires, head, people, size, digest = values
     authority = Authority(key)
-    if origin != ORIGIN + authority.fingerprint:
+    if origin != ORIGINS[version] + authority.fingerprint:
         raise ValueError("its key is not that of its origin")
     opened(note, origin, authority)
     for time in (issued, expires):
         datetime.strptime(time, TIME)
     Head.parse(head)
-    return Header(key, issued, expires, head, int(people), int(size), digest), authority
+    return Header(key, issued, expires, head, int(people), int(size), digest, version), authority

@@ -16,7 +16,7 @@ from moireid.badge import Badge
 from moireid.files import planned, whole_file
 from moireid.provenance import Seal
 from moireid.registry.bundle.content import Looks, Person, made_content, without_id
-from moireid.registry.bundle.parcel import TIME, Header, now, opened_parcel
+from moireid.registry.bundle.parcel import STATES, TIME, Header, now, opened_parcel
 from moireid.registry.canonical import sha256_hex
 from moireid.registry.checkpoints.checkpoint import entry_hashes, sign_checkpoint
 from moireid.registry.checkpoints.merkle import Tree, leaf_hash
@@ -67,6 +67,8 @@ def publish(
     people = _people(records, progress)
     content = made_content(sign_checkpoint(tree, signer).note, entries, turned, layouts, people)
     header = _header(head, len(people), content, signer.authority.public_hex, days)
+    if any(one.suspended_at or one.expires for one, _ in people):
+        header = replace(header, version=STATES)
     with whole_file(path) as temporary:
         temporary.write_bytes(header.parcel(signer, content))
         opened_parcel(temporary)
@@ -101,6 +103,10 @@ def _bare(record: Record, layout: int) -> Person:
         without_id(record.as_built),
         record.revoked_at,
         record.revoked_reason,
+        record.suspended_at,
+        record.suspended_reason,
+        record.expires,
+        record.compromised_since,
     )
 
 

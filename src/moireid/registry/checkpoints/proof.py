@@ -47,7 +47,7 @@ class Proved:
         The number of the log's entry; the first is 1.
     at : str
         When it was entered; UTC, ISO 8601.
-    revoked_at, revoked_reason : str or None
+    revoked_at, revoked_reason, suspended_at, suspended_reason, expires : str or None
         Of the record in that entry.
     checkpoint : Checkpoint
         Its signature holds.
@@ -59,6 +59,9 @@ class Proved:
     at: str
     revoked_at: str | None
     revoked_reason: str | None
+    suspended_at: str | None
+    suspended_reason: str | None
+    expires: str | None
     checkpoint: Checkpoint
 
 
@@ -112,6 +115,9 @@ def check_proof(text: str, source: str) -> Proved:
             str(entry["time"]),
             record["revoked_at"],
             record["revoked_reason"],
+            record.get("suspended_at"),
+            record.get("suspended_reason"),
+            record.get("expires"),
             checkpoint,
         )
     except (ValueError, KeyError, TypeError, RecursionError) as error:

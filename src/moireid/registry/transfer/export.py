@@ -2,7 +2,8 @@
 
 The file is one object: `format` and `version`, `authority` (public key, its fingerprint, the signed head), `records`
 (the columns of the table, with the badge and the measured figures as JSON), `log` (the entries from the first on),
-`actors` (who the entries name).  Version 1 had no actors, and no salts.
+`actors` (who the entries name).  Version 1 had no actors, and no salts; version 2 no suspensions,
+expiries, and days since when a badge is compromised.
 A badge stands there in its canonical spelling.  If a tool spells the document differently, for example indented, it is
 still the same badge, and its signature stays valid.
 """
@@ -23,7 +24,7 @@ from moireid.registry.record import Fault, record_of, tampered
 from moireid.registry.schema import actors, authority, badges, log, select_records
 from moireid.registry.url import sqlite_file
 
-FORMAT, VERSION = "moireid registry", 2
+FORMAT, VERSION = "moireid registry", 3
 #: Documents, which are put in as they are, and what is derived.
 NOT_FIELDS = ("badge", "as_built", "newest", "skeleton", "folded")
 #: Number of records between two reports of progress.

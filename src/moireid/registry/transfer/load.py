@@ -26,8 +26,10 @@ LAST_SEQ = 2**53
 
 _DOCUMENTS = {"badge", "as_built"}
 _NULLABLE = {column.name for column in (*schema.badges.c, *schema.log.c) if column.nullable}
-#: Columns that are computed, and those that version 1 of the format did not have.
-_DERIVED, _NEW = {"skeleton", "folded"}, {"salt", "actor"}
+#: Columns that are computed, and those that a version of the format did not have.
+_DERIVED = {"skeleton", "folded"}
+_STATES = {"suspended_at", "suspended_reason", "expires", "compromised_since"}
+_ABSENT = {1: {"salt", "actor"} | _STATES, 2: _STATES}
 
 
 def load(path: Path, copy: Ledger) -> None:
@@ -75,7 +77,7 @@ def _load(parts: Any, connection: Connection) -> dict[str, Any]:
             raise ValueError(f"it is no export of a moireid registry, version {VERSIONS[0]} to {VERSIONS[-1]}")
         table, row_of, order = tables[key]
         rows = waiting[key]
-        rows.append(row_of(value, _NEW if version == 1 else set()))
+        rows.append(row_of(value, _ABSENT.get(version, set())))
         # In the order in which export writes them; this also excludes duplicates.
         if key in last and not last[key] < rows[-1][order]:
             raise ValueError(f"its {key} are not in order")

@@ -8,7 +8,8 @@
    - the export's log is a part of the registry's: there is nothing to do.
    - the registry's log is a part of the export's: the entries that follow and their records are taken as signed.
    - both have grown on their own under one key: records that differ are united and signed anew, with an entry
-     `import` for each.  A revocation stays, the earlier where there are two; of measured figures the newer stay.
+     `import` for each.  A revocation stays, the earlier where there are two; so does a suspension, as nobody can tell
+     whether it came after a reinstatement; of two days the earlier stays, and of measured figures the newer.
 A person who was erased on either side is erased on both afterwards.
 """
 
@@ -214,20 +215,30 @@ def _united(ours: Record, theirs: Record) -> Record:
     """
     if ours == theirs:
         return ours
-    same_or_conflict(theirs, ours)
+    same_or_conflict(replace(theirs, expires=None), ours)
     # Between equal ones the text decides, so that every registry that unites them gets the same record.
     first, second = sorted((ours, theirs), key=_order)
     revoked = [record for record in (first, second) if record.revoked_at is not None]
     revocation = min(revoked, key=lambda record: (record.revoked_at or "", record.revoked_reason or ""), default=first)
+    halted = [record for record in (first, second) if record.suspended_at is not None]
+    suspension = min(halted, key=lambda one: (one.suspended_at or "", one.suspended_reason or ""), default=first)
     measured = max((first, second), key=lambda record: (record.as_built_at or "", record.as_built or ""))
     return replace(
         first,
         salt=first.salt or second.salt,
         revoked_at=revocation.revoked_at,
         revoked_reason=revocation.revoked_reason,
+        compromised_since=_earlier(first.compromised_since, second.compromised_since),
+        suspended_at=suspension.suspended_at,
+        suspended_reason=suspension.suspended_reason,
+        expires=_earlier(first.expires, second.expires),
         as_built=measured.as_built,
         as_built_at=measured.as_built_at,
     )
+
+
+def _earlier(one: str | None, other: str | None) -> str | None:
+    return min((day for day in (one, other) if day is not None), default=None)
 
 
 def _order(record: Record) -> tuple[str, str, str]:

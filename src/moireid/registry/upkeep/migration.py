@@ -41,6 +41,13 @@ def _to_3(connection: Connection) -> None:
             index.create(connection)
 
 
+def _to_4(connection: Connection) -> None:
+    """Suspensions, days of expiry, and since when a revoked badge is compromised."""
+    badges = schema.badges.c
+    for column in (badges.suspended_at, badges.suspended_reason, badges.expires, badges.compromised_since):
+        _add(connection, column)
+
+
 def _add(connection: Connection, column: Column[object]) -> None:
     table = column.table
     assert isinstance(table, Table)
@@ -61,4 +68,4 @@ def write_skeletons(connection: Connection) -> None:
 
 
 #: The step that leads on from a version.
-STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3}
+STEPS: dict[int, Callable[[Connection], None]] = {2: _to_3, 3: _to_4}

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import Any
 
-from moireid.provenance import Holder, Standing
+from moireid.provenance import Barred, Holder, Standing
 
 #: Not by the system's locale: the report is in one language.
 MONTHS = (
@@ -42,8 +42,8 @@ class Circumstances:
         The film's name as people know it; None for the name in the report.
     claim : str, optional
         The claim as it was made, where one was.
-    revoked_at : str, optional
-        When the claimed badge was revoked, UTC, ISO 8601; None where it was not, or that is not known.
+    barred : Barred, optional
+        Why the claimed badge does not count; None where it does, or that is not known.
     read : Holder, optional
         Who holds the badge that was read in the film, by the registry; None where nobody does.
     standing : Standing, optional
@@ -57,7 +57,7 @@ class Circumstances:
     checked_at: datetime
     film_name: str | None = None
     claim: str | None = None
-    revoked_at: str | None = None
+    barred: Barred | None = None
     read: Holder | None = None
     standing: Standing | None = None
     registry: str | None = None

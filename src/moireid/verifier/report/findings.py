@@ -10,7 +10,8 @@ from typing import Any
 Finding = Mapping[str, Any]
 #: What says most comes first; all other codes follow as they were found.
 WEIGHTIEST = (
-    *("revoked", "name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
+    *("revoked", "suspended", "expired"),
+    *("name", "identities", "identity", "beats", "enrolled", "genuine", "built", "cells_move"),
     *("gain", "correlation", "agreement", "residual", "spacing", "waveform", "likelihood"),
 )
 #: What leaves all else open comes before what it leaves open.

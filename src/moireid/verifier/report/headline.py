@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from moireid.provenance import Barred
 from moireid.verifier.report.circumstances import Circumstances, day
 from moireid.verifier.report.findings import Finding, Findings, sorted_findings
 from moireid.verifier.report.open_words import GENERAL, OPEN
@@ -19,6 +20,12 @@ from moireid.verifier.report.person import Claimed, claimed_in
 STILL, SHARES = 0.12, ((0.45, 0.55, "half as far as"), (1.9, 2.1, "twice as far as"))
 #: The law itself; what else fails is not about the fringes.
 LAW = ("gain", "correlation", "agreement", "residual", "likelihood", "window_correlation", "overlap_law", "genuine")
+#: What bars a badge, whatever its film shows, gravest first: the finding's code, and what is the case.
+BARRED = {
+    "revoked": "is no longer valid",
+    "suspended": "is not valid until whoever runs the registry reinstates it",
+    "expired": "is no longer valid",
+}
 DISTRUST = "Do not use this film as proof. If you think that it is genuine, ask for the file as the camera made it."
 
 
@@ -96,8 +103,9 @@ def _open(found: Findings) -> Headline:
 def _refused(document: Mapping[str, Any], found: Findings, claimed: Claimed, known: Circumstances) -> Headline:
     failed = found.failed
     held = (document.get("invariant") or {}).get("verdict") == "accept"
-    if "revoked" in failed:
-        return _revoked(document, failed["revoked"], claimed, known)
+    for code in BARRED:
+        if code in failed:
+            return _barred(document, failed[code], claimed, known)
     broken = [code for code in LAW if code in failed]
     if broken:
         text = "So this is no film of a real badge that moved as the picture shows."
@@ -126,17 +134,33 @@ def _refused(document: Mapping[str, Any], found: Findings, claimed: Claimed, kno
     return Headline("reject", "Not accepted", first, DISTRUST)
 
 
-def _revoked(document: Mapping[str, Any], finding: Finding, claimed: Claimed, known: Circumstances) -> Headline:
-    on = f" on {day(known.revoked_at, known.checked_at)}" if known.revoked_at else ""
+def _barred(document: Mapping[str, Any], finding: Finding, claimed: Claimed, known: Circumstances) -> Headline:
+    """A badge that was revoked or suspended, or has expired: said before all else."""
     rest = {
         ("accept", "match"): "Apart from that it is genuine: the fringes moved as only a real badge's do.",
         ("accept", "mismatch"): "Besides, the film shows another badge.",
     }.get((document["invariant"]["verdict"], document["identity"]["verdict"]), "")
     if document["invariant"]["verdict"] == "reject":
         rest = "Besides, the fringes do not follow the law."
-    text = f"{claimed.whose.capitalize() if not claimed.vouched else claimed.whose} is no longer valid. {rest}".strip()
+    code, reason = finding["code"], str(finding["measured"])
+    whose = claimed.whose.capitalize() if not claimed.vouched else claimed.whose
+    text = f"{whose} {BARRED[code]}. {rest}".strip()
     advice = f"Accept no film of this badge. Ask {claimed.name} for one of the badge that replaced it."
-    return Headline("reject", f"Revoked{on}: {finding['measured']}", text, advice)
+    if code == "suspended":
+        advice = "Accept no film of this badge meanwhile. Ask whoever runs the registry what became of it."
+    if known.barred is not None:
+        return Headline("reject", _bar(known.barred, known), text, advice)
+    title = f"Expired on {day(reason, known.checked_at)}" if code == "expired" else f"{code.capitalize()}: {reason}"
+    return Headline("reject", title, text, advice)
+
+
+def _bar(barred: Barred, known: Circumstances) -> str:
+    """What bars a badge in a line, such as: Revoked on 3 May, compromised since 1 May: lost on the train."""
+    on = f"{barred.code.capitalize()} on {day(barred.at, known.checked_at)}"
+    if barred.code == "expired":
+        return on
+    since = f", compromised since {day(barred.since, known.checked_at)}" if barred.since else ""
+    return f"{on}{since}: {barred.reason}"
 
 
 def _another(held: bool, claimed: Claimed, known: Circumstances) -> Headline:
@@ -157,17 +181,17 @@ def _another(held: bool, claimed: Claimed, known: Circumstances) -> Headline:
     if claimed.vouched and read.name == claimed.name:
         whose = f"another badge of the name {read.name}"
     text = f"{law}, and the registry issued the badge that is shown to {read.name}."
-    if read.revoked_at is not None:
-        text += f" It was revoked on {day(read.revoked_at, known.checked_at)}: {read.revoked_reason}."
+    if read.barred is not None:
+        bar = _bar(read.barred, known)
+        text += f" It {'' if read.barred.code == 'expired' else 'was '}{bar[0].lower()}{bar[1:]}."
     return Headline("reject", f"{genuine}{whose}, not {claimed.possessive}", text, advice)
 
 
 def _nobody(finding: Finding, held: bool, known: Circumstances) -> Headline:
     """Nobody was claimed, and nobody valid holds the badge that is shown."""
-    if known.read is not None and known.read.revoked_at is not None:
-        title = f"Revoked on {day(known.read.revoked_at, known.checked_at)}: {known.read.revoked_reason}"
-        text = f"The badge was issued to {known.read.name}, and is no longer valid."
-        return Headline("reject", title, text, "Accept no film of this badge.")
+    if known.read is not None and known.read.barred is not None:
+        text = f"The badge was issued to {known.read.name}, and {BARRED[known.read.barred.code]}."
+        return Headline("reject", _bar(known.read.barred, known), text, "Accept no film of this badge.")
     where = "registry" if known.bundle is None else "bundle"
     title = f"Genuine, but nobody's in this {where}" if held else f"Nobody's in this {where}"
     return Headline("reject", title, finding["text"], "If it should be known, ask whose registry the badge is in.")

@@ -30,6 +30,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 from moireid.badge import Badge
+from moireid.provenance import Barred
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
@@ -46,7 +47,7 @@ def verify(
     video: Path,
     claim: Claim,
     *,
-    revoked: str | None = None,
+    barred: Barred | None = None,
     overlap: bool = False,
     progress: Progress | None = None,
 ) -> Report:
@@ -58,8 +59,8 @@ def verify(
         The film.
     claim : Claim
         The badge, the identity that must be read, and what else is known of it.
-    revoked : str, optional
-        The reason for which the claimed badge was revoked, if it was.
+    barred : Barred, optional
+        Why the claimed badge does not count, if it does not.
     overlap : bool
         Ask that the badge passes before the face, and obeys the law there (`overlap`).
     progress : callable, optional
@@ -108,8 +109,8 @@ def verify(
     if seen.tracked:
         reasons += (cover_finding(cover, claim.cover_share), *seen.verifier.long_unsearched)
     reasons += claim_reasons(claim, identity)
-    if revoked is not None:
-        reasons += (Reason("revoked", "fail", revoked, None, "", f"The claimed badge was revoked: {revoked}."),)
+    if barred is not None:
+        reasons += (Reason(barred.code, "fail", barred.reason, None, "", barred.text),)
     verdict = worst(list(reasons))  # 8
     timing = {
         "total_s": round(time.perf_counter() - begun, 4),

@@ -29,7 +29,7 @@ class Enrolled(Protocol):
     """What identification must know of the enrolled people."""
 
     def holds(self, badge_id: str) -> bool:
-        """Whether that id is enrolled and not revoked."""
+        """Whether that id is enrolled, and its badge counts at present."""
 
     def alike(self, parts: Mapping[int, str]) -> Iterable[str]:
         """Ids, revoked or not, that agree with one part; parts: place -> hex digits, as `PartialWord.parts`."""
@@ -155,8 +155,8 @@ def _whose(identity: Identity, enrolled: Enrolled) -> tuple[str | None, Reason]:
         return _nearest(identity.partial, enrolled)
     if not enrolled.holds(read):
         text = (
-            "Nobody in this registry holds the badge that is shown: it was never issued here, was revoked, or its "
-            "holder was erased."
+            "Nobody in this registry holds the badge that is shown: it was never issued here, was revoked or "
+            "suspended, has expired, or its holder was erased."
         )
         return None, Reason("enrolled", "fail", read, None, "", text)
     if identity.beats_agree is False:

@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from moireid.errors import RegistryError
-from moireid.provenance import Standing
+from moireid.provenance import Barred, Standing
 from moireid.registry import People
 from moireid.sandbox.limits import ProcessLimits
 from moireid.web.jobs.asking import answer_to, with_name
@@ -48,7 +48,7 @@ class Job:
     """One film: its owner, its progress, and its outcome.
 
     result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
-    was asked for; film_name, claim: as the visitor gave them; revoked_at: when the claimed badge was revoked; standing:
+    was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
     of the registry when the film came; people: whom the film's process may ask about; film_sha256: of the film as it
     came; claimed_id, claim_source: the badge that the claim means, and who says so.
     """
@@ -61,7 +61,7 @@ class Job:
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
     film_name: str = ""
     claim: str = ""
-    revoked_at: str | None = None
+    barred: Barred | None = None
     standing: Standing | None = None
     film_sha256: str | None = None
     claimed_id: str | None = None

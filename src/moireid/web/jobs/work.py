@@ -63,7 +63,7 @@ def verify_film(
         cover_share,
         photographs,
     )
-    made = verify(video, claim, revoked=found.revoked, progress=progress)
+    made = verify(video, claim, barred=found.barred, progress=progress)
     tell({"result": made.to_json()})
     if not report:
         return
@@ -81,7 +81,7 @@ class Asked:
     ask: Ask
 
     def holds(self, badge_id: str) -> bool:
-        """Whether that id is enrolled and not revoked."""
+        """Whether that id is enrolled, and its badge counts at present."""
         return bool(self.ask({"holds": badge_id}))
 
     def alike(self, parts: Mapping[int, str]) -> list[str]:

@@ -137,13 +137,15 @@ async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
 def _start(studio: Studio, claim: str) -> Start:
     """The claim in the form that the process needs.
 
-    Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge was revoked.
+    Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge does not count.
     """
     standing = studio.standing()
     found = find_claimed(studio.registry, claim)
     found = replace(found, provenance=replace(found.provenance, standing=standing))
-    if found.revoked is not None:
-        raise RegistryError(f"the badge of {found.badge.name} was revoked ({found.revoked}); issue another")
+    if (barred := found.barred) is not None:
+        was = "expired" if barred.code == "expired" else f"was {barred.code}"
+        advice = "have it reinstated, or issue another" if barred.code == "suspended" else "issue another"
+        raise RegistryError(f"the badge of {found.badge.name} {was} ({barred.reason}); {advice}")
     return Start(found)
 
 

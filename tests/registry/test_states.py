@@ -1,0 +1,250 @@
+"""Badges that stop to count, and count again.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from kit.registries import badge_of, tamper, url_of
+from moireid.cli.main import moireid
+from moireid.errors import RegistryError, SpecError
+from moireid.idcodes import specimen_of
+from moireid.registry import People, Registry, claimed, holder_of, import_registry, open_registry
+from moireid.registry.bundle.held import Bundle, BundlePeople
+from moireid.registry.checkpoints.proof import check_proof, proof_of
+
+STATES = ("suspended_at", "suspended_reason", "expires", "compromised_since")
+
+
+@pytest.fixture
+def full(registry: Registry) -> Registry:
+    """Three badges that were never measured, one of them revoked."""
+    for name in ("Ada", "Bo", "Zo\u00eb"):
+        registry.enroll(badge_of(name))
+    registry.revoke("Bo", "lost on the train")
+    return registry
+
+
+def test_a_suspended_badge_counts_for_nothing_until_it_is_reinstated(full):
+    """Catches: a suspension that only a list shows; one that is for good; one that leaves the record changed."""
+    before = full.find("Zo\u00eb")
+    full.by("Bob").suspend("Zo\u00eb", " mislaid ")
+    barred = claimed(full, "Zo\u00eb").barred
+    assert barred and (barred.code, barred.reason) == ("suspended", "mislaid")
+    holder = holder_of(full, before.id)
+    assert holder and holder.barred == barred and not People(full).holds(before.id)
+    assert "mislaid" in barred.text
+    full.by("Eve").reinstate(before.id)
+    assert claimed(full, "Zo\u00eb").barred is None and People(full).holds(before.id)
+    assert full.find("Zo\u00eb") == before
+    told = [(entry.action, entry.actor) for entry in full.entries(before.id, 2)]
+    assert told == [("reinstate", "Eve"), ("suspend", "Bob")] and full.audit().sound
+
+
+def test_a_revocation_is_graver_than_a_suspension(full):
+    """Catches: a reinstatement by which a revoked badge counts again; a state by which one is hidden."""
+    full.suspend("Ada", "mislaid")
+    full.revoke("Ada", "lost")
+    barred = claimed(full, "Ada").barred
+    assert barred and (barred.code, barred.reason) == ("revoked", "lost")
+    for decide in (lambda: full.reinstate("Ada"), lambda: full.suspend("Bo", "again")):
+        with pytest.raises(RegistryError, match="revoked already"):
+            decide()
+
+
+def test_what_changes_nothing_is_refused(full):
+    """Catches: a second suspension that replaces the first one's day and reason; an entry that says nothing."""
+    with pytest.raises(RegistryError, match="is not suspended"):
+        full.reinstate("Ada")
+    first = full.suspend("Ada", "mislaid")
+    head = full.head()
+    with pytest.raises(RegistryError, match=r"suspended already on .*mislaid"):
+        full.suspend("Ada", "again")
+    for reason in (" ", "x" * 501, "two\nlines"):
+        with pytest.raises(RegistryError, match="reason"):
+            full.suspend("Zo\u00eb", reason)
+    assert full.find("Ada") == first and full.head() == head
+
+
+def test_a_suspension_that_was_taken_out_is_found(full, url):
+    """Catches: a column beside the signed text, which whoever has the database can clear."""
+    full.suspend("Ada", "mislaid")
+    tamper(url, "UPDATE badges SET suspended_at = NULL, suspended_reason = NULL")
+    assert [one.code for one in full.audit().findings] == ["record_signature"]
+    with pytest.raises(RegistryError, match="signature"):
+        claimed(full, "Ada")
+
+
+def test_it_goes_with_exports(full, target, tmp_path):
+    """Catches: a suspension that a backup forgets; an export of before that is refused, or that smuggles one in."""
+    suspended = full.suspend("Ada", "mislaid")
+    full.export_json(tmp_path / "new.json")
+    assert import_registry(tmp_path / "new.json", target).added == 3
+    with open_registry(target, create=False) as other:
+        assert other.find("Ada") == suspended and other.audit().sound
+
+
+def test_an_export_of_version_2_is_taken_in(full, target, exported, tmp_path):
+    """Catches: a reader that knows the new form alone, so that backups of before are lost."""
+    document = json.loads(exported.read_text(encoding="utf-8")) | {"version": 2}
+    smuggled = tmp_path / "smuggled.json"
+    smuggled.write_text(json.dumps(document), encoding="utf-8")
+    with pytest.raises(RegistryError, match="does not hold"):
+        import_registry(smuggled, target)
+    for record in document["records"]:
+        for name in STATES:
+            assert record.pop(name) is None
+    older = tmp_path / "older.json"
+    older.write_text(json.dumps(document), encoding="utf-8")
+    assert import_registry(older, target).added == 3
+
+
+def test_two_registries_that_grew_apart_keep_the_suspension(full, target, exported, tmp_path):
+    """Catches: a union by which whoever imports last lifts what the other suspended."""
+    import_registry(exported, target)
+    full.suspend("Ada", "mislaid")
+    with open_registry(target, create=False) as other:
+        other.suspend("Zo\u00eb", "dropped")
+        full.export_json(tmp_path / "one.json")
+        other.import_json(tmp_path / "one.json")
+        assert [one.suspended_reason for one in other.records()] == ["mislaid", None, "dropped"]
+        other.export_json(tmp_path / "two.json")
+        full.import_json(tmp_path / "two.json")
+        assert list(full.records()) == list(other.records()) and full.audit().sound
+
+
+def test_a_bundle_says_it_and_older_programs_refuse_that_bundle(full, tmp_path):
+    """Catches: a bundle that takes a suspended badge for valid, here or with a program that knows no suspensions."""
+    plain, later = tmp_path / "plain.bundle", tmp_path / "later.bundle"
+    full.publish(plain, specimen_of, days=7)
+    assert plain.read_bytes().startswith(b"moireid bundle 1 ")
+    full.suspend("Ada", "mislaid")
+    full.publish(later, specimen_of, days=7)
+    whole = later.read_bytes()
+    assert whole.startswith(b"moireid bundle 2 ")
+    with Bundle(later) as bundle:
+        assert bundle.claimed("Ada").barred == claimed(full, "Ada").barred and bundle.claimed("Zo\u00eb").barred is None
+        holder = bundle.holder_of(badge_of("Ada").id)
+        assert holder and holder.barred and not BundlePeople(bundle).holds(badge_of("Ada").id)
+    # Its first line is not signed: an older program that is told that this is one of version 1 must see that it is not.
+    later.write_bytes(whole.replace(b"bundle 2 ", b"bundle 1 ", 1))
+    with pytest.raises(RegistryError, match="not that of its origin"):
+        Bundle(later)
+
+
+def test_a_proof_says_it(full):
+    """Catches: a proof of a suspended badge that reads as one of a valid badge."""
+    full.suspend("Ada", "mislaid")
+    found = check_proof(proof_of(full._ledger, full.find("Ada")), "a proof")
+    assert (found.revoked_at, found.suspended_reason) == (None, "mislaid")
+
+
+def test_a_registry_of_version_3_is_brought_to_this_one(full, url):
+    """Catches: columns that an older registry lacks; signatures that break where nothing was said of a badge."""
+    before = list(full.records())
+    for name in STATES:
+        tamper(url, f"ALTER TABLE badges DROP COLUMN {name}")
+    tamper(url, "UPDATE schema_version SET version = 3")
+    with open_registry(url, create=False) as again:
+        assert list(again.records()) == before and again.audit().sound
+        assert again.suspend("Ada", "mislaid") == replace(again.find("Ada")) and again.audit().sound
+
+
+def test_the_commands_suspend_and_reinstate(path: Path) -> None:
+    """Catches: a command that does not reach the registry, or a record that does not tell of it."""
+    with open_registry(url_of(path), create=True) as registry:
+        registry.enroll(badge_of("Ada"))
+
+    def told(*words: str, code: int = 0) -> str:
+        result = CliRunner().invoke(moireid, ["registry", *words, "--registry", url_of(path)])
+        assert result.exit_code == code, result.output
+        return result.output
+
+    assert "is suspended since 20" in told("suspend", "Ada", "--reason", "mislaid")
+    assert ": mislaid" in told("show", "Ada") and "Ada  suspended 20" in told("list")
+    assert "suspended already" in told("suspend", "Ada", "--reason", "x", code=2)
+    assert json.loads(told("reinstate", "Ada", "--json"))["suspended_at"] is None
+    assert "suspended" not in told("show", "Ada") + told("list")
+
+
+def test_a_badge_counts_through_its_last_day_and_no_longer(registry, monkeypatch):
+    """Catches: a day too much or too little; a date that is stored and never compared."""
+    ada = registry.enroll(badge_of("Ada"), expires="2090-05-03")
+    assert ada.barred("2090-05-03") is None and ada.barred() is None and claimed(registry, "Ada").barred is None
+    barred = ada.barred("2090-05-04")
+    assert barred and (barred.code, barred.at) == ("expired", "2090-05-03") and "2090-05-03" in barred.text
+    monkeypatch.setattr("moireid.registry.record.utc_now", lambda: "2090-05-04T00:00:00Z")
+    assert claimed(registry, "Ada").barred == barred and not People(registry).holds(ada.id)
+    holder = holder_of(registry, ada.id)
+    assert holder and holder.barred == barred
+    registry.suspend("Ada", "mislaid")
+    suspended = claimed(registry, "Ada").barred
+    assert suspended and suspended.code == "suspended"
+
+
+@pytest.mark.parametrize("day", ["2026-02-30", "20900503", "2090-W18-3", "03.05.2090", "soon", "2020-01-01", ""])
+def test_a_day_that_is_none_to_come_is_refused(registry, day):
+    """Catches: a day that does not compare as text; a badge that is issued expired."""
+    with pytest.raises(SpecError, match="day of expiry"):
+        registry.enroll(badge_of("Ada"), expires=day)
+    with pytest.raises(SpecError, match="day of expiry"):
+        registry.enroll_many([badge_of("Ada")], expires=day)
+    assert registry.count() == 0
+
+
+def test_the_day_stays_as_it_was_issued(registry):
+    """Catches: a second enrolment that moves the day, or passes over the one that was asked for."""
+    ada = registry.enroll(badge_of("Ada"), expires="2090-05-03")
+    assert registry.enroll(badge_of("Ada")) == registry.enroll(badge_of("Ada"), expires="2090-05-03") == ada
+    registry.enroll(badge_of("Bo"))
+    for name in ("Ada", "Bo"):
+        with pytest.raises(RegistryError, match="which stays"):
+            registry.enroll(badge_of(name), expires="2091-01-01")
+        with pytest.raises(RegistryError, match="which stays"):
+            registry.enroll_many([badge_of(name)], expires="2091-01-01")
+    registry.enroll_many([badge_of("Cy"), badge_of("Di")], expires="2090-05-03")
+    assert [one.expires for one in registry.records()] == ["2090-05-03", None, "2090-05-03", "2090-05-03"]
+
+
+def test_the_day_goes_with_exports_unions_bundles_and_proofs(full, url, target, tmp_path, monkeypatch):
+    """Catches: a copy of the registry in which a badge never ends, or a day that can be changed there."""
+    eve = full.enroll(badge_of("Eve"), expires="2090-05-03")
+    full.publish(tmp_path / "people.bundle", specimen_of, days=7)
+    assert (tmp_path / "people.bundle").read_bytes().startswith(b"moireid bundle 2 ")
+    with Bundle(tmp_path / "people.bundle") as bundle, monkeypatch.context() as later:
+        assert bundle.claimed("Eve").barred is None
+        later.setattr("moireid.registry.record.utc_now", lambda: "2090-05-04T00:00:00Z")
+        late = bundle.claimed("Eve").barred
+        assert late and late.code == "expired"
+    assert check_proof(proof_of(full._ledger, full.find("Eve")), "a proof").expires == "2090-05-03"
+    full.export_json(tmp_path / "out.json")
+    import_registry(tmp_path / "out.json", target)
+    with open_registry(target, create=False) as other:
+        assert other.find("Eve") == eve
+        other.suspend("Ada", "mislaid")
+        other.export_json(tmp_path / "back.json")
+    full.enroll(badge_of("Fay"))
+    full.import_json(tmp_path / "back.json")
+    assert full.find("Eve").expires == "2090-05-03"
+    tamper(url, "UPDATE badges SET expires = '2099-01-01' WHERE name_nfc = 'Eve'")
+    assert [one.code for one in full.audit().findings] == ["record_signature"]
+
+
+def test_since_when_a_revoked_badge_is_compromised(full, target, tmp_path):
+    """Catches: a day that is not signed or not told; one by which older films count again; a day to come."""
+    for day in ("2090-01-01", "yesterday", "20260501"):
+        with pytest.raises(SpecError, match="day of compromise"):
+            full.revoke("Ada", "stolen", day)
+    assert full.find("Ada").revoked_at is None
+    revoked = full.revoke("Ada", "stolen", "2026-05-01")
+    barred = claimed(full, "Ada").barred
+    assert barred and (barred.code, barred.since) == ("revoked", "2026-05-01") and "2026-05-01" in barred.text
+    full.export_json(tmp_path / "out.json")
+    import_registry(tmp_path / "out.json", target)
+    full.publish(tmp_path / "people.bundle", specimen_of, days=7)
+    with open_registry(target, create=False) as other, Bundle(tmp_path / "people.bundle") as bundle:
+        assert other.find("Ada") == revoked and bundle.claimed("Ada").barred == barred
