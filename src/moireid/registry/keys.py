@@ -74,6 +74,9 @@ class Signs(Protocol):
     def sign(self, domain: bytes, content: bytes) -> str:
         """The signature over `content` in `domain`, 128 hex digits; the same content gives the same one."""
 
+    def sign_entry(self, text: bytes) -> str:
+        """The signature over a log entry, by its text as it is hashed: a bare hash would not say what is signed."""
+
 
 class Signer:
     """The private half: signs in the authority's name."""
@@ -85,6 +88,10 @@ class Signer:
     def sign(self, domain: bytes, content: bytes) -> str:
         """The signature over `content` in `domain`, 128 hex digits; the same content gives the same one."""
         return self._key.sign(domain + content).hex()
+
+    def sign_entry(self, text: bytes) -> str:
+        """The signature over a log entry, by its text as it is hashed, 128 hex digits."""
+        return self.sign(ENTRY, sha256_hex(text).encode())
 
 
 def keys_folder() -> Path:

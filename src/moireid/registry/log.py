@@ -72,11 +72,16 @@ class Rotation:
     new: Authority
 
 
-def entry_hash(entry: Mapping[str, Any]) -> str:
-    """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError where a field cannot be JSON."""
+def entry_text(entry: Mapping[str, Any]) -> bytes:
+    """What is hashed of an entry.  Raises: TypeError or ValueError where a field cannot be JSON."""
     actor = {} if entry["actor"] is None else {"actor": entry["actor"]}
     domain = ENTRY if entry["actor"] is None else ACTED
-    return sha256_hex(domain + canonical_json({key: entry[key] for key in HASHED} | actor).encode())
+    return domain + canonical_json({key: entry[key] for key in HASHED} | actor).encode()
+
+
+def entry_hash(entry: Mapping[str, Any]) -> str:
+    """The hash of an entry, 64 hex digits.  Raises: TypeError or ValueError where a field cannot be JSON."""
+    return sha256_hex(entry_text(entry))
 
 
 def head_row(signer: Signs, head: Head) -> dict[str, Any]:
@@ -102,8 +107,9 @@ def next_rows(
             "actor": actor,
             "previous": head.hash,
         }
-        head = Head(head.seq + 1, entry_hash(entry))
-        rows.append(entry | {"hash": head.hash, "signature": signer.sign(ENTRY, head.hash.encode())})
+        text = entry_text(entry)
+        head = Head(head.seq + 1, sha256_hex(text))
+        rows.append(entry | {"hash": head.hash, "signature": signer.sign_entry(text)})
     return rows, head
 
 
@@ -123,7 +129,7 @@ def rotation_row(old: Signs, new: Signs, head: Head, actor: str) -> tuple[dict[s
     """The row of `log` that gives it another key, and the new head."""
     subject = f"{ROTATED}{old.authority.public_hex}:{new.authority.public_hex}"
     (row,), head = next_rows(old, head, [(ROTATE, subject, key_digest(new.authority))], actor)
-    return row | {"signature": row["signature"] + new.sign(ENTRY, head.hash.encode())}, head
+    return row | {"signature": row["signature"] + new.sign_entry(entry_text(row))}, head
 
 
 def rotation_of(entry: Mapping[str, Any]) -> Rotation:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import subprocess
@@ -18,9 +19,10 @@ from kit.registries import badge_of
 from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import open_registry
-from moireid.registry.keys import ENTRY, NOTE, RECORD, Signer
+from moireid.registry.keys import ENTRY, HEAD, NOTE, RECORD, Signer
+from moireid.registry.log import Head, entry_text, rotation_of, rotation_row
 from moireid.registry.signing import process as signing
-from moireid.registry.signing.client import AskingSigner
+from moireid.registry.signing.client import AskingSigner, make_key
 from moireid.registry.signing.kinds import of_kind
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="Windows lacks such sockets")
@@ -67,7 +69,6 @@ def test_it_signs_what_an_authority_signs_and_nothing_else(signer: str, tmp_path
         (RECORD, b"I owe you"),
         (RECORD, json.dumps({"id": "x"}).encode()),
         (RECORD, b"[" * 50_000),
-        (ENTRY, b"0" * 63),
         (NOTE, b"a text that others believe\n"),
         (NOTE, b"moireid/registry/" + b"0" * 32 + b"\n1\n"),
     ):
@@ -80,12 +81,62 @@ def test_it_signs_what_an_authority_signs_and_nothing_else(signer: str, tmp_path
     assert not of_kind("head", b"0:" + b"0" * 64, finger) and of_kind("head", b"7:" + b"0" * 64, finger)
 
 
+def entry_of(**more: object) -> dict[str, object]:
+    entry = {"seq": 2, "time": "2026-01-01T00:00:00Z", "action": "enroll", "subject": "00" * 8, "actor": "11" * 32}
+    return entry | {"record_sha256": "22" * 32, "previous": "33" * 32} | more
+
+
+def test_a_log_entry_is_signed_by_its_words_alone(signer: str) -> None:
+    """Catches: a bare hash that is signed, of which nobody knows what it says; a second spelling; a key hidden in it."""
+    asking, _ = make_key()
+    assert isinstance(asking, AskingSigner)
+    for good in (entry_of(), entry_of(actor=None)):
+        text = entry_text(good)
+        assert asking.authority.signed(ENTRY, hashlib.sha256(text).hexdigest().encode(), asking.sign_entry(text))
+    said = json.loads(entry_text(entry_of()).partition(b"\n")[2])
+    for content in (
+        b"0" * 64,
+        b"",
+        entry_text(entry_of(subject="key:" + "00" * 32 + ":" + "11" * 32)),
+        entry_text(entry_of(action="rotate")),
+        entry_text(entry_of(seq="2")),
+        b"moireid registry log entry 1\n" + entry_text(entry_of()).partition(b"\n")[2],
+        b"moireid registry log entry 2\n" + json.dumps(said).encode(),
+        b"moireid registry log entry 2\n" + b"[" * 50_000,
+    ):
+        with pytest.raises(RegistryError, match="this is none of them"):
+            asking.sign_entry(content)
+    with pytest.raises(KeyError):
+        asking.sign(ENTRY, b"0" * 64)
+
+
+def test_the_log_is_given_to_no_key_of_whoever_asks(signer: str) -> None:
+    """Catches: a studio taken over for a minute that gets a signature for a change to its own key, or to an old one."""
+    (old, _), (other, _), (new, _) = make_key(), make_key(), make_key()
+    thief = Signer(Ed25519PrivateKey.generate())
+    head, actor = Head(1, "0" * 64), "00" * 32
+    for asked in (old, other):
+        asked.sign_entry(entry_text(entry_of()))
+    # One of their own; one that the signer holds and that signed before, as a thief may have it; itself; by a third.
+    for one, to in ((old, thief), (old, other), (other, other)):
+        with pytest.raises(RegistryError, match="only to a new key that it made itself"):
+            rotation_row(one, to, head, actor)
+    subject = f"key:{old.authority.public_hex}:{new.authority.public_hex}"
+    with pytest.raises(RegistryError, match="only to a new key that it made itself"):
+        other.sign_entry(entry_text(entry_of(action="rotate", subject=subject)))
+    row, _ = rotation_row(old, new, head, actor)
+    assert rotation_of(row).new.public_hex == new.authority.public_hex
+    # It has a log now.
+    with pytest.raises(RegistryError, match="only to a new key that it made itself"):
+        rotation_row(other, new, head, actor)
+
+
 def test_a_signature_that_does_not_hold_is_not_taken(signer: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a registry made unsound by a broken signer."""
     own = Signer(Ed25519PrivateKey.generate()).authority
     monkeypatch.setattr(AskingSigner, "_told", lambda self, message: json.dumps({"signature": "00" * 64}).encode())
     with pytest.raises(RegistryError, match="a signature that does not hold"):
-        AskingSigner(signer, own).sign(ENTRY, b"0" * 64)
+        AskingSigner(signer, own).sign(HEAD, b"1:" + b"0" * 64)
 
 
 def test_no_key_and_no_signer_are_told_in_a_sentence(signer: str, tmp_path: Path) -> None:

@@ -12,8 +12,9 @@ from pathlib import Path
 from typing import Any
 
 from moireid.errors import RegistryError
-from moireid.registry.keys import SIGNER_VARIABLE, Authority, Signs, key_of, new_key
-from moireid.registry.signing.kinds import LONGEST, NAMES
+from moireid.registry.canonical import sha256_hex
+from moireid.registry.keys import ENTRY, SIGNER_VARIABLE, Authority, Signs, key_of, new_key
+from moireid.registry.signing.kinds import LOG_ENTRY, LONGEST, NAMES
 
 #: How long the process may take to answer, seconds: it signs in less than a millisecond.
 WAIT_S = 30.0
@@ -37,10 +38,18 @@ class AskingSigner:
 
         Raises: RegistryError where the process has gone, or refuses.
         """
-        asked = {"do": "sign", "public": self.authority.public_hex, "kind": NAMES[domain]}
-        signature = self._ask(asked | {"content": base64.b64encode(content).decode()}).get("signature")
+        return self._signature(NAMES[domain], content, domain, content)
+
+    def sign_entry(self, text: bytes) -> str:
+        """The signature over a log entry, by its text as it is hashed.  Raises: RegistryError as `sign`."""
+        return self._signature(LOG_ENTRY, text, ENTRY, sha256_hex(text).encode())
+
+    def _signature(self, kind: str, told: bytes, domain: bytes, signed: bytes) -> str:
+        """Parameters: told: what the process is shown; signed: what it signs in `domain`."""
+        asked = {"do": "sign", "public": self.authority.public_hex, "kind": kind}
+        signature = self._ask(asked | {"content": base64.b64encode(told).decode()}).get("signature")
         # A signature that does not hold would make the registry unsound, and nobody would know since when.
-        if not self.authority.signed(domain, content, signature):
+        if not self.authority.signed(domain, signed, signature):
             raise RegistryError(f"the signer at {self._path} gave a signature that does not hold; start it anew")
         return str(signature)
 

@@ -24,37 +24,60 @@ from typing import Any
 
 from moireid.errors import MoireIdError, RegistryError, SpecError
 from moireid.registry.keys import Authority, Signer, key_of, new_key
-from moireid.registry.signing.kinds import DOMAINS, LONGEST, of_kind
+from moireid.registry.log import ROTATE
+from moireid.registry.signing.kinds import DOMAINS, LOG_ENTRY, LONGEST, entry_of, of_kind, turn_of
 
 #: Longest message: the content in base64, and what stands around it.
 MESSAGE = 2 * LONGEST
+NONE_OF_THEM = {"refused": "it signs records, log entries, checkpoints and bundles, and this is none of them"}
 #: How long the studio waits for its signer to listen, seconds.
 START_S = 60.0
 
 
 class Keys:
-    """The keys that were asked for, each read once."""
+    """The keys that were asked for, each read once; and those that were made here and have no log yet."""
 
     def __init__(self) -> None:
         self._signers: dict[str, Signer] = {}
+        self._fresh: set[str] = set()
 
     def answer(self, message: bytes) -> dict[str, Any]:
         """What is said to a message; "refused" with a sentence where it is not done."""
         try:
             asked = json.loads(message)
             if asked["do"] == "make":
-                return {"public": new_key()[0].authority.public_hex}
+                made = new_key()[0].authority.public_hex
+                self._fresh.add(made)
+                return {"public": made}
             signer = self._signer(str(asked["public"]))
             if asked["do"] == "know":
                 return {"fingerprint": signer.authority.fingerprint}
             content = base64.b64decode(asked["content"], validate=True)
+            if asked["do"] == "sign" and asked["kind"] == LOG_ENTRY:
+                return self._entry(signer, content)
             if asked["do"] != "sign" or not of_kind(asked["kind"], content, signer.authority.fingerprint):
-                return {"refused": "it signs records, log entries, checkpoints and bundles, and this is none of them"}
+                return NONE_OF_THEM
             return {"signature": signer.sign(DOMAINS[asked["kind"]], content)}
         except MoireIdError as error:
             return {"refused": " ".join(str(error).split())}
         except (KeyError, TypeError, ValueError, RecursionError, binascii.Error):
             return {"refused": "the question cannot be read"}
+
+    def _entry(self, signer: Signer, text: bytes) -> dict[str, Any]:
+        """Sign a log entry.  A change of key is signed only to a key that this process made, and that has no log yet.
+
+        Else whoever may ask for a while could give the log to a key of their own, or to an old one that was stolen.
+        """
+        entry, public = entry_of(text), signer.authority.public_hex
+        if entry is None:
+            return NONE_OF_THEM
+        if entry["action"] == ROTATE:
+            turn = turn_of(entry)
+            if turn is None or public not in turn or turn[1] not in self._fresh or turn[0] == turn[1]:
+                return {"refused": "it gives a log only to a new key that it made itself; ask it for the whole change"}
+        answer = {"signature": signer.sign_entry(text)}
+        self._fresh.discard(public)
+        return answer
 
     def _signer(self, public: str) -> Signer:
         if public not in self._signers:
