@@ -132,7 +132,8 @@ class Registry(Deciding, Outward):
         if self._ledger.wrote:
             self._ledger.wrote = False
             with suppress(RegistryError):
-                remember(self._ledger.place, self._ledger.authority.fingerprint, self._ledger.head())
+                own, turned = self._ledger.authority.fingerprint, self._ledger.rotations()
+                remember(self._ledger.place, own, self._ledger.head(), turned)
         self._ledger.engine.dispose()
 
     @property

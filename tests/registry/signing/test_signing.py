@@ -87,7 +87,7 @@ def entry_of(**more: object) -> dict[str, object]:
 
 
 def test_a_log_entry_is_signed_by_its_words_alone(signer: str) -> None:
-    """Catches: a bare hash that is signed, of which nobody knows what it says; a second spelling; a key hidden in it."""
+    """Catches: a bare hash that is signed, of which nobody knows what it says; a second spelling; a hidden key."""
     asking, _ = make_key()
     assert isinstance(asking, AskingSigner)
     for good in (entry_of(), entry_of(actor=None)):

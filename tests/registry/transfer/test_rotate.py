@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -17,8 +19,9 @@ from moireid.errors import RegistryError
 from moireid.idcodes import specimen_of
 from moireid.registry import import_registry, open_registry
 from moireid.registry.bundle.held import Bundle
-from moireid.registry.keys import ENTRY, Signer
-from moireid.registry.log import entry_hash
+from moireid.registry.checkpoints.seen import forget
+from moireid.registry.keys import ENTRY, Signer, key_of, new_key
+from moireid.registry.log import Head, entry_hash, head_row, rotation_row
 from moireid.registry.signing.process import own_signer
 
 
@@ -84,6 +87,82 @@ def test_who_trusted_the_old_key_follows_and_notices_a_step_back(path: Path, tmp
         with open_registry(url, create=False) as registry, pytest.raises(RegistryError) as caught:
             registry.standing(trust)
         assert caught.value.details["code"] == code
+
+
+def taken_over(path: Path, key: Signer, to: Signer | None = None) -> str:
+    """The registry's file as a thief of its old key goes on with it: its one change of key is hidden."""
+    with closing(sqlite3.connect(path)) as database, database:
+        head = Head(*database.execute("SELECT head_seq, head_hash FROM authority").fetchone())
+        database.execute("UPDATE log SET subject = 'gone' WHERE action = 'rotate'")
+        if to is not None:
+            row, head = rotation_row(key, to, head, "00" * 32)
+            places = ", ".join("?" * len(row))
+            database.execute(f"INSERT INTO log ({', '.join(row)}) VALUES ({places})", list(row.values()))
+        last = to or key
+        values = (last.authority.public_hex, *head_row(last, head).values())
+        database.execute("UPDATE authority SET public_key = ?, head_seq = ?, head_hash = ?, head_signature = ?", values)
+        database.execute("DELETE FROM badges")
+    with open_registry(f"sqlite:///{path}", create=False) as registry:
+        registry.enroll(badge_of("Queen"))
+    return f"sqlite:///{path}"
+
+
+def refused(url: str, trust: str | None = None) -> str | None:
+    with open_registry(url, create=False) as registry:
+        try:
+            registry.standing(trust)
+        except RegistryError as error:
+            return str(error.details["code"])
+    return None
+
+
+def test_a_key_that_was_given_up_counts_no_more(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a stolen old key by which the log goes on, or goes to the thief, for those who saw the true change; a
+    true registry that is refused once the thief was here; a thief that came first and stays for ever.
+    """
+    url = filled(path)
+    with open_registry(url, create=False) as registry:
+        old, key = registry.fingerprint, key_of(registry._ledger.authority)
+        new = registry.rotate_key().new
+    thief, _ = new_key()
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "thief"))
+    goes_on = taken_over(Path(shutil.copy(path, tmp_path / "on.sqlite3")), key)
+    turned = taken_over(Path(shutil.copy(path, tmp_path / "turned.sqlite3")), key, thief)
+    # Who saw the change, by whichever way, refuses both at a place that is new to them.
+    for number, first in enumerate((None, old, new)):
+        monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / f"seen{number}"))
+        assert refused(url, first) is None
+        for trust in (None, old):
+            assert refused(goes_on, trust) == "key_given_up" and refused(turned, trust) == "two_successors"
+            assert refused(url, trust or new) is None
+        assert refused(turned, new) == "key_replaced"
+    # Who saw the thief's first cannot know, until the user names the fingerprint.
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "late"))
+    assert refused(turned, old) is None and refused(url, old) == "two_successors"
+    assert refused(url, new) is None and refused(url, old) is None and refused(turned, old) == "two_successors"
+    assert forget(old) and refused(goes_on, old) is None
+
+
+def test_a_bundle_of_a_key_that_was_given_up_is_refused(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: what was seen of a registry that does not count for bundles, and the other way round."""
+    url = filled(path)
+    with open_registry(url, create=False) as registry:
+        old, key = registry.fingerprint, key_of(registry._ledger.authority)
+        registry.publish(tmp_path / "before", specimen_of, days=1)
+        registry.rotate_key()
+        registry.publish(tmp_path / "true", specimen_of, days=1)
+    monkeypatch.setenv("MOIREID_SEEN", str(tmp_path / "verifier"))
+    goes_on = taken_over(Path(shutil.copy(path, tmp_path / "on.sqlite3")), key)
+    assert forget(old)
+    with Bundle(tmp_path / "true"):
+        pass
+    assert refused(goes_on) == refused(goes_on, old) == "key_given_up"
+    for trust in (None, old):
+        with pytest.raises(RegistryError, match="was given up for") as caught:
+            Bundle(tmp_path / "before", trust)
+        assert caught.value.details["code"] == "key_given_up"
 
 
 def test_a_change_that_both_keys_did_not_sign_is_none(path: Path, tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from moireid.registry.bundle.content import Content, Person
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.standing import hold
 from moireid.registry.keys import Authority
-from moireid.registry.log import Head, linked, rotation_of
+from moireid.registry.log import Head, Rotation, linked, rotation_of
 from moireid.registry.look_alikes import folded_skeleton, skeleton
 from moireid.registry.record import Fault
 
@@ -120,7 +120,7 @@ class Bundle:
             hash_at,
             trust,
             header.expires,
-            former=lambda: self._former(authority),
+            turned=self._turned(authority),
         )
 
     def __enter__(self) -> Bundle:
@@ -191,8 +191,8 @@ class Bundle:
             return Holder(person.name, person.barred)
         return None
 
-    def _former(self, authority: Authority) -> list[str]:
-        """Fingerprints of the authority's earlier keys, as far as the entries that gave them up are proven here.
+    def _turned(self, authority: Authority) -> list[Rotation]:
+        """The changes of the authority's key, as far as they are proven here.
 
         Raises: RegistryError where such an entry does not hold, or is not in this bundle's log.
         """
@@ -204,7 +204,7 @@ class Bundle:
             raise RegistryError(
                 f"bundle {self.path} proves a change of its authority's key wrongly ({error})"
             ) from error
-        return [one.old.fingerprint for one in turned]
+        return turned
 
     def layouts(self) -> list[Badge]:
         """Give a badge of nobody for each layout: all that a reader needs to read any badge of the bundle.

@@ -1,4 +1,5 @@
-"""What this user saw last: which authority signs at which place, and how far each authority's log had grown.
+"""What this user saw last: which authority signs at which place, how far each authority's log had grown, and which key
+each given-up key was followed by.
 
 A small SQLite file in the user's data folder; MOIREID_SEEN names another file.  A head is only ever replaced by a
 later one, in one statement, so that programs that run at once lose nothing.  Places are kept as hashes, because an
@@ -11,15 +12,16 @@ from __future__ import annotations
 import hashlib
 import os
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from platformdirs import user_data_path
 
 from moireid.errors import RegistryError
-from moireid.registry.log import Head
+from moireid.registry.log import Head, Rotation
 
 SEEN_VARIABLE = "MOIREID_SEEN"
 #: How long one program waits for another's write, seconds.
@@ -28,7 +30,16 @@ WAIT_S = 10.0
 _TABLES = """
 CREATE TABLE IF NOT EXISTS places (place TEXT PRIMARY KEY, fingerprint TEXT NOT NULL);
 CREATE TABLE IF NOT EXISTS heads (fingerprint TEXT PRIMARY KEY, seq INTEGER NOT NULL, hash TEXT NOT NULL);
+CREATE TABLE IF NOT EXISTS successors (fingerprint TEXT PRIMARY KEY, successor TEXT NOT NULL, seq INTEGER NOT NULL);
 """
+
+
+@dataclass(frozen=True)
+class Successor:
+    """The key that came after another: its fingerprint, and the number of the log entry that says so."""
+
+    fingerprint: str
+    seq: int
 
 
 def seen_path() -> Path:
@@ -42,24 +53,33 @@ def authority_at(place: str) -> str | None:
 
     Raises: RegistryError where what was seen cannot be read.
     """
-    row = _row("SELECT fingerprint FROM places WHERE place = ?", _key(place))
+    row = _row("places", "SELECT fingerprint FROM places WHERE place = ?", _key(place))
     return None if row is None else str(row[0])
 
 
 def last_head(fingerprint: str) -> Head | None:
     """The last head of an authority's log that was seen.  Raises: RegistryError as `authority_at`."""
-    row = _row("SELECT seq, hash FROM heads WHERE fingerprint = ?", fingerprint)
+    row = _row("heads", "SELECT seq, hash FROM heads WHERE fingerprint = ?", fingerprint)
     return None if row is None else Head(int(row[0]), str(row[1]))
 
 
-def remember(place: str, fingerprint: str, head: Head) -> bool:
+def successor_of(fingerprint: str) -> Successor | None:
+    """The key that was seen to come after this one.  Raises: RegistryError as `authority_at`."""
+    row = _row("successors", "SELECT successor, seq FROM successors WHERE fingerprint = ?", fingerprint)
+    return None if row is None else Successor(str(row[0]), int(row[1]))
+
+
+def remember(place: str, fingerprint: str, head: Head, turned: Sequence[Rotation] = ()) -> bool:
     """Keep what is seen now; returns whether that was possible.
 
+    Parameters: turned: the changes of the authority's key, proven.
     Convention: the authority of a place is replaced, an authority's head only by a later one.
     """
     path = seen_path()
+    after = {one.old.fingerprint: Successor(one.new.fingerprint, one.seq) for one in turned}
     with suppress(OSError, sqlite3.Error, RegistryError):
-        if authority_at(place) == fingerprint and last_head(fingerprint) == head:
+        known = all(successor_of(old) == new for old, new in after.items())
+        if known and authority_at(place) == fingerprint and last_head(fingerprint) == head:
             return True
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
@@ -72,6 +92,14 @@ def remember(place: str, fingerprint: str, head: Head) -> bool:
                 "hash = excluded.hash WHERE excluded.seq > heads.seq",
                 (fingerprint, head.seq, head.hash),
             )
+            rows = [(old, new.fingerprint, new.seq) for old, new in after.items()]
+            # Of two changes of one key the user has named the true one, so what was seen was the other one's log.
+            database.executemany(
+                "DELETE FROM heads WHERE EXISTS (SELECT 1 FROM successors AS s WHERE s.fingerprint = heads.fingerprint "
+                "AND s.fingerprint = ? AND s.successor <> ?)",
+                [row[:2] for row in rows],
+            )
+            database.executemany("INSERT OR REPLACE INTO successors VALUES (?, ?, ?)", rows)
         return True
     return False
 
@@ -81,23 +109,26 @@ def forget(fingerprint: str) -> bool:
 
     Raises: RegistryError where the file cannot be read or written.
     """
-    if last_head(fingerprint) is None:
+    if last_head(fingerprint) is None and successor_of(fingerprint) is None:
         return False
     with _readable(), closing(sqlite3.connect(seen_path(), timeout=WAIT_S)) as database, database:
+        database.executescript(_TABLES)
         database.execute("DELETE FROM places WHERE fingerprint = ?", (fingerprint,))
         database.execute("DELETE FROM heads WHERE fingerprint = ?", (fingerprint,))
+        database.execute("DELETE FROM successors WHERE fingerprint = ?", (fingerprint,))
     return True
 
 
-def _row(query: str, value: str) -> tuple[Any, ...] | None:
+def _row(table: str, query: str, value: str) -> tuple[Any, ...] | None:
     path = seen_path()
     if not path.exists():
         return None
     # Not for reading alone: after a program was killed in a write, the next reader must undo what it left.  A file that
     # may not be written is opened for reading all the same.
     with _readable(), closing(sqlite3.connect(f"{path.as_uri()}?mode=rw", uri=True, timeout=WAIT_S)) as database:
-        # A program that is killed between making the file and its tables leaves it without them.
-        if not database.execute("SELECT 1 FROM sqlite_master WHERE name = 'heads'").fetchone():
+        # A program that is killed between making the file and its tables leaves it without them, and an older version
+        # of this one knew fewer.
+        if not database.execute("SELECT 1 FROM sqlite_master WHERE name = ?", (table,)).fetchone():
             return None
         found: tuple[Any, ...] | None = database.execute(query, (value,)).fetchone()
         return found
