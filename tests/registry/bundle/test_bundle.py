@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
+from sqlalchemy import select, update
 
 from kit.registries import badge_of, tamper, url_of
 from moireid.asbuilt import AsBuilt
@@ -24,6 +25,7 @@ from moireid.registry.bundle.content import Content, made_content
 from moireid.registry.bundle.held import Bundle
 from moireid.registry.checkpoints.checkpoint import checkpoint_from
 from moireid.registry.checkpoints.merkle import leaf_hash, root_of
+from moireid.registry.schema import badges, log
 
 BUILT = AsBuilt("", 0.03, 1e-4, 0.5, 0.01, 1e-4, 1e-5, 0.98, 0.01)
 
@@ -204,6 +206,29 @@ def test_a_tampered_registry_is_not_published(url, people, tmp_path):
     with pytest.raises(RegistryError, match="tampered"):
         people.publish(tmp_path / "b", specimen_of, days=7)
     assert not (tmp_path / "b").exists()
+
+
+def test_a_revocation_that_was_hidden_in_the_log_is_not_signed_away(path, tmp_path):
+    """Catches: the record as it was before, and its newest entry made one about somebody else: an entry's hash is in
+    its place, so a signature over hashes alone is one over a log in which nobody was revoked.
+    """
+    with open_registry(url_of(path), create=True) as registry:
+        record = registry.enroll(badge_of("Ada"))
+        before = dict(registry._ledger.rows(select(badges))[0]._mapping)
+        registry.revoke("Ada", "stolen")
+        registry.enroll(badge_of("Bo"))
+        with registry._ledger.engine.begin() as connection:
+            connection.execute(update(badges).where(badges.c.id == record.id).values(before))
+            connection.execute(update(log).where(log.c.action == "revoke").values(subject="x"))
+        assert registry.find("Ada").revoked_at is None
+        for signs in (
+            lambda: registry.publish(tmp_path / "bundle", specimen_of, days=1),
+            registry.checkpoint,
+            lambda: registry.prove(registry.find("Ada")),
+        ):
+            with pytest.raises(RegistryError, match="log entry 3 was changed"):
+                signs()
+    assert not (tmp_path / "bundle").exists()
 
 
 def test_the_command_publishes_and_overwrites_only_if_told(url, people, tmp_path):

@@ -58,7 +58,7 @@ def publish(
     signer = ledger.signer()
     standing_of(ledger, ledger.authority.fingerprint)
     with ledger.snapshot() as connection:
-        head, entries = ledger.head_in(connection), entry_hashes(connection)
+        head, entries = ledger.head_in(connection), entry_hashes(ledger, connection)
         records, layouts = _records(ledger, connection, specimen)
         turned = [dict(row._mapping) for row in connection.execute(select_rotations())]
     tree = Tree()

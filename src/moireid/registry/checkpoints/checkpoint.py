@@ -20,9 +20,12 @@ from sqlalchemy import Connection, select
 from moireid.errors import RegistryError
 from moireid.registry.canonical import utc_now
 from moireid.registry.checkpoints.merkle import Tree, consistency_proof, leaf_hash, root_of
+from moireid.registry.checkpoints.newest import followed
 from moireid.registry.checkpoints.note import opened, parted, signed_note
 from moireid.registry.keys import FINGERPRINT_DIGITS, Authority, Signs
 from moireid.registry.ledger import Ledger, pages
+from moireid.registry.log import GENESIS, Head
+from moireid.registry.record import Fault, tampered
 from moireid.registry.schema import log
 
 ORIGIN = "moireid/registry/"
@@ -106,17 +109,29 @@ def leaf_of(entry_hash: str) -> bytes:
     return leaf_hash(bytes.fromhex(entry_hash))
 
 
-def entry_hashes(connection: Connection) -> list[bytes]:
-    """The hashes of all entries in order.  Raises: ValueError where one is none."""
-    return [bytes.fromhex(row.hash) for row in pages(connection, select(log.c.seq, log.c.hash), log.c.seq)]
+def entry_hashes(ledger: Ledger, connection: Connection) -> list[bytes]:
+    """The hashes of all entries in order, as a snapshot has them.
+
+    What is signed over them says that the log is whole, so each entry is held against its hash up to the signed head.
+    Raises: RegistryError where one was changed or taken out, whatever it is about.
+    """
+    head, last, found = ledger.head_in(connection), Head(0, GENESIS), []
+    try:
+        for row in pages(connection, select(log), log.c.seq):
+            last = followed(row._mapping, last)
+            found.append(bytes.fromhex(last.hash))
+        if last != head:
+            raise Fault("log_cut", "the log does not lead to its signed head")
+    except Fault as fault:
+        raise tampered(ledger.shown, fault) from fault
+    return found
 
 
 def signed_state(ledger: Ledger, older: Sequence[Checkpoint]) -> tuple[Checkpoint, list[tuple[int, list[bytes]]]]:
     """A checkpoint of the log as it is, and the proofs that it adds to older ones."""
     signer = ledger.signer()
     with ledger.snapshot() as connection:
-        ledger.head_in(connection)
-        leaves = [leaf_hash(content) for content in entry_hashes(connection)]
+        leaves = [leaf_hash(content) for content in entry_hashes(ledger, connection)]
     keys = {key.fingerprint: key for key in (*(one.old for one in ledger.rotations()), ledger.authority)}
     proofs = [(one.size, _proof(leaves, one, ledger, keys.get(one.fingerprint, ledger.authority))) for one in older]
     tree = Tree()

@@ -44,16 +44,24 @@ def _follow(entries: Iterable[Mapping[str, Any]], record: Record, head: Head) ->
     for entry in entries:
         if before is None and entry["record_sha256"] != record.digest():
             raise Fault("record_stale", f"the record of id {record.id} is not the version that the log has last")
-        if before is not None and (entry["seq"], entry["previous"]) != (before.seq + 1, before.hash):
-            raise Fault("entry_missing", f"log entry {entry['seq']} does not follow from the one before it")
-        try:
-            right = entry_hash(entry)
-        except (TypeError, ValueError) as error:
-            raise Fault("entry_hash", f"log entry {entry['seq']} is damaged ({error})") from error
-        if right != entry["hash"]:
-            raise Fault("entry_hash", f"log entry {entry['seq']} was changed: its hash is that of another content")
-        before = Head(entry["seq"], right)
+        before = followed(entry, before)
     if before is None:
         raise Fault("record_unlogged", f"the log has no entry for the record of id {record.id}")
     if before != head:
         raise Fault("log_cut", f"the log does not lead from the record of id {record.id} to its signed head")
+
+
+def followed(entry: Mapping[str, Any], before: Head | None) -> Head:
+    """The log's head after an entry, which must follow from `before`; None: from whatever stands before it.
+
+    Raises: Fault where it does not, or any of its fields was changed.  Its signature is not looked at.
+    """
+    if before is not None and (entry["seq"], entry["previous"]) != (before.seq + 1, before.hash):
+        raise Fault("entry_missing", f"log entry {entry['seq']} does not follow from the one before it")
+    try:
+        right = entry_hash(entry)
+    except (TypeError, ValueError) as error:
+        raise Fault("entry_hash", f"log entry {entry['seq']} is damaged ({error})") from error
+    if right != entry["hash"]:
+        raise Fault("entry_hash", f"log entry {entry['seq']} was changed: its hash is that of another content")
+    return Head(entry["seq"], right)
