@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import secrets
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,7 +12,9 @@ from fastapi.concurrency import run_in_threadpool
 
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
+from moireid.idcodes import specimen_of
 from moireid.lenticule import view_law
+from moireid.provenance import Seal
 from moireid.registry import Claimed, People, Registry, claimed, claimed_by_file
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.person import Claimed as Named
@@ -60,14 +63,14 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
             job.standing, job.people = await run_in_threadpool(studio.standing), People(studio.registry)
             studio.jobs.submit(job, form.video, layouts=layouts, focal_px=focal_px, laws=laws)
             return job
-        found, laws = await run_in_threadpool(_claimed, studio, given)
+        found, laws = await run_in_threadpool(_claimed, studio, given, ids=visitor.may("issuer"))
         job.claimed_id, job.claim_source = found.badge.id, found.provenance.source
         vouched, job.standing = found.provenance.source == "registry", found.provenance.standing
         job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
         studio.jobs.submit(
             job,
             form.video,
-            found=found,
+            found=found if visitor.may("issuer") else sealed(found),
             focal_px=focal_px,
             require_original=_truth(given.get("require_original")),
             cover_share=_number(given, "cover", 0, 1, MIN_COVER_SHARE),
@@ -78,20 +81,47 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
     return job
 
 
-def find_claimed(registry: Registry, claim: str) -> Claimed:
-    """Like `claimed`.  Raises: Refusal 404 where the claim means nobody, 409 where it means several people."""
+def sealed(found: Claimed) -> Claimed:
+    """An enrolled badge for a film that somebody shows who may not issue: its report then tells no identity that the
+    film itself does not show, neither as digits nor as lines in a plot.
+    """
+    if found.provenance.source != "registry" or found.badge.id is None:
+        return found
+    badge = replace(specimen_of(found.badge), name=found.badge.name)
+    built = None if found.as_built is None else replace(found.as_built, badge_id="")
+    return replace(found, badge=badge, as_built=built, seal=Seal.of(found.badge.id, secrets.token_bytes(16)))
+
+
+def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Claimed:
+    """Like `claimed`; ids: whether those who ask may be told of other ids than the claimed one.
+
+    Raises: Refusal 404 where the claim means nobody, 409 where it means several people.
+    """
     try:
-        return claimed(registry, claim)
+        found = claimed(registry, claim)
     except RegistryError as error:
-        ids = error.details.get("ids")
-        if ids == []:
+        known = error.details.get("ids")
+        if known == []:
             text = f"Nobody named {claim[:80]!r} is in the registry, and no badge has such an id."
             if alike := error.details.get("alike"):
-                text += f" The name looks like {' and '.join(alike)}, but is written in other letters."  # type: ignore[arg-type]
+                told = _names(alike, ids=ids)  # type: ignore[arg-type]
+                text += f" The name looks like {' and '.join(told)}, but is written in other letters."
             raise Refusal(404, "no_claim", text) from error
-        if ids:
+        if known and not ids:
+            text = (
+                f"{len(known)} badges are meant by {claim[:80]!r}; claim the id that the person or an issuer gave you."  # type: ignore[arg-type]
+            )
+            raise Refusal(409, "ambiguous", text) from error
+        if known:
             raise Refusal(409, "ambiguous", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
         raise
+    alike = _names(found.provenance.alike, ids=ids)
+    return replace(found, provenance=replace(found.provenance, alike=alike))
+
+
+def _names(alike: Sequence[str], *, ids: bool) -> tuple[str, ...]:
+    """People who look like somebody, each "NAME (ID)"; without the ids where these are not told."""
+    return tuple(alike) if ids else tuple(one.rpartition(" (")[0] for one in alike)
 
 
 def _laws(badges: Sequence[Badge]) -> list[Law]:
@@ -100,17 +130,18 @@ def _laws(badges: Sequence[Badge]) -> list[Law]:
     return [(lens, pitch_mm, view_law(lens, pitch_mm)) for lens, pitch_mm in list(pairs)[:MOST_LAWS]]
 
 
-def _claimed(studio: Studio, given: dict[str, str]) -> tuple[Claimed, list[Law]]:
+def _claimed(studio: Studio, given: dict[str, str], *, ids: bool) -> tuple[Claimed, list[Law]]:
     if ("claim" in given) == ("badge" in given):
         raise Refusal(
             422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
         )
     standing = studio.standing()
     if "claim" in given:
-        found = find_claimed(studio.registry, given["claim"])
+        found = find_claimed(studio.registry, given["claim"], ids=ids)
     else:
         found = claimed_by_file(studio.registry, badge_from_json(given["badge"]))
-    found = replace(found, provenance=replace(found.provenance, standing=standing))
+    alike = _names(found.provenance.alike, ids=ids) if "badge" in given else found.provenance.alike
+    found = replace(found, provenance=replace(found.provenance, standing=standing, alike=alike))
     # The law of a visitor's own badge file is traced in the film's process, which has limits.
     return found, _laws([found.badge]) if found.provenance.source == "registry" else []
 

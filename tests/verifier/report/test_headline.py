@@ -71,7 +71,7 @@ def test_a_sealed_claim_is_told_as_sealed() -> None:
     other = document("reject", finding("identity"), identity="mismatch", claim_source="bundle")
     assert claimed_in(other).holder == "Sarah Example"
     other["identity"]["claimed_id"] = None
-    assert claimed_in(other).holder == "Sarah Example (identity sealed in the bundle)"
+    assert claimed_in(other).holder == "Sarah Example (identity sealed)"
     known = Circumstances(NOW, standing=replace(REGISTRY, expires="2026-05-12T08:00:00Z"))
     assert title(other, known) == "Genuine, but nobody's in this bundle, not Sarah Example's"
     large = replace(known, looked_up=False)

@@ -6,6 +6,7 @@ import json
 import sqlite3
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.parse import quote
 
 import pytest
 from click.testing import CliRunner
@@ -13,6 +14,7 @@ from click.testing import CliRunner
 from kit.webbing import Visit, film_form, studio, tiny_film
 from moireid.badge import Badge
 from moireid.cli.main import moireid
+from moireid.designer import Request, design_badge
 from moireid.errors import RegistryError
 
 
@@ -64,6 +66,47 @@ def test_a_verifier_gets_no_badge_file(visit: Visit, ada: Badge) -> None:
     assert whole["badge"] == json.loads(ada.to_json()) and whole["as_built"] == {"tilt_rad": 0.01}
     assert part == whole | {"badge": None, "as_built": None}
     assert visit.ask("GET", path, "admin").json() == whole
+
+
+def test_a_verifier_learns_no_identity(
+    ada: Badge, films: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Catches: a list, a search by beginnings, an answer or a report by which a token for checking films prints badges:
+    name, identity and layout make the very lines.
+    """
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    film = tiny_film(films / "genuine_1.0m.mp4", tmp_path / "film.mp4")
+    twin, bo, look_alike = (
+        design_badge(Request(name), bytes([k]) * 8) for k, name in enumerate(("Bo", "Bo", "\u0412o"))
+    )
+    secret = {str(one.id) for one in (ada, twin, bo, look_alike)}
+    with studio(tmp_path, ada, twin, bo, look_alike) as visit:
+        told = []
+        for role in ("issuer", "verifier"):
+            listed = visit.ask("GET", "/api/registry", role).json()["badges"]
+            assert [one["name"] for one in listed].count("Bo") == 2
+            assert {one["id"] for one in listed} == (secret if role == "issuer" else {None})
+            found = visit.ask("GET", f"/api/registry?search={str(ada.id)[:4]}", role).json()["badges"]
+            assert len(found) == (role == "issuer")
+        told.append(visit.ask("GET", "/registry", "verifier").text)
+        assert (
+            f"/verify?claim={quote(ada.name)}" in told[0]
+            and str(ada.id) in visit.ask("GET", "/registry", "issuer").text
+        )
+        for claim, status in (("Bo", 409), ("B\u043e", 404), (ada.name, 202), ("\u0412o", 202)):
+            answer = visit.ask("POST", "/api/jobs", "verifier", **film_form(film, kind="verify", claim=claim))
+            assert answer.status_code == status, answer.text
+            told.append(answer.text)
+            if status == 202:
+                job = answer.json()["id"]
+                told.append(json.dumps(visit.wait(job, "verifier")))
+                told.append(visit.ask("GET", f"/verify/{job}", "verifier").text)
+                told.append(visit.ask("GET", f"/api/jobs/{job}/report", "verifier").text)
+                assert "no identity" not in told[-1]
+        assert not [one for one in secret for text in told if one in text]
+        assert visit.studio.verdicts.given(9)[-1].claim == ada.id
+        answer = visit.ask("POST", "/api/jobs", "admin", **film_form(film, kind="verify", claim=ada.name))
+        assert visit.wait(answer.json()["id"])["result"]["identity"]["claimed_id"] == ada.id
 
 
 def test_a_registry_that_is_put_back_while_the_studio_runs_judges_nothing(

@@ -189,7 +189,7 @@ class Reading:
             name, badge_id = rows[-1].name_nfc, rows[-1].id
             rows = self._ledger.rows(page.where(_after(name, badge_id))) if len(rows) == PAGE else []
 
-    def search(self, text: str, limit: int) -> list[Record]:
+    def search(self, text: str, limit: int, *, ids: bool = True) -> list[Record]:
         """Find records by a part of the name, or by the beginning of the id.
 
         Parameters
@@ -198,6 +198,8 @@ class Reading:
             Of all records where it is empty.  SQLite folds the case of ASCII letters alone.
         limit : int
             How many at most.
+        ids : bool
+            Without it ids are not looked at: whoever may try beginnings finds an id digit by digit.
 
         Returns
         -------
@@ -209,8 +211,8 @@ class Reading:
             return []
         page = select_records().order_by(badges.c.name_nfc, badges.c.id).limit(limit)
         if name:
-            by_id = badges.c.id.startswith(as_id(name), autoescape=True)
-            page = page.where(or_(badges.c.name_nfc.icontains(name, autoescape=True), by_id))
+            named = badges.c.name_nfc.icontains(name, autoescape=True)
+            page = page.where(or_(named, badges.c.id.startswith(as_id(name), autoescape=True)) if ids else named)
         return [self._ledger.record(row) for row in self._ledger.rows(page)]
 
     def layouts(self) -> list[Badge]:

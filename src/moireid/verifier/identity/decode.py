@@ -200,7 +200,7 @@ def _compare(
         return "match", Reason("identity", "pass", found, claimed_id, "", text), margin
     text = "The badge's code is that of another badge than the claimed one."
     if claimed_id is None:
-        text = "The badge's code is another than the claimed one, which the bundle keeps sealed."
+        text = "The badge's code is another than the claimed one, which is kept sealed."
     return "mismatch", Reason("identity", "fail", found, claimed_id, "", text), -margin
 
 

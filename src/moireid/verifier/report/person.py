@@ -11,7 +11,8 @@ from typing import Any
 class Claimed:
     """Whose badge is claimed: the name, the id, and whether anybody vouches for that name.
 
-    sealed: the id is not known, as a bundle keeps it sealed until the very badge is read.
+    sealed: the id is not known: a bundle, or a studio whose visitor may not issue, keeps it sealed until the very badge
+    is read.
     """
 
     name: str
@@ -33,7 +34,7 @@ class Claimed:
     def holder(self) -> str:
         """Whose badge is claimed, and on whose word."""
         if self.sealed:
-            return f"{self.name} (identity sealed in the bundle)"
+            return f"{self.name} (identity sealed)"
         if self.badge_id is None:
             return f"{self.name or 'unnamed board'} (no identity)"
         if not self.vouched:
@@ -48,4 +49,5 @@ def claimed_in(document: Mapping[str, Any]) -> Claimed:
     """
     badge, identity = document.get("badge") or {}, document.get("identity") or {}
     source, claimed_id = document.get("claim_source"), identity.get("claimed_id")
-    return Claimed(badge.get("name") or "", claimed_id, source != "file", source == "bundle" and claimed_id is None)
+    sealed = source in ("bundle", "registry") and claimed_id is None
+    return Claimed(badge.get("name") or "", claimed_id, source != "file", sealed)

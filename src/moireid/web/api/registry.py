@@ -23,9 +23,12 @@ MOST = 100
 
 
 class Held(BaseModel):
-    """One record, as `moireid registry list --json` prints it."""
+    """One record, as `moireid registry list --json` prints it.
 
-    id: str
+    A list gives no id to whoever may not issue (null): with the name it is all that a copy of the badge takes.
+    """
+
+    id: str | None
     name: str
     issued_at: str
     revoked_at: str | None
@@ -97,9 +100,10 @@ def search(
     search: Annotated[str, Query(max_length=200)] = "",
     limit: Annotated[int, Query(ge=1, le=MOST)] = 20,
 ) -> Holders:
-    """Whose name holds a text, or whose id begins with it; by name."""
-    found = studio_of(request).registry.search(search, limit)
-    return Holders(badges=[Held(**record.summary()) for record in found])
+    """Whose name holds a text, or, for issuers, whose id begins with it; by name."""
+    whole = visitor.may("issuer")
+    found = studio_of(request).registry.search(search, limit, ids=whole)
+    return Holders(badges=[Held(**record.summary() | ({} if whole else {"id": None})) for record in found])
 
 
 @router.get("/{badge_id}", responses=problem_responses(401, 403, 404, 422))

@@ -62,6 +62,7 @@ def verify_film(
         found.provenance,
         cover_share,
         photographs,
+        seal=found.seal,
     )
     made = verify(video, claim, barred=found.barred, progress=progress)
     tell({"result": made.to_json()})

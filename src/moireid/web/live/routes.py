@@ -35,7 +35,7 @@ from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_pr
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.live_headline import live_headline_of, shown
 from moireid.web.auth.roles import require, visitor_of
-from moireid.web.checks import find_claimed
+from moireid.web.checks import find_claimed, sealed
 from moireid.web.live.worker import LIMITS, Ask, End, Picture, Start
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
@@ -97,7 +97,10 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
         await _refuse(connection, "Name the person whose badge is to be seen.")
         return
     try:
-        begin = await run_in_threadpool(_start, studio_of(connection), claim.strip())
+        visitor = visitor_of(connection)
+        ids = visitor is not None and visitor.may("issuer")
+        begin = await run_in_threadpool(_start, studio_of(connection), claim.strip(), ids=ids)
+        given = begin if ids else Start(await run_in_threadpool(sealed, begin.found))
     except MoireIdError as error:
         await _refuse(connection, studio_of(connection).sentence(error))
         return
@@ -108,7 +111,7 @@ async def _session(connection: WebSocket, prompts: Prompts) -> None:
     child = await run_in_threadpool(start, "moireid.web.live.worker:serve", LIMITS, within=reach())
     tasks: list[asyncio.Task[None]] = []
     try:
-        await run_in_threadpool(child.send, begin)
+        await run_in_threadpool(child.send, given)
         coming = asyncio.create_task(_pictures(connection, child, prompts))
         going = asyncio.create_task(_events(connection, child, begin))
         tasks = [coming, going]
@@ -134,13 +137,13 @@ async def _leave(child: Child, tasks: list[asyncio.Task[None]]) -> None:
     await asyncio.gather(*tasks, return_exceptions=True)
 
 
-def _start(studio: Studio, claim: str) -> Start:
+def _start(studio: Studio, claim: str, *, ids: bool) -> Start:
     """The claim in the form that the process needs.
 
     Raises: Refusal where the claim means nobody, or several people; RegistryError where the badge does not count.
     """
     standing = studio.standing()
-    found = find_claimed(studio.registry, claim)
+    found = find_claimed(studio.registry, claim, ids=ids)
     found = replace(found, provenance=replace(found.provenance, standing=standing))
     if (barred := found.barred) is not None:
         was = "expired" if barred.code == "expired" else f"was {barred.code}"

@@ -79,7 +79,9 @@ def _session(talk: Talk, found: Claimed) -> None:
 
     # The running verdict has a thread of its own.
     with ThreadPoolExecutor(1, "verdict") as aside:
-        claim = Claim(found.badge, found.badge.id, as_built=found.as_built, provenance=found.provenance)
+        claim = Claim(
+            found.badge, found.badge.id, as_built=found.as_built, provenance=found.provenance, seal=found.seal
+        )
         check = LiveCheck(claim, draw=draw, aside=aside)
         talk.tell({"event": "ready"})
         size, taken = None, 0

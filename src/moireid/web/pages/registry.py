@@ -27,10 +27,11 @@ ENTRIES = 20
 def search(request: Request, visitor: Reader, search: Annotated[str, Query(max_length=200)] = "") -> Response:
     """Who holds a badge: all, or those that the text finds."""
     registry = studio_of(request).registry
-    found = registry.search(search, SHOWN + 1)
-    return render(
-        request, "registry.html.j2", search=search, found=found[:SHOWN], more=len(found) > SHOWN, count=registry.count()
-    )
+    # Whoever only verifies learns no id: with the name it is all that a copy of the badge takes.
+    ids = visitor.may("issuer")
+    found = registry.search(search, SHOWN + 1, ids=ids)
+    more, count = len(found) > SHOWN, registry.count()
+    return render(request, "registry.html.j2", search=search, found=found[:SHOWN], more=more, count=count, ids=ids)
 
 
 @router.get("/audit")
