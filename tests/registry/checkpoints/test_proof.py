@@ -29,6 +29,30 @@ def test_every_badge_of_the_log_is_proved(full: Registry) -> None:
     assert {check_proof(full.prove(one), "it").entry for one in full.records()} == {4, 5, 6}
 
 
+@pytest.mark.parametrize(
+    ("part", "field", "value"),
+    [
+        ("record", "name", "Ada was in the log\n  authority: 00, the one that you trust"),
+        ("record", "name", "Ada\x1b[8m"),
+        ("record", "revoked_reason", "x\r"),
+        ("entry", "time", "2026\n"),
+        ("entry", "seq", float("inf")),
+        ("entry", "seq", float("nan")),
+        ("entry", "seq", 1.0),
+        ("entry", "seq", 10**30),
+        ("entry", "seq", -1),
+    ],
+)
+def test_a_proof_writes_no_lines_of_its_own_and_ends_in_no_traceback(
+    full: Registry, part: str, field: str, value: object
+) -> None:
+    """Catches: a name that fakes the line on its authority, or hides it; a number that is none."""
+    document = json.loads(full.prove(next(full.records())))
+    document[part][field] = value
+    with pytest.raises(RegistryError, match="is no proof"):
+        check_proof(json.dumps(document), "it")
+
+
 def name(document: dict[str, Any]) -> None:
     document["record"]["name"] = "Eve"
 

@@ -118,7 +118,7 @@ def entry_hashes(ledger: Ledger, connection: Connection) -> list[bytes]:
     head, last, found = ledger.head_in(connection), Head(0, GENESIS), []
     try:
         for row in pages(connection, select(log), log.c.seq):
-            last = followed(row._mapping, last)
+            last = followed(dict(row._mapping), last)
             found.append(bytes.fromhex(last.hash))
         if last != head:
             raise Fault("log_cut", "the log does not lead to its signed head")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NoReturn
 
 from sqlalchemy import select
 
@@ -27,7 +27,7 @@ from moireid.registry.checkpoints.newest import check_newest
 from moireid.registry.keys import Authority
 from moireid.registry.ledger import Ledger
 from moireid.registry.log import entry_hash
-from moireid.registry.record import Fault, Record
+from moireid.registry.record import Fault, Record, storable
 from moireid.registry.schema import log
 
 FORMAT, KIND = 1, "moireid registry proof"
@@ -99,25 +99,26 @@ def check_proof(text: str, source: str) -> Proved:
     Raises: RegistryError where the text is no proof; Fault where it is one, and a part of it was changed.
     """
     try:
-        document = json.loads(text)
+        document = json.loads(text, parse_constant=_no_number)
         if (document["format"], document["kind"]) != (FORMAT, KIND):
             raise ValueError("another format")
         entry, record = dict(document["entry"]), dict(document["record"])
         steps = [bytes.fromhex(step) for step in document["proof"]]
-        authority, place = Authority(str(document["public_key"])), int(entry["seq"]) - 1
+        authority, place = Authority(str(document["public_key"])), _number(entry["seq"]) - 1
         checkpoint = checkpoint_from(str(document["checkpoint"]), source)
         found = Proved(
-            str(record["name"]),
-            str(record["id"]),
+            _line(record["name"]),
+            _line(record["id"]),
             place + 1,
-            str(entry["time"]),
-            record["revoked_at"],
-            record["revoked_reason"],
-            record.get("suspended_at"),
-            record.get("suspended_reason"),
-            record.get("expires"),
+            _line(entry["time"]),
+            _line_or_none(record["revoked_at"]),
+            _line_or_none(record["revoked_reason"]),
+            _line_or_none(record.get("suspended_at")),
+            _line_or_none(record.get("suspended_reason")),
+            _line_or_none(record.get("expires")),
             checkpoint,
         )
+        _line(checkpoint.date)
     except (ValueError, KeyError, TypeError, RecursionError) as error:
         raise RegistryError(
             f"{source} is no proof ({error}); give a file that `moireid registry prove` wrote"
@@ -130,6 +131,27 @@ def check_proof(text: str, source: str) -> Proved:
     ):
         raise Fault("record", "its record is not the one that the log entry names: it was changed")
     return found
+
+
+def _line(value: object) -> str:
+    """A text on one line, as registries hold it: another one could write lines of its own into what is told of it."""
+    if not isinstance(value, str) or not storable(value):
+        raise ValueError("a field of it is no line of text")
+    return value
+
+
+def _line_or_none(value: object) -> str | None:
+    return None if value is None else _line(value)
+
+
+def _number(value: object) -> int:
+    if type(value) is not int or not 0 < value < 10**18:
+        raise ValueError("the number of its entry is none")
+    return value
+
+
+def _no_number(text: str) -> NoReturn:
+    raise ValueError(f"{text} is no number of JSON")
 
 
 def _check(checkpoint: Checkpoint, authority: Authority, source: str) -> None:
