@@ -131,8 +131,9 @@ def test_one_that_hangs_is_ended_from_another_thread(begin: Begin) -> None:
 
 def test_one_that_promises_a_message_or_reads_none_holds_nobody_up(begin: Begin) -> None:
     """Catches: a wait for the rest of a message, or for a reader, that lasts as long as a hostile process likes."""
+    large = bytes(1 << 24)
     for asked, wait in (("promise", lambda child: child.hear(0.3)), ("hang", lambda child: child.send(large, 0.3))):
-        child, large, found = begin(), bytes(1 << 24), list[object]()
+        child, found = begin(), list[object]()
         assert told(child, "tell")
         child.send((asked,))
 

@@ -28,6 +28,8 @@ from moireid.verifier.session.claim import Claim
 
 #: Six times what a 1080p film takes, so that one of 4K passes.
 MEMORY_BYTES = 4 << 30
+#: Greatest size of one answer: a report's pictures, or its signals as text.  Whoever signs does so for one film.
+ANSWER_BYTES = 32 << 20
 #: Least time between two reports of progress, s.
 TELL_S = 0.1
 
@@ -100,7 +102,9 @@ def talk_with(
             "verdicts are not signed on Windows, as films cannot be judged apart from the key there; sign "
             "on Linux or macOS"
         )
-    child = start(work, ProcessLimits(MEMORY_BYTES), within=reach(read=[film], write=written))
+    child = start(
+        work, ProcessLimits(MEMORY_BYTES, answer_bytes=ANSWER_BYTES), within=reach(read=[film], write=written)
+    )
     try:
         child.send(message)
         while True:

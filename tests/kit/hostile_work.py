@@ -1,0 +1,56 @@
+"""What a job's process says once a film has taken it over: sealed processes import it by name."""
+
+from __future__ import annotations
+
+import os
+import struct
+import time
+from pathlib import Path
+
+from moireid.sandbox.child import Talk
+
+
+def bad_progress(talk: Talk) -> None:
+    _say(talk, {"progress": ["x", None]})
+
+
+def bad_result(talk: Talk) -> None:
+    _say(talk, {"result": {"verdict": ["x"], "input": 5}})
+
+
+def bad_pictures(talk: Talk) -> None:
+    _say(talk, {"files": {"a": 1}, "plots": 7})
+
+
+def large(talk: Talk) -> None:
+    talk.next()
+    talk._pipe.send_bytes(b'{"x": [' + b"[]," * (4 << 20) + b"0]}")
+    time.sleep(1000)
+
+
+def partial(talk: Talk) -> None:
+    talk.next()
+    os.write(talk._pipe.fileno(), struct.pack("!i", 1 << 20) + b"{")
+    time.sleep(1000)
+
+
+def folder_for_film(talk: Talk) -> None:
+    task = talk.next()
+    film = task.folder / task.video
+    film.unlink()
+    (film / "deep").mkdir(parents=True)
+
+
+def questions(talk: Talk) -> None:
+    """Write down how many questions were answered."""
+    task = talk.next()
+    for number in range(1000):
+        talk.tell({"ask": {"holds": f"{number:04x}"}})
+        talk.next()
+        (Path(task.folder) / "answered").write_text(str(number + 1))
+
+
+def _say(talk: Talk, what: dict[str, object]) -> None:
+    talk.next()
+    talk.tell(what)
+    time.sleep(1000)
