@@ -107,6 +107,8 @@ def crimes(place: Place) -> list[tuple[Any, ...]]:
         ("signal", os.getpid()),
         ("ptrace", os.getppid()),
         ("environment", os.getpid()),
+        ("signal by a file", os.getpid()),
+        ("empty", str(place.film)),
     ]
 
 
@@ -129,6 +131,35 @@ def test_the_same_works_where_nothing_is_sealed(begin: Begin, place: Place) -> N
         if crime[0] != "ptrace":
             assert "done" in told(child, *crime), crime
     assert child.sealed is None
+
+
+def test_what_old_kernels_leave_open_the_filter_refuses(begin: Begin, place: Place) -> None:
+    """Catches: signals by a file's owner (Landlock knows them since its version 6), and a film that is emptied by
+    whoever may read it (since version 3): both refused by the filter, whose answer comes first.
+    """
+    child = begin(reach(read=[place.film]))
+    assert told(child, "signal by a file", os.getpid())["errno"] == errno.EPERM
+    assert told(child, "empty", str(place.film))["errno"] == errno.EPERM
+    assert place.film.read_text() == "content of film.mp4"
+    # Twice: the second time the file is there, and is emptied rightly.
+    assert told(child, "scratch") == told(child, "scratch") == {"done": "1"}
+
+
+@pytest.mark.parametrize(("version", "told_files"), [(2, False), (3, True)])
+def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_told(
+    monkeypatch: pytest.MonkeyPatch, version: int, told_files: bool
+) -> None:
+    """Catches: "opens no file but its film" said where the filter is missing, and a reader may empty what it reads."""
+
+    def refuse() -> None:
+        raise OSError(errno.EINVAL, "no filter here")
+
+    monkeypatch.setattr(sealing, "filter_calls", refuse)
+    monkeypatch.setattr(sealing, "_close_files", lambda reach, scratch: True)
+    monkeypatch.setattr(sealing, "_no_new_privileges", lambda: True)
+    monkeypatch.setattr(sealing.os, "listdir", lambda path: ["1"])
+    monkeypatch.setattr("landlockpy.abi_version", lambda: version)
+    assert (sealing.FILES in sealing.seal(Reach(), "/tmp")) is told_files
 
 
 def test_what_its_work_needs_it_can_do(begin: Begin, place: Place) -> None:

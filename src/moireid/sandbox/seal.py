@@ -59,8 +59,9 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
         filter_calls()
         held.append(CALLS)
     except (OSError, ImportError, RuntimeError):
-        # No libseccomp here, or a kernel or container that allows no filter.
-        pass
+        # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone keeps a film whole.
+        if FILES in held and not _keeps_whole():
+            held.remove(FILES)
     return tuple(name for name in MEANS if name in held)
 
 
@@ -77,6 +78,16 @@ def _no_new_privileges() -> bool:
     import ctypes
 
     return bool(ctypes.CDLL(None).prctl(38, 1, 0, 0, 0) == 0)
+
+
+def _keeps_whole() -> bool:
+    """Whether Landlock lets nobody empty a file that they may only read.
+
+    Source: its documentation, "Truncating files": since version 3 of its interface, Linux 6.2.
+    """
+    import landlockpy
+
+    return landlockpy.abi_version() >= 3
 
 
 def _close_files(reach: Reach, scratch: str) -> bool:
