@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import socket
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from typing import Any
 
 import pytest
 
+import moireid
+from kit.places import TESTS
 from moireid.sandbox import seal as sealing
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, ForkServer, start
@@ -20,6 +23,7 @@ from moireid.sandbox.reach import Reach, open_parts, reach
 from moireid.sandbox.seal import MEANS, missing
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
+SOURCE = Path(moireid.__file__).parent.parent
 WORK = "kit.sealed_work:act"
 ROOMY = ProcessLimits(512 << 20, cpu_s=60)
 Begin = Callable[..., Child]
@@ -199,6 +203,39 @@ def test_a_film_that_lies_beside_the_keys_is_read_all_the_same(begin: Begin, pla
     child = begin(reach(read=[film]))
     assert told(child, "read", str(film)) == {"done": "beside the key"}
     assert told(child, "read", str(place.key))["errno"] == errno.EACCES
+
+
+BESIDE = """
+import sys
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import start
+from moireid.sandbox.reach import reach
+child = start("kit.sealed_work:act", ProcessLimits(1 << 29), within=reach(read=[sys.argv[1]]))
+for name in sys.argv[1:]:
+    child.send(("read", name))
+    print(child.hear(60))
+child.send(("numpy",))
+print(child.hear(60))
+child.kill()
+"""
+
+
+def test_a_script_does_not_open_its_own_folder(tmp_path: Path) -> None:
+    """Catches: a key beside a script, which a film may read since Python imports from a script's folder; a folder that
+    is closed although the work's packages lie there.
+    """
+    names = [tmp_path / name for name in ("film.mp4", "key.pem", "script.py")]
+    for name in names:
+        name.write_text(BESIDE)
+    path = os.pathsep.join(str(folder) for folder in (SOURCE, TESTS))
+    done = subprocess.run(
+        [sys.executable, *map(str, (names[2], *names[:2]))],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
+    film, key, work = done.stdout.splitlines()
+    assert "done" in film and f"'errno': {errno.EACCES}" in key and "200.0" in work, done
 
 
 def test_all_but_what_is_closed_is_open(tmp_path: Path) -> None:

@@ -102,7 +102,7 @@ def _close_files(reach: Reach, scratch: str) -> bool:
     of_file = AccessFS.READ_FILE | AccessFS.WRITE_FILE | AccessFS.TRUNCATE
     look = AccessFS.READ_FILE | AccessFS.READ_DIR
     change = AccessFS.MAKE_REG | AccessFS.MAKE_DIR | AccessFS.REMOVE_FILE | AccessFS.REMOVE_DIR | AccessFS.REFER
-    own = [part for root in program_folders() for part in open_parts(root, reach.keep_out)]
+    own = [part for root in program_folders(reach.imports) for part in open_parts(root, reach.keep_out)]
     # The environment of other processes is a file, too.
     closed = (*reach.keep_out, "/proc")
     # A file that is named is meant, wherever it lies.
