@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import os
 import struct
 import time
@@ -48,6 +49,30 @@ def questions(talk: Talk) -> None:
         talk.tell({"ask": {"holds": f"{number:04x}"}})
         talk.next()
         (Path(task.folder) / "answered").write_text(str(number + 1))
+
+
+def two_signatures(talk: Talk) -> None:
+    """Ask for signatures under a claim of another film, and hide them in a file that is said to be sound."""
+    asked = talk.next()
+    claim = base64.b64encode(b"\x84\x6aSignature1 of any film").decode()
+    got = []
+    for _ in range(2):
+        talk.tell({"sign": claim})
+        got.append(talk.next())
+    asked.output.write_bytes(b"".join(got))
+
+
+def forged_file(talk: Talk) -> None:
+    """Ask for one signature, hide it in the file, and say that all is well."""
+    asked = talk.next()
+    talk.tell({"sign": base64.b64encode(b"\x84\x6aSignature1 of any film").decode()})
+    asked.output.write_bytes(talk.next())
+    talk.tell({"state": "Valid", "verdict": asked.report})
+
+
+def no_text(talk: Talk) -> None:
+    talk.next()
+    talk.tell({"sign": 5})
 
 
 def _say(talk: Talk, what: dict[str, object]) -> None:

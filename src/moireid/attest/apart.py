@@ -89,11 +89,12 @@ def talk_with(
     film: Path,
     answer: Callable[[dict[str, Any]], object],
     written: Sequence[Path] = (),
+    read: Sequence[Path] = (),
 ) -> tuple[str, ...]:
     """Start a sealed process for some work on a film, and answer what it says until it has ended.
 
     Parameters: work: `module:function`; answer: gives what is sent back, None for nothing; written: files that are
-        there, and that it may write.
+        there, and that it may write; read: that it may read beside the film.
     Returns: what held of the seal.
     Raises: MoireIdError that the work raised; MediaError where the process fails.
     """
@@ -103,7 +104,7 @@ def talk_with(
             "on Linux or macOS"
         )
     child = start(
-        work, ProcessLimits(MEMORY_BYTES, answer_bytes=ANSWER_BYTES), within=reach(read=[film], write=written)
+        work, ProcessLimits(MEMORY_BYTES, answer_bytes=ANSWER_BYTES), within=reach(read=[film, *read], write=written)
     )
     try:
         child.send(message)
