@@ -31,8 +31,8 @@ Row = tuple[float, float, float]
 class Course:
     """What is drawn; times in s of the film's own clock, which begins at `from_s`.
 
-    sha256: of the film as the server received it; frames: time, and where the law puts the fringes and where they were seen, in fringe widths; None where they were
-    not seen, and in all three where frames are missing.
+    sha256: of the film as the server received it; frames: time, and where the law puts the fringes and where they
+    were seen, in fringe widths; None where they were not seen, and in all three where frames are missing.
     """
 
     sha256: str
