@@ -49,6 +49,7 @@ FILE_BYTES = 256 << 20
 class Job:
     """One film: its owner, its progress, and its outcome.
 
+    result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
     was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
     of the registry when the film came; people: whom the film's process may ask about; questions: how often it still
     may; film_sha256: of the film as it came; claimed_id, claim_source: the badge that the claim means, and who says so.
