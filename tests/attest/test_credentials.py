@@ -17,6 +17,7 @@ import pytest
 from kit.coded_films import first_frames
 from kit.signing import certificate, certified_key, new_key, pem_of, pem_of_certificates
 from moireid.attest import carried, credentials, load_signing_key
+from moireid.attest.apart import talk_with
 from moireid.attest.carried import may_carry, with_carried
 from moireid.attest.credentials import check_credentials_key, credentials_path, write_credentials
 from moireid.attest.credentials_work import LABEL, read
@@ -172,12 +173,28 @@ def test_the_key_signs_nothing_but_credentials(
     monkeypatch.setattr(credentials, "talk_with", hostile)
     with pytest.raises(MediaError, match="another signature"):
         write_credentials(attested(judged, key), here, "sidecar", key)
-    # Nor does it believe a process that says that all went well.
-    monkeypatch.setattr(
-        credentials, "talk_with", lambda work, message, film, answer, written: answer({"state": "Valid"})
-    )
-    with pytest.raises(MediaError, match="do not hold when they are read again"):
-        write_credentials(attested(judged, key), here, "sidecar", key)
+    assert sorted(os.listdir(here.parent)) == ["film.mp4", "key.pem"]
+
+
+@pytest.mark.parametrize(
+    ("work", "words"),
+    [
+        ("two_signatures", "another signature"),
+        ("no_text", "another signature"),
+        ("forged_file", "do not hold when they are read again"),
+    ],
+)
+def test_one_signature_is_given_and_the_file_is_read_by_another_process(
+    here: Path, judged: dict[str, Any], key: SigningKey, monkeypatch: pytest.MonkeyPatch, work: str, words: str
+) -> None:
+    """Catches: signatures for the asking, kept in a file that is sound by the word of the process that made it."""
+
+    def taken_over(of: str, *given: Any, **more: Any) -> object:
+        return talk_with(f"kit.hostile_work:{work}" if of.endswith(":write") else of, *given, **more)
+
+    monkeypatch.setattr(credentials, "talk_with", taken_over)
+    with pytest.raises(MediaError, match=words):
+        write_credentials(attested(judged, key), here, "embed", key)
     assert sorted(os.listdir(here.parent)) == ["film.mp4", "key.pem"]
 
 

@@ -14,6 +14,7 @@ mounting.py         mounts, and what a camera sees of them
 film_stubs.py       jobs that stand in for films
 in_place.py         the archive's engine without its processes
 sandbox_work.py     what a sandboxed process is given to do
+hostile_work.py  what a job's process says once a film has taken it over
 sealed_work.py      what a hostile film would do, for a sealed process to try
 spoilt_films.py     what stands for films that spoil or take over their reader
 report_faults.py    a report held against its schema

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import fcntl
 import os
 import signal
 import socket
@@ -73,6 +74,19 @@ def _threaded(path: str) -> str:
     return str(found[0])
 
 
+def _signal_by_file(process: int) -> str:
+    """Have the kernel send a signal once a pipe can be read: to whom, and which, is anybody's choice.
+
+    SIGURG harms nobody.
+    """
+    reader, writer = os.pipe()
+    # 10: F_SETSIG.
+    for command, argument in ((fcntl.F_SETOWN, process), (10, signal.SIGURG), (fcntl.F_SETFL, os.O_ASYNC)):
+        fcntl.fcntl(reader, command, argument)
+    os.write(writer, b"x")
+    return "sent"
+
+
 ACTS: dict[str, Callable[..., str]] = {
     "read": lambda path: Path(path).read_text(),
     "read in a thread": _threaded,
@@ -90,6 +104,8 @@ ACTS: dict[str, Callable[..., str]] = {
     "fork": _fork,
     "signal": lambda process: str(os.kill(process, 0)),
     "kill": lambda process: str(os.kill(process, signal.SIGTERM)),
+    "signal by a file": _signal_by_file,
+    "empty": lambda path: str(os.close(os.open(path, os.O_RDONLY | os.O_TRUNC))),
     "ptrace": _ptrace,
     "memory": _memory_of,
     "environment": _environment_of,

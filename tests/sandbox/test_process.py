@@ -129,6 +129,39 @@ def test_one_that_hangs_is_ended_from_another_thread(begin: Begin) -> None:
     assert not psutil.pid_exists(pid)
 
 
+def test_one_that_promises_a_message_or_reads_none_holds_nobody_up(begin: Begin) -> None:
+    """Catches: a wait for the rest of a message, or for a reader, that lasts as long as a hostile process likes."""
+    large = bytes(1 << 24)
+    for asked, wait in (("promise", lambda child: child.hear(0.3)), ("hang", lambda child: child.send(large, 0.3))):
+        child, found = begin(), list[object]()
+        assert told(child, "tell")
+        child.send((asked,))
+
+        def waited(child: Child = child, wait: Callable[[Child], object] = wait, found: list[object] = found) -> None:
+            try:
+                found.append(wait(child))
+            except Ended as ended:
+                found.append(ended.kind)
+
+        thread = threading.Thread(target=waited, daemon=True)
+        thread.start()
+        thread.join(20)
+        assert found == [None if asked == "promise" else "crash"], asked
+        child.kill()
+
+
+def test_a_message_that_comes_in_parts_is_heard_whole(begin: Begin) -> None:
+    """Catches: what came before a wait ran out, lost; two messages in one piece taken for one."""
+    child = begin()
+    for body in (b'{"a": 1}', b'{"b": "' + b"x" * 60_000 + b'"}', b'{"c": 3}'):
+        child.send(("raw", body))
+    heard: list[str] = []
+    last = time.monotonic() + 60
+    while len(heard) < 3 and time.monotonic() < last:
+        heard += child.hear(0.0) or {}
+    assert heard == ["a", "b", "c"]
+
+
 def test_a_program_keeps_to_one_thread() -> None:
     """Catches: a decoder that takes the processors of other workers."""
     child = start(WORK, ROOMY)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import os
 import socket
+import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from typing import Any
 
 import pytest
 
+import moireid
+from kit.places import TESTS
 from moireid.sandbox import seal as sealing
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, ForkServer, start
@@ -20,6 +23,7 @@ from moireid.sandbox.reach import Reach, open_parts, reach
 from moireid.sandbox.seal import MEANS, missing
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
+SOURCE = Path(moireid.__file__).parent.parent
 WORK = "kit.sealed_work:act"
 ROOMY = ProcessLimits(512 << 20, cpu_s=60)
 Begin = Callable[..., Child]
@@ -107,6 +111,8 @@ def crimes(place: Place) -> list[tuple[Any, ...]]:
         ("signal", os.getpid()),
         ("ptrace", os.getppid()),
         ("environment", os.getpid()),
+        ("signal by a file", os.getpid()),
+        ("empty", str(place.film)),
     ]
 
 
@@ -129,6 +135,35 @@ def test_the_same_works_where_nothing_is_sealed(begin: Begin, place: Place) -> N
         if crime[0] != "ptrace":
             assert "done" in told(child, *crime), crime
     assert child.sealed is None
+
+
+def test_what_old_kernels_leave_open_the_filter_refuses(begin: Begin, place: Place) -> None:
+    """Catches: signals by a file's owner (Landlock knows them since its version 6), and a film that is emptied by
+    whoever may read it (since version 3): both refused by the filter, whose answer comes first.
+    """
+    child = begin(reach(read=[place.film]))
+    assert told(child, "signal by a file", os.getpid())["errno"] == errno.EPERM
+    assert told(child, "empty", str(place.film))["errno"] == errno.EPERM
+    assert place.film.read_text() == "content of film.mp4"
+    # Twice: the second time the file is there, and is emptied rightly.
+    assert told(child, "scratch") == told(child, "scratch") == {"done": "1"}
+
+
+@pytest.mark.parametrize(("version", "told_files"), [(2, False), (3, True)])
+def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_told(
+    monkeypatch: pytest.MonkeyPatch, version: int, told_files: bool
+) -> None:
+    """Catches: "opens no file but its film" said where the filter is missing, and a reader may empty what it reads."""
+
+    def refuse() -> None:
+        raise OSError(errno.EINVAL, "no filter here")
+
+    monkeypatch.setattr(sealing, "filter_calls", refuse)
+    monkeypatch.setattr(sealing, "_close_files", lambda reach, scratch: True)
+    monkeypatch.setattr(sealing, "_no_new_privileges", lambda: True)
+    monkeypatch.setattr(sealing.os, "listdir", lambda path: ["1"])
+    monkeypatch.setattr("landlockpy.abi_version", lambda: version)
+    assert (sealing.FILES in sealing.seal(Reach(), "/tmp")) is told_files
 
 
 def test_what_its_work_needs_it_can_do(begin: Begin, place: Place) -> None:
@@ -168,6 +203,39 @@ def test_a_film_that_lies_beside_the_keys_is_read_all_the_same(begin: Begin, pla
     child = begin(reach(read=[film]))
     assert told(child, "read", str(film)) == {"done": "beside the key"}
     assert told(child, "read", str(place.key))["errno"] == errno.EACCES
+
+
+BESIDE = """
+import sys
+from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.process import start
+from moireid.sandbox.reach import reach
+child = start("kit.sealed_work:act", ProcessLimits(1 << 29), within=reach(read=[sys.argv[1]]))
+for name in sys.argv[1:]:
+    child.send(("read", name))
+    print(child.hear(60))
+child.send(("numpy",))
+print(child.hear(60))
+child.kill()
+"""
+
+
+def test_a_script_does_not_open_its_own_folder(tmp_path: Path) -> None:
+    """Catches: a key beside a script, which a film may read since Python imports from a script's folder; a folder that
+    is closed although the work's packages lie there.
+    """
+    names = [tmp_path / name for name in ("film.mp4", "key.pem", "script.py")]
+    for name in names:
+        name.write_text(BESIDE)
+    path = os.pathsep.join(str(folder) for folder in (SOURCE, TESTS))
+    done = subprocess.run(
+        [sys.executable, *map(str, (names[2], *names[:2]))],
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+    )
+    film, key, work = done.stdout.splitlines()
+    assert "done" in film and f"'errno': {errno.EACCES}" in key and "200.0" in work, done
 
 
 def test_all_but_what_is_closed_is_open(tmp_path: Path) -> None:

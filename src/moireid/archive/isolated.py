@@ -71,7 +71,7 @@ class Isolated:
             return Lost("the run was ended", 0.0, "worker")
         child = self._ready(sealed=film is not None)
         try:
-            child.send((payload, film))
+            child.send((payload, film), START_S + self._limits.seconds)
             told = child.hear(START_S + self._limits.seconds)
             if told is not None and "begun" in told:
                 begun = time.monotonic()

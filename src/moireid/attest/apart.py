@@ -28,6 +28,8 @@ from moireid.verifier.session.claim import Claim
 
 #: Six times what a 1080p film takes, so that one of 4K passes.
 MEMORY_BYTES = 4 << 30
+#: Greatest size of one answer: a report's pictures, or its signals as text.  Whoever signs does so for one film.
+ANSWER_BYTES = 32 << 20
 #: Least time between two reports of progress, s.
 TELL_S = 0.1
 
@@ -87,11 +89,12 @@ def talk_with(
     film: Path,
     answer: Callable[[dict[str, Any]], object],
     written: Sequence[Path] = (),
+    read: Sequence[Path] = (),
 ) -> tuple[str, ...]:
     """Start a sealed process for some work on a film, and answer what it says until it has ended.
 
     Parameters: work: `module:function`; answer: gives what is sent back, None for nothing; written: files that are
-        there, and that it may write.
+        there, and that it may write; read: that it may read beside the film.
     Returns: what held of the seal.
     Raises: MoireIdError that the work raised; MediaError where the process fails.
     """
@@ -100,7 +103,9 @@ def talk_with(
             "verdicts are not signed on Windows, as films cannot be judged apart from the key there; sign "
             "on Linux or macOS"
         )
-    child = start(work, ProcessLimits(MEMORY_BYTES), within=reach(read=[film], write=written))
+    child = start(
+        work, ProcessLimits(MEMORY_BYTES, answer_bytes=ANSWER_BYTES), within=reach(read=[film, *read], write=written)
+    )
     try:
         child.send(message)
         while True:

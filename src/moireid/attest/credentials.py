@@ -1,13 +1,14 @@
 """The verdict as content credentials (C2PA).
 
-All reading and writing of films is done by c2pa-python in a process that never has the key: it asks for the signature
-of the one claim that it makes.
+All reading and writing of films is done by c2pa-python in processes that never have the key.  One writes, and gets one
+signature, of the one claim that it makes.  Another, which has seen nothing of the first but the file, reads that back.
 Convention: the assertion `credentials_work.LABEL` holds the report, as `statement.attested` gives it.
 """
 
 from __future__ import annotations
 
 import base64
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Literal
@@ -59,24 +60,43 @@ def write_credentials(report: dict[str, Any], film: Path, form: Form, key: Signi
     Returns: what a reader will make of the certificate, in words.
     Raises: MediaError where they cannot be written, or do not hold when they are read again; nothing is left then.
     """
-    signer, found = CryptoSigner(key.private), dict[str, Any]()
+    found = dict[str, Any]()
     algorithm = "ED25519" if isinstance(key.private, Ed25519PrivateKey) else "ES256"
     chain = "".join(certificate_pem(one) for one in key.chain)
 
-    def answer(told: dict[str, Any]) -> bytes | None:
-        if "sign" not in told:
-            found.update(told)
-            return None
-        claim = base64.b64decode(told["sign"])
-        if not claim.startswith(TO_BE_SIGNED):
-            # A process in a stranger's hands could ask for a signature under a verdict of its own.
-            raise MediaError(f"the process that read {film} asks for another signature than one of its credentials")
-        return bytes.fromhex(signer.sign(claim).signature)
-
     with whole_file(credentials_path(film, form)) as output:
         asked = Asked(film, output, form, report, algorithm, chain)
-        talk_with("moireid.attest.credentials_work:write", asked, film, answer, [output])
+        talk_with("moireid.attest.credentials_work:write", asked, film, _one_signature(film, key), [output])
+        talk_with("moireid.attest.credentials_work:read_back", asked, film, found.update, read=[output])
         if found.get("state") not in SOUND or found.get("verdict") != report:
             raise MediaError(f"the content credentials of {film} do not hold when they are read again; none are kept")
     trusted = found["state"] == "Trusted"
     return "the certificate is trusted" if trusted else UNTRUSTED.format(holder=holder(key.chain[0]))
+
+
+def _one_signature(film: Path, key: SigningKey) -> Callable[[dict[str, Any]], bytes | None]:
+    """Signs the first claim that a process asks for.
+
+    A process in a stranger's hands could ask for a signature under a verdict of its own.  It gets one at most; and that
+    is kept only where it is of the credentials that another process reads in the file.
+    """
+    asked: list[object] = []
+
+    def answer(told: dict[str, Any]) -> bytes | None:
+        if "sign" not in told:
+            return None
+        asked.append(told["sign"])
+        claim = _claim(told["sign"])
+        if len(asked) > 1 or not claim.startswith(TO_BE_SIGNED):
+            raise MediaError(f"the process that read {film} asks for another signature than one of its credentials")
+        return bytes.fromhex(CryptoSigner(key.private).sign(claim).signature)
+
+    return answer
+
+
+def _claim(said: object) -> bytes:
+    """What a process wants signed; empty where it said what cannot be read."""
+    try:
+        return base64.b64decode(said) if isinstance(said, str) else b""
+    except ValueError:
+        return b""

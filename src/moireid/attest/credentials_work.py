@@ -43,7 +43,7 @@ class Asked:
 
 
 def write(talk: Talk) -> None:
-    """The work of the process: write credentials, and tell what is read back from the file.
+    """The work of one process: write credentials.
 
     Raises: MediaError where the film's format has no credentials, or its own ones are damaged.
     """
@@ -66,15 +66,19 @@ def write(talk: Talk) -> None:
             # The library copies the film, even where it leaves it as it is.
             with asked.film.open("rb") as source, tempfile.TemporaryFile() as copy:
                 asked.output.write_bytes(builder.sign(signer, _format(asked.film), source, copy))
-            found = read(asked.film, asked.output.read_bytes())
         else:
             with asked.film.open("rb") as source, asked.output.open("w+b") as made:
                 builder.sign(signer, _format(asked.film), source, made)
-            found = read(asked.output)
     except c2pa.C2paError as error:
         words = " ".join(str(error).split())[:200]
         raise MediaError(f"{asked.film} can be given no content credentials ({words}); use --attest") from error
-    talk.tell(found or {})
+
+
+def read_back(talk: Talk) -> None:
+    """The work of another process: tell what is read in the file that the first one wrote."""
+    asked: Asked = talk.next()
+    aside = asked.form == "sidecar"
+    talk.tell((read(asked.film, asked.output.read_bytes()) if aside else read(asked.output)) or {})
 
 
 def read(film: Path, manifest: bytes | None = None) -> dict[str, Any] | None:

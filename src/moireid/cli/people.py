@@ -61,6 +61,7 @@ def print_people(
                 mount=mount,
                 figures=figures,
                 overwrite=overwrite,
+                kept=[people_csv],
                 before_moving=issue,
                 progress=progress,
             )

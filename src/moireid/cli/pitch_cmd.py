@@ -187,7 +187,7 @@ def calibrate_command(
         raise SpecError("--focal-px belongs to a photo; give it with one, or leave it out")
     if not out.name.lower().endswith(".json"):
         raise SpecError(f"--out {out} must end in .json, by which --lens knows a lens profile")
-    planned([out], overwrite=overwrite, make_folders=False)
+    planned([out], overwrite=overwrite, make_folders=False, kept=[chart_json, photo])
     scale = parse_scale(scale_text)[0] if scale_text else None
     chart = load_badge(chart_json)
     if band is not None:
@@ -196,7 +196,7 @@ def calibrate_command(
     else:
         assert photo is not None
         made = _from_photo(photo, chart, distance, focal_px, scale)
-    planned([out], overwrite=overwrite)
+    planned([out], overwrite=overwrite, kept=[chart_json, photo])
     save_lens_profile(made.profile, out)
     _show(made, out, as_json=as_json)
 

@@ -145,6 +145,7 @@ def print_event(
     mount: str = "none",
     figures: MountFigures | None = None,
     overwrite: bool = False,
+    kept: Sequence[Path] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Event:
@@ -164,6 +165,8 @@ def print_event(
         Of printer and laser; None for the defaults.
     overwrite : bool
         Replace older files, and remove those of a mount that this event has not.
+    kept : sequence of Path
+        Files that are read here, and never replaced.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place; if it raises, no file appears.
     progress : callable, optional
@@ -189,7 +192,7 @@ def print_event(
     people = [f"{name}/{file}" for name in names for file in file_names(Parts("none", None, parts.figures))]
     files = [*people, *parts.files, SHEETS, SUMMARY]
     with tidy_folders([folder, *(folder / name for name in names)]):
-        planned([folder / file for file in files], overwrite=overwrite)
+        planned([folder / file for file in files], overwrite=overwrite, kept=kept)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
             mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
@@ -201,7 +204,7 @@ def print_event(
             sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
             write_text(aside / SUMMARY, _summary(names, badges, parts))
             # As in `package.print_badge`: another process may have written here since.
-            planned([folder / file for file in files], overwrite=overwrite)
+            planned([folder / file for file in files], overwrite=overwrite, kept=kept)
             if before_moving:
                 before_moving()
             stale = leftover_parts(folder, parts, SUMMARY) if overwrite else ()

@@ -12,13 +12,14 @@ class ProcessLimits:
     """Limits of a process; None: no limit.
 
     memory_bytes: private memory beyond that at its start; cpu_s: processor time of all its threads; file_bytes: size of
-    one file that it writes; answer_bytes: size of one answer, which its parent keeps in memory.
+    one file that it writes; answer_bytes: size of one answer.  Its parent reads that as JSON, which takes up to thirty
+    times as much memory; a report of an hour of film is much smaller.
     """
 
     memory_bytes: int
     cpu_s: int | None = None
     file_bytes: int | None = None
-    answer_bytes: int = 32 << 20
+    answer_bytes: int = 4 << 20
 
 
 def confine(limits: ProcessLimits) -> None:

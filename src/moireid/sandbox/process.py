@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import os
+import pickle
 import shutil
 import signal
 import socket
@@ -20,11 +21,11 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import asdict
 from functools import cache
-from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
 from moireid.sandbox.limits import ProcessLimits
+from moireid.sandbox.line import Line
 from moireid.sandbox.reach import Reach, kept_environment, reach
 
 #: Longest time for a fork server to load its work, or to answer.
@@ -61,29 +62,35 @@ class Ended(Exception):
 class Child:
     """One process within limits; its owner ends it by `kill`, from any thread."""
 
-    def __init__(self, pipe: Connection, end: Callable[[], int | None], folder: str, limits: ProcessLimits) -> None:
+    def __init__(self, line: Line, end: Callable[[], int | None], folder: str, limits: ProcessLimits) -> None:
         """Parameters: end: ends the process and returns its exit code; folder: for its temporary files."""
-        self._pipe, self._end, self._folder, self._limits = pipe, end, folder, limits
+        self._line, self._end, self._folder, self._limits = line, end, folder, limits
         self._lock, self._over = threading.Lock(), False
         self._code: int | None = None
         #: What holds of its seal, as in `seal.MEANS`; None until it has said so, and where it is not sealed.
         self.sealed: tuple[str, ...] | None = None
 
-    def send(self, message: Any) -> None:
-        """Send a message.  Raises: Ended where the process has gone."""
+    def send(self, message: Any, seconds: float | None = None) -> None:
+        """Send a message, which the process must have taken after `seconds`; None: whenever it likes.
+
+        Raises: Ended where the process has gone, or took too long; then nothing more can be sent to it.
+        """
         try:
-            self._pipe.send(message)
+            taken = self._line.send(pickle.dumps(message), seconds)
         except OSError as error:
             raise self._gone() from error
+        if not taken:
+            raise Ended("crash", "does not read what it is sent")
 
     def hear(self, seconds: float | None = None) -> dict[str, Any] | None:
-        """The next answer of the process; None if there is none for `seconds`.  Raises: Ended."""
+        """The next answer of the process; None if there is no whole one for `seconds`.  Raises: Ended."""
         last = None if seconds is None else time.monotonic() + seconds
         try:
             while True:
-                if not self._pipe.poll(None if last is None else max(last - time.monotonic(), 0.0)):
+                rest = None if last is None else max(last - time.monotonic(), 0.0)
+                if (body := self._line.receive(self._limits.answer_bytes, rest)) is None:
                     return None
-                told = json.loads(self._pipe.recv_bytes(self._limits.answer_bytes))
+                told = json.loads(body)
                 if not isinstance(told, dict):
                     raise ValueError("no object")
                 # Only the first word is of a process that has read nothing yet.
@@ -102,7 +109,7 @@ class Child:
     def kill(self) -> None:
         """End the process, and remove its temporary files; a second call changes nothing.
 
-        A thread that waits in `hear` gets `Ended`.
+        A thread that waits in `hear` or `send` gets `Ended`.
         """
         with self._lock:
             if not self._over:
@@ -132,7 +139,7 @@ def start(work: str, limits: ProcessLimits, folder: Path | str | None = None, *,
         program.kill()
         return program.wait()
 
-    return Child(Connection(line.detach()), end, scratch, limits)
+    return Child(Line(line), end, scratch, limits)
 
 
 @cache
@@ -179,7 +186,7 @@ class ForkServer:
                     # A late answer would be taken for the answer to another request.
                     self._drop()
                     raise
-            return Child(Connection(ours.detach()), lambda: self._end(line, number), scratch, limits)
+            return Child(Line(ours.dup()), lambda: self._end(line, number), scratch, limits)
 
     def _begun(self) -> socket.socket:
         if self._program is not None and self._program.poll() is not None:

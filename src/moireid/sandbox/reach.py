@@ -44,12 +44,13 @@ class Reach:
     """What a sealed process may open, beside the program's own files and its temporary folder.
 
     read: files and folders to read; write: those to read and to write; what is not there is left out.  keep_out:
-    folders that stay closed even where they lie in what may be read.
+    folders that stay closed even where they lie in what may be read.  imports: folders that its starter imports from.
     """
 
     read: tuple[str, ...] = ()
     write: tuple[str, ...] = ()
     keep_out: tuple[str, ...] = ()
+    imports: tuple[str, ...] = ()
 
 
 def reach(read: Iterable[Path | str] = (), write: Iterable[Path | str] = ()) -> Reach:
@@ -59,13 +60,32 @@ def reach(read: Iterable[Path | str] = (), write: Iterable[Path | str] = ()) -> 
     """
     places = [os.environ[name] for name in PRIVATE_VARIABLES if os.environ.get(name)]
     private = [user_data_path("moireid", appauthor=False), *(Path(place).expanduser() for place in places)]
-    return Reach(tuple(map(_real, read)), tuple(map(_real, write)), tuple(map(_real, private)))
+    return Reach(*(tuple(map(_real, paths)) for paths in (read, write, private, _import_folders())))
 
 
-def program_folders() -> list[str]:
-    """The folders of the interpreter, its packages and the system; not all of them need be there."""
+def program_folders(imports: Iterable[str]) -> list[str]:
+    """The folders of the system, the interpreter and packages; not all of them need be there."""
     fonts = map(os.path.expanduser, FONTS)
-    return [one for one in dict.fromkeys((*SYSTEM, sys.prefix, sys.base_prefix, *sys.path, *fonts)) if one]
+    return list(dict.fromkeys((*SYSTEM, sys.prefix, sys.base_prefix, *imports, *fonts)))
+
+
+def _import_folders() -> list[str]:
+    """The folders that this program imports from, but for the one that its script lies in, or that it began in.
+
+    Python puts that folder first (`sys.path[0]`).  It is anybody's: keys may lie beside a script.  It stays where it is
+    a folder of packages, as in a program that was packed with all that it needs.
+    """
+    own = [os.path.dirname(os.path.dirname(_real(__file__)))]
+    started = sys.path[:1] if not sys.flags.safe_path else []
+    closed = {_real(one) for one in started if one and not _has_packages(one)}
+    return own + [one for one in sys.path if one and _real(one) not in closed]
+
+
+def _has_packages(folder: str) -> bool:
+    try:
+        return os.path.isfile(folder) or any(name.endswith(".dist-info") for name in os.listdir(folder))
+    except OSError:
+        return False
 
 
 def open_parts(root: str, closed: Iterable[str]) -> list[str]:

@@ -59,8 +59,9 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
         filter_calls()
         held.append(CALLS)
     except (OSError, ImportError, RuntimeError):
-        # No libseccomp here, or a kernel or container that allows no filter.
-        pass
+        # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone keeps a film whole.
+        if FILES in held and not _keeps_whole():
+            held.remove(FILES)
     return tuple(name for name in MEANS if name in held)
 
 
@@ -79,6 +80,16 @@ def _no_new_privileges() -> bool:
     return bool(ctypes.CDLL(None).prctl(38, 1, 0, 0, 0) == 0)
 
 
+def _keeps_whole() -> bool:
+    """Whether Landlock lets nobody empty a file that they may only read.
+
+    Source: its documentation, "Truncating files": since version 3 of its interface, Linux 6.2.
+    """
+    import landlockpy
+
+    return landlockpy.abi_version() >= 3
+
+
 def _close_files(reach: Reach, scratch: str) -> bool:
     """Close all files but those in reach; returns whether the kernel does that."""
     try:
@@ -91,7 +102,7 @@ def _close_files(reach: Reach, scratch: str) -> bool:
     of_file = AccessFS.READ_FILE | AccessFS.WRITE_FILE | AccessFS.TRUNCATE
     look = AccessFS.READ_FILE | AccessFS.READ_DIR
     change = AccessFS.MAKE_REG | AccessFS.MAKE_DIR | AccessFS.REMOVE_FILE | AccessFS.REMOVE_DIR | AccessFS.REFER
-    own = [part for root in program_folders() for part in open_parts(root, reach.keep_out)]
+    own = [part for root in program_folders(reach.imports) for part in open_parts(root, reach.keep_out)]
     # The environment of other processes is a file, too.
     closed = (*reach.keep_out, "/proc")
     # A file that is named is meant, wherever it lies.

@@ -20,6 +20,9 @@ from moireid.web.studio import Studio
 
 #: Greatest number of plots, and letters of a plot's title.
 MOST_PLOTS, MOST_LETTERS = 16, 80
+#: Greatest size of a picture, or of the signals, that is read into the server's memory: signals take 200 bytes a frame,
+#: and a frame of a 4K film as JPEG some megabytes.
+KEPT_BYTES = 16 << 20
 
 
 def circumstances_of(studio: Studio, job: Job) -> Circumstances:
@@ -47,13 +50,16 @@ def pictures_of_job(job: Job) -> Pictures:
 
 
 def kept_file(job: Job, name: str) -> bytes:
-    """A file that a job's process left; name: one of ours.  Raises: Refusal 404 where there is none."""
+    """A file that a job's process left; name: one of ours.  Raises: Refusal 404 where there is none, or a huge one."""
     try:
         handle = os.open(job.folder / name, os.O_RDONLY | os.O_NOFOLLOW)
     except OSError as error:
         raise Refusal(404, "no_report", "There is no such picture or report, or it was removed already.") from error
     with os.fdopen(handle, "rb") as stream:
-        return stream.read()
+        content = stream.read(KEPT_BYTES + 1)
+    if len(content) > KEPT_BYTES:
+        raise Refusal(404, "no_report", "This picture or report is larger than any of ours; the film may be damaged.")
+    return content
 
 
 def _texts(said: Any) -> Iterable[str]:

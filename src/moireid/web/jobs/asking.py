@@ -12,6 +12,9 @@ from moireid.registry import People
 
 _ID, _PART = re.compile("[0-9a-f]{1,64}"), re.compile("[0-9a-f]{4}")
 PLACES = ("0", "1", "2", "3")
+#: An honest film asks, for each layout: is the id that was read enrolled?  Or: which ids are alike, and is the one that
+#: agrees enrolled (`verifier.session.identify`).  More questions would list the registry's ids.
+MOST_OF_A_LAYOUT = 2
 
 
 def answer_to(question: object, people: People | None) -> object:

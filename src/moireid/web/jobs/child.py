@@ -13,6 +13,8 @@ from moireid.web.jobs.task import Task
 
 #: How soon a stop is noticed.
 LOOK_S = 0.25
+#: How long a process may take to read an answer that it has asked for, and waits for.
+ANSWER_S = 10.0
 #: It loads the verifier, some seconds long, for all films; a film's process is sealed.
 films = ForkServer("moireid.web.jobs.work:judge", sealed=True)
 #: For badges that are made; it begins with the first of them.
@@ -47,7 +49,7 @@ def run_task(
     else:
         child = films.fork(limits, task.folder, within=reach(write=[task.folder]))
     try:
-        child.send(task)
+        child.send(task, wall_s)
         _listen(child, heard, wall_s, stopping)
     except Ended as ended:
         if ended.kind == "memory":
@@ -69,5 +71,5 @@ def _listen(
         if stopping():
             raise Lost("stopped", "The studio was stopped meanwhile.")
         if (message := child.hear(min(rest, LOOK_S))) is not None and (back := heard(message)) is not None:
-            child.send(back)
+            child.send(back, min(rest, ANSWER_S))
     raise Lost("time", f"This film takes longer than the {wall_s:g} s that one may take here.")

@@ -7,6 +7,7 @@ of the folder is removed with it, or after `keep_s` where the report is kept.
 from __future__ import annotations
 
 import contextlib
+import logging
 import os
 import queue
 import re
@@ -26,8 +27,9 @@ from moireid.errors import RegistryError
 from moireid.provenance import Barred, Standing
 from moireid.registry import People
 from moireid.sandbox.limits import ProcessLimits
-from moireid.web.jobs.asking import answer_to, with_name
+from moireid.web.jobs.asking import MOST_OF_A_LAYOUT, answer_to, with_name
 from moireid.web.jobs.child import Lost, films, run_task
+from moireid.web.jobs.heard import Unusable, frames_of, kept_of, result_of
 from moireid.web.jobs.task import Task
 from moireid.web.problems import Refusal
 from moireid.web.settings import Limits
@@ -49,8 +51,8 @@ class Job:
 
     result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
     was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
-    of the registry when the film came; people: whom the film's process may ask about; film_sha256: of the film as it
-    came; claimed_id, claim_source: the badge that the claim means, and who says so.
+    of the registry when the film came; people: whom the film's process may ask about; questions: how often it still
+    may; film_sha256: of the film as it came; claimed_id, claim_source: the badge that the claim means, and who says so.
     """
 
     id: str
@@ -67,6 +69,7 @@ class Job:
     claimed_id: str | None = None
     claim_source: str | None = None
     people: People | None = None
+    questions: int = 0
     state: State = "receiving"
     frames: tuple[int, int | None] = (0, None)
     result: dict[str, Any] | None = None
@@ -162,7 +165,7 @@ class Jobs:
 
     def submit(self, job: Job, video: Path, **arguments: Any) -> None:
         """Let a job begin as soon as a worker is free; the arguments depend on its kind of work."""
-        job.state = "waiting"
+        job.state, job.questions = "waiting", MOST_OF_A_LAYOUT * len(arguments.get("layouts", ()))
         self._queue.put((job, Task(job.kind, job.folder, video.name, arguments)))
 
     def find(self, job_id: str, owner: str, *kinds: str) -> Job:
@@ -190,8 +193,28 @@ class Jobs:
             self._do(job, task)
 
     def _do(self, job: Job, task: Task) -> None:
+        """Do one job; whatever goes wrong ends this job, with a sentence, and nothing else."""
         job.state = "working"
-        problem = None
+        try:
+            problem = self._run(job, task)
+            if job.result is not None:
+                self._judged(job)
+        # The boundary between a stranger's film and all others: an error that nobody thought of must not end the
+        # thread, which has the next visitor's film to judge.
+        except Exception:
+            logging.getLogger(__name__).exception("job %s failed inside moireid", job.id)
+            problem = ("system", "Something went wrong inside moireid; the server's log says what.")
+        # A finished verdict counts, even if its report could not be drawn.
+        if job.result is None:
+            job.problem = problem or ("crash", "The process that read this film ended without a result.")
+        self._tidy(job, task)
+        job.ended_s = time.monotonic()
+        job.state = "done" if job.result is not None else "failed"
+        if not job.finished.done():
+            job.finished.set_result(None)
+
+    def _run(self, job: Job, task: Task) -> tuple[str, str] | None:
+        """Let a job's process do its work; returns what was wrong, as code and sentence."""
         try:
             run_task(
                 task,
@@ -201,40 +224,46 @@ class Jobs:
                 stopping=self._stopping.is_set,
             )
         except Lost as lost:
-            problem = (lost.code, lost.text)
+            return lost.code, lost.text
+        except Unusable as error:
+            logging.getLogger(__name__).warning("job %s was ended: its process was not honest (%s)", job.id, error)
+            return "crash", "The process that read this film said what cannot be used; the film may be damaged."
         except RegistryError:
-            problem = ("registry", "The registry cannot be asked just now; try again later.")
+            return "registry", "The registry cannot be asked just now; try again later."
         except OSError as error:
-            problem = ("system", f"No process could be started ({error.strerror}); try again later.")
-        # A finished verdict counts, even if its report could not be drawn.
-        if job.result is None:
-            job.problem = problem or ("crash", "The process that read this film ended without a result.")
-        (job.folder / task.video).unlink(missing_ok=True)
+            return "system", f"No process could be started ({error.strerror}); try again later."
+        return None
+
+    @staticmethod
+    def _tidy(job: Job, task: Task) -> None:
+        """Remove the film, and without a result all else: the process may have put a folder in the film's place."""
+        film = job.folder / task.video
+        try:
+            film.unlink(missing_ok=True)
+        except OSError:
+            shutil.rmtree(film, ignore_errors=True)
         if job.result is None:
             shutil.rmtree(job.folder, ignore_errors=True)
-        if job.result is not None:
-            self._judged(job)
-        job.ended_s = time.monotonic()
-        job.state = "done" if job.result is not None else "failed"
-        if not job.finished.done():
-            job.finished.set_result(None)
 
     def _heard(self, job: Job, message: dict[str, Any]) -> object:
-        """Take a message in; returns the answer to a question."""
+        """Take a message in; returns the answer to a question.  Raises: Unusable, RegistryError."""
         if "ask" in message:
+            job.questions -= 1
+            if job.questions < 0:
+                raise Unusable("it asked the registry more than a film needs")
             return answer_to(message["ask"], job.people)
         if "progress" in message:
-            done, of = message["progress"]
-            job.frames = (int(done), None if of is None else int(of))
+            job.frames = frames_of(message["progress"])
         elif "result" in message:
-            job.result = message["result"]
-            if job.standing is not None and isinstance(job.result, dict):
-                # The server's own word, and not that of the process that reads the film.
-                job.result["registry"] = job.standing.to_json()
-            if job.people is not None and isinstance(job.result, dict):
-                job.result = with_name(job.result, job.people)
+            result = result_of(job.kind, message["result"])
+            # The server's own word, and not that of the process that reads the film.
+            if job.standing is not None:
+                result["registry"] = job.standing.to_json()
+            if job.film_sha256 is not None and isinstance(result.get("input"), dict):
+                result["input"]["sha256"] = job.film_sha256
+            job.result = result if job.people is None else with_name(result, job.people)
         else:
-            job.kept = message
+            job.kept = kept_of(message)
         return None
 
     def _sweep(self) -> None:

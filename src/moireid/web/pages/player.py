@@ -10,6 +10,7 @@ import io
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -30,8 +31,8 @@ Row = tuple[float, float, float]
 class Course:
     """What is drawn; times in s of the film's own clock, which begins at `from_s`.
 
-    frames: time, and where the law puts the fringes and where they were seen, in fringe widths; None where they were
-    not seen, and in all three where frames are missing.
+    sha256: of the film as the server received it; frames: time, and where the law puts the fringes and where they
+    were seen, in fringe widths; None where they were not seen, and in all three where frames are missing.
     """
 
     sha256: str
@@ -46,15 +47,15 @@ class Course:
 def course_of(job: Job, seconds: Seconds | None) -> Course | None:
     """The course of a job's film; None where there is none, or where its process left what is no course."""
     result: dict[str, Any] = job.result or {}
-    if seconds is None or not job.kept:
+    if seconds is None or not job.kept or job.film_sha256 is None:
         return None
     try:
-        rows = list(_rows(kept_file(job, SIGNALS).decode()))[:MOST_FRAMES]
-        film, digest = result["cover"]["film_s"], str(result["input"]["sha256"])
+        rows = list(islice(_rows(kept_file(job, SIGNALS).decode()), MOST_FRAMES))
+        film = result["cover"]["film_s"]
         first, last = float(film[0]), float(film[1])
     except (Refusal, ValueError, KeyError, TypeError, csv.Error):
         return None
-    return Course(digest, first, last, _with_gaps(rows)) if len(rows) > 1 else None
+    return Course(job.film_sha256, first, last, _with_gaps(rows)) if len(rows) > 1 else None
 
 
 def _rows(text: str) -> Iterator[Row]:
