@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, replace
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +35,7 @@ from moireid.attest.statement import statement_fault, utc
 from moireid.attest.strict_json import strict_object
 from moireid.attest.timestamp import Stamp, read_stamp
 from moireid.errors import SpecError
+from moireid.provenance import Barred
 
 
 @dataclass(frozen=True)
@@ -57,6 +58,10 @@ class Checked:
         Whether the key was expected, and not only found in the envelope.
     film_given : bool
         Whether a film was compared.
+    asked : bool
+        Whether a registry was asked what became of the badge.
+    barred : Barred or None
+        Why the badge does not count any more; None where it does, or none was asked.
     """
 
     faults: tuple[Broken, ...]
@@ -66,6 +71,8 @@ class Checked:
     stamp: Stamp | None = None
     key_given: bool = False
     film_given: bool = False
+    asked: bool = False
+    barred: Barred | None = None
 
     @property
     def holds(self) -> bool:
@@ -97,6 +104,7 @@ class Checked:
                 "same": "film" not in wrong if self.film_given else None,
             },
             "badge": told["badge"],
+            "badge_now": self._now(),
             "claim_source": told["claim_source"],
             "registry": told["registry"],
             "moireid": told["moireid"],
@@ -115,6 +123,18 @@ class Checked:
             "certificate": {"holder": holder(own[0]), "issuer": issuer(own[0])} if own else None,
         }
 
+    def _now(self) -> dict[str, Any] | None:
+        if not self.asked:
+            return None
+        if self.barred is None:
+            return {"counts": True, "code": None, "at": None, "compromised_since": None}
+        return {
+            "counts": False,
+            "code": self.barred.code,
+            "at": self.barred.at,
+            "compromised_since": self.barred.since,
+        }
+
     def _time(self, attested_at: str) -> dict[str, Any]:
         stamped_at = utc(self.stamp.at) if self.stamp else None
         trusted = self.stamp is not None and self.stamp.trusted
@@ -124,6 +144,48 @@ class Checked:
             "attested_at": attested_at,
             "stamped_at": stamped_at,
         }
+
+
+def held_against(found: Checked, barred: Barred | None) -> Checked:
+    """Hold a verdict against what became of its badge since.
+
+    Parameters
+    ----------
+    found : Checked
+        What `check` found.
+    barred : Barred or None
+        Why the badge does not count any more, as a registry or a bundle says; None where it does.
+
+    Returns
+    -------
+    Checked
+        With a fault where nothing proves that the verdict is older than that.
+
+    Notes
+    -----
+    Source: a signer can set the own clock back, and a thief can film with it; only a time stamp of an authority that is
+    believed shows that film and verdict were there before.
+    """
+    found = replace(found, asked=True, barred=barred)
+    if barred is None or found.report is None:
+        return found
+    bound, stamp = _counted_until(barred), found.stamp
+    if stamp is not None and stamp.trusted and stamp.at < bound:
+        return found
+    what = f"was {barred.code}" if barred.code != "expired" else "expired"
+    since = f", compromised since {barred.since}" if barred.since else ""
+    text = (
+        f"The badge {what}{since}, and no time stamp of a known authority shows that this was signed before "
+        f"{utc(bound)}."
+    )
+    return replace(found, faults=(*found.faults, Broken("badge", text)))
+
+
+def _counted_until(barred: Barred) -> datetime:
+    """The moment from which on the badge counts for nothing."""
+    told = datetime.fromisoformat(barred.since or barred.at)
+    told = told if told.tzinfo else told.replace(tzinfo=UTC)
+    return told + timedelta(days=1) if barred.code == "expired" else told
 
 
 def check(

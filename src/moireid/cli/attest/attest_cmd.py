@@ -8,10 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import ACCEPT, REJECT, friendly, json_option, show_json
+from moireid.cli.common import ACCEPT, REJECT, friendly, json_option, show_json, trust_option
+from moireid.cli.verify.options import bundle_option
+from moireid.errors import SpecError
 
 if TYPE_CHECKING:
     from moireid.attest import Checked
+    from moireid.provenance import Barred
 
 
 def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool) -> None:
@@ -55,30 +58,71 @@ def attest_group() -> None:
     callback=_show_schema,
     help="Print the JSON Schema of what is signed, and exit.",
 )
+@click.option("--registry", "registry_url", metavar="URL", help="Ask this registry what became of the badge since.")
+@bundle_option
+@trust_option
 @json_option
 @friendly
 def check_command(
-    envelope: Path, film: Path | None, key_file: Path | None, authority_file: Path | None, as_json: bool
+    envelope: Path,
+    film: Path | None,
+    key_file: Path | None,
+    authority_file: Path | None,
+    registry_url: str | None,
+    bundle_path: Path | None,
+    trust: str | None,
+    as_json: bool,
 ) -> None:
     """Check a signed verdict: who judged what, and when?
 
-    FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. No registry and no network are needed.
+    FILE is what `moireid verify --sign KEY.pem --attest FILE` wrote. No registry and no network are needed. With
+    --registry or --bundle, a badge that was revoked, suspended or expired since is told: the verdict then holds only if
+    a time stamp shows that it is older.
 
     Exit code 0: it holds; 1: it does not; 2: bad input.
     """
-    from moireid.attest import check, load_public_key
+    from moireid.attest import check, held_against, load_public_key
     from moireid.attest.envelope import read_envelope
     from moireid.attest.keys import load_certificates
 
     key = load_public_key(key_file) if key_file is not None else None
     authorities = load_certificates(authority_file) if authority_file is not None else ()
     found = check(read_envelope(envelope), film=film, key=key, authorities=authorities)
+    if registry_url is not None or bundle_path is not None:
+        found = held_against(found, _became(found, registry_url, bundle_path, trust))
     if as_json:
         show_json(found.to_json())
     else:
         for line in lines_of(found):
             click.echo(shown(line))
     sys.exit(ACCEPT if found.holds else REJECT)
+
+
+def _became(found: Checked, registry_url: str | None, bundle_path: Path | None, trust: str | None) -> Barred | None:
+    """Why the badge of a verdict does not count any more, as a registry or its bundle says; None where it does."""
+    if registry_url is not None and bundle_path is not None:
+        raise SpecError("--bundle stands in the place of --registry; leave one of them out")
+    if found.report is None:
+        return None
+    badge_id = found.report["badge"]["id"]
+    if badge_id is None:
+        raise SpecError(
+            "this verdict names no identity, so no registry knows its badge; leave out --registry or --bundle"
+        )
+    if bundle_path is not None:
+        from moireid.registry.bundle.held import Bundle
+
+        with Bundle(bundle_path, trust) as bundle:
+            holder = bundle.holder_of(badge_id)
+    else:
+        from moireid.registry import holder_of, open_registry
+
+        with open_registry(registry_url, create=False) as registry:
+            registry.standing(trust)
+            holder = holder_of(registry, badge_id)
+    if holder is None:
+        raise SpecError(f"nobody there holds badge {badge_id}; name the registry that issued it")
+    return holder.barred
 
 
 def lines_of(found: Checked) -> list[str]:
@@ -99,6 +143,7 @@ def lines_of(found: Checked) -> list[str]:
         f"  when: {_when(told['time'])}",
         f"  with: moireid {told['moireid']}",
         f"  registry: {_registry(told['registry'])}",
+        *([f"  badge now: {_now(told['badge_now'], found.holds)}"] if told["badge_now"] else []),
     ]
 
 
@@ -127,6 +172,14 @@ def _when(time: dict[str, Any]) -> str:
     if time["stamped_at"] is None:
         return own
     return f"{own}; a time stamp says {time['stamped_at']}, and is not believed unless you give --authority"
+
+
+def _now(now: dict[str, Any], holds: bool) -> str:
+    if now["counts"]:
+        return "it still counts"
+    since = f", compromised since {now['compromised_since']}" if now["compromised_since"] else ""
+    kept = "; this verdict is older, as its time stamp shows" if holds else ""
+    return f"{now['code']} ({now['at']}){since}{kept}"
 
 
 def _registry(registry: dict[str, str | None] | None) -> str:
