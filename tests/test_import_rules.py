@@ -92,7 +92,7 @@ WITHIN: dict[str, set[str]] = {
     "fabrication.acrylic": {"page", "meshes", "process", "sight", "solids"},
     "fabrication.assembly": {"page", "printed", "acrylic", "process", "sight"},
     "registry.checkpoints": {"canonical", "keys", "ledger", "log", "record", "schema"},
-    "registry.signing": {"keys"},
+    "registry.signing": {"canonical", "keys", "log"},
     "registry.transfer": {
         "actor",
         "audit",

@@ -69,6 +69,12 @@ actor_option = click.option(
     metavar="NAME",
     help="Who does this, as the registry's log is to name them; default: the account that runs this command.",
 )
+bundle_option = click.option(
+    "--bundle",
+    "bundle_path",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="A file of `moireid registry publish`, instead of --registry: it needs no network and no access to one.",
+)
 trust_option = click.option(
     "--trust",
     metavar="FINGERPRINT",

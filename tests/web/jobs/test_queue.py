@@ -97,10 +97,14 @@ def test_a_job_tells_its_progress_and_keeps_its_report(visit: Visit, tiny: Path,
 
 
 def test_identify_and_claims(visit: Visit, tiny: Path, ada: Badge) -> None:
-    """Catches: a claim that is not looked up, or that reaches a page or a query as it is."""
+    """Catches: a claim that is not looked up, or that reaches a page or a query as it is; an identity told to those who
+    may only verify.
+    """
     told = visit.ask("POST", "/api/identify", "verifier", **film_form(tiny)).json()
     assert (told["finding"], told["found_id"], told["found_name"]) == ("inconclusive", None, None)
     told = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, claim="Ada Lovelace"))
+    assert told.status_code == 200 and told.json()["badge"] == {"id": None, "name": ada.name}
+    told = visit.ask("POST", "/api/verify", "admin", **film_form(tiny, claim="Ada Lovelace"))
     assert told.status_code == 200 and told.json()["badge"]["id"] == ada.id
     for claim in ("nobody", "' OR 1=1 --", "%", "<b>"):
         refused = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, claim=claim))

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import ACCEPT, REJECT, friendly, json_option, show_json, trust_option
-from moireid.cli.verify.options import bundle_option
+from moireid.cli.common import ACCEPT, REJECT, bundle_option, friendly, json_option, show_json, trust_option
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from moireid.cli.common import (
     ACCEPT,
     INCONCLUSIVE,
     REJECT,
+    bundle_option,
     friendly,
     json_option,
     progress_bar,
@@ -25,7 +26,7 @@ from moireid.cli.common import (
     trust_option,
 )
 from moireid.cli.verify.asked import LookUp, known_by
-from moireid.cli.verify.options import bundle_option, focal_option
+from moireid.cli.verify.options import focal_option
 from moireid.cli.verify.showing import show_verdict
 from moireid.errors import SpecError
 

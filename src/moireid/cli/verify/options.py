@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.attest.signing import signing_options
-from moireid.cli.common import FiniteRange, json_option, overwrite_option, registry_option, trust_option
+from moireid.cli.common import (
+    FiniteRange,
+    bundle_option,
+    json_option,
+    overwrite_option,
+    registry_option,
+    trust_option,
+)
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -21,13 +28,6 @@ focal_option = click.option(
     type=FiniteRange(50, 100000),
     metavar="PX",
     help="The camera's focal length in pixels, if known; else it is estimated from the film.",
-)
-
-bundle_option = click.option(
-    "--bundle",
-    "bundle_path",
-    type=click.Path(path_type=Path, dir_okay=False),
-    help="A file of `moireid registry publish`, instead of --registry: it needs no network and no access to one.",
 )
 
 
