@@ -76,6 +76,7 @@ EXPORTED = {
         "Checked",
         "SigningKey",
         "check",
+        "held_against",
         "load_public_key",
         "load_signing_key",
         "signed_envelope",
