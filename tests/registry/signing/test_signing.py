@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
+import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -146,6 +149,30 @@ def test_no_key_and_no_signer_are_told_in_a_sentence(signer: str, tmp_path: Path
         AskingSigner(signer, other)
     with pytest.raises(RegistryError, match=r"does not answer \(No such file.+start `moireid registry signer"):
         AskingSigner(str(tmp_path / "none"), other)
+
+
+def test_clients_that_say_nothing_keep_nobody_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: idle connections that take every place, or every descriptor, for ever; a message that never ends."""
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    monkeypatch.setattr(signing, "IDLE_S", 1)
+    with signing._Server(str(tmp_path / "socket"), 0o600) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        monkeypatch.setenv("MOIREID_SIGNER", str(tmp_path / "socket"))
+        asking, _ = make_key()
+        idle = [socket.socket(socket.AF_UNIX) for _ in range(signing.MOST_CLIENTS + 8)]
+        for one in idle:
+            one.connect(str(tmp_path / "socket"))
+            with contextlib.suppress(OSError):
+                one.sendall((1000).to_bytes(4, "big"))
+        for one in idle:
+            one.settimeout(10)
+            with contextlib.suppress(ConnectionError):
+                assert one.recv(1) == b""
+        # Its own connection was idle, too, and is made anew.
+        assert asking._ask({"do": "know", "public": asking.authority.public_hex})["fingerprint"]
+        for one in idle:
+            one.close()
+        server.shutdown()
 
 
 def test_it_ends_with_its_starter_and_shows_nobody_its_memory(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
 from moireid.verifier.tracking.page_groups import fit_homography
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, scale_px_per_mm
-from moireid.verifier.tracking.sampling import sample
+from moireid.verifier.tracking.sampling import Places, Sampler
 
 
 @pytest.fixture(scope="module")
@@ -104,6 +104,10 @@ def test_scale_is_the_root_of_the_area_s():
     area = 0.5 * abs(np.dot(x, np.roll(y, -1)) - np.dot(y, np.roll(x, -1)))
     assert scale_px_per_mm(homography, place) == pytest.approx(np.sqrt(area) / 0.02, rel=1e-5)
     assert scale_px_per_mm(nudged(homography, 7, 9), place) == pytest.approx(scale_px_per_mm(homography, place))
+
+
+def sample(picture, warp, points):
+    return Sampler(picture).at(warp, Places(points))
 
 
 def test_sampling_is_bilinear_and_stays_inside():

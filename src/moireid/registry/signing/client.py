@@ -119,11 +119,13 @@ def _answer(path: str, message: dict[str, Any], told: Any) -> dict[str, Any]:
 
 def _connected(path: str) -> Connection:
     made = socket.socket(socket.AF_UNIX)
+    made.settimeout(WAIT_S)
     try:
         made.connect(path)
     except OSError:
         made.close()
         raise
+    made.settimeout(None)
     return Connection(made.detach())
 
 

@@ -12,6 +12,7 @@ import json
 import os
 import socket
 import socketserver
+import struct
 import subprocess
 import sys
 import tempfile
@@ -30,6 +31,8 @@ from moireid.registry.signing.kinds import DOMAINS, LOG_ENTRY, LONGEST, entry_of
 #: Longest message: the content in base64, and what stands around it.
 MESSAGE = 2 * LONGEST
 NONE_OF_THEM = {"refused": "it signs records, log entries, checkpoints and bundles, and this is none of them"}
+#: A client that says nothing for so long is left, seconds, and so many are served at once; who comes again is served.
+IDLE_S, MOST_CLIENTS = 5, 64
 #: How long the studio waits for its signer to listen, seconds.
 START_S = 60.0
 
@@ -89,7 +92,7 @@ class _Server(socketserver.ThreadingUnixStreamServer):
     daemon_threads = True
 
     def __init__(self, path: str, mode: int) -> None:
-        self.keys = Keys()
+        self.keys, self._places = Keys(), threading.BoundedSemaphore(MOST_CLIENTS)
         # Nobody may connect before the rights are right.
         before = os.umask(0o177)
         try:
@@ -98,14 +101,29 @@ class _Server(socketserver.ThreadingUnixStreamServer):
             os.umask(before)
         os.chmod(path, mode)
 
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Serve a client if there is a place: open sockets without end would leave none for anybody."""
+        if self._places.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Serve a client, then give its place back."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._places.release()
+
 
 class _Handler(socketserver.BaseRequestHandler):
     server: _Server
 
     def handle(self) -> None:
-        """Answer one who has connected, until that one goes."""
-        line = Connection(os.dup(self.request.fileno()))
-        with suppress(OSError, EOFError):
+        """Answer one who has connected, until that one goes or says nothing more."""
+        for way in (socket.SO_RCVTIMEO, socket.SO_SNDTIMEO):
+            self.request.setsockopt(socket.SOL_SOCKET, way, struct.pack("ll", IDLE_S, 0))
+        with suppress(OSError, EOFError), Connection(os.dup(self.request.fileno())) as line:
             while True:
                 line.send_bytes(json.dumps(self.server.keys.answer(line.recv_bytes(MESSAGE))).encode())
 
@@ -118,8 +136,10 @@ def serve(path: Path, group: str | None = None, *, ready: Callable[[], None] = l
     """
     _close_memory()
     _clear(path)
+    own = False
     try:
         with _Server(str(path), 0o600 if group is None else 0o660) as server:
+            own = True
             if group is not None:
                 _give(path, group)
             ready()
@@ -130,7 +150,9 @@ def serve(path: Path, group: str | None = None, *, ready: Callable[[], None] = l
             "folder that you may write"
         ) from error
     finally:
-        path.unlink(missing_ok=True)
+        # Where another signer was quicker, the socket is that one's.
+        if own:
+            path.unlink(missing_ok=True)
 
 
 @contextmanager

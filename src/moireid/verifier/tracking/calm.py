@@ -37,7 +37,7 @@ RESTLESS_S = 0.5
 #: Places of a grating, along and across the fringes.
 ALONG, ACROSS = 32, 8
 #: Least correlation of a grating in a frame with that in the last measured one.  Derived: fringes that have moved by
-#: 0.3 rad, an eighth of what their course could be mistaken by, still have cos 0.3 = 0.955.
+#: 0.3 rad, a tenth of the half turn by which their course could be mistaken, still have cos 0.3 = 0.955.
 ALIKE = 0.95
 
 

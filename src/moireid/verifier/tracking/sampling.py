@@ -73,11 +73,6 @@ class Sampler:
         return np.asarray(seen, float).ravel()[: places.count]
 
 
-def sample(luma: Picture | NDArray[Any], warp: Array, points: Array) -> Array | None:
-    """As `Sampler.at`, for points (N, 2)."""
-    return Sampler(luma).at(warp, Places(points))
-
-
 def part_around(picture: Picture, warp: Array, hull: Array) -> tuple[NDArray[Any], Array]:
     """The part of a picture in which all places within a hull lie, (rows, columns), and the warp into it.
 
