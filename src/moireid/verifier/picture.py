@@ -40,11 +40,21 @@ class Picture:
         """Counts of the whole picture, (height, width)."""
         return self.part((0, 0, self.shape[1], self.shape[0]))
 
-    def part(self, box: Box) -> NDArray[Any]:
-        """Counts of a part, which lies within the picture."""
+    def part(self, box: Box, kind: type[Any] | None = None) -> NDArray[Any]:
+        """Counts of a part, which lies within the picture; kind: of number, None for that in which they are kept."""
+        coded = self.coded(box)
+        if self._levels is None:
+            return np.array(coded, kind)
+        return np.asarray(cv2.LUT(coded, self._levels if kind is None else self._levels.astype(kind)))
+
+    def coded(self, box: Box) -> NDArray[Any]:
+        """A part as it was coded, a view."""
         left, top, right, bottom = box
-        coded = self._coded[top:bottom, left:right]
-        return np.ascontiguousarray(coded) if self._levels is None else np.asarray(cv2.LUT(coded, self._levels))
+        return self._coded[top:bottom, left:right]
+
+    def valued(self, coded: NDArray[Any]) -> NDArray[Any]:
+        """Counts of coded values."""
+        return coded if self._levels is None else np.asarray(cv2.LUT(coded, self._levels))
 
     def mirrored(self) -> Picture:
         """The picture with left and right swapped; the principal point, its centre, stays."""

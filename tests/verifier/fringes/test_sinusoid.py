@@ -10,9 +10,10 @@ from moireid.verifier.fringes.sinusoid import (
     fit_columns,
     fit_rows,
     fit_series,
+    fit_together,
     left_of_rows,
     series,
-    series_slope,
+    slope_of,
 )
 
 SAMPLES = 200
@@ -62,7 +63,9 @@ def test_what_is_left_is_what_numpy_s_own_least_squares_leaves(rng):
         columns = np.stack([*BACKGROUND, np.cos(angle), np.sin(angle), np.cos(2 * angle), np.sin(2 * angle)], axis=1)
         solved, left = np.linalg.lstsq(columns, own, rcond=None)[:2]
         assert found.left[row] == pytest.approx(left[0], rel=1e-9)
-        assert left_of_rows(values, argument, 2, BACKGROUND)[row] == pytest.approx(own - columns @ solved, abs=1e-6)
+        taken = fit_columns(argument.astype(np.float32), 2, BACKGROUND)
+        single = left_of_rows(values.astype(np.float32), taken)
+        assert single.dtype == np.float32 and single[row] == pytest.approx(own - columns @ solved, abs=2e-3)
         assert found.harmonics[row, 1] == pytest.approx(solved[4] - 1j * solved[5], abs=1e-6)
 
 
@@ -110,9 +113,24 @@ def test_a_ridge_holds_the_harmonics_and_not_the_fundamental():
     assert held[2:] == pytest.approx(free[2:] / 1.2, abs=1e-6)
 
 
+def test_all_samples_together_fit_the_columns_that_are_used():
+    """Catches: a coefficient for a column that is left out, single precision that is felt, a sum of one row only."""
+    argument = arguments()
+    columns = np.moveaxis(fit_columns(argument.astype(np.float32), 3, BACKGROUND), 1, 0).reshape(8, -1)
+    values = (11.0 + wave(argument)).ravel()
+    found = fit_together(columns, values.astype(np.float32), np.arange(8) != 1)
+    expected = [np.exp(1j * phase) * size for size, phase in WAVE]
+    assert found[0] == pytest.approx(11.0, abs=1e-4) and found[1] == 0.0
+    assert found[2::2] - 1j * found[3::2] == pytest.approx(np.array(expected), abs=1e-4)
+
+
 def test_the_slope_is_the_derivative():
-    """Catches: a slope in other units than per rad, or of the wrong sign."""
-    argument, step = np.linspace(0.1, 6, 50), 1e-5
-    coefficients = np.array([3.0, 2.0 + 1.0j, -0.4 + 0.3j])
-    told = (series(coefficients, argument + step) - series(coefficients, argument - step)) / (2 * step)
-    assert series_slope(coefficients, argument) == pytest.approx(told, abs=1e-8)
+    """Catches: a slope in other units than per rad, of the wrong sign, or one of the background."""
+    argument, step = np.linspace(0.1, 6, SAMPLES), 1e-5
+    coefficients = np.array([3.0, 5.0, 2.0, -1.0, -0.4, 0.3])
+
+    def fringes(turned: np.ndarray) -> np.ndarray:
+        return coefficients[2:] @ fit_columns(turned, 2, BACKGROUND)[2:]
+
+    told = (fringes(argument + step) - fringes(argument - step)) / (2 * step)
+    assert slope_of(coefficients) @ fit_columns(argument, 2, BACKGROUND) == pytest.approx(told, abs=1e-8)

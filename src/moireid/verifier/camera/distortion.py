@@ -17,6 +17,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 STEPS = 3
 
+#: Share of a point's weight.
+RIDGE = 1e-9
+
 
 class TakenIn:
     """The part of a distortion that the homographies of some points absorb, for any strength."""
@@ -32,8 +35,9 @@ class TakenIn:
         along_x = np.stack([x, y, one, none, none, none, x * x, x * y], axis=-1)
         along_y = np.stack([none, none, none, x, y, one, x * y, y * y], axis=-1)
         table = np.concatenate([along_x, along_y], axis=1)
-        # Four markers make the eight columns independent; a pseudo-inverse also works for unusual boards.
-        self._table, self._inverse = table, np.linalg.pinv(table)
+        # Four markers make the eight columns independent; a ridge also works for unusual boards.
+        turned = table.swapaxes(-1, -2)
+        self._table, self._inverse = table, np.linalg.solve(turned @ table + RIDGE * np.eye(8), turned)
 
     def px(self, strength: float, frames: NDArray[np.int64] | slice) -> Array:
         """Displacement of the points of these frames by the distortion, (T, N, 2) px.

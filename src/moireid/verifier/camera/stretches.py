@@ -84,6 +84,6 @@ def even_or_apart(times_s: Array) -> Array:
 
 def within_stretches(series: Array, numbers: Numbers) -> Array:
     """A series without the mean of each of its stretches, (T,)."""
-    _, place = np.unique(numbers, return_inverse=True)
-    means = np.bincount(place, weights=series) / np.bincount(place)
+    place = numbers - numbers.min(initial=0)
+    means = np.bincount(place, weights=series) / np.maximum(np.bincount(place), 1)
     return np.asarray(series - means[place])

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.fringes.predicted_phase import StripLaw
 from moireid.verifier.fringes.sinusoid import left_of_rows
-from moireid.verifier.fringes.strip_phase import StripPhase, harmonics_of, level_and_slope
+from moireid.verifier.fringes.strip_phase import StripPhase, harmonics_of
 from moireid.verifier.fringes.strip_shape import StripShape
 
 Array = NDArray[np.float64]
@@ -74,12 +74,13 @@ def depth_law(
     table = np.vander(seen / max(float(seen.std()), 1e-9), DEGREE + 1)
     change = law.phase_rad(found.frequency_per_mm)[shape.clear]
     change = change - table @ np.linalg.lstsq(table, change, rcond=None)[0]
-    harmonics, smooth = harmonics_of(found.frequency_per_mm, length_mm), level_and_slope(change.shape[1])
-    pattern = left_of_rows(change * shape.slope, shape.turned_rad, harmonics, smooth)
+    # Of each frame, the fit took up the background and these harmonics.
+    taken = shape.columns[:, : 2 + 2 * harmonics_of(found.frequency_per_mm, length_mm)]
+    pattern = left_of_rows(change.astype(np.float32) * shape.slope, taken)
     pattern -= pattern.mean(axis=0)
     noise = float(np.median(np.mean(shape.left**2, axis=1)))
     if noise > 0:
-        score[shape.clear] = np.sum(shape.left * pattern, axis=1) / noise
-        information[shape.clear] = np.sum(pattern**2, axis=1) / noise
+        score[shape.clear] = np.einsum("tn,tn->t", shape.left, pattern) / noise
+        information[shape.clear] = np.einsum("tn,tn->t", pattern, pattern) / noise
         power[shape.clear] = information[shape.clear] * np.mean(change**2)
     return DepthLaw(score, information, power)

@@ -15,11 +15,13 @@ Source: linear least squares by its normal equations (Golub and Van Loan, Matrix
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 Complex = NDArray[np.complex128]
 #: A ridge of this share of the samples keeps the equations solvable if columns alias onto one another.
 RIDGE_SHARE = 1e-9
@@ -54,24 +56,38 @@ def fit_rows(values: Array, argument_rad: Array, harmonics: int, background: Arr
     Parameters: values, argument_rad (..., N), rad; background (B, N).
     Convention and source: module docstring.
     """
-    found, gram, left = _fitted(values, argument_rad, harmonics, background)
+    found, gram, left = _fitted(values, fit_columns(argument_rad, harmonics, background))
     first = len(background)
     turns = found[..., first::2] - 1j * found[..., first + 1 :: 2]
     return Fit(found[..., :first], turns, (left**2).sum(axis=-1), gram, values.shape[-1])
 
 
-def left_of_rows(values: Array, argument_rad: Array, harmonics: int, background: Array) -> Array:
-    """What the fit of every row by itself leaves, (..., N); parameters as `fit_rows`."""
-    return _fitted(values, argument_rad, harmonics, background)[2]
+def left_of_rows(values: Single, columns: Single) -> Single:
+    """What the fit of every row by itself leaves, (..., N); columns (..., K, N): as of `fit_columns`."""
+    return _fitted(values, columns)[2]
 
 
-def _fitted(values: Array, argument_rad: Array, harmonics: int, background: Array) -> tuple[Array, Array, Array]:
+def _fitted(values: NDArray[Any], columns: NDArray[Any]) -> tuple[Array, Array, NDArray[Any]]:
     """Coefficients (..., K), normal matrices (..., K, K) and what is left (..., N)."""
-    columns = fit_columns(argument_rad, harmonics, background)
     rows = columns.swapaxes(-1, -2)
-    gram = columns @ rows
-    solved = _solve(gram, columns @ values[..., None], values.shape[-1])
-    return solved[..., 0], gram, np.asarray(values - (rows @ solved)[..., 0])
+    gram = (columns @ rows).astype(float)
+    solved = _solve(gram, (columns @ values[..., None]).astype(float), values.shape[-1])
+    return solved[..., 0], gram, np.asarray(values - (rows @ solved.astype(values.dtype))[..., 0])
+
+
+def fit_together(columns: Single, values: Single, used: NDArray[np.bool_]) -> Single:
+    """Coefficients (K,) that fit all samples best; columns (K, M); values (M,); used (K,): others get 0."""
+    solved = np.zeros(len(columns), np.float32)
+    gram, right = columns @ columns.T, columns @ values
+    solved[used] = _solve(gram[np.ix_(used, used)].astype(float), right[used, None].astype(float), len(values))[:, 0]
+    return solved
+
+
+def slope_of(coefficients: Single) -> Single:
+    """Coefficients (2 + 2 H,) of the derivative by the argument, per rad; the columns have a level and a slope."""
+    turned, harmonic = np.zeros_like(coefficients), np.arange(1, len(coefficients) // 2, dtype=np.float32)
+    turned[2::2], turned[3::2] = harmonic * coefficients[3::2], -harmonic * coefficients[2::2]
+    return turned
 
 
 def fit_series(values: Array, argument_rad: Array, harmonics: int, *, harmonic_ridge_share: float = 0.0) -> Complex:
@@ -102,27 +118,24 @@ def series(coefficients: Complex, argument_rad: Array) -> Array:
     return np.asarray(total.real)
 
 
-def series_slope(coefficients: Complex, argument_rad: Array) -> Array:
-    """Derivative of `series` by its argument, per rad."""
-    return series(1j * np.arange(len(coefficients)) * coefficients, argument_rad)
-
-
-def fit_columns(argument_rad: Array, harmonics: int, background: Array) -> Array:
+def fit_columns(argument_rad: NDArray[Any], harmonics: int, background: Array) -> NDArray[Any]:
     """The columns of the fit, (..., B + 2 H, N): the background, then cosine and sine of each harmonic.
 
+    Convention: of the argument's precision; in memory one column lies after another, which is faster to fill.
     Source: angle addition formulas, so that only one cosine and one sine are computed.
     """
     first = len(background)
-    *rows, samples = argument_rad.shape
-    columns = np.empty((*rows, first + 2 * harmonics, samples))
-    columns[..., :first, :] = background
-    cosine, sine = np.cos(argument_rad), np.sin(argument_rad)
-    columns[..., first, :], columns[..., first + 1, :] = cosine, sine
-    for k in range(first + 2, first + 2 * harmonics, 2):
-        before, across = columns[..., k - 2, :], columns[..., k - 1, :]
-        columns[..., k, :] = before * cosine - across * sine
-        columns[..., k + 1, :] = across * cosine + before * sine
-    return columns
+    columns = np.empty((first + 2 * harmonics, *argument_rad.shape), argument_rad.dtype)
+    for column, row in zip(columns, background, strict=False):
+        column[:] = row
+    cosine, sine = columns[first], columns[first + 1]
+    np.cos(argument_rad, out=cosine)
+    np.sin(argument_rad, out=sine)
+    for k in range(first + 2, len(columns), 2):
+        before, across = columns[k - 2], columns[k - 1]
+        columns[k] = before * cosine - across * sine
+        columns[k + 1] = across * cosine + before * sine
+    return np.moveaxis(columns, 0, -2)
 
 
 def _solve(gram: Array, right: Array, samples: int) -> Array:

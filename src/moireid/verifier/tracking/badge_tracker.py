@@ -121,7 +121,7 @@ class BadgeTracker:
             self.smeared = True
             registration = self._shaken_off(frame, luma)
             self._lap("shaken")
-        return self._taken_in(frame, luma, registration, taken)
+        return self._taken_in(frame, luma, registration, taken, expected)
 
     def _shaken_off(self, frame: Frame, luma: Picture) -> Registration | None:
         """The page in a smeared frame, if looking for it is paid for.
@@ -175,12 +175,19 @@ class BadgeTracker:
     def _is_one_of(self, page: Array, taken: Sequence[Array]) -> bool:
         return any(same_page(page, other, self._corners_mm) for other in taken)
 
-    def _taken_in(self, frame: Frame, luma: Picture, registration: Registration | None, taken: Sequence[Array]) -> bool:
+    def _taken_in(
+        self,
+        frame: Frame,
+        luma: Picture,
+        registration: Registration | None,
+        taken: Sequence[Array],
+        expected: Array | None = None,
+    ) -> bool:
         """Read the frame if the page was registered, at a place of no other badge; returns whether it was."""
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
-        self._note_if_calm(frame, luma, registration.homography)
+        self._note_if_calm(frame, luma, registration.homography, expected)
         self.course.follow(Seen(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._numbers.append(frame.index)
@@ -199,13 +206,12 @@ class BadgeTracker:
             self._lap("snapshot")
         return True
 
-    def _note_if_calm(self, frame: Frame, luma: Picture, page: Array) -> None:
+    def _note_if_calm(self, frame: Frame, luma: Picture, page: Array, expected: Array | None) -> None:
         """Count the frames that look like the one before, and be restless after one that does not."""
         last = self.course.last
         if last is None or 2 * self._step_s(last, frame) > LONGEST_STEP_S:
             self._calm = 0
             return
-        expected = self.course.expected(frame.index)
         goes_on = expected is not None and self._watch.apart_px(expected, page) <= CALM_PX
         if goes_on and not self._watch.keep(luma, page):
             self._calm += 1
@@ -320,5 +326,5 @@ def straighten(luma: Picture, homography: Array, badge: Badge) -> NDArray[np.uin
     to_page = np.array([[1 / SNAPSHOT_PX_PER_MM, 0, x0], [0, 1 / SNAPSHOT_PX_PER_MM, y0], [0, 0, 1.0]])
     size = (round((x1 - x0) * SNAPSHOT_PX_PER_MM), round((y1 - y0) * SNAPSHOT_PX_PER_MM))
     flags = cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP
-    part, warp = part_around(luma, homography @ to_page, hull_of((0, 0, *size)))
-    return np.asarray(cv2.warpPerspective(part, warp, size, flags=flags), np.uint8)
+    box, warp = part_around(luma, homography @ to_page, hull_of((0, 0, *size)))
+    return np.asarray(cv2.warpPerspective(luma.part(box), warp, size, flags=flags), np.uint8)

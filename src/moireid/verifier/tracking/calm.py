@@ -23,6 +23,7 @@ from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.sampling import Places, Sampler
 
 Array = NDArray[np.float64]
+Grey = NDArray[np.float32]
 #: Every second frame is left out once this many are measured, 4 s at 60 a second, and this many in a row are calm.  So
 #: twice as many are left as a verdict needs at least.
 FULL_FRAMES, CALM_FRAMES = 240, 60
@@ -55,7 +56,7 @@ class CalmWatch:
             spots.append(np.stack(np.meshgrid(xs, ys), axis=-1).reshape(-1, 2))
         self._places, self._ends = Places(np.concatenate(spots)), ALONG * ACROSS * np.arange(len(spots) + 1)
         self._corners = np.array([grating.rect_mm for grating in badge.gratings], float).reshape(-1, 1, 2)
-        self._last: list[Array] | None = None
+        self._last: list[Grey] | None = None
 
     def differs(self, luma: Picture, page: Array) -> bool:
         """Whether a grating does not look as it did in the frame that was kept last, if there is one.
@@ -79,7 +80,7 @@ class CalmWatch:
             np.abs(np.subtract(*(cv2.perspectiveTransform(self._corners, page) for page in (one, other)))).max()
         )
 
-    def _gratings(self, luma: Picture, page: Array) -> list[Array] | None:
+    def _gratings(self, luma: Picture, page: Array) -> list[Grey] | None:
         """Brightness of each grating, without its mean and of unit size; None outside the picture."""
         values = Sampler(luma).at(page, self._places)
         if values is None:
@@ -89,7 +90,7 @@ class CalmWatch:
         return [part / max(float(np.sqrt(part @ part)), 1e-9) for part in parts]
 
 
-def _differ(seen: list[Array] | None, last: list[Array] | None) -> bool:
+def _differ(seen: list[Grey] | None, last: list[Grey] | None) -> bool:
     if seen is None or last is None:
         return last is not None
     return any(float(a @ b) < ALIKE for a, b in zip(seen, last, strict=True))

@@ -57,6 +57,8 @@ class Course:
         back = inverse(before.page) if before is not None and self.unbroken and between > 0 else None
         if back is None or not last.frame < frame <= last.frame + 2 * between:
             return last.page
-        motion = back @ last.page
-        moved = last.page @ (np.eye(3) + (frame - last.frame) / between * (motion / motion[2, 2] - np.eye(3)))
+        motion, share = back @ last.page, (frame - last.frame) / between
+        motion *= share / motion[2, 2]
+        motion.flat[::4] += 1 - share
+        moved = last.page @ motion
         return np.asarray(moved / moved[2, 2])

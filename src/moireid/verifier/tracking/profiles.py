@@ -105,18 +105,20 @@ class ProfileReader:
 
     def read(self, luma: Picture | NDArray[np.uint8], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """Brightness profile of every strip in a coded picture, (S, N), in `LINEAR_COUNTS`."""
-        return self._means(cv2.LUT(self._sampled(luma, homography), LINEAR_COUNTS))
+        return self._means(self._sampled(as_picture(luma).graded(LINEAR_COUNTS), homography))
 
     def read_light(self, light: NDArray[np.float32], homography: NDArray[np.float64]) -> NDArray[np.float32]:
         """As `read`, but from a picture that is light already, (height, width), in its own unit."""
-        return self._means(self._sampled(light, homography))
+        return self._means(self._sampled(as_picture(light), homography))
 
-    def _sampled(self, picture: Picture | NDArray[Any], homography: NDArray[np.float64]) -> NDArray[Any]:
+    def _sampled(self, picture: Picture, homography: NDArray[np.float64]) -> NDArray[Any]:
         """The picture at the strips' points, one row of points after another."""
-        part, warp = part_around(as_picture(picture), homography, self._places.hull)
+        box, warp = part_around(picture, homography, self._places.hull)
         x, y = self._places.mapped(warp)
-        # Single precision is enough: a strip averages some hundred samples per fringe.
-        return np.asarray(cv2.remap(part, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+        # Single precision is enough: a strip averages some hundred samples per fringe.  Coded values are sampled first,
+        # as the points are far fewer than the pixels.
+        coded = cv2.remap(picture.coded(box), x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return picture.valued(coded)
 
     def _means(self, light: NDArray[Any]) -> NDArray[np.float32]:
         """Mean over the rows of points of each strip."""

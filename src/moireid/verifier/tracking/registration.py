@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from moireid.badge import Markers
 from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.borders import Borders
-from moireid.verifier.tracking.sampling import Places, Sampler, inverse
+from moireid.verifier.tracking.sampling import Places, Sampler, determinant, inverse
 from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
 from moireid.verifier.tracking.template import Template, TemplatePrinter, without_gains
 
@@ -35,6 +35,7 @@ BORDER_NOISE = 0.05
 #: Iteration stops when no point of the page will move by more than this, px.
 STOP_PX = 0.003
 #: A step leaves at most a fifth of its own length, so one that is not yet below the limit may be the last.
+#: Trap: it mostly leaves far less, but the correlation is that before the step, and small markers need it settled.
 LEFT_SHARE = 0.2
 #: Least correlation between picture and print.
 MIN_CORRELATION = 0.80
@@ -134,12 +135,12 @@ class PageRegistrar:
             if asked != solved:
                 self.work_ns += SOLVED_NS * len(values) * (asked not in template.solvers)
                 solved = asked
-            step = compared.step(values, template, asked)
+            step = compared.step(template, asked)
             moved = _stepped(warp, step)
             if moved is None:
                 return None
             warp = moved
-            if LEFT_SHARE * np.abs(step).max() * self._extent * template.px_per_mm < STOP_PX:
+            if LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX:
                 break
         vague = (1.0, 1.0)
         if sum(seen) < MIN_MARKERS:
@@ -179,15 +180,15 @@ class PageRegistrar:
             correlation, contrast = compared.correlation, compared.contrast
             if compared.seen != seen:
                 return None
-            edges = edges.reshape(borders.inward.shape)
-            found = borders.equations(edges, freed, self._middle, self._extent, template.px_per_mm, contrast)
+            brightness = edges.astype(float).reshape(borders.inward.shape)
+            found = borders.equations(brightness, freed, self._middle, self._extent, template.px_per_mm, contrast)
             if found is None:
                 return None
             rows, right = found
             normal = prior + rows.T @ rows
             normal[:8, :8] += free.T @ free
             side = rows.T @ right - prior @ np.append(np.zeros(8), freed)
-            side[:8] += free.T @ np.where(used, compared.residual(values, template), 0.0)
+            side[:8] += free.T @ np.where(used, compared.residual(template), 0.0)
             step = np.linalg.lstsq(normal, side, rcond=None)[0]
             moved = _stepped(warp, step[:8])
             if moved is None:
@@ -212,61 +213,63 @@ class PageRegistrar:
         if values is None:
             return None, (False,) * 4
         compared = _compared(values, template)
-        return compared.residual(values, template), compared.seen
+        return compared.residual(template), compared.seen
 
 
 @dataclass(frozen=True)
 class Compared:
-    """Picture and print, marker by marker: mean and gain of brightness (4,), counts; which markers are visible; the
-    correlation over those; the contrast of the clearest, counts.
+    """Picture and print, marker by marker: brightness about its mean (n,), counts, of each marker; its gain (4,); which
+    markers are visible; the correlation over those; the contrast of the clearest, counts.
 
     A hidden marker is left out, as its cover has edges of its own.
     """
 
-    mean: Array
-    gain: Array
+    centred: list[NDArray[np.float32]]
+    gain: list[float]
     seen: tuple[bool, ...]
     correlation: float
     contrast: float
 
-    def step(self, values: Array, template: Template, asked: tuple[bool, ...]) -> Array:
+    def step(self, template: Template, asked: tuple[bool, ...]) -> Array:
         """Change of the warp's eight parameters that takes most of the residual away.
 
         Convention: a solver's rows are free of each marker's offset and of its print, so the brightness may stand for
             the residual.
         """
-        solver, step = template.solver(asked), np.zeros(8)
-        for part, gain in zip(template.samples.parts, self.gain.tolist(), strict=True):
+        step = np.zeros(8)
+        for solver, own, gain in zip(template.solver(asked), self.centred, self.gain, strict=True):
             if gain > MIN_GAIN:
-                step += solver[:, part] @ values[part] / gain
+                step += (solver @ own) / gain
         return step
 
-    def residual(self, values: Array, template: Template) -> Array:
+    def residual(self, template: Template) -> Array:
         """Picture less print (N,), in units of print contrast, with each marker's own gain and offset."""
-        clear, count = self.gain > MIN_GAIN, template.samples.count
-        share = np.repeat(1 / np.where(clear, self.gain, np.inf), count)
-        return (values - np.repeat(self.mean, count)) * share - template.printed * np.repeat(clear, count)
+        each = zip(self.centred, self.gain, template.printed, strict=True)
+        left = [own / gain - printed if gain > MIN_GAIN else np.zeros_like(own) for own, gain, printed in each]
+        return np.concatenate(left).astype(float)
 
 
-def _compared(values: Array, template: Template) -> Compared:
+def _compared(values: NDArray[np.float32], template: Template) -> Compared:
     """The brightness (N,) at a template's places, against its print."""
-    sums = [(float(part.sum()), float(part @ part)) for part in (values[part] for part in template.samples.parts)]
-    total, squares = np.array(sums).T
-    mean = total / template.samples.count
-    along = np.array([template.printed[part] @ values[part] for part in template.samples.parts])
-    gain, most = along / template.power, np.sqrt(template.power * np.maximum(squares - mean * total, 0.0))
-    # A washed-out marker must not be scaled up to full contrast.
     least = SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION
-    seen = (gain > MIN_GAIN) & (along >= least * most)
-    explained, whole = float(along[seen].sum()), float(most[seen].sum())
-    correlation = explained / whole if whole > 0 else 0.0
-    return Compared(mean, gain, tuple(seen.tolist()), correlation, float(gain.max()))
+    centred, gains, seen, explained, whole = [], [], [], 0.0, 0.0
+    # Four numbers each: Python's own arithmetic takes less time than NumPy's calls.
+    for part, printed, power in zip(template.samples.parts, template.printed, template.power, strict=True):
+        own = values[part] - np.add.reduce(values[part]) / (part.stop - part.start)
+        along, most = float(printed @ own), math.sqrt(power * float(own @ own))
+        centred.append(own)
+        gains.append(along / power)
+        # A washed-out marker must not be scaled up to full contrast.
+        seen.append(along > MIN_GAIN * power and along >= least * most)
+        if seen[-1]:
+            explained, whole = explained + along, whole + most
+    return Compared(centred, gains, tuple(seen), explained / whole if whole > 0 else 0.0, max(gains))
 
 
 def _stepped(warp: Array, step: Array) -> Array | None:
     """The warp after a step of its eight parameters, h33 = 1; None if the step folds the page."""
-    increment = np.array([[1 + step[0], step[1], step[2]], [step[3], 1 + step[4], step[5]], [step[6], step[7], 1]])
-    back = inverse(increment)
+    a, b, c, d, e, f, g, h = step.tolist()
+    back = inverse(np.array(((1 + a, b, c), (d, 1 + e, f), (g, h, 1))))
     if back is None:
         return None
     moved = warp @ back
@@ -275,7 +278,6 @@ def _stepped(warp: Array, step: Array) -> Array | None:
 
 def scale_px_per_mm(homography: Array, place_mm: Array) -> float:
     """Pixels per millimetre around a place of the page: the square root of the area scale."""
-    x, y = place_mm
-    w = homography[2] @ (x, y, 1.0)
+    (x, y), (g, h, i) = place_mm.tolist(), homography[2].tolist()
     # The Jacobian determinant of a homography is det(H) / w^3.
-    return float(np.sqrt(abs(np.linalg.det(homography) / w**3)))
+    return math.sqrt(abs(determinant(homography) / (g * x + h * y + i) ** 3))

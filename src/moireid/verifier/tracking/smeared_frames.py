@@ -195,8 +195,8 @@ class ShakenFollower:
             to_page = np.array([[pitch, 0, corner[0]], [0, pitch, corner[1]], [0, 0, 1.0]])
             size = (count + 2 * reach, count + 2 * reach)
             self._registrar.work_ns += CORRELATED_NS * size[0] * size[1]
-            part, warp = part_around(light, expected @ to_page, hull_of((0, 0, *size)))
-            flat = cv2.warpPerspective(part, warp, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
+            box, warp = part_around(light, expected @ to_page, hull_of((0, 0, *size)))
+            flat = cv2.warpPerspective(light.part(box), warp, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
             pairs.append((np.asarray(flat), printed))
         score, (column, row) = _best_shift(pairs, reach)
         shift = np.array([[1, 0, (column - reach) * pitch], [0, 1, (row - reach) * pitch], [0, 0, 1.0]])

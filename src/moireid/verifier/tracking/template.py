@@ -92,25 +92,25 @@ class Samples:
 class Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
-    printed (N,): values of each marker about their mean; gradient: gives the gradient (N, 2) of the values, per mm;
+    printed: values of each marker about their mean, (n,); gradient: gives the gradient (N, 2) of the values, per mm;
     extent: a unit of the points, mm; drawing: the source of values and gradient; smeared: whether motion smear is
-    drawn; solvers: least-squares solvers (8, N) for each set of visible markers, made as they are needed.
+    drawn; solvers: least-squares solvers for each set of visible markers, made as they are needed.
     """
 
     samples: Samples
     values: Array
-    printed: Array
+    printed: list[NDArray[np.float32]]
     gradient: Callable[[], Array]
     extent: float
     px_per_mm: float
     drawing: Drawing
     smeared: bool = False
-    solvers: dict[tuple[bool, ...], Array] = field(default_factory=dict)
+    solvers: dict[tuple[bool, ...], list[NDArray[np.float32]]] = field(default_factory=dict)
 
     @cached_property
-    def power(self) -> Array:
-        """Sum of the squares of `printed` over each marker, (4,)."""
-        return np.asarray(np.add.reduceat(self.printed**2, [part.start for part in self.samples.parts]), float)
+    def power(self) -> list[float]:
+        """Sum of the squares of `printed` over each marker."""
+        return [float(part @ part) for part in self.printed]
 
     @cached_property
     def jacobian(self) -> Array:
@@ -119,13 +119,16 @@ class Template:
         """
         return warp_jacobian(self.samples.points, self.gradient() * self.extent)
 
-    def solver(self, seen: tuple[bool, ...]) -> Array:
-        """Least-squares solver (8, N) from residuals to warp parameters, independent of markers' gains and offsets."""
+    def solver(self, seen: tuple[bool, ...]) -> list[NDArray[np.float32]]:
+        """Least-squares solver from residuals to warp parameters, (8, n) of each marker, independent of markers' gains
+        and offsets.
+        """
         if seen not in self.solvers:
             used = np.array(seen)[self.samples.marker]
             columns = self.jacobian if all(seen) else np.where(used[:, None], self.jacobian, 0.0)
             free = without_gains(columns, self.samples.parts, self.values)
-            self.solvers[seen] = np.asarray(np.linalg.pinv(free.T @ free, hermitian=True) @ free.T)
+            solver = (np.linalg.pinv(free.T @ free, hermitian=True) @ free.T).astype(np.float32)
+            self.solvers[seen] = [np.ascontiguousarray(solver[:, part]) for part in self.samples.parts]
         return self.solvers[seen]
 
 
@@ -165,7 +168,7 @@ class TemplatePrinter:
         return Template(
             samples=samples,
             values=np.concatenate(shown).astype(float),
-            printed=np.concatenate([part - part.mean() for part in shown]),
+            printed=[part - part.mean() for part in shown],
             gradient=partial(_gradient, drawing, samples, smears),
             extent=self.extent,
             px_per_mm=px_per_mm,
