@@ -80,7 +80,7 @@ class Borders:
         slope = -np.exp(-0.5 * (inward[seen] * px_per_mm / BLUR_PX) ** 2) * px_per_mm / BLUR_PX / np.sqrt(2 * np.pi)
         gradient = slope[..., None] * self.normal[seen][:, None, :]
         place = (self.places[seen] - middle) / extent
-        rows = warp_jacobian(place.reshape(-1, 2), gradient.reshape(-1, 2) * extent)
+        rows = warp_jacobian(place.reshape(-1, 2).T, gradient.reshape(-1, 2).T * extent).T
         # If a border is displaced inward, a sample shows the print further out, hence the minus.
         freed_rows = (-slope[..., None] * self.freedom[seen][:, None, :]).reshape(len(rows), -1)
         rows = np.column_stack([rows, freed_rows]).reshape(*slope.shape, -1)

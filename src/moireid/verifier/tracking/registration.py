@@ -170,7 +170,7 @@ class PageRegistrar:
             np.diag([*np.zeros(8), *(BORDER_NOISE / borders.freedom_sd) ** 2]),
         )
         used = np.array(seen)[template.samples.marker]
-        free = without_gains(np.where(used[:, None], template.jacobian, 0.0), template.samples.parts, template.values)
+        free = without_gains(np.where(used, template.jacobian, 0.0), template.samples.parts, template.values)
         normal = np.zeros_like(prior)
         for _ in range(MAX_STEPS):
             values, edges = sampler.at(warp, template.samples.places), sampler.at(warp, places)
@@ -186,9 +186,9 @@ class PageRegistrar:
                 return None
             rows, right = found
             normal = prior + rows.T @ rows
-            normal[:8, :8] += free.T @ free
+            normal[:8, :8] += free @ free.T
             side = rows.T @ right - prior @ np.append(np.zeros(8), freed)
-            side[:8] += free.T @ np.where(used, compared.residual(template), 0.0)
+            side[:8] += free @ np.where(used, compared.residual(template), 0.0)
             step = np.linalg.lstsq(normal, side, rcond=None)[0]
             moved = _stepped(warp, step[:8])
             if moved is None:
@@ -200,8 +200,8 @@ class PageRegistrar:
 
     def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
         """Standard deviations of the two tilts over those with all four markers, for the same noise."""
-        whole = without_gains(template.jacobian, template.samples.parts, template.values)
-        least = np.diag(np.linalg.pinv(whole.T @ whole))[6:8]
+        whole = without_gains(template.jacobian.astype(float), template.samples.parts, template.values)
+        least = np.diag(np.linalg.pinv(whole @ whole.T))[6:8]
         ratio = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal))[6:8] / least, 1.0))
         return float(ratio[0]), float(ratio[1])
 

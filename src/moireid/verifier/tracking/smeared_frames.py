@@ -212,11 +212,11 @@ class ShakenFollower:
         others = [self._registrar.printer.smeared(template, other) for other in ((1 + PROBE) * smear, turned)]
         if any(len(other.values) != len(template.values) for other in others):
             return 0.0, 0.0
-        columns = np.column_stack([(other.values - template.values) / PROBE for other in others])
+        rows = np.stack([(other.values - template.values) / PROBE for other in others])
         used = np.array(seen)[template.samples.marker]
-        columns = np.where(used[:, None], without_gains(columns, template.samples.parts, template.values), 0.0)
-        normal = columns.T @ columns
-        change = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2) + 1e-12 * np.eye(2), columns.T @ residual)
+        rows = np.where(used, without_gains(rows, template.samples.parts, template.values), 0.0)
+        normal = rows @ rows.T
+        change = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2) + 1e-12 * np.eye(2), rows @ residual)
         change = np.clip(change, -MOST_CHANGE, MOST_CHANGE)
         return float(change[0]), float(change[1])
 

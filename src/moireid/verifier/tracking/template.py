@@ -14,6 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import pairwise
+from typing import Any
 
 import cv2
 import numpy as np
@@ -24,6 +25,7 @@ from moireid.verifier.tracking.sampling import Places
 from moireid.verifier.tracking.search_work import DRAWN_NS, SMEAR_STEP_NS, SMEARED_NS
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 #: White kept around a marker, in modules; the grating begins 1.05 modules away.
 BORDER_MODULES, FREE_MODULES = 0.7, 1.05
 #: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
@@ -73,6 +75,11 @@ class Samples:
         return Places(self.points)
 
     @cached_property
+    def across_down(self) -> Single:
+        """The points, (2, N)."""
+        return np.ascontiguousarray(self.points.T, np.float32)
+
+    @cached_property
     def count(self) -> NDArray[np.int64]:
         """Number of samples of each marker, (4,)."""
         return np.array([part.shape[1] for part in self.from_middle])
@@ -92,20 +99,20 @@ class Samples:
 class Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
-    printed: values of each marker about their mean, (n,); gradient: gives the gradient (N, 2) of the values, per mm;
+    printed: values of each marker about their mean, (n,); gradient: gives the gradient (2, N) of the values, per mm;
     extent: a unit of the points, mm; drawing: the source of values and gradient; smeared: whether motion smear is
     drawn; solvers: least-squares solvers for each set of visible markers, made as they are needed.
     """
 
     samples: Samples
-    values: Array
-    printed: list[NDArray[np.float32]]
-    gradient: Callable[[], Array]
+    values: Single
+    printed: list[Single]
+    gradient: Callable[[], Single]
     extent: float
     px_per_mm: float
     drawing: Drawing
     smeared: bool = False
-    solvers: dict[tuple[bool, ...], list[NDArray[np.float32]]] = field(default_factory=dict)
+    solvers: dict[tuple[bool, ...], list[Single]] = field(default_factory=dict)
 
     @cached_property
     def power(self) -> list[float]:
@@ -113,21 +120,22 @@ class Template:
         return [float(part @ part) for part in self.printed]
 
     @cached_property
-    def jacobian(self) -> Array:
-        """Change of the values with each of the eight warp parameters, (N, 8).  A smear that is only compared with the
+    def jacobian(self) -> Single:
+        """Change of the values with each of the eight warp parameters, (8, N).  A smear that is only compared with the
         picture does without it.
         """
-        return warp_jacobian(self.samples.points, self.gradient() * self.extent)
+        return warp_jacobian(self.samples.across_down, self.gradient() * np.float32(self.extent))
 
-    def solver(self, seen: tuple[bool, ...]) -> list[NDArray[np.float32]]:
+    def solver(self, seen: tuple[bool, ...]) -> list[Single]:
         """Least-squares solver from residuals to warp parameters, (8, n) of each marker, independent of markers' gains
         and offsets.
         """
         if seen not in self.solvers:
             used = np.array(seen)[self.samples.marker]
-            columns = self.jacobian if all(seen) else np.where(used[:, None], self.jacobian, 0.0)
-            free = without_gains(columns, self.samples.parts, self.values)
-            solver = (np.linalg.pinv(free.T @ free, hermitian=True) @ free.T).astype(np.float32)
+            rows = self.jacobian if all(seen) else np.where(used, self.jacobian, np.float32(0.0))
+            free = without_gains(rows, self.samples.parts, self.values)
+            # An inverse that is not exact changes the steps but not where they end.
+            solver = np.linalg.pinv((free @ free.T).astype(float), hermitian=True).astype(np.float32) @ free
             self.solvers[seen] = [np.ascontiguousarray(solver[:, part]) for part in self.samples.parts]
         return self.solvers[seen]
 
@@ -167,7 +175,7 @@ class TemplatePrinter:
         shown = _all_smeared(drawing.pictures, samples, smears, drawing.pitch_mm)
         return Template(
             samples=samples,
-            values=np.concatenate(shown).astype(float),
+            values=np.concatenate(shown),
             printed=[part - part.mean() for part in shown],
             gradient=partial(_gradient, drawing, samples, smears),
             extent=self.extent,
@@ -214,11 +222,11 @@ class TemplatePrinter:
         return Drawing(pitch_mm, pictures, along_x, along_y)
 
 
-def _gradient(drawing: Drawing, samples: Samples, smears: Array) -> Array:
-    """Gradient (N, 2) of smeared brightness along x and y, per mm."""
+def _gradient(drawing: Drawing, samples: Samples, smears: Array) -> Single:
+    """Gradient (2, N) of smeared brightness along x and y, per mm."""
     # Each by itself: OpenCV rounds the places of pictures with two channels to 1/32 pixel.
     both = [_all_smeared(planes, samples, smears, drawing.pitch_mm) for planes in (drawing.along_x, drawing.along_y)]
-    return np.column_stack([np.concatenate(parts) for parts in both]).astype(float)
+    return np.stack([np.concatenate(parts) for parts in both])
 
 
 def _all_smeared(
@@ -249,24 +257,24 @@ def _smear_steps(smear_mm: float, pitch_mm: float) -> int:
     return max(1, math.ceil(smear_mm / pitch_mm))
 
 
-def warp_jacobian(place: Array, gradient: Array) -> Array:
-    """Change of printed brightness with each of the eight warp parameters, (N, 8)."""
-    x, y = place.T
-    gx, gy = gradient.T
+def warp_jacobian(place: NDArray[Any], gradient: NDArray[Any]) -> NDArray[Any]:
+    """Change of printed brightness with each of the eight warp parameters, (8, N); place, gradient (2, N)."""
+    (x, y), (gx, gy) = place, gradient
     inward = gx * x + gy * y
-    return np.column_stack([gx * x, gx * y, gx, gy * x, gy * y, gy, -inward * x, -inward * y])
+    return np.stack([gx * x, gx * y, gx, gy * x, gy * y, gy, -inward * x, -inward * y])
 
 
-def without_gains(columns: Array, parts: Sequence[slice], printed: Array) -> Array:
-    """What of some columns (N, K) no marker's own gain and offset of brightness could make.
+def without_gains(rows: NDArray[Any], parts: Sequence[slice], printed: NDArray[Any]) -> NDArray[Any]:
+    """What of some rows (K, N) no marker's own gain and offset of brightness could make.
 
     Parameters: parts: samples of each marker, none of them empty.
     """
-    free = columns.copy()
+    free = np.empty_like(rows)
     for here in parts:
-        mine, shown = free[here], printed[here] - printed[here].mean()
-        mine -= mine.mean(axis=0)
+        mine, shown = rows[:, here], printed[here] - printed[here].mean()
+        mine = mine - mine.mean(axis=1, keepdims=True)
         power = float(shown @ shown)
         if power > 0:
-            mine -= np.outer(shown, shown @ mine) / power
+            mine -= np.outer(mine @ (shown / power), shown)
+        free[:, here] = mine
     return free
