@@ -45,6 +45,9 @@ GLANCE_WAIT_S = 0.5
 KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
 #: A lost badge is searched around its last place for this long: after a hand has passed, it is still there.
 KEPT_S = 4.0
+#: It is searched there alone for so long: what hides a badge for some frames is mostly its own smear, and a search of the
+#: whole frame costs as much as decoding three.
+SOON_S = 0.1
 #: Most tiles that are enlarged in the first frame searched; a frame of 3840 x 2160 has 16.
 MOST_TILES = 16
 
@@ -156,11 +159,12 @@ class SceneTracker:
         """Looks at a frame, and what pays them.
 
         Closely where that is paid for; otherwise around lost badges, quickly at the whole frame, and around what may be
-        a badge.
+        a badge.  A badge that was just lost is looked for around its place alone.
         """
         purses, finder = self._purses, self._finder
         lost = [(tracker, last) for tracker in self._lost() if (last := self._recently(tracker, frame)) is not None]
-        if purses.wide.open:
+        soon = len(lost) == len(self._lost()) and all(frame.time_s - last.time_s < SOON_S for _, last in lost)
+        if purses.wide.open and not soon:
             clear = bool(lost) and not (purses.wide.ample or any(tracker.faint for tracker, _ in lost))
             for look in self._close_looks(luma.shape, [last for _, last in lost], faint=not clear):
                 yield purses.wide, look
@@ -172,7 +176,7 @@ class SceneTracker:
                 yield purses.near, partial(finder.closely, page=last.page)
             if not (small or tracker.course.followed) and purses.near.open:
                 yield purses.near, partial(finder.near, page=last.page, faint=tracker.faint)
-        if purses.glance.open:
+        if purses.glance.open and not soon:
             yield purses.glance, finder.quick
             for page in list(self._may_be):
                 if purses.near.open:
