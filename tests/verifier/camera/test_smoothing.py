@@ -20,12 +20,12 @@ def course(rng) -> np.ndarray:
 
 @pytest.mark.parametrize("begin_s", [0.0, 1.7e9, 1e300])
 def test_repeated_times_are_made_to_rise_whenever_a_film_begins(begin_s):
-    """Catches: times from 1970 on, at which the little that makes them rise is lost, and a spline divides by nothing."""
+    """Catches: times from 1970 on, at which what makes them rise is lost, and a spline divides by nothing."""
     assert np.all(np.diff(rising(begin_s + PAIRS)) > 0)
 
 
 def test_a_course_is_smoothed_alike_after_any_pause(rng):
-    """Catches: places without a number, which ended a verification with a traceback; times counted over a long pause."""
+    """Catches: places without a number, which ended in a traceback; times counted over a long pause."""
     camera = course(rng)
     usual = smooth_camera(camera, PAIRS, ERROR)
     assert smooth_camera(camera, 1.7e9 + PAIRS, ERROR) == pytest.approx(usual, abs=0.01)

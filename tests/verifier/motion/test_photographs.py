@@ -164,7 +164,7 @@ def test_the_error_bar_is_honest_where_errors_last():
 
 
 def test_a_long_pause_takes_no_memory_and_tells_nothing():
-    """Catches: sums over each half second of a thousand years, a number of a file, which took all memory or a minute."""
+    """Catches: sums over each half second of a thousand years, which took all memory or a minute."""
     told = signal(depth=depth_of(1.0, noise=0.3))
     late = np.where(np.arange(FRAMES) < FRAMES // 2, 0.0, 1.0)
     near, far = (spacing_of([replace(told, times_s=TIMES + pause_s * late)]) for pause_s in (100.0, 3e10))
