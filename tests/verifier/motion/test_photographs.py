@@ -163,6 +163,15 @@ def test_the_error_bar_is_honest_where_errors_last():
     assert 0.7 < np.std(off) / np.sqrt(np.mean(np.square(bars))) < 1.4
 
 
+def test_a_long_pause_takes_no_memory_and_tells_nothing():
+    """Catches: sums over each half second of a thousand years, which took all memory or a minute."""
+    told = signal(depth=depth_of(1.0, noise=0.3))
+    late = np.where(np.arange(FRAMES) < FRAMES // 2, 0.0, 1.0)
+    near, far = (spacing_of([replace(told, times_s=TIMES + pause_s * late)]) for pause_s in (100.0, 3e10))
+    assert near is not None and far is not None
+    assert (far.gain, far.sd, far.pieces) == pytest.approx((near.gain, near.sd, near.pieces), rel=1e-6)
+
+
 @pytest.mark.parametrize(("change_rad", "tested"), [(0.0003, False), (0.02, True)])
 def test_a_distance_that_hardly_changes_tests_nothing(change_rad, tested):
     """Catches: an error bar of numbers without end, as if no error lasted all film long."""

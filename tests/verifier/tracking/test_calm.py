@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from kit.drawn_pages import draw, filmed, seen_from
-from moireid.verifier.picture import Frame
-from moireid.verifier.tracking.calm import FULL_FRAMES, RESTLESS_S
+from moireid.verifier.picture import Frame, as_picture
+from moireid.verifier.tracking.calm import FULL_FRAMES, RESTLESS_S, CalmWatch
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 
 SHAPE = (400, 440)
@@ -37,12 +37,30 @@ def shown(badge, phase_rad: float, shift_px: tuple[float, float] = (0.0, 0.0)) -
     return filmed(picture)
 
 
-def followed(badge, frames: int, fps: float, lie_rad=lambda k: 0.0, shift_px=lambda k: (0.0, 0.0)):
-    """The tracker of a film of the badge."""
+def followed(
+    badge, frames: int, fps: float, lie_rad=lambda k: 0.0, shift_px=lambda k: (0.0, 0.0), painted=lambda k, one: one
+):
+    """The tracker of a film of the badge; painted: what a forger makes of a picture."""
     view = SceneTracker(badge)
     for k in range(frames):
-        assert view.push(Frame(k, k / fps, shown(badge, TURN_RAD_S * k / fps + lie_rad(k), shift_px(k))))
+        picture = shown(badge, TURN_RAD_S * k / fps + lie_rad(k), shift_px(k))
+        assert view.push(Frame(k, k / fps, painted(k, picture)))
     return view.trackers[0]
+
+
+def timed(badge, times_s) -> np.ndarray:
+    """Times of the frames that are measured, in a film of these times whose fringes hardly turn."""
+    view = SceneTracker(badge)
+    pictures = [shown(badge, 0.002 * k) for k in range(8)]
+    for k, time_s in enumerate(times_s):
+        assert view.push(Frame(k, time_s, pictures[abs(k % 14 - 7)]))
+    return view.trackers[0].look().times_s
+
+
+def box_px(rect_mm) -> tuple[int, int, int, int]:
+    """A rectangle of the page in `shown`: left, top, right, bottom."""
+    page = seen_from(px_per_mm=2.0, turn_deg=0.0, tilt=(0.0, 0.0), at=(-20.0, -105.0))
+    return tuple(cv2.perspectiveTransform(np.array(rect_mm).reshape(1, 2, 2), page).round().astype(int).ravel())
 
 
 @pytest.mark.parametrize(("fps", "frames"), [(60.0, 360), (120.0, 600)])
@@ -83,3 +101,105 @@ def test_after_a_difference_each_frame_is_measured_for_a_while(ada):
     track = followed(ada, begin + 60, 60.0, lambda k: 0.5 * (k >= begin)).look()
     after = [k for k in range(begin, begin + 60) if k not in set(track.frame_numbers.tolist())]
     assert after and min(after) >= begin + round(60 * RESTLESS_S)
+
+
+def painted_between_rows(badge, rows: int):
+    """The gratings turned upside down, but for a few true lines: those at which a grating of so many rows is read."""
+
+    def painted(picture: np.ndarray) -> np.ndarray:
+        lie = picture.copy()
+        for grating in badge.gratings:
+            x0, y0, x1, y1 = box_px(grating.rect_mm)
+            lie[y0:y1, x0:x1] = 255 - picture[y0:y1, x0:x1]
+            for row in y0 + (np.arange(rows) + 0.5) / rows * (y1 - y0):
+                true = slice(int(row) - 1, int(row) + 3)
+                lie[true, x0:x1] = picture[true, x0:x1]
+        return lie
+
+    return painted
+
+
+def painted_over(badge, place: int):
+    """The marker of that place painted white."""
+    (x, y), half = badge.markers.centers_mm[place], badge.markers.size_mm / 2 + 1
+    x0, y0, x1, y1 = box_px((x - half, y - half, x + half, y + half))
+
+    def painted(picture: np.ndarray) -> np.ndarray:
+        lie = picture.copy()
+        lie[y0:y1, x0:x1] = 230
+        return lie
+
+    return painted
+
+
+def painted_band(badge):
+    """A twentieth of each grating's height turned upside down: a forged strip among true ones."""
+
+    def painted(picture: np.ndarray) -> np.ndarray:
+        lie = picture.copy()
+        for grating in badge.gratings:
+            x0, y0, x1, y1 = box_px(grating.rect_mm)
+            y1 = y0 + round((y1 - y0) / 20)
+            lie[y0:y1, x0:x1] = 255 - picture[y0:y1, x0:x1]
+        return lie
+
+    return painted
+
+
+@pytest.mark.parametrize("lie", [lambda b: painted_between_rows(b, 8), lambda b: painted_over(b, 2), painted_band])
+def test_no_place_of_a_badge_is_free_for_a_lie(ada, lie):
+    """Catches: frames compared at some places alone, without their markers, or as a whole, in which a strip is lost."""
+    begin, painted = FULL_FRAMES + 60, lie(ada)
+    forged = followed(ada, begin + 40, 60.0, painted=lambda k, one: painted(one) if k >= begin and k % 2 else one)
+    measured = set(forged.look().frame_numbers.tolist())
+    assert all(k in measured for k in range(begin + 1, begin + 30))
+    assert any(k not in measured for k in range(FULL_FRAMES, begin))
+
+
+def test_what_is_beyond_the_picture_is_not_passed_by(ada):
+    """Catches: frames that count as alike, as neither they nor the last one could be compared."""
+    watch = CalmWatch(ada)
+    page = seen_from(px_per_mm=2.0, turn_deg=0.0, tilt=(0.0, 0.0), at=(-20.0, -105.0))
+    picture = as_picture(shown(ada, 0.0))
+    assert watch.apart(picture, page) > 1
+    watch.keep(picture, page)
+    assert watch.apart(picture, page) < 0.01
+    left = np.array([[1.0, 0.0, -80.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]) @ page
+    watch.keep(picture, left)
+    assert watch.apart(picture, left) > 1
+    assert not watch.holds
+
+
+def test_no_more_is_left_out_where_times_slow_down(ada):
+    """Catches: a rate that is taken from the first seconds, so that of 30 frames a second every fourth is measured."""
+    fast = np.arange(FULL_FRAMES + 160) / 120
+    times = np.concatenate([fast, fast[-1] + np.arange(1, 61) / 30])
+    measured = timed(ada, times)
+    assert len(measured) < len(times)
+    assert np.all(np.isin(times[len(fast) :], measured))
+
+
+def test_a_few_close_times_do_not_thin_out_what_was_apart(ada):
+    """Catches: frames of 60 a second thinned out to 15, as some later ones have the times of a fast camera."""
+    slow = np.arange(FULL_FRAMES + 260) / 60
+    times = np.concatenate([slow, slow[-1] + np.arange(1, 9) / 480, slow[-1] + 8 / 480 + np.arange(1, 40) / 60])
+    assert np.diff(timed(ada, times)).max() < 0.05
+
+
+def test_equal_times_tell_no_rate(ada):
+    """Catches: a file whose times all are alike, of which ever fewer frames are measured."""
+    assert len(timed(ada, np.zeros(FULL_FRAMES + 120))) == FULL_FRAMES + 120
+
+
+def test_a_fast_film_is_left_out_again_after_a_difference(ada):
+    """Catches: a place expected by a motion too short for it, so that each frame of 240 a second is measured."""
+    begin = FULL_FRAMES + 400
+    still = [shown(ada, 0.0), shown(ada, 0.5)]
+    view = SceneTracker(ada)
+    for k in range(begin + 300):
+        # The page moves by up to a third of a pixel a frame: eight frames later, it is not found by its last place.
+        moved = np.array([[1.0, 0.0, 24 * np.sin(2 * np.pi * (k - begin - 120) / 500)], [0.0, 1.0, 0.0]])
+        picture = cv2.warpAffine(still[k >= begin], moved, SHAPE[::-1], borderMode=cv2.BORDER_REPLICATE)
+        assert view.push(Frame(k, k / 240, picture))
+    later = view.trackers[0].look().frame_numbers
+    assert np.count_nonzero(later >= begin + 150) < 150 / 3

@@ -43,9 +43,12 @@ def frame_s(times_s: Array, gap_s: float = GAP_S) -> float:
     return float(steps.mean()) if steps.sum() > 0 else gap_s
 
 
-def _rising(times_s: Array) -> Array:
-    """Strictly rising times, which splines need; a file may repeat a time."""
-    return np.asarray(np.maximum.accumulate(times_s) + 1e-7 * np.arange(len(times_s)))
+def rising(times_s: Array) -> Array:
+    """Strictly rising times from the first frame's on, which splines need; a file may repeat a time.
+
+    From the first frame's: a file may count its times from 1970, where a double resolves a quarter of a microsecond.
+    """
+    return np.asarray(np.maximum.accumulate(times_s - times_s[0]) + 1e-7 * np.arange(len(times_s)))
 
 
 def without_outliers(
@@ -64,7 +67,7 @@ def without_outliers(
     sound = good & ~_short_runs(reprojection_px > max(DOUBTED_PX, DOUBTED_MEDIANS_RATIO * usual), times_s)
     if sound.all() or not sound.any():
         return camera_mm, good
-    clock = _rising(times_s)
+    clock = rising(times_s)
     tangents = camera_mm[:, :2] / camera_mm[:, 2:]
     columns = np.column_stack([tangents, camera_mm[:, 2]])
     for stretch in [np.arange(len(clock))] if numbers is None else unbroken(times_s, np.inf, numbers):
@@ -111,14 +114,14 @@ def smooth_camera(
     Source: natural cubic smoothing spline (Woltring 1986 uses it for body motion the same way), whose response to a
     frequency f is 1 / (1 + (f / cut-off)^4).
     """
-    clock = _rising(times_s)
     columns = np.column_stack([camera_mm[:, 0] / camera_mm[:, 2], camera_mm[:, 1] / camera_mm[:, 2], camera_mm[:, 2]])
     for stretch in unbroken(times_s, GAP_S, numbers):
         if len(stretch) >= 8:
+            clock = rising(times_s[stretch])
             for k in range(3):
                 explained = SMOOTHED_ERROR_RATIO * tangent_error[k] if k < 2 else 0.0
                 weights = vague[stretch, k] ** -2.0 if vague is not None and k < 2 else None
-                columns[stretch, k] = _smooth(clock[stretch], columns[stretch, k], explained, weights)
+                columns[stretch, k] = _smooth(clock, columns[stretch, k], explained, weights)
     return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]])
 
 

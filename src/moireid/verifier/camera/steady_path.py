@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.plane_pose import PlanePoses, rotations
-from moireid.verifier.camera.smoothing import GAP_S, unbroken
+from moireid.verifier.camera.smoothing import GAP_S, rising, unbroken
 from moireid.verifier.splines import smoothed
 
 Array = NDArray[np.float64]
@@ -63,7 +63,7 @@ def _smooth(values: Array, times_s: Array) -> Array:
     smooth = values.copy()
     for stretch in unbroken(times_s, GAP_S):
         if len(stretch) >= 8:
-            clock = np.maximum.accumulate(times_s[stretch]) + 1e-7 * np.arange(len(stretch))
+            clock = rising(times_s[stretch])
             stiffness = len(clock) / (clock[-1] - clock[0]) / (2 * np.pi * CUT_OFF_HZ) ** 4
             smooth[stretch] = smoothed(clock, values[stretch], stiffness)
     return smooth

@@ -161,7 +161,9 @@ def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
     if not whole > 0:
         return None
     error = float(np.sum(score)) / whole
-    piece = np.floor((signals[0].times_s - signals[0].times_s[0]) * INDEPENDENT_PER_S).astype(int)
+    # Numbered anew, as a film's times may leave out a thousand years, and sums take memory for each number.
+    times = signals[0].times_s
+    _, piece = np.unique(np.floor((times - times[0]) * INDEPENDENT_PER_S), return_inverse=True)
     told = np.bincount(piece, weights=information)
     # Times that tell nothing do not count.
     pieces = whole**2 / float(np.sum(told**2))

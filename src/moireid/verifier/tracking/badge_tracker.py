@@ -17,7 +17,17 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.picture import Frame, Picture
-from moireid.verifier.tracking.calm import CALM_FRAMES, CALM_PX, FULL_FRAMES, LONGEST_STEP_S, RESTLESS_S, CalmWatch
+from moireid.verifier.tracking.calm import (
+    CALM_FRAMES,
+    CALM_PX,
+    FULL_FRAMES,
+    LEAST_SHARE,
+    LONGEST_GAP_S,
+    LONGEST_STEP_S,
+    RESTLESS_S,
+    CalmWatch,
+    strips_differ,
+)
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.even_sample import EvenSample
 from moireid.verifier.tracking.markers import MarkerFinder, faint_turns, marker_corners_mm
@@ -61,6 +71,7 @@ class BadgeTracker:
         #: Of the frames that follow each other calmly, one in `_stride` is measured (`calm`); `_calm` were since one
         #: differed, and until `_restless_s` each is.
         self._watch, self._stride, self._calm, self._restless_s = CalmWatch(badge), 1, 0, -math.inf
+        self._profiles: NDArray[np.float32] | None = None
         #: Frames of the present track that were passed by.
         self.passed = 0
         #: Whether the sharp print did not match in the present frame.
@@ -94,11 +105,15 @@ class BadgeTracker:
         """Pass by a frame that shows the badge as the last measured one did; returns whether that is so."""
         if self._stride == 1 or frame.index % self._stride == 0 or self.smeared or frame.time_s < self._restless_s:
             return False
-        expected = self.course.expected(frame.index)
-        if expected is None:
+        last, expected = self.course.last, self.course.expected(frame.index)
+        if last is None or expected is None or not (self._watch.holds and self.course.repeats(frame.index + 1)):
             return False
-        if self._watch.differs(luma, expected):
-            self._restless_s = frame.time_s + RESTLESS_S
+        # By time, as a file's times may slow down at any frame.
+        if frame.time_s - last.time_s > LONGEST_STEP_S * (1 - 1 / self._stride):
+            return False
+        apart = self._watch.apart(luma, expected)
+        if apart > max((frame.index - last.frame) / self._stride, LEAST_SHARE):
+            self._restless_s = frame.time_s + RESTLESS_S if apart > 1 else self._restless_s
             return False
         self.frames_read, self.passed, self.place = self.frames_read + 1, self.passed + 1, expected
         self.shown += scale_px_per_mm(expected, self._middle) ** 2
@@ -187,7 +202,12 @@ class BadgeTracker:
         if registration is None or self._is_one_of(registration.homography, taken):
             return False
         self.place, self.faint = registration.homography, registration.contrast < FAINT_BELOW_COUNTS
-        self._note_if_calm(frame, luma, registration.homography, expected)
+        seen = self._reader.read(luma, registration.homography)
+        self._note_if_calm(frame, registration.homography, expected, seen)
+        if self._stride > 1 and frame.time_s >= self._restless_s:
+            self._watch.keep(luma, registration.homography)
+        else:
+            self._watch.forget()
         self.course.follow(Seen(frame.index, frame.time_s, registration.homography))
         self.shown += scale_px_per_mm(registration.homography, self._middle) ** 2
         self._numbers.append(frame.index)
@@ -195,7 +215,6 @@ class BadgeTracker:
         self._homographies.append(registration.homography)
         self._correlations.append(registration.correlation)
         self._vague.append(registration.vague)
-        seen = self._reader.read(luma, registration.homography)
         self._rows.append(seen[self._uniform])
         self._cells.offer(seen[~self._uniform])
         self._lap("profiles")
@@ -206,19 +225,19 @@ class BadgeTracker:
             self._lap("snapshot")
         return True
 
-    def _note_if_calm(self, frame: Frame, luma: Picture, page: Array, expected: Array | None) -> None:
+    def _note_if_calm(self, frame: Frame, page: Array, expected: Array | None, profiles: NDArray[np.float32]) -> None:
         """Count the frames that look like the one before, and be restless after one that does not."""
         last = self.course.last
-        if last is None or 2 * self._step_s(last, frame) > LONGEST_STEP_S:
+        before, self._profiles = self._profiles, profiles
+        # Times that stand still tell no rate.
+        if last is None or before is None or not 0 < 2 * self._step_s(last, frame) <= LONGEST_STEP_S:
             self._calm = 0
             return
         goes_on = expected is not None and self._watch.apart_px(expected, page) <= CALM_PX
-        if goes_on and not self._watch.keep(luma, page):
+        if goes_on and not strips_differ(profiles, before):
             self._calm += 1
         else:
             self._calm, self._restless_s = 0, frame.time_s + RESTLESS_S
-        if not goes_on:
-            self._watch.forget()
         if self.tracked >= FULL_FRAMES and 2 * self._stride * self._step_s(last, frame) <= LONGEST_STEP_S:
             self._widen_stride(min(self._calm, self.tracked))
 
@@ -230,9 +249,13 @@ class BadgeTracker:
         """Leave out every second frame, of the last `calm` ones and of those to come, if they are enough."""
         if calm < CALM_FRAMES:
             return
-        self._stride, self._calm = 2 * self._stride, calm // 2
-        first = self.tracked - calm
-        kept = [k for k, number in enumerate(self._numbers) if k < first or number % self._stride == 0]
+        first, stride = self.tracked - calm, 2 * self._stride
+        kept = [k for k, number in enumerate(self._numbers) if k < first or number % stride == 0]
+        # A few times that are close together must not thin out all that were apart before them.
+        if np.diff([self._times[k] for k in kept if k >= first]).max(initial=0.0) > LONGEST_GAP_S:
+            self._calm = 0
+            return
+        self._stride, self._calm = stride, calm // 2
         self.passed += self.tracked - len(kept)
         for series in self._series:
             series[:] = [series[k] for k in kept]

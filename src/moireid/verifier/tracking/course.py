@@ -45,19 +45,26 @@ class Course:
         """Record that this frame does not show the badge: its place is no longer known."""
         self.followed = False
 
+    def repeats(self, frame: int) -> bool:
+        """Whether the last motion may be repeated until a frame: it was seen, for half as long at least."""
+        last, before = self.last, self.before
+        if last is None or before is None or not (self.followed and self.unbroken):
+            return False
+        return last.frame < frame <= last.frame + 2 * (last.frame - before.frame)
+
     def expected(self, frame: int) -> Array | None:
         """The expected homography in a frame; None if the last frame did not show the badge.
 
-        Source: the last motion, applied once more; over another number of frames, in proportion to first order.
+        Source: the last motion, applied once more; over another number of frames, in proportion to first order.  Where
+            it may not be repeated, the last place.
         """
         if not self.followed or self.last is None:
             return None
         last, before = self.last, self.before
-        between = last.frame - before.frame if before is not None else 0
-        back = inverse(before.page) if before is not None and self.unbroken and between > 0 else None
-        if back is None or not last.frame < frame <= last.frame + 2 * between:
+        back = inverse(before.page) if before is not None and self.repeats(frame) else None
+        if before is None or back is None:
             return last.page
-        motion, share = back @ last.page, (frame - last.frame) / between
+        motion, share = back @ last.page, (frame - last.frame) / (last.frame - before.frame)
         motion *= share / motion[2, 2]
         motion.flat[::4] += 1 - share
         moved = last.page @ motion

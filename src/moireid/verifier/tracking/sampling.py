@@ -90,6 +90,12 @@ def determinant(matrix: Array) -> float:
     return float(a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g))
 
 
+def within_picture(picture: Picture, warp: Array, hull: Array) -> bool:
+    """Whether all places within a hull lie within the picture."""
+    bounds = _bounds(warp, hull)
+    return bounds is not None and _within(bounds, (0, 0, picture.shape[1], picture.shape[0]))
+
+
 def inverse(matrix: Array) -> Array | None:
     """Inverse of a 3 x 3 matrix, by its cofactors; None if there is none."""
     (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
