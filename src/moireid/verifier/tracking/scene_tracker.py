@@ -45,8 +45,8 @@ GLANCE_WAIT_S = 0.5
 KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
 #: A lost badge is searched around its last place for this long: after a hand has passed, it is still there.
 KEPT_S = 4.0
-#: It is searched there alone for so long: what hides a badge for some frames is mostly its own smear, and a search of the
-#: whole frame costs as much as decoding three.
+#: It is searched there alone for so long: what hides a badge for some frames is mostly its own smear, and a search of
+#: the whole frame costs as much as decoding three.
 SOON_S = 0.1
 #: Most tiles that are enlarged in the first frame searched; a frame of 3840 x 2160 has 16.
 MOST_TILES = 16
