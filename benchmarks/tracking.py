@@ -143,7 +143,7 @@ def _follow(made: Filmed, paint: Paint | None) -> tuple[Track, Array, NDArray[np
     for frame, homography in zip(made.frames, made.homographies, strict=True):
         picture, there = paint(frame.luma.copy(), frame.index, homography) if paint else (frame.luma, homography)
         begun = time.perf_counter()
-        view.push(replace(frame, luma=picture))
+        view.push(Frame(frame.index, frame.time_s, picture))
         spent += time.perf_counter() - begun
         true.append(np.eye(3) if there is None else there)
         shown.append(there is not None and _inside(there, picture, made.badge))

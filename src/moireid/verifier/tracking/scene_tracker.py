@@ -46,7 +46,7 @@ KNOWN_S, KNOWN_SIZES, KNOWN_SCALE = 1.0, 0.5, 1.25
 #: A lost badge is searched around its last place for this long: after a hand has passed, it is still there.
 KEPT_S = 4.0
 #: It is searched there alone for so long: what hides a badge for some frames is mostly its own smear, and a search of
-#: the whole frame costs as much as decoding three.
+#: the whole frame costs as much as decoding three.  Small markers are lost for other reasons.
 SOON_S = 0.1
 #: Most tiles that are enlarged in the first frame searched; a frame of 3840 x 2160 has 16.
 MOST_TILES = 16
@@ -163,7 +163,9 @@ class SceneTracker:
         """
         purses, finder = self._purses, self._finder
         lost = [(tracker, last) for tracker in self._lost() if (last := self._recently(tracker, frame)) is not None]
-        soon = len(lost) == len(self._lost()) and all(frame.time_s - last.time_s < SOON_S for _, last in lost)
+        soon = len(lost) == len(self._lost()) and all(
+            frame.time_s - last.time_s < SOON_S and finder.around(last.page, luma.shape) is None for _, last in lost
+        )
         if purses.wide.open and not soon:
             clear = bool(lost) and not (purses.wide.ample or any(tracker.faint for tracker, _ in lost))
             for look in self._close_looks(luma.shape, [last for _, last in lost], faint=not clear):

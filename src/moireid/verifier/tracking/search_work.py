@@ -90,7 +90,7 @@ class Purses:
         """Parameters: tools: whose work is paid."""
         self._tools = tools
         self.smeared, self.gone, self.near = Purse(0.20), Purse(0.05), Purse(0.10)
-        self.glance, self.wide = Purse(0.25), Purse(0.06)
+        self.glance, self.wide = Purse(0.25), Purse(0.10)
 
     def earn(self, pixels: int) -> None:
         """Earn for a frame of so many pixels."""
