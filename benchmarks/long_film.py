@@ -18,16 +18,15 @@ import time
 from pathlib import Path
 from typing import Any
 
-import cv2
 from one_verify import peak_mb
-from verify_cost import BADGE, Kind, filmed
-from verify_speed import decode_cpu_s, looped
 
+from moireid.badge import load_badge
 from moireid.verifier import Claim, verify
+from moireid.verifier.video import Film
 
-ONCE = Kind(length_s=12.0)
+FPS, ONCE_S = 30, 12.0
 #: Memory is told after so many frames: two minutes.
-TOLD_FRAMES = 120 * ONCE.fps
+TOLD_FRAMES = 120 * FPS
 
 
 def resident_mb() -> float:
@@ -36,8 +35,21 @@ def resident_mb() -> float:
     return int(status.partition("VmRSS:")[2].split()[0]) / 1e3
 
 
-def verified(film: Path) -> dict[str, Any]:
+def made(folder: Path, minutes: float) -> tuple[Path, Path]:
+    """The film and its badge's file."""
+    # The processes that are measured load no simulator.
+    from verify_cost import BADGE, Kind, filmed
+    from verify_speed import looped
+
+    badge_path = folder / "badge.json"
+    badge_path.write_text(BADGE.to_json(), encoding="utf-8")
+    once = filmed(Kind(fps=FPS, length_s=ONCE_S), folder)
+    return looped(once, round(60 * minutes / ONCE_S), folder / "long.mp4"), badge_path
+
+
+def verified(film: Path, badge_path: Path) -> dict[str, Any]:
     """Costs of a verify, and its memory by the frames read."""
+    badge = load_badge(badge_path)
     course: list[tuple[int, float]] = []
 
     def progress(read: int, expected: int | None) -> None:
@@ -45,7 +57,7 @@ def verified(film: Path) -> dict[str, Any]:
             course.append((read, resident_mb()))
 
     cpu, wall = time.process_time(), time.perf_counter()
-    report = verify(film, Claim(BADGE, BADGE.id), progress=progress)
+    report = verify(film, Claim(badge, badge.id), progress=progress)
     return {
         "cpu_s": time.process_time() - cpu,
         "wall_s": time.perf_counter() - wall,
@@ -57,24 +69,31 @@ def verified(film: Path) -> dict[str, Any]:
     }
 
 
+def decoded(film: Path) -> float:
+    """CPU seconds of decoding and nothing else."""
+    cpu = time.process_time()
+    for _ in Film(film).frames():
+        pass
+    return time.process_time() - cpu
+
+
 def main() -> None:
     """Print memory by the minute, then what the film cost."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=60.0, help="of film")
-    parser.add_argument("--child", nargs=2, help=argparse.SUPPRESS)
+    parser.add_argument("--child", nargs=3, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.child:
-        what, film = given.child
-        print(json.dumps(verified(Path(film)) if what == "verify" else decode_cpu_s(Path(film))))
+        what, film, badge = given.child
+        print(json.dumps(verified(Path(film), Path(badge)) if what == "verify" else decoded(Path(film))))
         return
-    print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}, OpenCV {cv2.__version__}")
+    print(f"{platform.machine()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f}")
     with tempfile.TemporaryDirectory() as folder:
-        loops = round(60 * given.minutes / ONCE.length_s)
-        film = looped(filmed(ONCE, Path(folder)), loops, Path(folder) / "long.mp4")
-        found, decode_s = (_asked(what, film) for what in ("verify", "decode"))
+        film, badge = made(Path(folder), given.minutes)
+        found, decode_s = (_asked(what, film, badge) for what in ("verify", "decode"))
     print(f"{'minute':>8}{'MB':>8}")
     for read, resident in found["course"]:
-        print(f"{read / ONCE.fps / 60:>8.0f}{resident:>8.0f}")
+        print(f"{read / FPS / 60:>8.0f}{resident:>8.0f}")
     print(
         f"{found['frames']} frames, {found['verdict']}, gain {found['gain']:.4f}; peak {found['peak_mb']:.0f} MB; "
         f"verify {found['cpu_s']:.0f} CPU s in {found['wall_s']:.0f} s, decoding alone {decode_s:.0f} CPU s: "
@@ -82,9 +101,9 @@ def main() -> None:
     )
 
 
-def _asked(what: str, film: Path) -> Any:
+def _asked(what: str, film: Path, badge: Path) -> Any:
     """What a process of its own finds."""
-    command = [sys.executable, __file__, "--child", what, str(film)]
+    command = [sys.executable, __file__, "--child", what, str(film), str(badge)]
     return json.loads(subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True).stdout)
 
 
