@@ -95,7 +95,9 @@ def assemble(plan: AcrylicPlan) -> list[Placed]:
                 f"{SOLVER_MM:g} mm; nothing was kept: report this",
                 off_mm=off_mm,
             )
-        placed.append(Placed(part.name, part.shape.moved(child.loc), z))
+        # The planned place, as the solver's differs from run to run by less than it may.
+        low = lows[part.name]
+        placed.append(Placed(part.name, part.shape.moved(cq.Location((0, 0, low))), low))
     base = Placed(parts[0].name, parts[0].shape.moved(cq.Location((0, 0, -plan.base.thickness_mm))), plan.base.low_mm)
     down = cq.Location((0, 0, -plan.base.thickness_mm))
     return [base, *(Placed(p.name, p.shape.moved(down), p.low_mm - plan.base.thickness_mm) for p in placed)]
