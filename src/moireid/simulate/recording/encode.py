@@ -307,9 +307,9 @@ def _frame(
         luma = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     if transfer is None:
         frame = av.VideoFrame(*size, format="yuv420p")
-        for number, plane in enumerate(frame.planes):
+        for index, plane in enumerate(frame.planes):
             lines = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)
-            lines[:, : plane.width] = luma if number == 0 else GREY
+            lines[:, : plane.width] = luma if index == 0 else GREY
     else:
         counts = CURVES[transfer].counts[luma]
         planes = np.concatenate([counts, np.full((size[1] // 2, size[0]), 512, np.uint16)])
