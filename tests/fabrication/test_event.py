@@ -20,6 +20,7 @@ from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
 from moireid.designer.people import read_people
 from moireid.errors import FabricationError
+from moireid.fabrication import event
 from moireid.fabrication.event import GUTTER_MM, folder_name, places_mm, write_sheets_pdf
 from moireid.registry import open_registry
 
@@ -215,3 +216,21 @@ def test_one_person_or_many(tmp_path):
         assert outcome.exit_code == 2 and "error:" in outcome.stderr
     absent = run(tmp_path / "absent.csv", tmp_path / "o")
     assert absent.exit_code == 2 and "absent.csv" in absent.stderr
+
+
+@pytest.mark.slow
+def test_several_processes_make_the_same_files_and_fail_as_one(tmp_path, monkeypatch):
+    """Catches: badges given to each other's folders, files that depend on who made them, an error that is lost."""
+    monkeypatch.setattr(event, "LEAST_SHARED", 2)
+    badges = [design_badge(replace(SMALL, name=f"Person {k}"), bytes([k] * 8)) for k in range(5)]
+    made = [event.print_event(badges, tmp_path / str(count), processes=count) for count in (1, 2)]
+    one, two = ({path.relative_to(root) for path in root.rglob("*")} for root in (tmp_path / "1", tmp_path / "2"))
+    assert one == two and len(made[1].folders) == 5
+    for name in one:
+        if (tmp_path / "1" / name).is_file():
+            assert (tmp_path / "1" / name).read_bytes() == (tmp_path / "2" / name).read_bytes(), name
+    # The third badge's own name is no folder that can be made twice.
+    monkeypatch.setattr(event, "folder_name", lambda number, badge, digits: "same")
+    with pytest.raises(OSError, match="exists"):
+        event.print_event(badges, tmp_path / "3", processes=2)
+    assert not (tmp_path / "3").exists()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -64,6 +65,7 @@ def print_people(
                 kept=[people_csv],
                 before_moving=issue,
                 progress=progress,
+                processes=os.cpu_count() or 1,
             )
         tell_mount(event.left_out, event.removed)
         if as_json:

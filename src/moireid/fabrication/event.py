@@ -9,11 +9,18 @@ from __future__ import annotations
 import csv
 import io
 import re
+import signal
 import tempfile
 import unicodedata
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
@@ -33,6 +40,8 @@ GUTTER_MM = CROP_GAP_MM + MARK_MM + CROP_GAP_MM
 LEFT_MM, TOP_MM, RIGHT_MM, BOTTOM_MM = 12.0, 7.0, 7.0, 15.0
 SUMMARY, SHEETS = "summary.csv", "badges.pdf"
 _MOST_LETTERS = 40
+#: Starting another process takes as long as some badges.
+LEAST_SHARED = 12
 
 
 @dataclass(frozen=True)
@@ -148,6 +157,7 @@ def print_event(
     kept: Sequence[Path] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
+    processes: int = 1,
 ) -> Event:
     """Write sheets, summary, a folder for each person, and one set of a mount's files for all into a folder.
 
@@ -171,6 +181,8 @@ def print_event(
         Called when all files are made and checked but none is in place; if it raises, no file appears.
     progress : callable, optional
         Called with badges done and in all.
+    processes : int
+        Share people's folders among so many processes, where there are `LEAST_SHARED` or more.  The files are the same.
 
     Returns
     -------
@@ -195,13 +207,13 @@ def print_event(
         planned([folder / file for file in files], overwrite=overwrite, kept=kept)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
-            mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
-            for done, (name, badge) in enumerate(zip(names, badges, strict=True), start=1):
-                (aside / name).mkdir()
-                write_sheets(badge, aside / name, parts, measured_scale=measured_scale, say=lambda file: None)
-                if progress:
-                    progress(done, len(badges))
-            sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
+            work = partial(_write_person, parts=parts, measured_scale=measured_scale)
+            with _shared(work, badges, [aside / name for name in names], processes) as people_made:
+                mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
+                sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
+                for done, _ in enumerate(people_made, start=1):
+                    if progress:
+                        progress(done, len(badges))
             write_text(aside / SUMMARY, _summary(names, badges, parts))
             # As in `package.print_badge`: another process may have written here since.
             planned([folder / file for file in files], overwrite=overwrite, kept=kept)
@@ -214,6 +226,36 @@ def print_event(
     return Event(
         folder / SHEETS, sheet_count, to_a_sheet, folder / SUMMARY, folders, made, mass_g, told, parts.left_out, stale
     )
+
+
+def _write_person(badge: Badge, folder: Path, parts: Parts, measured_scale: tuple[float, float]) -> None:
+    folder.mkdir()
+    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None)
+
+
+@contextmanager
+def _shared(
+    work: Callable[[Badge, Path], None], badges: Sequence[Badge], folders: Sequence[Path], processes: int
+) -> Iterator[Iterator[None]]:
+    """Work for each badge, shared among processes, while the body does other things; ended with the body.
+
+    Raises: FabricationError where a process was killed.
+    """
+    if processes < 2 or len(badges) < LEAST_SHARED:
+        yield map(work, badges, folders)
+        return
+    # Started anew, as a fork would copy the locks of other threads.  An interrupt is for the parent alone.
+    begin: dict[str, Any] = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
+    pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), **begin)
+    try:
+        yield pool.map(work, badges, folders, chunksize=4)
+    except BrokenProcessPool as error:
+        raise FabricationError(
+            "a process that made badges was ended from outside; nothing was kept: run the command again, with more "
+            "memory free"
+        ) from error
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def folder_name(number: int, badge: Badge, digits: int = 3) -> str:

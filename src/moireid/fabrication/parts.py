@@ -101,12 +101,11 @@ def write_parts(
         say("mount.step, mount.stl and mount.3mf")
         report = write_mount(badge, folder, kind=parts.printed, process=parts.figures.printed)
     say(GLB_FILE)
-    if parts.acrylic:
-        check_stack(parts.acrylic)
+    stack = check_stack(parts.acrylic) if parts.acrylic else []
     bodies = [(body.name, body.used) for body in report.bodies] if report else []
     process = parts.figures.printed
     held_mm = (process.card_mm, front_mm(badge, process.film_mm))
-    write_glb(badge, parts.acrylic, folder / GLB_FILE, mount=bodies, held_mm=held_mm)
+    write_glb(badge, stack, folder / GLB_FILE, mount=bodies, held_mm=held_mm)
     return report.mass_g if report else None, _figures_of(parts, report)
 
 

@@ -19,14 +19,16 @@ import numpy as np
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, THREAD_MM, AcrylicPlan, Plate
-from moireid.fabrication.meshes import overlap_mm3, solid_of
+from moireid.fabrication.meshes import FINE_MM, overlap_mm3, solid_of
 from moireid.fabrication.sight import half_board_mm, sheet_rects
-from moireid.fabrication.solids import cad_package
+from moireid.fabrication.solids import FACET_ANGLE_RAD, cad_package
 
 #: The solver's own error; larger differences from the planned places are faults.
 SOLVER_MM = 1e-3
 TOUCH_MM3 = 0.01
 METRES_PER_MM = 1e-3
+#: In how many steps each part is drawn away from the base.
+STEPS = {"base": 0, "page": 1, "frame": 1, "sheet": 2, "cover": 3, "screw": 4}
 #: Red, green, blue and opacity, 0 to 255.
 COLOURS = {
     "base": (70, 80, 95, 255),
@@ -60,10 +62,9 @@ class _Part:
     on: str
 
 
-def assemble(plan: AcrylicPlan, *, spread_mm: float = 0.0) -> list[Placed]:
+def assemble(plan: AcrylicPlan) -> list[Placed]:
     """The stack's parts from behind to the front, placed by cadquery's solver.
 
-    Parameters: spread_mm: how far parts that lie on each other are drawn apart, 0 for the stack as it is.
     Raises: FabricationError where the solver's places are not the planned ones.
     """
     cq = cad_package("cadquery")
@@ -79,10 +80,10 @@ def assemble(plan: AcrylicPlan, *, spread_mm: float = 0.0) -> list[Placed]:
         stack.constrain(part.name, upright, part.on, upright, "Axis", param=0)
         stack.constrain(part.name, across, part.on, across, "Axis", param=0)
         stack.constrain(part.name, origin, part.on, upright, "PointOnLine")
-        stack.constrain(part.name, origin, part.on, face, "PointInPlane", param=spread_mm)
+        stack.constrain(part.name, origin, part.on, face, "PointInPlane", param=0)
     if len(parts) > 1:
         stack.solve()
-    lows = _planned_lows(plan, parts, spread_mm)
+    lows = _planned_lows(plan, parts)
     placed = []
     for part, child in zip(parts[1:], stack.children, strict=True):
         (x, y, z), turn = child.loc.toTuple()
@@ -94,15 +95,22 @@ def assemble(plan: AcrylicPlan, *, spread_mm: float = 0.0) -> list[Placed]:
                 f"{SOLVER_MM:g} mm; nothing was kept: report this",
                 off_mm=off_mm,
             )
-        placed.append(Placed(part.name, part.shape.moved(child.loc), z))
+        # The solver agrees with the plan, which is exact.
+        low = lows[part.name]
+        placed.append(Placed(part.name, part.shape.moved(cq.Location((0, 0, low))), low))
     base = Placed(parts[0].name, parts[0].shape.moved(cq.Location((0, 0, -plan.base.thickness_mm))), plan.base.low_mm)
     down = cq.Location((0, 0, -plan.base.thickness_mm))
     return [base, *(Placed(p.name, p.shape.moved(down), p.low_mm - plan.base.thickness_mm) for p in placed)]
 
 
-def check_stack(plan: AcrylicPlan) -> None:
-    """Check that no two parts of the stack share any volume.  Raises: FabricationError, also as `assemble`."""
-    solids = [(part.name, solid_of(part.shape)) for part in assemble(plan)]
+def check_stack(plan: AcrylicPlan) -> list[tuple[str, Any]]:
+    """Check that no two parts of the stack share any volume.
+
+    Returns: name and trimesh mesh of each part in its place, mm.
+    Raises: FabricationError, also as `assemble`.
+    """
+    meshes = [(part.name, _mesh(part.shape)) for part in assemble(plan)]
+    solids = [(name, solid_of(mesh)) for name, mesh in meshes]
     for k, (one, first) in enumerate(solids):
         for other, second in solids[:k]:
             if (shared := overlap_mm3(first, second)) > TOUCH_MM3:
@@ -111,11 +119,12 @@ def check_stack(plan: AcrylicPlan) -> None:
                     "figures, and report this if the defaults fail",
                     overlap_mm3=shared,
                 )
+    return meshes
 
 
 def write_glb(
     badge: Badge,
-    plan: AcrylicPlan | None,
+    stack: list[tuple[str, Any]],
     path: Path,
     *,
     mount: list[tuple[str, Any]],
@@ -124,8 +133,9 @@ def write_glb(
 ) -> None:
     """Write the exploded stack, and the printed mount's bodies beside it, as binary glTF; either may be absent.
 
-    Parameters: mount: name and build123d shape of each printed body, in its place in use; held_mm: thickness of
-        the page that it holds, and of what lies on that.
+    Parameters: stack: as `check_stack` returns it; mount: name and build123d shape of each printed body, in its place
+        in use; held_mm: thickness of the page that it holds, and of what lies on that; spread_mm: how far parts that
+        lie on each other are drawn apart.
     Raises: FabricationError where what is read back is not what was written.
     """
     trimesh = cad_package("trimesh")
@@ -133,19 +143,17 @@ def write_glb(
     half_x, half_y = half_board_mm(badge)
     page = (-half_x, -half_y, half_x, half_y)
     # The mount stands beside the stack, or alone in the middle.
-    aside = [2.2 * half_x + 60.0 if plan else 0.0, 0.0, 0.0]
-    pieces: list[tuple[str, Any, list[float]]] = []
-    if plan:
-        pieces += [(part.name, part.shape, [0.0, 0.0, 0.0]) for part in assemble(plan, spread_mm=spread_mm)]
-    pieces += [(name, shape, aside) for name, shape in [*mount, *(_held(badge, *held_mm) if mount else [])]]
-    for name, shape, place in pieces:
-        mesh = _mesh(shape)
+    aside = [2.2 * half_x + 60.0 if stack else 0.0, 0.0, 0.0]
+    pieces = [(name, mesh.copy(), [0.0, 0.0, spread_mm * STEPS[name.split("-")[0]]]) for name, mesh in stack]
+    bodies = [*mount, *(_held(badge, *held_mm) if mount else [])]
+    pieces += [(name, _mesh(shape), aside) for name, shape in bodies]
+    for name, mesh, place in pieces:
         volumes[name] = float(mesh.volume)
         mesh.apply_translation(place)
         mesh.apply_scale(METRES_PER_MM)
         mesh.visual = trimesh.visual.TextureVisuals(material=_material(trimesh, name.split("-")[0]))
         scene.add_geometry(mesh, geom_name=name, node_name=name)
-    tops = [(0.0, 0.0, plan.card_mm + spread_mm)] if plan else []
+    tops = [(0.0, 0.0, float(mesh.bounds[1][2]) + spread_mm * STEPS[name]) for name, mesh in stack if name == "page"]
     if mount:
         tops.append((aside[0], 0.0, held_mm[0]))
     for k, top in enumerate(tops):
@@ -196,10 +204,11 @@ def _parts(cq: Any, plan: AcrylicPlan) -> list[_Part]:
     ]
     parts.append(_Part("cover", _plate(cq, plan.cover), plan.cover.thickness_mm, names[0]))
     shank = plan.base.thickness_mm + plan.sheet_top + plan.cover.thickness_mm
-    for k, (x, y) in enumerate(plan.screws):
-        head = cq.Solid.makeCylinder(HEAD_MM / 2, HEAD_HIGH_MM, (x, y, 0))
-        screw = head.fuse(cq.Solid.makeCylinder(THREAD_MM / 2, shank + HEAD_HIGH_MM, (x, y, -shank)))
-        parts.append(_Part(f"screw-{k}", screw, HEAD_HIGH_MM, "cover"))
+    head = cq.Solid.makeCylinder(HEAD_MM / 2, HEAD_HIGH_MM)
+    screw = head.fuse(cq.Solid.makeCylinder(THREAD_MM / 2, shank + HEAD_HIGH_MM, (0, 0, -shank)))
+    # Moved copies share one shape, which the kernel divides into triangles once.
+    places = [cq.Location((x, y, 0)) for x, y in plan.screws]
+    parts += [_Part(f"screw-{k}", screw.moved(place), HEAD_HIGH_MM, "cover") for k, place in enumerate(places)]
     return parts
 
 
@@ -214,18 +223,12 @@ def _held(badge: Badge, card_mm: float, sheet_mm: float) -> list[tuple[str, Any]
     return held
 
 
-def _planned_lows(plan: AcrylicPlan, parts: list[_Part], spread_mm: float) -> dict[str, float]:
+def _planned_lows(plan: AcrylicPlan, parts: list[_Part]) -> dict[str, float]:
     """Heights of the lower faces above the base's lower face, from the plan alone."""
-    lows = {"base": 0.0}
-    flat = {"page": 0.0, "frame": 0.0, "cover": plan.sheet_top}
-    steps = {"page": 1, "frame": 1, "cover": 3}
-    for part in parts[1:]:
-        kind = part.name.split("-")[0]
-        low = {"sheet": plan.card_mm, "screw": plan.sheet_top + plan.cover.thickness_mm}.get(kind, flat.get(kind, 0.0))
-        lows[part.name] = (
-            plan.base.thickness_mm + low + spread_mm * {"sheet": 2, "screw": 4}.get(kind, steps.get(kind, 0))
-        )
-    return lows
+    on_cover = plan.sheet_top + plan.cover.thickness_mm
+    lows = {"page": 0.0, "frame": 0.0, "sheet": plan.card_mm, "cover": plan.sheet_top, "screw": on_cover}
+    above = {part.name: plan.base.thickness_mm + lows[part.name.split("-")[0]] for part in parts[1:]}
+    return {"base": 0.0, **above}
 
 
 def _plate(cq: Any, plate: Plate) -> Any:
@@ -253,7 +256,7 @@ def _box(cq: Any, rect: Rect, thick_mm: float) -> Any:
 
 
 def _mesh(shape: Any) -> Any:
-    vertices, faces = shape.tessellate(0.05)
+    vertices, faces = shape.tessellate(FINE_MM, FACET_ANGLE_RAD)
     return cad_package("trimesh").Trimesh([tuple(vertex) for vertex in vertices], faces)
 
 

@@ -31,6 +31,8 @@ ENCODERS: dict[str, tuple[tuple[str, int, dict[str, str]], ...]] = {
 }
 CODECS = tuple(ENCODERS)
 DECODERS = {"h264": "h264", "h265": "hevc", "av1": "libdav1d"}
+#: The colour of a grey picture.
+GREY = 128
 #: Full-range counts to those of a video file.
 TO_VIDEO = np.rint(16 + np.arange(256) * 219 / 255).astype(np.uint8)
 
@@ -304,8 +306,10 @@ def _frame(
     if (luma.shape[1], luma.shape[0]) != size:
         luma = np.asarray(cv2.resize(luma, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
     if transfer is None:
-        planes = np.concatenate([luma, np.full((size[1] // 2, size[0]), 128, np.uint8)])
-        frame = av.VideoFrame.from_ndarray(planes, format="yuv420p")
+        frame = av.VideoFrame(*size, format="yuv420p")
+        for index, plane in enumerate(frame.planes):
+            lines = np.frombuffer(plane, np.uint8).reshape(plane.height, plane.line_size)
+            lines[:, : plane.width] = luma if index == 0 else GREY
     else:
         counts = CURVES[transfer].counts[luma]
         planes = np.concatenate([counts, np.full((size[1] // 2, size[0]), 512, np.uint16)])

@@ -7,7 +7,7 @@ no motion blur.
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -30,6 +30,29 @@ COARSE = 4
 DARKEST, SPAN = 0.12, 0.25
 
 
+NO_PATCH = np.zeros((0, 0), np.float32)
+
+
+class Light(NamedTuple):
+    """What falls on the sensor: the background's coarse rows at full width, the patch with the board and its place,
+    px, and the exposure."""
+
+    wide: NDArray[np.float32]
+    patch: NDArray[np.float32]
+    top: int
+    left: int
+    gain: np.float32
+
+
+class Grain(NamedTuple):
+    """A frame's noise: a field larger than the picture, where the picture begins in it, and its deviation, counts."""
+
+    noise: NDArray[np.float32]
+    top: int
+    left: int
+    counts: np.float32
+
+
 class Sensor:
     """Turns rendered boards into pictures; the random parts come from one seed."""
 
@@ -48,35 +71,34 @@ class Sensor:
         # One field of noise, read from a random place each frame: drawing two million numbers a frame takes longer
         # than rendering the badge.
         self._noise = self._rng.standard_normal((height + 256, width + 256)).astype(np.float32)
-        self._behind = np.empty((-(-height // COARSE), -(-width // COARSE)), np.float32)
-        self._scene = np.empty((height, width), np.float32)
-        self._toned = np.empty((height, width), np.float32)
+        self._behind = np.full((-(-height // COARSE), -(-width // COARSE)), DARKEST + SPAN / 2, np.float32)
 
     def expose(self, board: Rendered | None, rotation: NDArray[np.float64], time_s: float) -> NDArray[np.uint8]:
         """One picture (height, width) uint8.
 
         Convention: rotation board -> camera; the background is at infinity and turns with it.
         """
-        camera, scene = self._camera, self._scene
+        camera = self._camera
         if self._shows_background:
             self._paint(rotation)
-        else:
-            scene.fill(DARKEST + SPAN / 2)
+        # The clouds at full width; the rows between them are interpolated as each is developed.
+        wide = cv2.resize(self._behind, (camera.width, self._behind.shape[0]), interpolation=cv2.INTER_LINEAR)
+        patch, top, left = NO_PATCH, 0, 0
         if board is not None:
-            self._place(board)
+            patch, top, left = self._with_board(board, wide)
         drift = 1 + camera.exposure_drift * math.sin(2 * math.pi * DRIFT_HZ * time_s + self._phase)
         place = self._rng.integers(0, 256, 2)
-        field = self._noise[place[0] : place[0] + camera.height, place[1] : place[1] + camera.width]
-        _tone(self._toned, scene, np.float32(camera.exposure * drift), field, np.float32(camera.noise_counts))
+        grain = Grain(self._noise, int(place[0]), int(place[1]), np.float32(camera.noise_counts))
+        light = Light(wide, patch, top, left, np.float32(camera.exposure * drift))
+        picture = np.empty((camera.height, camera.width), np.float32 if camera.sharpen else np.uint8)
+        _develop(picture, light, grain, not camera.sharpen)
         if camera.sharpen:
-            soft = cv2.GaussianBlur(self._toned, (0, 0), SHARPEN_PX)
-            picture = cv2.addWeighted(self._toned, 1 + camera.sharpen, soft, -camera.sharpen, 0, dtype=cv2.CV_8U)
-        else:
-            picture = cv2.convertScaleAbs(self._toned)
+            soft = cv2.GaussianBlur(picture, (0, 0), SHARPEN_PX)
+            picture = cv2.addWeighted(picture, 1 + camera.sharpen, soft, -camera.sharpen, 0, dtype=cv2.CV_8U)
         return np.asarray(cv2.flip(picture, 1) if camera.mirror else picture, dtype=np.uint8)
 
     def _paint(self, rotation: NDArray[np.float64]) -> None:
-        """Fill the scene with the clouds as the turned camera sees them."""
+        """Fill the coarse picture with the clouds as the turned camera sees them."""
         camera = self._camera
         to_world = np.array([[1, 0, camera.width / 2], [0, 1, camera.height / 2], [0, 0, COARSE]]) / COARSE
         to_world = to_world @ camera.matrix @ rotation.T @ np.linalg.inv(camera.matrix)
@@ -84,22 +106,21 @@ class Sensor:
         steps = camera.width / self._behind.shape[1], camera.height / self._behind.shape[0]
         spread = np.array([[steps[0], 0, steps[0] / 2 - 0.5], [0, steps[1], steps[1] / 2 - 0.5], [0, 0, 1.0]])
         _background(self._behind, self._world, to_world @ spread)
-        cv2.resize(self._behind, (camera.width, camera.height), dst=self._scene, interpolation=cv2.INTER_LINEAR)
 
-    def _place(self, board: Rendered) -> None:
-        """Lay the board over the background, and blur both as the lens does."""
-        scene = self._scene
-        rows = slice(board.top, board.top + board.radiance.shape[0])
-        columns = slice(board.left, board.left + board.radiance.shape[1])
-        behind = scene[rows, columns]
-        behind += board.coverage * (board.radiance - behind)
-        blur = math.hypot(BLUR_PX, self._camera.focus_blur_px)
+    def _with_board(self, board: Rendered, wide: NDArray[np.float32]) -> tuple[NDArray[np.float32], int, int]:
+        """The board laid over the background, both blurred as the lens does, with a margin; its top and left, px."""
+        camera = self._camera
+        blur = math.hypot(BLUR_PX, camera.focus_blur_px)
         margin = math.ceil(4 * blur) + 2
-        grown = (
-            slice(max(board.top - margin, 0), rows.stop + margin),
-            slice(max(board.left - margin, 0), columns.stop + margin),
-        )
-        scene[grown] = cv2.GaussianBlur(scene[grown], (0, 0), blur)
+        height, width = board.radiance.shape
+        top, left = max(board.top - margin, 0), max(board.left - margin, 0)
+        bottom, right = min(board.top + height + margin, camera.height), min(board.left + width + margin, camera.width)
+        patch = np.empty((bottom - top, right - left), np.float32)
+        _between(patch, wide, top, left, camera.height)
+        row, column = board.top - top, board.left - left
+        behind = patch[row : row + height, column : column + width]
+        behind += board.coverage * (board.radiance - behind)
+        return np.asarray(cv2.GaussianBlur(patch, (0, 0), blur), np.float32), top, left
 
 
 @njit(cache=True, parallel=True, error_model="numpy")
@@ -124,15 +145,71 @@ def _background(scene: Any, world: Any, to_world: Any) -> None:  # pragma: no co
             scene[row, column] = above + b * (below - above)
 
 
-@njit(cache=True, parallel=True, error_model="numpy")
-def _tone(toned: Any, scene: Any, gain: Any, noise: Any, counts: Any) -> None:  # pragma: no cover
-    """Counts (H, W), 0 to 255 and not yet whole: exposed, clipped, coded by a square root, noisy, clipped again.
+@njit(cache=True, error_model="numpy")
+def _rows_around(row: int, height: int, wide: Any) -> tuple[int, Any]:  # pragma: no cover
+    """The first of the two rows of `wide` between which a row of the picture lies, and how far from it, 0 to 1."""
+    place = (row + 0.5) * wide.shape[0] / height - 0.5
+    place = min(max(place, 0.0), wide.shape[0] - 1.0)
+    first = min(int(place), wide.shape[0] - 2)
+    return first, np.float32(place - first)
+
+
+@njit(cache=True, error_model="numpy")
+def _between(patch: Any, wide: Any, top: int, left: int, height: int) -> None:  # pragma: no cover
+    """Fill a patch (h, w) of the picture with the background."""
+    for row in range(patch.shape[0]):
+        first, share = _rows_around(row + top, height, wide)
+        out = patch[row]
+        above, below = wide[first][left : left + out.size], wide[first + 1][left : left + out.size]
+        for column in range(out.size):
+            out[column] = above[column] + share * (below[column] - above[column])
+
+
+@njit(inline="always", error_model="numpy")
+def _count(light: Any, gain: Any, noise: Any, counts: Any) -> Any:  # pragma: no cover
+    """A pixel's count, 0 to 255 and not yet whole: exposed, clipped, coded by a square root, noisy, clipped again.
 
     The square root stands for a camera's transfer curve; noise is added after it, where it is about even.
     """
+    coded = np.sqrt(min(max(light * gain, np.float32(0)), np.float32(1)))
     read, shot = np.float32(READ_SHARE), np.float32(1 - READ_SHARE)
-    for row in prange(scene.shape[0]):
-        for column in range(scene.shape[1]):
-            coded = math.sqrt(min(max(scene[row, column] * gain, np.float32(0)), np.float32(1)))
-            value = np.float32(255) * coded + noise[row, column] * counts * math.sqrt(read + shot * coded)
-            toned[row, column] = min(max(value, np.float32(0)), np.float32(255))
+    value = np.float32(255) * coded + noise * counts * np.sqrt(read + shot * coded)
+    return min(max(value, np.float32(0)), np.float32(255))
+
+
+@njit(cache=True, error_model="numpy")
+def _beside(
+    out: Any, above: Any, below: Any, share: Any, gain: Any, noise: Any, counts: Any, whole: bool
+) -> None:  # pragma: no cover
+    """Fill part of a row with the background between two coarse rows; see `_develop`."""
+    for column in range(out.size):
+        light = above[column] + share * (below[column] - above[column])
+        value = _count(light, gain, noise[column], counts)
+        out[column] = np.rint(value) if whole else value
+
+
+@njit(cache=True, error_model="numpy")
+def _within(out: Any, light: Any, gain: Any, noise: Any, counts: Any, whole: bool) -> None:  # pragma: no cover
+    """Fill part of a row with the patch that has the board in it; see `_develop`."""
+    for column in range(out.size):
+        value = _count(light[column], gain, noise[column], counts)
+        out[column] = np.rint(value) if whole else value
+
+
+@njit(cache=True, parallel=True, error_model="numpy")
+def _develop(picture: Any, light: Light, grain: Grain, whole: bool) -> None:  # pragma: no cover
+    """Fill a picture (H, W) with its counts, rounded where they are to be whole.
+
+    Each loop is over lines without gaps, or the compiler would take one pixel at a time, 15 times as slow.
+    """
+    height, width = picture.shape
+    bottom, right = light.top + light.patch.shape[0], light.left + light.patch.shape[1]
+    for row in prange(height):
+        first, share = _rows_around(row, height, light.wide)
+        out, above, below = picture[row], light.wide[first], light.wide[first + 1]
+        noise = grain.noise[row + grain.top][grain.left : grain.left + width]
+        a, z = (light.left, right) if light.top <= row < bottom else (width, width)
+        _beside(out[:a], above[:a], below[:a], share, light.gain, noise[:a], grain.counts, whole)
+        if a < z:
+            _within(out[a:z], light.patch[row - light.top], light.gain, noise[a:z], grain.counts, whole)
+            _beside(out[z:], above[z:], below[z:], share, light.gain, noise[z:], grain.counts, whole)

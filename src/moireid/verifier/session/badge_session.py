@@ -17,7 +17,9 @@ from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.chapters import PIECE_FRAMES, Chapter, identity_of, invariant_of, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Span, outside
+from moireid.verifier.session.giving_back import give_back
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
+from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import unreduced_px
 
 #: If several badges carry the claimed identity, a rejected one counts first, then an accepted one, then an open one.
@@ -57,9 +59,9 @@ class Line:
         self.settle()
         track = self.tracker.take(keep)
         if self.beside is not None and keep:
-            self._pending = self.beside.submit(judge_chapter, track, self.claim, repeated=self.repeated)
+            self._pending = self.beside.submit(_judged, track, self.claim, self.repeated)
         else:
-            self._take_in(judge_chapter(track, self.claim, repeated=self.repeated))
+            self._take_in(_judged(track, self.claim, self.repeated))
         self.repeated = keep
 
     def _take_in(self, chapter: Chapter) -> None:
@@ -110,6 +112,13 @@ class Line:
         film_px = unreduced_px(corners, reduced_by)
         places = [[json_number(round(float(value), 1)) for value in corner] for corner in film_px]
         return {"frame": first.frame, "time_s": json_number(first.time_s), "corners_px": places}
+
+
+def _judged(track: Track, claim: Claim, repeated: int) -> Chapter:
+    """A judged chapter; what judging took is given back."""
+    chapter = judge_chapter(track, claim, repeated=repeated)
+    give_back()
+    return chapter
 
 
 def rank_of(chapters: Sequence[Chapter], claim: Claim, shown: float) -> tuple[bool, int, float]:

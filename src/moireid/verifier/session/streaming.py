@@ -24,6 +24,7 @@ from moireid.verifier.session.badge_session import Line, breaking_finding, other
 from moireid.verifier.session.chapters import CHAPTER_FRAMES, OVERLAP_FRAMES, Chapter, judge_chapter
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.cover import Cover, Span, cover_of
+from moireid.verifier.session.giving_way import GivingWay
 from moireid.verifier.timeline import FilmTime, restart_findings
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.scene_tracker import SceneTracker
@@ -91,9 +92,11 @@ class Verifier:
             Make running verdicts; a film that is judged at its end can leave them out.
         aside : Executor, optional
             Where running verdicts are made while `push` goes on, so that a camera's frames need not wait half a
-            second.  Each is then told by a later push, and one at a time is made.
+            second.  Each is then told by a later push, and one at a time is made.  Threads that change places
+            sooner meanwhile keep `push` from waiting (`giving_way`).
         beside : Executor, optional
-            Where the chapters of a long film are judged while `push` goes on; they come out the same.
+            Where the chapters of a long film are judged while `push` goes on; they come out the same.  None for
+            `aside`.
         reduced_by : int
             Pixels of the film, across and down, for one of the frames, as `Film.reduced_by`; the claim's focal length
             and places in findings are in the film's.
@@ -103,7 +106,7 @@ class Verifier:
         SpecError
             Where the badge cannot be read at all.
         """
-        self._aside = aside
+        self._aside = aside = GivingWay(aside) if aside is not None else None
         if running:
             # A frame with two markers alone needs it, and a camera's frame cannot wait a third of a second for it.
             importlib.import_module("scipy.special")
@@ -116,8 +119,8 @@ class Verifier:
         #: Time of the last frame, on a clock that never goes back.
         self.now_s = 0.0
         self._view = SceneTracker(claim.badge)
-        self._beside = beside
-        self._lines = [Line(claim, self._view.trackers[0], beside=beside)]
+        self._beside = beside if beside is not None else aside
+        self._lines = [Line(claim, self._view.trackers[0], beside=self._beside)]
         #: Lost badges: their number, the identities that they carried, and the one that the verdict would be about.
         self._gone, self._gone_read = 0, set[str]()
         self._gone_breaking: list[tuple[BadgeTracker, tuple[Span, ...]]] = []
@@ -128,6 +131,9 @@ class Verifier:
     @property
     def judged(self) -> Line:
         """The badge that the verdict is of, as far as it is judged by now."""
+        if self._kept is None and len(self._lines) == 1:
+            # Its rank would wait for a chapter that is being judged.
+            return self._lines[0]
         return min([*self._lines, *([self._kept] if self._kept else [])], key=Line.rank)
 
     @property
@@ -276,7 +282,7 @@ class Verifier:
 
     def _judge_last(self, tracks: list[tuple[Line, Track]], now_s: float) -> Running:
         """The verdict on the last seconds."""
-        # As in `verify`; here a second thread of BLAS would take the processor that the frames need.
+        # As in `verify`.
         with threadpool_limits(limits=1, user_api="blas"):
             chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
         if not chapters:

@@ -1,0 +1,60 @@
+"""Judging beside the frames.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+
+from moireid.badge import load_badge
+from moireid.verifier import Claim, Film, Verifier
+from moireid.verifier.session import badge_session, streaming
+from moireid.verifier.session.giving_way import SWITCH_S, GivingWay
+
+
+def test_threads_change_places_sooner_while_something_is_judged_and_not_after():
+    """Catches: an interval that stays short for ever, or is put back while another verdict is being made."""
+    before, going, free = sys.getswitchinterval(), threading.Barrier(3), threading.Event()
+
+    def work(wait: bool) -> float:
+        going.wait(timeout=20)
+        if wait:
+            assert free.wait(timeout=20)
+        return sys.getswitchinterval()
+
+    with ThreadPoolExecutor(2) as threads:
+        short, long = (GivingWay(threads).submit(work, wait) for wait in (False, True))
+        going.wait(timeout=20)
+        assert short.result(timeout=20) == pytest.approx(SWITCH_S)
+        assert sys.getswitchinterval() == pytest.approx(SWITCH_S)
+        free.set()
+        assert long.result(timeout=20) == pytest.approx(SWITCH_S)
+    assert sys.getswitchinterval() == pytest.approx(before)
+
+
+def test_no_frame_waits_for_a_chapter_in_a_live_session(films: Path, monkeypatch):
+    """Catches: a chapter's end, or the question which badge is judged, that holds up `push` until it is judged."""
+    monkeypatch.setattr(streaming, "CHAPTER_FRAMES", 40)
+    monkeypatch.setattr(streaming, "OVERLAP_FRAMES", 20)
+    free, begun, judge = threading.Event(), threading.Event(), badge_session.judge_chapter
+
+    def slow(*given, **named):
+        begun.set()
+        assert free.wait(timeout=60)
+        return judge(*given, **named)
+
+    monkeypatch.setattr(badge_session, "judge_chapter", slow)
+    with ThreadPoolExecutor(1) as threads:
+        verifier = Verifier(Claim(load_badge(films / "badge.json")), aside=threads)
+        for frame in Film(films / "genuine_1.0m.mp4").frames():
+            if frame.index == 55:
+                break
+            verifier.push(frame)
+            assert verifier.judged.tracker is verifier.in_view[0][0]
+        # Fifteen frames went on while the first chapter waited for its judge.
+        assert begun.is_set() and verifier.judged.done == []
+        free.set()
+        assert [chapter.tracked for chapter in verifier.finish()] == [40, 15]
