@@ -56,7 +56,7 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
     if len(os.listdir("/proc/self/task")) == 1 and _close_files(reach, scratch):
         held.append(FILES)
     try:
-        filter_calls()
+        filter_calls(network=reach.network)
         held.append(CALLS)
     except (OSError, ImportError, RuntimeError):
         # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone keeps a film whole.
