@@ -55,25 +55,28 @@ class Reach:
 
     read: files and folders to read; write: those to read and to write; what is not there is left out.  keep_out:
     folders that stay closed even where they lie in what may be read.  imports: folders that its starter imports from.
-    network: whether it may reach addresses, as a library that opens a stream by itself must.
+    network: the TCP ports that it may connect to, as a library that opens a stream by itself must; it may use UDP, too.
+    None: no network at all.
     """
 
     read: tuple[str, ...] = ()
     write: tuple[str, ...] = ()
     keep_out: tuple[str, ...] = ()
     imports: tuple[str, ...] = ()
-    network: bool = False
+    network: tuple[int, ...] | None = None
 
 
-def reach(read: Iterable[Path | str] = (), write: Iterable[Path | str] = (), *, network: bool = False) -> Reach:
+def reach(
+    read: Iterable[Path | str] = (), write: Iterable[Path | str] = (), *, network: tuple[int, ...] | None = None
+) -> Reach:
     """What one work may open; keys and what was seen of registries stay closed in any case.
 
-    Parameters: network: whether it may also reach addresses.
+    Parameters: network: as in `Reach`.
     Paths are resolved here, as the process may not follow a link that leads out of its reach.
     """
     places = [os.environ[name] for name in PRIVATE_VARIABLES if os.environ.get(name)]
     private = [user_data_path("moireid", appauthor=False), *(Path(place).expanduser() for place in places)]
-    names = NAMES if network else ()
+    names = () if network is None else NAMES
     parts = [tuple(map(_real, paths)) for paths in ((*read, *names), write, private, _import_folders())]
     return Reach(parts[0], parts[1], parts[2], parts[3], network)
 

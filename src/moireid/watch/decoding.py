@@ -6,6 +6,7 @@ Addresses within a playlist are opened by the process that started us, which dec
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -87,9 +88,11 @@ def _decode(container: av.container.InputContainer, inbox: Inbox, arrival: Calla
         raise MediaError("it is coded in a way that no decoder here knows")
     stream.codec_context.thread_count = 1
     stream.codec_context.options = LIMITS
-    fps = float(stream.average_rate or stream.guessed_rate or 30)
+    fps, timed = float(stream.average_rate or stream.guessed_rate or 30), False
     for count, decoded in enumerate(container.decode(stream)):
-        claimed_s = float(decoded.time) if decoded.time is not None else count / fps
+        # Where none has a time, as in a bare stream of H.264, they are counted; a single one without is left out.
+        timed = timed or decoded.time is not None
+        claimed_s = float(decoded.time) if decoded.time is not None else math.nan if timed else count / fps
         inbox.put_picture(Taken(small_enough(decoded, stream.sample_aspect_ratio), claimed_s, arrival()))
 
 

@@ -25,8 +25,7 @@ SCHEMES: dict[str, Kind] = {
 LIVE: frozenset[Kind] = frozenset({"camera", "screen", "rtsp", "whep", "whip"})
 #: Kinds through which prompts can be answered in time.
 PROMPTED: frozenset[Kind] = LIVE | {"pipe"}
-#: Kinds that are received by a library which needs the network itself.
-NETWORKED: frozenset[Kind] = frozenset({"rtsp", "whep", "whip"})
+RTSP_PORT = 554
 KINDS = (
     "a camera's number, a file, - for a pipe, screen, or an address (http://, https://, rtsp://, whep://, wheps://, "
     "whip://)"
@@ -46,9 +45,11 @@ class Source:
     shown: str
 
     @property
-    def network(self) -> bool:
-        """Whether the process that decodes it needs the network."""
-        return self.kind in NETWORKED
+    def ports(self) -> tuple[int, ...] | None:
+        """TCP ports that the process which decodes it must reach, beside UDP; None where it needs no network."""
+        if self.kind == "rtsp":
+            return (urlsplit(self.text).port or RTSP_PORT,)
+        return () if self.kind in ("whep", "whip") else None
 
     def live(self, *, challenged: bool) -> bool:
         """Whether its times are checked against our clock: pictures of a pipe only where prompts are answered by it."""

@@ -60,7 +60,7 @@ def watch(order: Order, terms: Terms, stop: threading.Event, tell: Callable[[Eve
 
 def _started(order: Order) -> Child:
     films = [Path(order.source.text)] if order.source.kind == "file" else []
-    child = start("moireid.watch.judge:serve", LIMITS, within=reach(read=films, network=order.source.network))
+    child = start("moireid.watch.judge:serve", LIMITS, within=reach(read=films, network=order.source.ports))
     child.send(order)
     return child
 
