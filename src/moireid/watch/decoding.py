@@ -20,7 +20,7 @@ from moireid.verifier.opened_file import OpenedFile
 from moireid.verifier.picture import Picture
 from moireid.verifier.video import FORMATS, picture_of, squared
 from moireid.watch.inbox import Inbox, Taken
-from moireid.watch.order import LEAST_SIDE, MOST_PIXELS, OPEN_S, STALL_S
+from moireid.watch.order import LEAST_SIDE, MOST_PIXELS, Patience
 from moireid.watch.readers import Asked, GrowingFile, Refused, is_closed
 from moireid.watch.source import Source
 
@@ -35,11 +35,9 @@ BY_US = {"protocol_whitelist": "http,https", "http_persistent": "0", "http_multi
 #: Over one connection, so that no further port is opened.
 CAMERA = {"protocol_whitelist": "rtsp,rtp,tcp", "rtsp_transport": "tcp", **LIMITS}
 HLS = "hls"
-#: Which of these a message of the library means, in words.
-TOO_LARGE = f"its pictures are larger than 4K ({MOST_PIXELS} pixels)"
 
 
-def pictures(source: Source, asked: Asked, inbox: Inbox) -> None:
+def pictures(source: Source, asked: Asked, inbox: Inbox, patience: Patience) -> None:
     """Decode a source into the inbox, until it ends.
 
     Raises: MediaError in a sentence where it cannot be opened, or breaks off.
@@ -47,22 +45,22 @@ def pictures(source: Source, asked: Asked, inbox: Inbox) -> None:
     import av
 
     try:
-        with _opened(source, asked) as container:
+        with _opened(source, asked, patience) as container:
             _check(source, container)
             _decode(container, inbox, _clock(source, asked))
     except av.error.ExitError as error:
-        raise MediaError(f"{source.shown} gave nothing for {STALL_S:.0f} s") from error
+        raise MediaError(f"{source.shown} gave nothing for {patience.stall_s:.0f} s") from error
     except Refused as error:
         raise MediaError(f"{error.strerror}; {_advice(source)}") from error
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise MediaError(f"{source.shown} cannot be read ({_reason(error)}); {_advice(source)}") from error
 
 
-def _opened(source: Source, asked: Asked) -> av.container.InputContainer:
+def _opened(source: Source, asked: Asked, patience: Patience) -> av.container.InputContainer:
     import av
 
     if source.kind == "rtsp":
-        return av.open(source.text, options=CAMERA, timeout=(OPEN_S, STALL_S))
+        return av.open(source.text, options=CAMERA, timeout=(patience.open_s, patience.stall_s))
     if source.kind == "http":
         return av.open(source.text, options=BY_US, io_open=lambda url, flags, options: asked.open(url))
     if source.kind == "pipe":
@@ -70,7 +68,7 @@ def _opened(source: Source, asked: Asked) -> av.container.InputContainer:
     path = Path(source.text)
     if is_closed(path):
         return av.open(OpenedFile(path).reading(), options=CLOSED)
-    return av.open(GrowingFile(path), options=CLOSED)
+    return av.open(GrowingFile(path, patience.grown_s), options=CLOSED)
 
 
 def _check(source: Source, container: av.container.InputContainer) -> None:

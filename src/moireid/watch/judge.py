@@ -7,7 +7,6 @@ decodes the source, and this one judges.  Running verdicts have one more.
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
@@ -21,12 +20,14 @@ from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Picture
 from moireid.watch.decoding import pictures
 from moireid.watch.inbox import Inbox, Taken
-from moireid.watch.order import OPEN_S, STALL_S, Data, End, Event, Order, Shot, Signal
+from moireid.watch.order import Data, End, Event, Order, Shot, Signal
 from moireid.watch.readers import Asked
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
 
+#: Steps between pictures of which the rate is told.
+RATE_STEPS = 240
 #: A source whose pictures change their size more often is given up.
 MOST_SIZES = 20
 
@@ -88,12 +89,14 @@ def _begin_source(order: Order, voice: Voice, inbox: Inbox, asked: Asked) -> Non
 
     def decode() -> None:
         try:
-            pictures(order.source, asked, inbox)
+            pictures(order.source, asked, inbox, order.patience)
             inbox.put_last(End("source"))
         except MoireIdError as error:
             inbox.put_last(End("failed", " ".join(str(error).split())))
-        except MemoryError:
-            inbox.put_last(End("failed", f"{order.source.shown} asks for more memory than a stream may have"))
+        # A thread that dies would leave the judge to wait; whatever a stranger's stream breaks ends the stream alone.
+        except Exception as error:  # noqa: BLE001
+            words = f"{type(error).__name__}: {' '.join(str(error).split())[:160]}"
+            inbox.put_last(End("failed", f"{order.source.shown} broke its decoder ({words})"))
 
     threading.Thread(target=decode, daemon=True).start()
 
@@ -105,8 +108,12 @@ class Watching:
         self._order, self._voice, self._inbox, self._aside = order, voice, inbox, aside
         self._check = self._anew()
         self._size: tuple[int, int] | None = None
-        self._sizes, self._taken, self._span_s = 0, 0, (0.0, 0.0)
+        self._sizes, self._taken, self._before = 0, 0, 0
+        self._last_s, self._steps_s = math.nan, deque[float](maxlen=RATE_STEPS)
         self._peer: Any = None
+        #: Whether a sender has described itself.
+        self._called = False
+        self._verdict: Event = {}
 
     def run(self) -> None:
         """Judge until the source ends, gives nothing more, or the verdict is asked for."""
@@ -116,6 +123,7 @@ class Watching:
             if isinstance(item, Taken):
                 self._take(item)
             elif isinstance(item, Signal):
+                self._called = True
                 self._peer.hear(item)
             elif isinstance(item, End):
                 end = item
@@ -129,10 +137,11 @@ class Watching:
 
     @property
     def _patience_s(self) -> float | None:
-        """How long the next picture may take; who waits for a sender waits until somebody stops it."""
+        """How long the next picture may take; without an end where a sender is waited for."""
+        patience = self._order.patience
         if self._taken:
-            return STALL_S
-        return None if self._order.source.kind == "whip" else OPEN_S
+            return patience.stall_s
+        return None if self._order.source.kind == "whip" and not self._called else patience.open_s
 
     def _anew(self) -> StreamCheck:
         order = self._order
@@ -147,22 +156,23 @@ class Watching:
             order.claim, live=live, challenged=challenged, barred=order.barred, draw=draw, aside=self._aside
         )
         if challenged:
-            check.ask(time.monotonic())
+            check.ask(0.0)
         return check
 
     def _take(self, taken: Taken) -> None:
         """Judge a picture; one of another size begins a new check, unless what came before is a lie."""
         size = taken.picture.shape
         if self._size is None:
-            self._tell({"event": "begun", "width": size[1], "height": size[0]})
-            self._span_s = taken.claimed_s, taken.claimed_s
+            self._voice.tell({"event": "begun", "width": size[1], "height": size[0]})
         elif size != self._size and not self._changed(size):
             return
         self._size, self._taken = size, self._taken + 1
-        self._span_s = self._span_s[0], taken.claimed_s
+        if (step_s := taken.claimed_s - self._last_s) > 0:
+            self._steps_s.append(step_s)
+        self._last_s = taken.claimed_s
         for event in self._check.push(taken.picture, taken.claimed_s, taken.arrival_s):
             if event["event"] != "verdict":
-                self._tell(event)
+                self._voice.tell(event)
             else:
                 self._verdict = event
 
@@ -173,26 +183,25 @@ class Watching:
         if before["verdict"] == "reject" or before["challenged"] or self._sizes > MOST_SIZES:
             self._verdict = before
             return False
-        self._tell({"event": "anew", "text": f"The pictures are now {size[1]} x {size[0]}; the check begins anew."})
-        self._check, self._taken = self._anew(), 0
-        self._span_s = (self._span_s[1], self._span_s[1])
+        self._voice.tell(
+            {"event": "anew", "text": f"The pictures are now {size[1]} x {size[0]}; the check begins anew."}
+        )
+        self._check, self._taken, self._before = self._anew(), 0, self._before + self._taken
         return True
-
-    def _tell(self, event: Event) -> None:
-        self._voice.tell(event)
 
     def _tell_end(self, end: End) -> None:
         """The verdict on what came; without any picture, why there is none."""
         if self._size is None:
-            self._tell({"event": "error", "text": end.words or f"{self._order.source.shown} gave no picture"})
+            self._voice.tell({"event": "error", "text": end.words or f"{self._order.source.shown} gave no picture"})
             return
         event = self._verdict if self._check.ended else self._check.finish()
         height, width = self._size
-        length_s = self._span_s[1] - self._span_s[0]
-        fps = (self._taken - 1) / length_s if length_s > 0 and self._taken > 1 else 1.0
+        fps = 1 / float(np.median(self._steps_s)) if self._steps_s else 1.0
         film = {"path": self._order.source.shown, "sha256": None, "width": width, "height": height, "fps": fps}
         left_out = list(event["left_out"])
         if self._inbox.lost:
             left_out.append(f"{self._inbox.lost} pictures that came faster than this machine could judge them")
+        if self._before:
+            left_out.append(f"{self._before} pictures of another size, which came before")
         ended = {"why": end.why, "text": end.words}
-        self._tell(event | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})
+        self._voice.tell(event | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})

@@ -12,7 +12,7 @@ event    begun (size), status, challenge, prompt, prompted, anew, verdict, error
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Literal
 
 from moireid.provenance import Barred
@@ -25,13 +25,21 @@ if TYPE_CHECKING:
 Event = dict[str, Any]
 #: Bytes that the judge asks for at a time.
 PIECE = 1 << 16
-#: A source that gives no picture for so long at its beginning, or later on, has nothing more to say, s.
-OPEN_S, STALL_S = 30.0, 10.0
-#: A file that has not grown for so long is whole, s.
-GROWN_S = 5.0
 #: Pictures of more pixels are refused: 4K.  A stream must be judged as fast as it comes.
 MOST_PIXELS = 4096 * 2304
 LEAST_SIDE = 120
+
+
+@dataclass(frozen=True)
+class Patience:
+    """How long to wait, s: for the first picture, for each further one, and for a file to grow until it is whole.
+
+    Who waits for a sender (WHIP) has no end of patience until there is one.
+    """
+
+    open_s: float = 30.0
+    stall_s: float = 10.0
+    grown_s: float = 5.0
 
 
 @dataclass(frozen=True)
@@ -42,6 +50,7 @@ class Order:
     claim: Claim
     barred: Barred | None = None
     prompts: Sequence[Prompt] | None = None
+    patience: Patience = field(default_factory=Patience)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from moireid.watch.order import GROWN_S, PIECE, Data
+from moireid.watch.order import PIECE, Data
 
 #: Time between two looks at a file that has come to its end, s.
 LOOK_S = 0.1
@@ -18,23 +18,24 @@ MOST_BOXES = 64
 
 
 class GrowingFile:
-    """A file read on, until it has not grown for `GROWN_S`.
+    """A file read on, until it has not grown for some seconds.
 
     Convention: it has no `seek`, so that the decoder never looks for an end that is not there yet.
     """
 
-    def __init__(self, path: Path) -> None:
-        self._stream, self.name, self._whole = path.open("rb", buffering=0), str(path), False
+    def __init__(self, path: Path, grown_s: float) -> None:
+        self._stream, self.name = path.open("rb", buffering=0), str(path)
+        self._grown_s, self._whole = grown_s, False
 
     def read(self, count: int) -> bytes:
         """The next bytes; b"" at the end."""
-        last_s = time.monotonic() + GROWN_S
+        last_s = time.monotonic() + self._grown_s
         while not self._whole:
             if piece := self._stream.read(count):
                 return piece
             # Nobody has written to an older file for a while.
             age_s = time.time() - os.fstat(self._stream.fileno()).st_mtime
-            self._whole = age_s > GROWN_S or time.monotonic() > last_s
+            self._whole = age_s > self._grown_s or time.monotonic() > last_s
             time.sleep(LOOK_S)
         return b""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import threading
 import time
@@ -72,7 +73,7 @@ def _fed(order: Order, terms: Terms, child: Child, tell: Callable[[Event], None]
     try:
         if order.source.kind == "whip":
             with Door(order.source, terms.token, feeder) as door:
-                tell({"event": "waiting", "address": door.address, "token": door.token})
+                tell({"event": "waiting", "address": door.address, "token": door.token, "here": door.here})
                 yield feeder
         else:
             feeder.begin()
@@ -98,7 +99,7 @@ def _heard(
         if told is None:
             continue
         if told.get("event") == "verdict":
-            return told
+            return _checked(told)
         if told.get("event") == "error":
             raise MediaError(str(told.get("text", ""))[:1000])
         if told.get("event") == "begun" and last is None:
@@ -107,6 +108,18 @@ def _heard(
             tell(told)
         else:
             feeder.answer(told)
+
+
+def _checked(told: dict[str, Any]) -> dict[str, Any]:
+    """A verdict as it should be: what says it has read what a stranger made.  Raises: Ended where it is not."""
+    from jsonschema import Draft202012Validator
+
+    from moireid.verifier.session.result import report_schema
+
+    schema = json.loads(report_schema())
+    if not Draft202012Validator(schema).is_valid(told) or not isinstance(told.get("end"), dict):
+        raise Ended("crash", "gave a verdict that is none")
+    return told
 
 
 def _digest(order: Order, found: dict[str, Any]) -> str | None:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import asyncio
 import hmac
+import ipaddress
 import queue
 import secrets
 import socket
@@ -53,6 +54,8 @@ class Door:
         self._secret, self._feeder = token or secrets.token_urlsafe(16), feeder
         #: The token that was drawn; None where it was given.
         self.token = None if token else self._secret
+        #: Whether this machine alone can reach it.
+        self.here = is_loopback(self._host)
         self._taken = False
         try:
             import aiortc  # noqa: F401
@@ -156,6 +159,14 @@ def _said(status: int, text: str, headers: dict[str, str] | None = None) -> Resp
     from starlette.responses import Response
 
     return Response(text, status, CORS | {"Content-Type": "text/plain; charset=utf-8"} | (headers or {}))
+
+
+def is_loopback(host: str) -> bool:
+    """Whether a host is this machine alone."""
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host.lower() == "localhost"
 
 
 def _bound(host: str, port: int) -> socket.socket:

@@ -67,10 +67,12 @@ class StreamCheck(LiveCheck):
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
     ) -> None:
+        # Our clock begins with the first picture, so that seconds in a report are those of the stream.
+        self._origin_s: float | None = None
         super().__init__(
             claim,
             draw=draw,
-            now=now,
+            now=lambda: now() - (self._origin_s or 0.0),
             aside=aside,
             clock=BoundedClock() if live else StreamClock(),
             watch=OverlapWatch() if challenged else NoWatch(),
@@ -97,7 +99,9 @@ class StreamCheck(LiveCheck):
             The events that it causes.
         """
         self._size = luma.shape[1], luma.shape[0]
-        events = super().push(luma, claimed_s, arrival_s)
+        if self._origin_s is None:
+            self._origin_s = arrival_s
+        events = super().push(luma, claimed_s, arrival_s - self._origin_s)
         if self._barred is None:
             return events
         # However well the fringes move: a badge that was revoked is never shown as accepted.
