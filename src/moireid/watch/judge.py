@@ -6,7 +6,9 @@ decodes the source, and this one judges.  Running verdicts have one more.
 
 from __future__ import annotations
 
+import math
 import threading
+from collections import deque
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
