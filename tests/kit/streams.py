@@ -1,4 +1,4 @@
-"""Streams for the tests of `watch`: films of the project in the containers that are sent, and servers on this machine."""
+"""Streams for the tests of `watch`: films of the project in the containers that are sent, and servers of them."""
 
 from __future__ import annotations
 

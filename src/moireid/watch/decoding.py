@@ -53,6 +53,8 @@ def pictures(source: Source, asked: Asked, inbox: Inbox, patience: Patience) -> 
     except Refused as error:
         raise MediaError(f"{error.strerror}; {_advice(source)}") from error
     except (av.error.FFmpegError, OSError, ValueError) as error:
+        if source.kind == "pipe" and not asked.count:
+            raise MediaError(f"{source.shown} ended before anything came; {_advice(source)}") from error
         raise MediaError(f"{source.shown} cannot be read ({_reason(error)}); {_advice(source)}") from error
 
 
@@ -122,7 +124,7 @@ def _reason(error: Exception) -> str:
 
 def _advice(source: Source) -> str:
     if source.kind == "file":
-        return "give a film that a player can play; one that is still recorded must be .mkv, .ts or fragmented .mp4"
+        return "give a film of at most 4K that plays; one that is still recorded must be .mkv, .ts or fragmented .mp4"
     if source.kind == "pipe":
-        return "send MPEG-TS, Matroska or another format that needs no turning back"
-    return "check that a player plays this address"
+        return "send MPEG-TS, Matroska or another format that needs no turning back, with pictures of at most 4K"
+    return "check that a player plays this address, with pictures of at most 4K"

@@ -197,6 +197,12 @@ class Watching:
             self._voice.tell({"event": "error", "text": end.words or f"{self._order.source.shown} gave no picture"})
             return
         event = self._verdict if self._check.ended else self._check.finish()
+        if not event["frames"]["read"]:
+            words = end.words or "send them for some seconds, and in time"
+            self._voice.tell(
+                {"event": "error", "text": f"{self._taken} pictures came, and none could be used; {words}"}
+            )
+            return
         height, width = self._size
         fps = 1 / float(np.median(self._steps_s)) if self._steps_s else 1.0
         film = {"path": self._order.source.shown, "sha256": None, "width": width, "height": height, "fps": fps}

@@ -74,8 +74,8 @@ class Asked:
     def __init__(self, tell: Callable[[dict[str, Any]], None]) -> None:
         self._tell, self._answers = tell, dict[int, queue.SimpleQueue[Data]]()
         self._next = 0
-        #: When the last bytes came, by our clock, s.
-        self.arrival_s = time.monotonic()
+        #: When the last bytes came, by our clock, s; and how many came in all.
+        self.arrival_s, self.count = time.monotonic(), 0
 
     def open(self, address: str | None) -> AskedStream:
         """A stream: of an address, or of the pipe.  Raises: Refused where it cannot be opened."""
@@ -91,7 +91,7 @@ class Asked:
         answer = self._answers[wish["number"]].get()
         if answer.error is not None:
             raise Refused(5, answer.error)
-        self.arrival_s = answer.arrival_s
+        self.arrival_s, self.count = answer.arrival_s, self.count + len(answer.content)
         return answer.content
 
     def give(self, data: Data) -> None:

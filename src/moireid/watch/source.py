@@ -62,7 +62,7 @@ def source_of(text: str) -> Source:
     Raises: SpecError where it is none; MediaError where a file is not there.
     """
     if text == "-":
-        return Source("pipe", text, "-")
+        return Source("pipe", text, "standard input")
     if re.fullmatch(r"[0-9]{1,2}", text):
         return Source("camera", text, f"camera {text}")
     if SCREEN.fullmatch(text):

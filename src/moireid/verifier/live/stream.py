@@ -125,12 +125,10 @@ class StreamCheck(LiveCheck):
         """
         event = super().finish()
         report = self._report(event)
-        reasons = [one for one in event["reasons"] if one["code"] not in self._replaced()]
+        reasons = [self._weighed(one) for one in event["reasons"] if one["code"] not in self._replaced()]
         added = [reason.to_json() for reason in report.reasons]
         levels = {one["level"] for one in (*reasons, *added)}
-        verdict = "reject" if "fail" in levels else event["verdict"]
-        if verdict == "accept" and "undecided" in levels:
-            verdict = "inconclusive"
+        verdict = "reject" if "fail" in levels else "inconclusive" if "undecided" in levels else event["verdict"]
         document = report.to_json() | event
         return document | {"verdict": verdict, "reasons": [*reasons, *added], "overlap": event["overlap"]}
 
@@ -142,6 +140,11 @@ class StreamCheck(LiveCheck):
     @staticmethod
     def _barred_reason(barred: Barred) -> Reason:
         return Reason(barred.code, "fail", barred.reason, None, "", barred.text)
+
+    def _weighed(self, reason: dict[str, Any]) -> dict[str, Any]:
+        """Pictures that come too late are a lie only where they could answer a prompt; else this machine is slow."""
+        slow = reason["code"] == "clock" and reason["level"] == "fail" and self._prompts is None
+        return reason | {"level": "undecided"} if slow else reason
 
     def _report(self, event: Event) -> Report:
         """What a film's report holds of this stream; its reasons are those that a live check does not give."""
