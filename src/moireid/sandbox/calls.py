@@ -24,7 +24,7 @@ FILE_COMMANDS = (*range(8), *range(12, 15), 36, 37, 38, 1030, 1031, 1032, 1034)
 #: fcntl(2) F_SETOWN, F_SETSIG, F_SETOWN_EX: the kernel sends a signal of one's choice to a process of one's choice.
 SIGNAL_COMMANDS = (8, 10, 15)
 #: socket(2): addresses of the internet, and the question of which ones this machine has (AF_NETLINK).
-FAMILIES = (2, 10, 16)
+FAMILIES, AF_UNIX = (2, 10, 16), 1
 #: An int: the kernel looks at no more of an argument.
 INT = 0xFFFFFFFF
 
@@ -100,6 +100,7 @@ def filter_calls(*, network: bool = False) -> None:
             add(seccomp.ALLOW, name)
         for family in FAMILIES:
             add(seccomp.ALLOW, "socket", seccomp.Arg(0, seccomp.MASKED_EQ, INT, family))
+        add(refused, "socket", seccomp.Arg(0, seccomp.MASKED_EQ, INT, AF_UNIX))
     add(seccomp.ALLOW, "clone", seccomp.Arg(0, seccomp.MASKED_EQ, CLONE_THREAD, CLONE_THREAD))
     add(refused, "clone", seccomp.Arg(0, seccomp.MASKED_EQ, CLONE_THREAD, 0))
     for name in ("kill", "tgkill"):

@@ -61,10 +61,9 @@ def line_of(event: dict[str, Any]) -> str | None:
     """An event in a line; None for a running verdict."""
     kind = event["event"]
     if kind == "waiting":
-        token = event.get("token")
-        return f"waiting for a sender (WHIP) at {event['address']}" + (
-            f" with the bearer token {token}" if token else ""
-        )
+        token = f" with the bearer token {event['token']}" if event.get("token") else ""
+        clear = "" if event["here"] else "; without HTTPS in front, others can read the token on its way"
+        return f"waiting for a sender (WHIP) at {event['address']}{token}{clear}"
     if kind == "begun":
         return f"pictures of {event['width']} x {event['height']}; Ctrl-C gives the verdict"
     if kind == "challenge":

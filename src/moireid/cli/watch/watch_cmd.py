@@ -103,7 +103,7 @@ def watch_command(**given: Any) -> None:
     SOURCE is one of:
       0                         a camera of this machine, by its number
       film.ts                   a film; one that grows is followed while it does
-      -                         a pipe: ffmpeg ... -f mpegts - | moireid watch -
+      -                         a pipe: cat film.ts | moireid watch - --claim Ada
       rtsp://camera/1           a network camera
       https://host/live.m3u8    a stream (HLS), or a film on the web
       whep://host/room          a WebRTC stream; wheps:// with encryption
