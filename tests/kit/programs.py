@@ -11,6 +11,7 @@ PACKAGES = {
     "chromium": "chromium",
     "Xvfb": "xvfb",
     "gs": "ghostscript",
+    "janus": "janus",
     "openssl": "openssl",
     "pdftoppm": "poppler-utils",
     "prusa-slicer": "prusa-slicer",

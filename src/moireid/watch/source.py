@@ -72,6 +72,11 @@ def source_of(text: str) -> Source:
     return _file(text)
 
 
+def participant(name: str) -> Source:
+    """The video of somebody in a call, whom a program of its own connects by WebRTC; name: for reports."""
+    return Source("whip", "", name)
+
+
 def _address(text: str) -> Source:
     try:
         parts = urlsplit(text)

@@ -18,7 +18,7 @@ from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, start
 from moireid.sandbox.reach import reach
 from moireid.watch.feeding import Feeder
-from moireid.watch.order import End, Event, Order
+from moireid.watch.order import End, Event, Order, Signal
 from moireid.watch.whip import Door
 
 #: Of the judge: of 4K pictures some wait, and some are in the decoder.
@@ -29,10 +29,15 @@ LOOK_S, VERDICT_S = 0.1, 120.0
 
 @dataclass(frozen=True)
 class Terms:
-    """How a watch is held: seconds of pictures at most; token: for WHIP and WHEP."""
+    """How a watch is held: seconds of pictures at most; token: for WHIP and WHEP.
+
+    offer, answered: of a participant whom a program of its own connects: the sender's description, and what takes ours.
+    """
 
     seconds: float
     token: str | None = None
+    offer: str | None = None
+    answered: Callable[[str], None] | None = None
 
 
 def watch(order: Order, terms: Terms, stop: threading.Event, tell: Callable[[Event], None]) -> Event:
@@ -71,7 +76,10 @@ def _fed(order: Order, terms: Terms, child: Child, tell: Callable[[Event], None]
     """What the judge needs of us: its bytes, its pictures, its sender."""
     feeder = Feeder(order.source, child, terms.token)
     try:
-        if order.source.kind == "whip":
+        if terms.offer is not None:
+            feeder.send(Signal(terms.offer))
+            yield feeder
+        elif order.source.kind == "whip":
             with Door(order.source, terms.token, feeder) as door:
                 tell({"event": "waiting", "address": door.address, "token": door.token, "here": door.here})
                 yield feeder
@@ -106,6 +114,8 @@ def _heard(
             last = now + terms.seconds
         if "event" in told:
             tell(told)
+        elif terms.answered is not None and isinstance(told.get("answer"), str):
+            terms.answered(told["answer"])
         else:
             feeder.answer(told)
 
