@@ -19,7 +19,7 @@ async def judge(track: MediaStreamTrack, badge_json: str) -> str:
     """The verdict on a track, once it has ended."""
     badge = load_badge(badge_json)
     with ThreadPoolExecutor(1) as aside:  # A running verdict takes half a second, which no picture should wait for.
-        # The sender says when a picture was taken.  Where prompts are asked for, that is held against our own clock: live.
+        # The sender says when a picture was taken.  With prompts, hold that against our own clock: live=True.
         check = StreamCheck(Claim(badge, badge.id), live=False, aside=aside)
         try:
             while True:
