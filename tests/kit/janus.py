@@ -16,8 +16,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from aiortc import RTCConfiguration, RTCPeerConnection, RTCSessionDescription, VideoStreamTrack
-from aiortc.codecs import vpx
+from aiortc import RTCConfiguration, RTCPeerConnection, RTCRtpSender, RTCSessionDescription
+from aiortc.contrib.media import MediaPlayer
 
 from kit.programs import needs
 from kit.sending import RATE
@@ -29,7 +29,7 @@ FILES = {
     "janus.transport.http.jcfg": 'general: {{ http = true\n port = {port}\n ip = "127.0.0.1"\n https = false }}\n'
     "admin: {{ admin_http = false }}\n",
     "janus.plugin.videoroom.jcfg": 'room-{room}: {{ description = "test"\n publishers = 6\n bitrate = {rate}\n '
-    'videocodec = "vp8" }}\n',
+    'videocodec = "h264" }}\n',
 }
 PLUGINS = "audiobridge duktape echotest lua nosip recordplay sip streaming textroom videocall voicemail"
 TRANSPORTS = "mqtt nanomsg pfunix rabbitmq websockets"
@@ -70,10 +70,10 @@ def _wait(address: str, server: subprocess.Popen[bytes]) -> None:
 
 
 class Participant:
-    """Somebody in the room, who sends a track until `end`."""
+    """Somebody in the room, who sends a film until `end`: H.264 of a transport stream, as it is, in time."""
 
-    def __init__(self, address: str, name: str, track: VideoStreamTrack) -> None:
-        self._address, self._name, self._track, self._ended = address, name, track, threading.Event()
+    def __init__(self, address: str, name: str, film: Path) -> None:
+        self._address, self._name, self._film, self._ended = address, name, film, threading.Event()
         self._thread = threading.Thread(target=lambda: asyncio.run(self._send()), daemon=True)
         self._thread.start()
 
@@ -82,9 +82,10 @@ class Participant:
         self._thread.join(20)
 
     async def _send(self) -> None:
-        vpx.DEFAULT_BITRATE = vpx.MAX_BITRATE = RATE
         peer = RTCPeerConnection(RTCConfiguration(iceServers=[]))
-        peer.addTrack(self._track)
+        peer.addTrack(MediaPlayer(str(self._film), decode=False).video)
+        codecs = [one for one in RTCRtpSender.getCapabilities("video").codecs if "H264" in one.mimeType]
+        peer.getTransceivers()[0].setCodecPreferences(codecs)
         await peer.setLocalDescription(await peer.createOffer())
         answer = await asyncio.to_thread(self._join, peer.localDescription.sdp)
         await peer.setRemoteDescription(RTCSessionDescription(answer, "answer"))

@@ -30,14 +30,16 @@ def pictures(name: str = "genuine_1.0m", size: tuple[int, int] = SIZE) -> list[a
         return [one.reformat(*size, "yuv420p") for k, one in enumerate(film.decode(video=0)) if k % 2 == 0]
 
 
-def write_stream(path: Path, shots: list[av.VideoFrame], *, kind: str = "mpegts", **options: str) -> Path:
+def write_stream(
+    path: Path, shots: list[av.VideoFrame], *, kind: str = "mpegts", fps: int = FPS, **options: str
+) -> Path:
     """Pictures as H.264, with a key picture a second, so that it can be cut."""
     with av.open(str(path), "w", format=kind, options=options) as out:
-        coding = {"crf": "18", "preset": "ultrafast", "g": str(FPS), "bf": "0"}
-        stream = out.add_stream("libx264", rate=FPS, options=coding)
+        coding = {"crf": "18", "preset": "ultrafast", "g": str(fps), "bf": "0"}
+        stream = out.add_stream("libx264", rate=fps, options=coding)
         stream.width, stream.height, stream.pix_fmt = shots[0].width, shots[0].height, "yuv420p"
         for k, shot in enumerate(shots):
-            shot.pts, shot.time_base, shot.pict_type = k, Fraction(1, FPS), 0
+            shot.pts, shot.time_base, shot.pict_type = k, Fraction(1, fps), 0
             out.mux(stream.encode(shot))
         out.mux(stream.encode())
     return path
