@@ -89,6 +89,7 @@ EXPORTED = {
         "Identification",
         "Report",
         "Running",
+        "StreamCheck",
         "Verifier",
         "identify",
         "verify",

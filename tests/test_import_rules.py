@@ -36,6 +36,7 @@ ROOMS = {
     "sandbox",
     "simulate",
     "verifier",
+    "watch",
     "web",
 }
 MAY_IMPORT = {
@@ -54,6 +55,8 @@ MAY_IMPORT = {
     "bench": GROUND | ROOMS - {"cli", "web"},
     "cli": GROUND | ROOMS,
     "web": GROUND | ROOMS,
+    # It judges in the sandbox, and hands on bytes and addresses.
+    "watch": GROUND | {"sandbox", "verifier"},
     # The engine knows nothing of what is done with films: others hand it their work.
     "archive": GROUND | {"sandbox"},
     # It knows nothing of what is done within.
@@ -156,6 +159,7 @@ WITHIN: dict[str, set[str]] = {
     "bench.published": {"film_set", "rows"},
     "cli.attest": {"common"},
     "cli.verify": {"attest", "common"},
+    "cli.watch": {"verify", "common"},
     "web.auth": {"problems", "settings", "studio"},
     "web.jobs": {"problems", "settings"},
     "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from kit.places import ROOT
+from kit.places import FILMS, ROOT
 from moireid.verifier.video import Film
 
 EXAMPLES = ROOT / "examples"
@@ -17,12 +17,16 @@ LEAVES = {
     "02_fringes_by_the_law.py": (),
     "03_film_and_verify.py": ("genuine.mp4.truth.csv", "genuine/report.html", "frozen/report.html"),
 }
+#: Those that judge a stream, and what they print last; the film is of a board without an identity.
+STREAMS = ("04_judge_opencv_frames.py", "05_judge_aiortc_track.py")
+#: Judges a room of a conferencing server (`test_room.py`).
+ROOM = "06_judge_a_room.py"
 #: What `make demo` shows two films with; it needs films and reports.
 SIDE_BY_SIDE = "side_by_side.py"
 
 
 def test_every_example_is_listed_here() -> None:
-    assert {path.name for path in EXAMPLES.glob("*.py")} == {*LEAVES, SIDE_BY_SIDE}
+    assert {path.name for path in EXAMPLES.glob("*.py")} == {*LEAVES, *STREAMS, ROOM, SIDE_BY_SIDE}
 
 
 @pytest.mark.parametrize(
@@ -41,6 +45,17 @@ def test_example_runs(name: str, tmp_path: Path) -> None:
         assert verdicts["genuine"].split(",")[0].strip() == "accept"
         assert verdicts["frozen"].split(",")[0].strip() == "reject"
         shown_side_by_side(tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", STREAMS)
+def test_a_stream_is_judged_by_a_few_lines(name: str) -> None:
+    """Catches: an example whose library has moved on, or that judges nothing."""
+    for film, verdict in (("genuine_1.0m", "accept"), ("forged_reversed_1.0m", "reject")):
+        command = [sys.executable, str(EXAMPLES / name), str(FILMS / f"{film}.mp4"), str(FILMS / "badge.json")]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.splitlines()[-1] == verdict
 
 
 def shown_side_by_side(folder: Path) -> None:

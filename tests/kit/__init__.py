@@ -24,6 +24,10 @@ payloads.py         a fixed payload for a name
 portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL
 enrolling.py        what other processes do at a registry
+streams.py          films as they are streamed, and what serves them
+sending.py          WebRTC senders and servers
+janus.py            a conferencing server, and somebody in its room
+rtsp_server.py      a network camera, in Debian's own Python
 webbing.py          a visit to the studio
 releasing.py        the project in another folder, and what is built of it
 """

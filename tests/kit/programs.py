@@ -9,7 +9,9 @@ import pytest
 #: By the name of the program: the Debian package that holds it.
 PACKAGES = {
     "chromium": "chromium",
+    "Xvfb": "xvfb",
     "gs": "ghostscript",
+    "janus": "janus",
     "openssl": "openssl",
     "pdftoppm": "poppler-utils",
     "prusa-slicer": "prusa-slicer",

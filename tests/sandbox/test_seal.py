@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import landlockpy
 import pytest
 
 import moireid
@@ -25,6 +26,8 @@ from moireid.sandbox.seal import MEANS, missing
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="other systems have no such means")
 SOURCE = Path(moireid.__file__).parent.parent
 WORK = "kit.sealed_work:act"
+#: Since then the kernel knows ports of TCP.  Source: its documentation of Landlock.
+LANDLOCKED_NETWORK = 4
 ROOMY = ProcessLimits(512 << 20, cpu_s=60)
 Begin = Callable[..., Child]
 
@@ -155,7 +158,7 @@ def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_told(
 ) -> None:
     """Catches: "opens no file but its film" said where the filter is missing, and a reader may empty what it reads."""
 
-    def refuse() -> None:
+    def refuse(*, network: bool) -> None:
         raise OSError(errno.EINVAL, "no filter here")
 
     monkeypatch.setattr(sealing, "filter_calls", refuse)
@@ -164,6 +167,21 @@ def test_a_list_of_files_that_lets_a_film_be_emptied_is_not_told(
     monkeypatch.setattr(sealing.os, "listdir", lambda path: ["1"])
     monkeypatch.setattr("landlockpy.abi_version", lambda: version)
     assert (sealing.FILES in sealing.seal(Reach(), "/tmp")) is told_files
+
+
+def test_the_network_opens_one_port_and_nothing_else(begin: Begin, place: Place) -> None:
+    """Catches: a stream's reader that reaches this machine's services, other ports, files or programs."""
+    child = begin(reach(read=[place.film], network=(place.tcp,)))
+    assert told(child, "tcp", place.tcp) == told(child, "udp", place.udp) == {"done": "sent"}
+    for crime in (one for one in crimes(place) if one[0] not in ("tcp", "udp", "listen")):
+        answer = told(child, *crime)
+        assert answer.get("errno") in (errno.EPERM, errno.EACCES), (crime, answer)
+    assert child.sealed == tuple(MEANS)
+    if landlockpy.abi_version() >= LANDLOCKED_NETWORK:
+        assert told(child, "listen")["errno"] == errno.EACCES
+        other = begin(reach(read=[place.film], network=()))
+        assert told(other, "tcp", place.tcp)["errno"] == errno.EACCES
+        assert told(other, "udp", place.udp) == {"done": "sent"}
 
 
 def test_what_its_work_needs_it_can_do(begin: Begin, place: Place) -> None:

@@ -7,6 +7,7 @@ issue_notes.py what an issuer is told of identities and names
 enroll_cmd.py  enroll
 registry/      registry init / list / show and so on
 verify/        verify, identify
+watch/         watch
 attest/        verify --sign, and attest check
 simulate_cmd.py  simulate
 film_set_cmd.py  film-set

@@ -26,6 +26,7 @@ from moireid.cli.simulate_cmd import simulate_command
 from moireid.cli.verdicts_cmd import verdicts_command
 from moireid.cli.verify.identify_cmd import identify_command
 from moireid.cli.verify.verify_cmd import verify_command
+from moireid.cli.watch.watch_cmd import watch_command
 
 #: The sections of `moireid --help`, and the commands of each in the order in which people need them.
 SECTIONS: dict[str, tuple[click.Command, ...]] = {
@@ -34,6 +35,7 @@ SECTIONS: dict[str, tuple[click.Command, ...]] = {
         enroll_command,
         verify_command,
         identify_command,
+        watch_command,
         attest_group,
         simulate_command,
         serve_command,

@@ -1,8 +1,11 @@
 """The calls to the kernel that a sealed process may make, and the filter of them.
 
 Who reads a film reads and writes open files, computes on threads and ends.  All else is closed: the network, other
-programs, other processes, and rights of files.  A call that is on no list here gives "not implemented", so that a newer
-C library takes an older way; one that is forbidden by name gives "not permitted".
+programs, other processes, and rights of files.  Who reads a stream that only a library of its own can open may have the
+network of addresses, and no other kind of socket: behind those of files stand this machine's services.
+
+A call that is on no list here gives "not implemented", so that a newer C library takes an older way; one that is
+forbidden by name gives "not permitted".
 Source: the groups of systemd (`systemd-analyze syscall-filter`) and the default profile of container engines, with what
     FFmpeg, OpenCV and NumPy were seen to call; by libseccomp, which knows the numbers of each processor.
 """
@@ -20,6 +23,8 @@ FILE_QUESTIONS = (0x5401, 0x5413, 0x541B, 0x5421, 0x5450, 0x5451)
 FILE_COMMANDS = (*range(8), *range(12, 15), 36, 37, 38, 1030, 1031, 1032, 1034)
 #: fcntl(2) F_SETOWN, F_SETSIG, F_SETOWN_EX: the kernel sends a signal of one's choice to a process of one's choice.
 SIGNAL_COMMANDS = (8, 10, 15)
+#: socket(2): addresses of the internet, and the question of which ones this machine has (AF_NETLINK).
+FAMILIES, AF_UNIX = (2, 10, 16), 1
 #: An int: the kernel looks at no more of an argument.
 INT = 0xFFFFFFFF
 
@@ -58,11 +63,17 @@ FORBIDDEN = {
     "finit_module delete_module kexec_load kexec_file_load reboot swapon swapoff sethostname setdomainname "
     "settimeofday clock_settime acct quotactl personality iopl ioperm shmget shmat msgget semget mq_open",
 }
+#: Of the forbidden calls, those that a process with the network makes; `socket` itself is for some families alone.
+NETWORK = (
+    "socketpair connect bind listen accept accept4 sendto sendmsg sendmmsg recvfrom recvmsg recvmmsg shutdown "
+    "getsockopt setsockopt getsockname getpeername"
+)
 
 
-def filter_calls() -> None:
+def filter_calls(*, network: bool = False) -> None:
     """Let this process make no other calls, with all its threads; it cannot be undone.
 
+    Parameters: network: whether it may open sockets of `FAMILIES`.
     Raises: OSError where the kernel refuses; RuntimeError or ImportError without libseccomp.
     """
     import pyseccomp as seccomp
@@ -79,9 +90,17 @@ def filter_calls() -> None:
             if action == seccomp.ALLOW and name in ("read", "write", "mmap", "futex", "exit_group"):
                 raise
 
+    opened = (*NETWORK.split(), "socket") if network else ()
     for action, groups in ((seccomp.ALLOW, ALLOWED), (refused, FORBIDDEN)):
         for name in " ".join(groups.values()).split():
-            add(action, name)
+            if name not in opened:
+                add(action, name)
+    if network:
+        for name in NETWORK.split():
+            add(seccomp.ALLOW, name)
+        for family in FAMILIES:
+            add(seccomp.ALLOW, "socket", seccomp.Arg(0, seccomp.MASKED_EQ, INT, family))
+        add(refused, "socket", seccomp.Arg(0, seccomp.MASKED_EQ, INT, AF_UNIX))
     add(seccomp.ALLOW, "clone", seccomp.Arg(0, seccomp.MASKED_EQ, CLONE_THREAD, CLONE_THREAD))
     add(refused, "clone", seccomp.Arg(0, seccomp.MASKED_EQ, CLONE_THREAD, 0))
     for name in ("kill", "tgkill"):

@@ -56,7 +56,7 @@ def seal(reach: Reach, scratch: str) -> tuple[str, ...]:
     if len(os.listdir("/proc/self/task")) == 1 and _close_files(reach, scratch):
         held.append(FILES)
     try:
-        filter_calls()
+        filter_calls(network=reach.network is not None)
         held.append(CALLS)
     except (OSError, ImportError, RuntimeError):
         # No libseccomp here, or a kernel or container that allows no filter.  Then Landlock alone keeps a film whole.
@@ -94,7 +94,7 @@ def _close_files(reach: Reach, scratch: str) -> bool:
     """Close all files but those in reach; returns whether the kernel does that."""
     try:
         import landlockpy
-        from landlockpy import AccessFS, Scope
+        from landlockpy import AccessFS, AccessNet, Scope
     except ImportError:
         return False
     if not landlockpy.supported():
@@ -111,6 +111,8 @@ def _close_files(reach: Reach, scratch: str) -> bool:
     rules += [(path, of_file | look | change) for path in (*reach.write, scratch)]
     rules.append((NULL, AccessFS.READ_FILE | AccessFS.WRITE_FILE))
     with landlockpy.Ruleset(scoped=Scope.ABSTRACT_UNIX_SOCKET | Scope.SIGNAL) as ruleset:
+        for port in reach.network or ():
+            ruleset.allow_port(port, AccessNet.CONNECT_TCP)
         for path, rights in rules:
             # What is not there cannot be opened anyway; the kernel refuses rights of folders to what is none.
             if os.path.exists(path):

@@ -21,6 +21,7 @@ series.py       medians, means and greatest values over windows of frames
 splines.py      cubic splines over frames
 """
 
+from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Frame
 from moireid.verifier.report.circumstances import Circumstances
 from moireid.verifier.report.page import write_report
@@ -39,6 +40,7 @@ __all__ = [
     "Identification",
     "Report",
     "Running",
+    "StreamCheck",
     "Verifier",
     "identify",
     "verify",

@@ -107,7 +107,7 @@ class Film:
                 if stream.codec_context is None:
                     raise MediaError(f"{path} is coded in a way that no decoder here knows; {ADVICE}")
                 self._coded = stream.codec_context.width, stream.codec_context.height
-                self._whole = _squared(self._coded, stream.sample_aspect_ratio)
+                self._whole = squared(self._coded, stream.sample_aspect_ratio)
                 self.fps = float(stream.average_rate or stream.guessed_rate or 30)
                 self.frames_expected = int(stream.frames) or None
         except (av.error.FFmpegError, OSError, ValueError) as error:
@@ -267,7 +267,7 @@ class Film:
                 frames.close()
 
 
-def _squared(coded: tuple[int, int], aspect: Fraction | None) -> tuple[int, int]:
+def squared(coded: tuple[int, int], aspect: Fraction | None) -> tuple[int, int]:
     """Width and height of a picture once its pixels are square, none smaller than coded; aspect: width over height."""
     wide = float(aspect) if aspect else 1.0
     if not 1 / MOST_ASPECT <= wide <= MOST_ASPECT or abs(wide - 1) < LEAST_ASPECT:

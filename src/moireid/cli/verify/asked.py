@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from moireid.cli.common import tell_standing
-from moireid.cli.verify.options import Wish
+from moireid.cli.verify.options import ClaimWish, Wish
 
 if TYPE_CHECKING:
     from moireid.provenance import Claimed, Standing
@@ -52,7 +52,7 @@ def files_read(wish: Wish) -> list[Path | None]:
     return [*found, own_file(wish.registry_url)]
 
 
-def asked_of(wish: Wish) -> AbstractContextManager[Asked]:
+def asked_of(wish: ClaimWish) -> AbstractContextManager[Asked]:
     """The claimed badge: by a bundle, by a registry, or by a file alone; open as long as something is looked up."""
     if wish.bundle_path is not None:
         return _of_bundle(wish.bundle_path, wish.claim or "", wish.trust)
@@ -71,7 +71,7 @@ def _of_file(path: Path) -> Iterator[Asked]:
 
 
 @contextmanager
-def _of_registry(wish: Wish) -> Iterator[Asked]:
+def _of_registry(wish: ClaimWish) -> Iterator[Asked]:
     """By a claim; or of a file the registry's own badge, where it holds that."""
     from moireid.badge import load_badge
     from moireid.registry import claimed, claimed_by_file, open_registry

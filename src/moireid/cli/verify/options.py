@@ -40,8 +40,8 @@ def _show_schema(context: click.Context, parameter: click.Parameter, asked: bool
         context.exit()
 
 
-#: In the order of the help.
-OPTIONS = (
+#: Whose badge is claimed, in the order of the help.
+CLAIM_OPTIONS = (
     click.option("--claim", metavar="NAME|ID", help="Whose badge it is said to be; looked up in the registry."),
     registry_option,
     click.option(
@@ -53,6 +53,16 @@ OPTIONS = (
     ),
     bundle_option,
     trust_option,
+)
+original_option = click.option(
+    "--require-original/--no-require-original",
+    default=None,
+    help="Accept only the badge that was enrolled, and no copy of it; or accept copies too. Default: no copy where it "
+    "was enrolled with --capture.",
+)
+#: In the order of the help.
+OPTIONS = (
+    *CLAIM_OPTIONS,
     focal_option,
     click.option(
         "--report",
@@ -60,12 +70,7 @@ OPTIONS = (
         type=click.Path(path_type=Path, file_okay=False),
         help="Write a report here: report.html, with plots, and its figures.",
     ),
-    click.option(
-        "--require-original/--no-require-original",
-        default=None,
-        help="Accept only the badge that was enrolled, and no copy of it; or accept copies too. Default: no copy where "
-        "it was enrolled with --capture.",
-    ),
+    original_option,
     click.option(
         "--overlap",
         is_flag=True,
@@ -121,15 +126,21 @@ def verify_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What was asked for, as it was typed; the names are those of the options."""
+class ClaimWish:
+    """Whose badge is claimed, and who is asked for it; the names are those of the options."""
 
-    video: Path
     claim: str | None
     registry_url: str | None
     badge_json: Path | None
     bundle_path: Path | None
     trust: str | None
+
+
+@dataclass(frozen=True)
+class Wish(ClaimWish):
+    """What was asked for, as it was typed; the names are those of the options."""
+
+    video: Path
     focal_px: float | None
     report_folder: Path | None
     require_original: bool | None
@@ -155,7 +166,7 @@ class Wish:
 def check_wish(wish: Wish) -> None:
     """Raise SpecError where options do not go together, before anything is opened."""
     _check_pipeline(wish)
-    _check_claim(wish)
+    check_claim(wish)
 
 
 def _check_pipeline(wish: Wish) -> None:
@@ -170,8 +181,8 @@ def _check_pipeline(wish: Wish) -> None:
         raise SpecError("--sign is for verdicts of moireid's own pipeline, without --corners; leave one of them out")
 
 
-def _check_claim(wish: Wish) -> None:
-    """One claim, and one place to look it up."""
+def check_claim(wish: ClaimWish) -> None:
+    """Raise SpecError but for one claim, and one place to look it up."""
     if (wish.claim is None) == (wish.badge_json is None):
         raise SpecError("give either --claim NAME|ID (with --registry) or --badge badge.json")
     if wish.bundle_path is not None and (wish.registry_url is not None or wish.claim is None):

@@ -9,6 +9,7 @@ import click
 
 if TYPE_CHECKING:
     from moireid.verifier.report.circumstances import Circumstances
+    from moireid.verifier.report.headline import Headline
 
 MARKS = {"pass": "✓", "fail": "✗", "undecided": "?", "note": "·"}
 #: Findings tell no options, as pages show them too; here is where each is said.
@@ -23,13 +24,18 @@ OPTIONS = {
 }
 
 
-def show_verdict(word: str, document: Mapping[str, Any], known: Circumstances) -> None:
-    """Print the headline, what it means and what to do; then failures first, and what holds in one line."""
+def show_verdict(
+    word: str, document: Mapping[str, Any], known: Circumstances, headline: Headline | None = None
+) -> None:
+    """Print the headline, what it means and what to do; then failures first, and what holds in one line.
+
+    headline: None for that of a film.
+    """
     from moireid.verifier.report.findings import sorted_findings
     from moireid.verifier.report.headline import headline_of
     from moireid.verifier.report.seconds import seconds_of
 
-    headline, found = headline_of(document, known), sorted_findings(document["reasons"])
+    headline, found = headline or headline_of(document, known), sorted_findings(document["reasons"])
     click.echo(f"{word}: {headline.title}")
     click.echo(headline.text)
     click.echo(f"What to do: {headline.advice}")

@@ -1,5 +1,5 @@
 """A live check: random prompts that the person must follow.
 
 challenge.py  prompts, and whether they were followed     clock.py  when a live frame was taken
-session.py    a live session, of frames and events
+session.py    a live session, of frames and events        stream.py  one of any stream, told as a film is
 """

@@ -23,6 +23,9 @@ class BoundedClock:
     late, taken: numbers of frames left out and used since the offset was fixed.
     """
 
+    #: Whether the times are checked against our own clock.
+    checked = True
+
     def __init__(self) -> None:
         self._first_s: float | None = None
         self._offset_s, self._last_s = math.inf, -math.inf
@@ -54,4 +57,29 @@ class BoundedClock:
     @property
     def late_share(self) -> float:
         """Share of the frames that were left out."""
+        return self.late / max(self.late + self.taken, 1)
+
+
+class StreamClock:
+    """Times of frames as a film or a stream says them, where nobody answers prompts.
+
+    Such pictures come faster than they were taken, or in pieces of some seconds, so that their arrival tells nothing.
+    """
+
+    checked = False
+
+    def __init__(self) -> None:
+        self.late = self.taken = 0
+
+    def place(self, claimed_s: float, arrival_s: float) -> float | None:
+        """The claimed time, s; None where it is none.  Parameters: as `BoundedClock.place`."""
+        if not math.isfinite(claimed_s):
+            self.late += 1
+            return None
+        self.taken += 1
+        return claimed_s
+
+    @property
+    def late_share(self) -> float:
+        """Share of the frames that have no time."""
         return self.late / max(self.late + self.taken, 1)

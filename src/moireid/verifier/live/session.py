@@ -32,8 +32,8 @@ from moireid.verifier.live.challenge import (
     judge_unbroken,
     place_of,
 )
-from moireid.verifier.live.clock import MOST_LATE, BoundedClock
-from moireid.verifier.picture import Frame
+from moireid.verifier.live.clock import MOST_LATE, BoundedClock, StreamClock
+from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.claim import Claim, claim_reasons
@@ -59,14 +59,17 @@ class LiveCheck:
         draw: Draw = draw_prompts,
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
+        clock: BoundedClock | StreamClock | None = None,
+        watch: OverlapWatch | None = None,
     ) -> None:
         """Parameters: draw: makes the prompts of a challenge from its earliest start; now: our clock; both are replaced
-        in tests only; aside: as in `Verifier`.
+        in tests only; aside: as in `Verifier`; clock: None for a `BoundedClock`; watch: None for an `OverlapWatch`.
         Raises: SpecError if the badge cannot be read; MissingExtraError without the face detector.
         """
         self._claim, self._draw, self._now = claim, draw, now
         self._middle_mm = marker_corners_mm(claim.badge.markers).mean(axis=(0, 1))
-        self._clock, self._watch = BoundedClock(), OverlapWatch()
+        self._clock = clock or BoundedClock()
+        self._watch = watch or OverlapWatch()
         self._aside = aside
         self._verifier = Verifier(claim, aside=aside)
         self._index = 0
@@ -84,7 +87,7 @@ class LiveCheck:
         if self._asked_s is None:
             self._asked_s = now_s
 
-    def push(self, luma: NDArray[np.uint8], claimed_s: float, arrival_s: float) -> list[Event]:
+    def push(self, luma: NDArray[np.uint8] | Picture, claimed_s: float, arrival_s: float) -> list[Event]:
         """Take a picture; returns the events that it causes.
 
         Parameters: claimed_s, arrival_s: as `BoundedClock.place`.

@@ -1,0 +1,187 @@
+"""A live check of any stream, whose verdict is told as that of a film: with all keys of `verify --json`.
+
+Two kinds of streams, two clocks.  Of a camera, a call or a network camera each picture comes when it was taken, so its
+time is checked against our own clock.  A film, a pipe or HLS comes faster, or in pieces of seconds; only its own times
+say how the badge moved, and no prompts can be answered through it.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from concurrent.futures import Executor
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.provenance import Barred
+from moireid.verifier.live.challenge import draw_prompts
+from moireid.verifier.live.clock import BoundedClock, StreamClock
+from moireid.verifier.live.session import Draw, Event, LiveCheck
+from moireid.verifier.picture import Picture
+from moireid.verifier.reasons import Reason, worst
+from moireid.verifier.session.chapters import identity_of, invariant_of
+from moireid.verifier.session.claim import Claim, with_photographs
+from moireid.verifier.session.cover import cover_finding
+from moireid.verifier.session.overlap import NoWatch, OverlapWatch
+from moireid.verifier.session.result import Report
+from moireid.verifier.tracking.track import no_track
+
+#: What is not looked at in any stream.
+LEFT_OUT = ("colour", "the picture away from the badge once it is found")
+
+
+class StreamCheck(LiveCheck):
+    """A live check of a stream.
+
+    Parameters
+    ----------
+    claim : Claim
+        What is held against it.
+    live : bool
+        Whether each picture comes when it was taken, so that its time is checked against our clock.
+    challenged : bool
+        Whether prompts will be asked for; only then the face is looked for.
+    barred : Barred, optional
+        Why the claimed badge does not count, if it does not.
+    draw, now, aside
+        As in `LiveCheck`.
+
+    Raises
+    ------
+    SpecError
+        The badge cannot be read at all.
+    MissingExtraError
+        Prompts will be asked for, and the face detector is missing.
+    """
+
+    def __init__(
+        self,
+        claim: Claim,
+        *,
+        live: bool = True,
+        challenged: bool = False,
+        barred: Barred | None = None,
+        draw: Draw = draw_prompts,
+        now: Callable[[], float] = time.monotonic,
+        aside: Executor | None = None,
+    ) -> None:
+        # Our clock begins with the first picture, so that seconds in a report are those of the stream.
+        self._origin_s: float | None = None
+        super().__init__(
+            claim,
+            draw=draw,
+            now=lambda: now() - (self._origin_s or 0.0),
+            aside=aside,
+            clock=BoundedClock() if live else StreamClock(),
+            watch=OverlapWatch() if challenged else NoWatch(),
+        )
+        self._barred = barred
+        self._size = (0, 0)
+        self._begun = time.perf_counter()
+
+    def push(self, luma: NDArray[np.uint8] | Picture, claimed_s: float, arrival_s: float) -> list[Event]:
+        """Take a picture.
+
+        Parameters
+        ----------
+        luma : array (height, width) of uint8, or Picture
+            Brightness; all pictures are of one size.
+        claimed_s : float
+            When it was taken, by the clock of whoever sends it, s.
+        arrival_s : float
+            When it came, by our clock, s.
+
+        Returns
+        -------
+        list of dict
+            The events that it causes.
+        """
+        self._size = luma.shape[1], luma.shape[0]
+        if self._origin_s is None:
+            self._origin_s = arrival_s
+        events = super().push(luma, claimed_s, arrival_s - self._origin_s)
+        if self._barred is None:
+            return events
+        # However well the fringes move: a badge that was revoked is never shown as accepted.
+        said = self._barred_reason(self._barred).to_json()
+        return [
+            one | {"verdict": "reject", "reasons": [said, *one["reasons"]]} if one["event"] == "status" else one
+            for one in events
+        ]
+
+    def finish(self) -> Event:
+        """End the session.
+
+        Returns
+        -------
+        dict
+            The event of the verdict, with all keys of ``verify --json`` but `input`.
+
+        Notes
+        -----
+        Convention: a verdict without prompts is of as much of the stream as the claim asks (`cover`), as of a film.
+        """
+        event = super().finish()
+        report = self._report(event)
+        reasons = [self._weighed(one) for one in event["reasons"] if one["code"] not in self._replaced()]
+        added = [reason.to_json() for reason in report.reasons]
+        levels = {one["level"] for one in (*reasons, *added)}
+        verdict = "reject" if "fail" in levels else "inconclusive" if "undecided" in levels else event["verdict"]
+        document = report.to_json() | event
+        return document | {"verdict": verdict, "reasons": [*reasons, *added], "overlap": event["overlap"]}
+
+    def _replaced(self) -> set[str]:
+        """Findings that say nothing here, or that are told again with what was asked for."""
+        codes = set() if self._clock.checked else {"clock"}
+        return codes | ({"photographs"} if self._claim.photographs else set())
+
+    @staticmethod
+    def _barred_reason(barred: Barred) -> Reason:
+        return Reason(barred.code, "fail", barred.reason, None, "", barred.text)
+
+    def _weighed(self, reason: dict[str, Any]) -> dict[str, Any]:
+        """Pictures that come too late are a lie only where they could answer a prompt; else this machine is slow."""
+        slow = reason["code"] == "clock" and reason["level"] == "fail" and self._prompts is None
+        return reason | {"level": "undecided"} if slow else reason
+
+    def _report(self, event: Event) -> Report:
+        """What a film's report holds of this stream; its reasons are those that a live check does not give."""
+        chapters = self._verifier.chapters
+        invariant, (identity, _) = invariant_of(chapters), identity_of(chapters)
+        cover = self._verifier.cover
+        reasons: tuple[Reason, ...] = self._verifier.restarts
+        if self._claim.photographs:
+            known = tuple(reason for reason in invariant.reasons if reason.code == "photographs")
+            reasons += with_photographs(known, self._claim.photographs)
+        if event["frames"]["tracked"] and self._prompts is None:
+            reasons += (cover_finding(cover, self._claim.cover_share), *self._verifier.long_unsearched)
+        if self._barred is not None:
+            reasons += (self._barred_reason(self._barred),)
+        shown = next((chapter for chapter in chapters if chapter.track is not None), None)
+        return Report(
+            worst(list(reasons)),
+            reasons,
+            invariant,
+            identity,
+            {},
+            event["frames"],
+            {"total_s": round(time.perf_counter() - self._begun, 4), "stages": _stages(chapters)},
+            LEFT_OUT,
+            (shown.track if shown else None) or no_track(self._claim.badge, self._index, self._size),
+            shown.measurement if shown else None,
+            segments=tuple(segment for chapter in chapters for segment in chapter.segments),
+            region=self._verifier.judged.region(),
+            cover=cover,
+            claim_source=self._claim.provenance.source if self._claim.provenance else None,
+            registry=self._claim.provenance.standing if self._claim.provenance else None,
+        )
+
+
+def _stages(chapters: list[Any]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for chapter in chapters:
+        for name, seconds in chapter.stages_s.items():
+            found[name] = round(found.get(name, 0.0) + seconds, 4)
+    return found
