@@ -11,8 +11,8 @@ PARTS_VERSION := 7.5.0
 UV_VERSION := 0.13.8
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations 10
 # What the studio needs on a server, and what else people install; the rest is for those who develop moireid.
-SERVER := cad postgres web face c2pa
-PEOPLE := $(SERVER) archive simulate
+SERVER := cad postgres web face c2pa archive s3
+PEOPLE := $(SERVER) simulate
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
 RESOLVE := $(BIN)/uv pip compile pyproject.toml --generate-hashes --no-emit-index-url --no-emit-find-links --universal --python-version 3.11
 

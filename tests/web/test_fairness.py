@@ -17,6 +17,8 @@ from moireid.badge import Badge
 from moireid.fabrication.event import _summary
 from moireid.fabrication.parts import Parts
 from moireid.fabrication.process import MountFigures
+from moireid.web.door.rates import Rates
+from moireid.web.door.shares import Held, fits
 from moireid.web.jobs import queue as jobs_module
 from moireid.web.jobs.queue import Jobs
 from moireid.web.problems import Refusal
@@ -101,13 +103,50 @@ def test_an_address_that_is_none_is_refused(visit: Visit, headers: dict[str, str
 
 def test_one_owner_leaves_places_to_others(tmp_path: Path) -> None:
     """Catches: a queue that one visitor fills with uploads that never end."""
-    held = Jobs(tmp_path / "jobs", Limits(workers=2, waiting=10))
+    held = Jobs(tmp_path / "jobs", Limits(workers=2, waiting=10, uploads=20))
     (tmp_path / "jobs").mkdir()
-    for _ in range(9):
+    for _ in range(5):
         held.admit("verify", "greedy")
     with pytest.raises(Refusal):
         held.admit("verify", "greedy")
     assert [held.admit("verify", "another").owner for _ in range(3)] == ["another"] * 3
+
+
+def test_verifiers_leave_places_to_issuers(tmp_path: Path) -> None:
+    """Catches: verifiers who together keep an issuer from issuing; slow uploads that take the queue's places."""
+    limits = Limits(workers=2, waiting=10, uploads=100)
+    coming = [Held(f"crawler {k}", "verifier", True, 20) for k in range(3)]
+    assert fits(coming, "true", "verifier", limits) and not fits(coming, "crawler 0", "verifier", Limits(uploads=80))
+    queued = [Held("one", "verifier", False, 5), Held("two", "verifier", False, 4)]
+    assert not fits(queued, "three", "verifier", limits) and fits(queued, "three", "issuer", limits)
+    assert not fits([Held("one", "issuer", False, 6)], "one", "issuer", limits)
+
+
+def test_a_token_that_sends_too_many_is_told_when_to_go_on(tmp_path: Path) -> None:
+    """Catches: a count of all tokens together, one that never ends, and none at all."""
+    rates = Rates(Limits(uploads_a_minute=3, requests_a_minute=5))
+    for _ in range(3):
+        rates.upload("verifier", "verifier")
+    with pytest.raises(Refusal) as refused:
+        rates.upload("verifier", "verifier")
+    assert refused.value.status == 429 and 0 < int(refused.value.headers["Retry-After"]) <= 60
+    for _ in range(6):
+        rates.upload("issuer", "issuer")
+    rates.request("verifier")
+
+
+def test_films_take_no_more_of_the_disk_than_their_share(tmp_path: Path) -> None:
+    """Catches: a quota that one visitor may use up, or that counts no film on its way."""
+    (tmp_path / "jobs").mkdir()
+    jobs = Jobs(tmp_path / "jobs", Limits(disk_bytes=1000))
+    one, another = jobs.admit("verify", "one"), jobs.admit("verify", "another")
+    jobs.stored(one, 500)
+    with pytest.raises(Refusal, match="full"):
+        jobs.stored(one, 501)
+    with pytest.raises(Refusal, match="full"):
+        jobs.stored(another, 500)
+    jobs.remove(one)
+    jobs.stored(another, 500)
 
 
 def test_results_are_counted_by_owner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

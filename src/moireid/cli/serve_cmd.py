@@ -36,12 +36,37 @@ data_option = click.option(
 @trust_option
 @click.option(
     "--keep-verdicts",
-    "keep_days",
+    "keep_verdicts",
     type=FiniteRange(0, 36500),
     default=365.0,
     show_default=True,
     metavar="DAYS",
     help="How long it is kept which verdicts were given to whom; 0 keeps none.",
+)
+@click.option(
+    "--keep-days",
+    type=FiniteRange(0.001, 3650),
+    default=1 / 24,
+    metavar="DAYS",
+    help="How long reports, measured captures and packages are kept; default: an hour. A film goes as soon as it is "
+    "judged, and one that waits goes then too.",
+)
+@click.option(
+    "--disk",
+    "disk_gb",
+    type=FiniteRange(0.1, 1e6),
+    default=20.0,
+    show_default=True,
+    metavar="GB",
+    help="The most that films and results may take; half of it may be one token's.",
+)
+@click.option(
+    "--uploads-per-minute",
+    type=click.IntRange(1),
+    default=600,
+    show_default=True,
+    metavar="NUMBER",
+    help="Films that one token of a verifier may send in a minute; others may send twice as many.",
 )
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
@@ -51,7 +76,10 @@ def serve_command(
     port: int,
     registry_url: str | None,
     trust: str | None,
+    keep_verdicts: float,
     keep_days: float,
+    disk_gb: float,
+    uploads_per_minute: int,
     no_auth: bool,
     data: Path | None,
 ) -> None:
@@ -62,19 +90,17 @@ def serve_command(
     Without --registry, the default registry is used; it is made if there is none yet.
     """
     try:
-        import uvicorn
-
         from moireid.web.app import create_app
-        from moireid.web.settings import Settings, default_data, is_loopback
+        from moireid.web.door.server import server_of
+        from moireid.web.settings import Limits, Settings, default_data, is_loopback
     except ModuleNotFoundError as error:
         raise missing_extra("the studio", error.name or "a package", "web") from error
     if no_auth and not is_loopback(host):
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
-    settings = Settings(
-        registry_url, data or default_data(), auth=not no_auth, trust=trust, keep_verdicts_days=keep_days
-    )
+    limits = Limits(keep_s=keep_days * 86400, disk_bytes=int(disk_gb * 1e9), uploads_a_minute=uploads_per_minute)
+    settings = Settings(registry_url, data or default_data(), not no_auth, limits, trust, keep_verdicts)
     with _signing():
         app = create_app(settings)
         bound = _listen(host, port)
@@ -84,10 +110,9 @@ def serve_command(
         registry = app.state.studio.registry
         if not registry.count():
             say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
-        config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=5)
         # The user stops the server by an interrupt, so this is not an error.
         with contextlib.suppress(KeyboardInterrupt):
-            uvicorn.Server(config).run(sockets=[bound])
+            server_of(app).run(sockets=[bound])
 
 
 @contextlib.contextmanager

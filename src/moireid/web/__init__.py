@@ -3,6 +3,7 @@
 settings.py  where things lie, and the limits     studio.py    what all routes share
 problems.py  errors: a code and one sentence
 auth/        roles, tokens, and no requests from other sites
+door/        connections, and how much a token may ask
 jobs/        work that takes time; each job has its own process
 forms.py     fields and small files, within a limit
 verdicts.py  which verdicts were given, and to whom

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 from fastapi import Request
@@ -23,7 +23,7 @@ from moireid.web.jobs.queue import Job
 from moireid.web.jobs.task import Law
 from moireid.web.problems import Refusal
 from moireid.web.studio import Studio, studio_of
-from moireid.web.uploads import receive
+from moireid.web.uploads import Form, receive
 
 #: Allowed focal lengths, px; the same as for the command.
 FOCAL_PX = (50.0, 100_000.0)
@@ -44,9 +44,9 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
     Raises: Refusal where the form, the film or the claim cannot be used, or too many films wait.
     """
     studio = studio_of(request)
-    with studio.jobs.receiving(kind or "verify", visitor.id) as job:
+    with studio.jobs.receiving(kind or "verify", visitor.id, visitor.role) as job:
         fields = IDENTIFY_FIELDS if kind == "identify" else VERIFY_FIELDS if kind else ("kind", *VERIFY_FIELDS)
-        form = await receive(request, job.folder, studio.settings.limits, fields=fields)
+        form = await received(studio, request, job, fields)
         # A field that was not filled in arrives as an empty text.
         given = {name: text.strip() for name, text in form.fields.items() if text.strip()}
         if form.video is None:
@@ -79,6 +79,12 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
             laws=laws,
         )
     return job
+
+
+async def received(studio: Studio, request: Request, job: Job, fields: Collection[str]) -> Form:
+    """A job's form, with its film in the job's folder.  Raises: Refusal as `receive` and `Jobs.stored`."""
+    limits = studio.settings.limits
+    return await receive(request, job.folder, limits, fields=fields, stored=lambda size: studio.jobs.stored(job, size))
 
 
 def sealed(found: Claimed) -> Claimed:

@@ -35,7 +35,7 @@ def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:
 
 def _start(studio: Studio, kind: str, visitor: Visitor, label: str, order: bytes, **arguments: Any) -> Job:
     """Start a job from a file with the order; the file is removed at the job's end, like an uploaded film."""
-    job = studio.jobs.admit(kind, visitor.id)
+    job = studio.jobs.admit(kind, visitor.id, visitor.role)
     job.label = label
     try:
         (job.folder / "order").write_bytes(order)

@@ -17,21 +17,27 @@ class Limits:
     """What one visitor, and all of them together, may ask of the machine.
 
     upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s, upload_s: an upload is ended when it
-    sends nothing for idle_s, or takes longer than upload_s; workers: films judged at a time; waiting: most jobs that
-    wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of one job; keep_s: how long
-    results are kept; kept: how many results are kept for one owner.
+    sends nothing for idle_s, or takes longer than upload_s; uploads: most films on their way; workers: films judged at
+    a time; waiting: most jobs that wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of
+    one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how long results are kept; kept:
+    how many results are kept for one owner; requests_a_minute, uploads_a_minute: of one token, issuers may upload twice
+    as often.
     """
 
     upload_bytes: int = 512 << 20
     form_bytes: int = 1 << 20
     idle_s: float = 30.0
     upload_s: float = 900.0
+    uploads: int = 128
     workers: int = 2
     waiting: int = 32
     job_s: float = 600.0
     memory_bytes: int = 1 << 30
+    disk_bytes: int = 20 << 30
     keep_s: float = 3600.0
     kept: int = 500
+    requests_a_minute: int = 3000
+    uploads_a_minute: int = 600
 
 
 @dataclass(frozen=True)

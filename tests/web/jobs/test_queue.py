@@ -29,7 +29,7 @@ def visit(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[Visi
     folder = tmp_path_factory.mktemp("jobs")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("MOIREID_KEYS", str(folder / "keys"))
-        with studio(folder, ada, job_s=60.0, upload_bytes=1 << 20, memory_bytes=1 << 30, waiting=20) as made:
+        with studio(folder, ada, job_s=60.0, upload_bytes=1 << 20, memory_bytes=1 << 30, waiting=32) as made:
             yield made
 
 
@@ -176,7 +176,7 @@ def test_sixteen_at_once_are_all_answered(visit: Visit, tiny: Path, films: Path)
 
 def test_no_more_films_are_taken_than_the_queue_has_places(visit: Visit, tiny: Path, films: Path) -> None:
     """Catches: a queue, and a disk, that grow without a bound; one that stays full."""
-    held = [visit.studio.jobs.admit("verify", f"somebody {k % 2}") for k in range(22)]
+    held = [visit.studio.jobs.admit("verify", f"somebody {k % 4}") for k in range(96)]
     refused = visit.ask("POST", "/api/verify", "verifier", **film_form(tiny, films / "badge.json"))
     assert (refused.status_code, refused.json()["code"]) == (503, "busy") and "retry-after" in refused.headers
     visit.studio.jobs.remove(held.pop())

@@ -13,13 +13,13 @@ from pydantic import BaseModel, Field
 from moireid.web.api.films import JobStatus, status_of
 from moireid.web.api.schema import form
 from moireid.web.auth.roles import Visitor, require
+from moireid.web.checks import received
 from moireid.web.forms import ShortRoute
 from moireid.web.issue_jobs import keep, package_of, start_badge, start_capture
 from moireid.web.jobs.events import events_of
 from moireid.web.jobs.orders import Order, checked
 from moireid.web.problems import Refusal, problem_responses
 from moireid.web.studio import studio_of
-from moireid.web.uploads import receive
 
 router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
 Issuer = Annotated[Visitor, require("issuer")]
@@ -147,8 +147,8 @@ async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobSt
     record = await run_in_threadpool(studio.registry.by_id, badge_id)
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    with studio.jobs.receiving("capture", visitor.id) as begun:
-        sent = await receive(request, begun.folder, studio.settings.limits, fields=())
+    with studio.jobs.receiving("capture", visitor.id, visitor.role) as begun:
+        sent = await received(studio, request, begun, ())
         if sent.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
         return status_of(start_capture(studio, begun, sent.video, record))

@@ -58,7 +58,7 @@ class Rule:
         if not self.roles:
             return visitor
         if visitor is not None and visitor.may(*self.roles):
-            return visitor
+            return _counted(connection, visitor)
         if visitor is None:
             refusal = Refusal(
                 401,
@@ -72,6 +72,17 @@ class Rule:
         if connection.scope["type"] == "websocket":
             raise WebSocketException(1008, refusal.text)
         raise refusal
+
+
+def _counted(connection: HTTPConnection, visitor: Visitor) -> Visitor:
+    """The visitor, whose request is counted.  Raises: Refusal 429 where their token sends too many."""
+    try:
+        studio_of(connection).jobs.rates.request(visitor.id)
+    except Refusal as refusal:
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1013, refusal.text) from refusal
+        raise
+    return visitor
 
 
 def require(*roles: Role) -> Any:

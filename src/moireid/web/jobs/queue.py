@@ -27,6 +27,9 @@ from moireid.errors import RegistryError
 from moireid.provenance import Barred, Standing
 from moireid.registry import People
 from moireid.sandbox.limits import ProcessLimits
+from moireid.web.auth.tokens import Role
+from moireid.web.door.rates import Rates
+from moireid.web.door.shares import Held, fits
 from moireid.web.jobs.asking import MOST_OF_A_LAYOUT, answer_to, with_name
 from moireid.web.jobs.child import Lost, films, run_task
 from moireid.web.jobs.heard import Unusable, frames_of, kept_of, result_of
@@ -37,8 +40,6 @@ from moireid.web.settings import Limits
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 #: How often old results are looked for.
 SWEEP_S = 10.0
-#: Of this many places, one visitor may take all but one, so that others find a place.
-LEFT_TO_OTHERS = 4
 #: Memory that libraries reserve for each processor: stacks of threads, buffers of linear algebra.
 PROCESSOR_BYTES = 64 << 20
 #: Greatest size of a file that a job writes.
@@ -52,13 +53,15 @@ class Job:
     result: the JSON of the command; kept: what lies in the folder beside it; problem: code and sentence; begun: when it
     was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
     of the registry when the film came; people: whom the film's process may ask about; questions: how often it still
-    may; film_sha256: of the film as it came; claimed_id, claim_source: the badge that the claim means, and who says so.
+    may; bytes: of its film; film_sha256: of the film as it came; claimed_id, claim_source: the badge that the claim
+    means, and who says so.
     """
 
     id: str
     kind: str
     owner: str
     folder: Path
+    role: str = "verifier"
     label: str = ""
     begun: datetime = field(default_factory=lambda: datetime.now(UTC))
     film_name: str = ""
@@ -70,6 +73,7 @@ class Job:
     claim_source: str | None = None
     people: People | None = None
     questions: int = 0
+    bytes: int = 0
     state: State = "receiving"
     frames: tuple[int, int | None] = (0, None)
     result: dict[str, Any] | None = None
@@ -95,7 +99,7 @@ class Jobs:
         memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
         self._of_one = ProcessLimits(memory, cpu_s=int(limits.job_s * 4) + 1, file_bytes=FILE_BYTES)
         self._jobs: dict[str, Job] = {}
-        self._lock = threading.Lock()
+        self._lock, self.rates = threading.Lock(), Rates(limits)
         self._queue: queue.Queue[tuple[Job, Task]] = queue.Queue()
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
@@ -129,12 +133,14 @@ class Jobs:
             if re.fullmatch("[0-9a-f]{32}", entry.name):
                 shutil.rmtree(entry, ignore_errors=True)
 
-    def admit(self, kind: str, owner: str) -> Job:
-        """A new job, with a folder for its film.  Raises: Refusal 503 where too many wait already."""
-        places = self._limits.workers + self._limits.waiting
+    def admit(self, kind: str, owner: str, role: Role = "verifier") -> Job:
+        """A new job, with a folder for its film.
+
+        Raises: Refusal 503 where too many wait already, or the disk is full; 429 where the token sends too many.
+        """
+        self.rates.upload(owner, role)
         with self._lock:
-            owners = Counter(job.owner for job in self._jobs.values() if not job.over)
-            if owners.total() >= places or owners[owner] >= places - places // LEFT_TO_OTHERS:
+            if not fits(self._held(), owner, role, self._limits):
                 raise Refusal(
                     503,
                     "busy",
@@ -142,7 +148,7 @@ class Jobs:
                     headers={"Retry-After": "60"},
                 )
             job_id = secrets.token_hex(16)
-            job = self._jobs[job_id] = Job(job_id, kind, owner, self._folder / job_id)
+            job = self._jobs[job_id] = Job(job_id, kind, owner, self._folder / job_id, role)
         try:
             job.folder.mkdir(mode=0o700)
         except OSError as error:
@@ -150,13 +156,31 @@ class Jobs:
             raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
         return job
 
+    def _held(self) -> list[Held]:
+        """What the jobs that are not over hold of the places."""
+        found = Counter((job.owner, job.role, job.state == "receiving") for job in self._jobs.values() if not job.over)
+        return [Held(*key, count) for key, count in found.items()]
+
+    def stored(self, job: Job, size: int) -> None:
+        """So many bytes of a job's film are stored.  Raises: Refusal 503 where that is more than the disk's share."""
+        job.bytes = size
+        every = list(self._jobs.values())
+        own = sum(one.bytes for one in every if one.owner == job.owner)
+        if sum(one.bytes for one in every) > self._limits.disk_bytes or own > self._limits.disk_bytes // 2:
+            raise Refusal(
+                503,
+                "disk",
+                "The place for films is full; try again when others are judged.",
+                headers={"Retry-After": "60"},
+            )
+
     @contextlib.contextmanager
-    def receiving(self, kind: str, owner: str) -> Iterator[Job]:
+    def receiving(self, kind: str, owner: str, role: Role) -> Iterator[Job]:
         """Like `admit`, while the film is received: if anything goes wrong, the received part is removed.
 
         A visitor who leaves counts too, because the route is cancelled then.
         """
-        job = self.admit(kind, owner)
+        job = self.admit(kind, owner, role)
         try:
             yield job
         except BaseException:
