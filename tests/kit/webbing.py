@@ -24,7 +24,7 @@ from moireid.web.app import create_app
 from moireid.web.settings import Limits, Settings
 from moireid.web.studio import Studio
 
-ROLES = ("issuer", "verifier", "admin")
+ROLES = ("issuer", "verifier", "monitor", "admin")
 ORIGIN = "http://studio.test"
 
 

@@ -68,6 +68,14 @@ data_option = click.option(
     metavar="NUMBER",
     help="Films that one token of a verifier may send in a minute; others may send twice as many.",
 )
+@click.option(
+    "--log",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
+    "names a person, a film or a token.",
+)
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
 @friendly
@@ -80,6 +88,7 @@ def serve_command(
     keep_days: float,
     disk_gb: float,
     uploads_per_minute: int,
+    log: str,
     no_auth: bool,
     data: Path | None,
 ) -> None:
@@ -91,7 +100,8 @@ def serve_command(
     """
     try:
         from moireid.web.app import create_app
-        from moireid.web.door.server import server_of
+        from moireid.web.door.logs import begin as begin_log
+        from moireid.web.door.server import serve
         from moireid.web.settings import Limits, Settings, default_data, is_loopback
     except ModuleNotFoundError as error:
         raise missing_extra("the studio", error.name or "a package", "web") from error
@@ -110,9 +120,8 @@ def serve_command(
         registry = app.state.studio.registry
         if not registry.count():
             say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
-        # The user stops the server by an interrupt, so this is not an error.
-        with contextlib.suppress(KeyboardInterrupt):
-            server_of(app).run(sockets=[bound])
+        begin_log(as_json=log == "json")
+        serve(app, bound)
 
 
 @contextlib.contextmanager
@@ -167,9 +176,10 @@ def token_group() -> None:
 @token_group.command("create")
 @click.option(
     "--role",
-    type=click.Choice(["issuer", "verifier", "admin"]),
+    type=click.Choice(["issuer", "verifier", "monitor", "admin"]),
     required=True,
-    help="issuer: may issue, enroll and revoke; verifier: may verify films and live pictures; admin: may do both.",
+    help="issuer: may issue, enroll and revoke; verifier: may verify films and live pictures; monitor: may "
+    "read the figures at /metrics; admin: may do all.",
 )
 @click.option(
     "--note", default="", metavar="TEXT", help="Whose token it is, for your own list; the registry's log names it too."

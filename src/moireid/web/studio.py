@@ -19,6 +19,7 @@ from moireid.registry.signing.client import signer_address
 from moireid.registry.url import read_url
 from moireid.verifier.session.claim import with_badge_notes
 from moireid.web.auth.tokens import Tokens
+from moireid.web.door.metrics import Metrics
 from moireid.web.jobs.queue import Job, Jobs
 from moireid.web.problems import Refusal
 from moireid.web.settings import Settings
@@ -34,7 +35,7 @@ class Studio:
         Raises: RegistryError where the registry is absent, was put back or is another authority's, or the studio's
             folder cannot be used; SpecError where another studio uses that folder.
         """
-        self.settings, self._auditing = settings, threading.Lock()
+        self.settings, self._auditing, self.metrics = settings, threading.Lock(), Metrics()
         with ExitStack() as undo:
             self.registry: Registry = undo.enter_context(
                 open_registry(settings.registry_url, create=settings.registry_url is None)
@@ -45,7 +46,7 @@ class Studio:
             self._alone(undo)
             self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days)
             undo.callback(self.verdicts.close)
-            self.jobs = Jobs(settings.data / "jobs", settings.limits, self._judged)
+            self.jobs = Jobs(settings.data / "jobs", settings.limits, self._judged, self.metrics)
             self._open = undo.pop_all()
 
     @property
@@ -57,6 +58,14 @@ class Studio:
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
         keys = str(self.registry.key_path.parent.absolute())
         return {"registry_url": url, "keys": keys, "signer": signer_address()}
+
+    def needs(self) -> dict[str, bool]:
+        """Of each thing that the studio needs for new work, whether it is there now."""
+        try:
+            self.registry.count()
+        except RegistryError:
+            return {"registry": False, "at_work": self.jobs.at_work}
+        return {"registry": True, "at_work": self.jobs.at_work}
 
     def standing(self) -> Standing:
         """The registry's authority and head now.  Raises: Refusal 503 where it was put back while the studio runs."""

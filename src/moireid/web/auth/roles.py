@@ -4,7 +4,8 @@
     @router.get("/x", dependencies=[require("verifier")])       or one
     def x(visitor: Annotated[Visitor, require("issuer", "verifier")])   where the route asks who it is
 
-`issuer` issues, enrolls, revokes and audits; `verifier` verifies, identifies and checks live; `admin` may do both.
+`issuer` issues, enrolls, revokes and audits; `verifier` verifies, identifies and checks live; `monitor`
+reads figures of the studio and nothing else; `admin` may do all.
 Pages without personal data are for `anyone`.  WebSocket routes take the same rules.
 """
 

@@ -25,7 +25,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from moireid.errors import RegistryError, SpecError
 from moireid.web.auth.token_tables import bring_up, sessions, tokens
 
-Role = Literal["issuer", "verifier", "admin"]
+Role = Literal["issuer", "verifier", "monitor", "admin"]
 ROLES: tuple[Role, ...] = get_args(Role)
 PREFIX = "moireid_"
 #: A token's id is this many hex digits of its hash: enough to name it, and useless for signing in.

@@ -48,6 +48,10 @@ class Door:
     #: How many were turned away, or had to go for others.
     turned_away: int = 0
 
+    def counts(self) -> dict[str, float]:
+        """Connections by what they do: waiting for headers, or in the middle of a request."""
+        return {"silent": len(self.silent), "coming": len(self.coming)}
+
     def make_room(self) -> bool:
         """End one connection for a new one; False where all others are at work."""
         self.turned_away += 1

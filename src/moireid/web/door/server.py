@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import signal
+import socket
+
 import uvicorn
 from fastapi import FastAPI
 
@@ -14,13 +18,23 @@ STOP_S = 5
 BACKLOG = 128
 
 
-def server_of(app: FastAPI) -> uvicorn.Server:
-    """The server of an application; `run(sockets=[...])` serves until it is interrupted or terminated."""
-    app.state.door = Door()
+def serve(app: FastAPI, bound: socket.socket) -> None:
+    """Serve an application on a socket that listens, until this process is interrupted or terminated."""
+    # The server stops by itself on SIGTERM, and then sends it again: that is no reason to end without tidying up.
+    signal.signal(signal.SIGTERM, lambda *_: None)
+    # The user stops the server by an interrupt, so this is not an error.
+    with contextlib.suppress(KeyboardInterrupt):
+        _server_of(app).run(sockets=[bound])
+
+
+def _server_of(app: FastAPI) -> uvicorn.Server:
+    door: Door = app.state.door
     config = uvicorn.Config(
         app,
-        http=behind(app.state.door),
-        log_level="warning",
+        http=behind(door),
+        # Logging is set up already, for all that this process writes.
+        log_config=None,
+        access_log=False,
         server_header=False,
         backlog=BACKLOG,
         timeout_graceful_shutdown=STOP_S,

@@ -21,13 +21,14 @@ from concurrent.futures import Future
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from moireid.errors import RegistryError
 from moireid.provenance import Barred, Standing
 from moireid.registry import People
 from moireid.sandbox.limits import ProcessLimits
 from moireid.web.auth.tokens import Role
+from moireid.web.door.metrics import Metrics
 from moireid.web.door.rates import Rates
 from moireid.web.door.shares import Held, fits
 from moireid.web.jobs.asking import MOST_OF_A_LAYOUT, answer_to, with_name
@@ -91,9 +92,15 @@ class Job:
 class Jobs:
     """The jobs of one studio; safe to use from any thread."""
 
-    def __init__(self, folder: Path, limits: Limits, judged: Callable[[Job], None] = lambda job: None) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        limits: Limits,
+        judged: Callable[[Job], None] = lambda job: None,
+        metrics: Metrics | None = None,
+    ) -> None:
         """judged: told of each job that has a result, before its visitor is; it runs in the thread of the work."""
-        self._judged = judged
+        self._judged, self._metrics = judged, metrics or Metrics()
         # Made absolute, because a job's process begins in another folder.
         self._folder, self._limits = folder.absolute(), limits
         memory = limits.memory_bytes + PROCESSOR_BYTES * (os.cpu_count() or 1)
@@ -155,6 +162,20 @@ class Jobs:
             self.remove(job)
             raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
         return job
+
+    @property
+    def at_work(self) -> bool:
+        """Whether there is somebody to do the work."""
+        return bool(self._threads) and not self._stopping.is_set()
+
+    def counts(self) -> dict[str, float]:
+        """How many jobs there are in each state."""
+        found = Counter(job.state for job in self._jobs.values())
+        return {state: found[state] for state in get_args(State)}
+
+    def stored_bytes(self) -> float:
+        """How many bytes of films are stored."""
+        return sum(job.bytes for job in self._jobs.values())
 
     def _held(self) -> list[Held]:
         """What the jobs that are not over hold of the places."""
@@ -218,7 +239,7 @@ class Jobs:
 
     def _do(self, job: Job, task: Task) -> None:
         """Do one job; whatever goes wrong ends this job, with a sentence, and nothing else."""
-        job.state = "working"
+        job.state, begun_s = "working", time.monotonic()
         try:
             problem = self._run(job, task)
             if job.result is not None:
@@ -233,6 +254,8 @@ class Jobs:
             job.problem = problem or ("crash", "The process that read this film ended without a result.")
         self._tidy(job, task)
         job.ended_s = time.monotonic()
+        self._metrics.working.labels(job.kind).observe(job.ended_s - begun_s)
+        self._metrics.ended.labels(job.kind, "failed" if job.problem else "done").inc()
         job.state = "done" if job.result is not None else "failed"
         if not job.finished.done():
             job.finished.set_result(None)

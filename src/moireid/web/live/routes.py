@@ -90,6 +90,11 @@ def _sessions(studio: Studio) -> Counter[str]:
     return found
 
 
+def open_sessions(studio: Studio) -> int:
+    """How many sessions are open in a studio."""
+    return _sessions(studio).total()
+
+
 async def _session(connection: WebSocket, prompts: Prompts) -> None:
     first: MutableMapping[str, Any] = await asyncio.wait_for(connection.receive(), IDLE_S)
     claim = _message(first).get("claim")
