@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
@@ -14,6 +14,7 @@ from typing import Any
 import av
 import httpx
 from fastapi import FastAPI
+from sqlalchemy import update
 
 from moireid.badge import Badge
 from moireid.registry import open_registry
@@ -21,7 +22,14 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Camera, Scene
 from moireid.web.app import create_app
+from moireid.web.jobs.claims import Prepared
+from moireid.web.jobs.queue import Jobs
 from moireid.web.settings import Limits, Settings
+from moireid.web.store.database import database_of
+from moireid.web.store.job import Job
+from moireid.web.store.ledger import Ledger
+from moireid.web.store.storage import Folder
+from moireid.web.store.tables import jobs
 from moireid.web.studio import Studio
 
 ROLES = ("issuer", "verifier", "monitor", "admin")
@@ -57,6 +65,17 @@ class Visit:
         headers = bearer | more.pop("headers", {})
         return await client.request(method, path, headers=headers, **more)
 
+    def job(self, job_id: str) -> Job:
+        """A job, whoever asked for it."""
+        found = self.studio.jobs.ledger.find(job_id)
+        assert found is not None
+        return found
+
+    def rewrite(self, job_id: str, **values: object) -> None:
+        """Change what the database has of a job."""
+        with self.studio.jobs.ledger.database.writing() as connection:
+            connection.execute(update(jobs).where(jobs.c.id == job_id).values(**values))
+
     def left(self) -> list[str]:
         """What lies in the folders of jobs."""
         return sorted(str(path.relative_to(self.folder)) for path in (self.folder / "jobs").rglob("*"))
@@ -77,6 +96,7 @@ def studio(folder: Path, *badges: Badge, auth: bool = True, work: bool = True, *
     with open_registry(url, create=True) as registry:
         for badge in badges:
             registry.enroll(badge)
+    limits = {"stop_s": 0.5} | limits
     app = create_app(Settings(url, folder / "studio", auth=auth, limits=replace(Limits(), **limits)))
     visit = Visit(app, folder / "studio")
     if work:
@@ -86,6 +106,13 @@ def studio(folder: Path, *badges: Badge, auth: bool = True, work: bool = True, *
     finally:
         visit.studio.jobs.stop()
         visit.studio.close()
+
+
+def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], Prepared] = lambda job: Prepared()) -> Jobs:
+    """Jobs without a studio, in a folder of their own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    ledger = Ledger(database_of(folder.parent, f"{folder.name}.sqlite3", None, log=True), folder)
+    return Jobs(folder, limits, ledger, Folder(folder), prepare)
 
 
 def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:

@@ -22,6 +22,14 @@ data_option = click.option(
 )
 
 
+state_option = click.option(
+    "--state",
+    metavar="URL",
+    help="A PostgreSQL database in place of files in the folder, for tokens, jobs and verdicts: studios that are given "
+    "the same one work as one.",
+)
+
+
 @click.command("serve")
 @click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
 @click.option(
@@ -76,6 +84,17 @@ data_option = click.option(
     help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
     "names a person, a film or a token.",
 )
+@state_option
+@click.option(
+    "--storage",
+    metavar="URL",
+    help="Where films wait and reports are kept, in place of the folder: an address such as s3://bucket/films.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of this Dask scheduler judge films, in place of this machine; with --state and --storage.",
+)
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
 @friendly
@@ -89,6 +108,9 @@ def serve_command(
     disk_gb: float,
     uploads_per_minute: int,
     log: str,
+    state: str | None,
+    storage: str | None,
+    scheduler: str | None,
     no_auth: bool,
     data: Path | None,
 ) -> None:
@@ -110,7 +132,18 @@ def serve_command(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
     limits = Limits(keep_s=keep_days * 86400, disk_bytes=int(disk_gb * 1e9), uploads_a_minute=uploads_per_minute)
-    settings = Settings(registry_url, data or default_data(), not no_auth, limits, trust, keep_verdicts)
+    folder = data or default_data()
+    settings = Settings(
+        registry_url,
+        folder,
+        not no_auth,
+        limits,
+        trust,
+        keep_verdicts,
+        state=state,
+        storage=storage,
+        scheduler=scheduler,
+    )
     with _signing():
         app = create_app(settings)
         bound = _listen(host, port)
@@ -194,16 +227,17 @@ def token_group() -> None:
     help="After so many days it opens nothing any more.",
 )
 @data_option
+@state_option
 @json_option
 @friendly
-def token_create(role: str, note: str, days: float, data: Path | None, as_json: bool) -> None:
+def token_create(role: str, note: str, days: float, data: Path | None, state: str | None, as_json: bool) -> None:
     """Make a token and print it.
 
     Copy it now: only its hash is kept, so it cannot be shown again.
     """
     from moireid.web.auth.tokens import open_tokens
 
-    with open_tokens(data) as tokens:
+    with open_tokens(data, state) as tokens:
         secret, token = tokens.create(role, note, days)
     if as_json:
         told = {"token": secret, "id": token.id, "role": token.role, "note": token.note}
@@ -218,9 +252,10 @@ def token_create(role: str, note: str, days: float, data: Path | None, as_json: 
 
 @token_group.command("list")
 @data_option
+@state_option
 @json_option
 @friendly
-def token_list(data: Path | None, as_json: bool) -> None:
+def token_list(data: Path | None, state: str | None, as_json: bool) -> None:
     """List all tokens by id, role and note.
 
     The tokens themselves are not kept, so they are not shown.
@@ -229,7 +264,7 @@ def token_list(data: Path | None, as_json: bool) -> None:
 
     from moireid.web.auth.tokens import open_tokens
 
-    with open_tokens(data) as tokens:
+    with open_tokens(data, state) as tokens:
         found = tokens.all()
     if as_json:
         show_json({"tokens": [asdict(token) for token in found]})
@@ -243,16 +278,17 @@ def token_list(data: Path | None, as_json: bool) -> None:
 @token_group.command("revoke")
 @click.argument("token_id", metavar="ID")
 @data_option
+@state_option
 @json_option
 @friendly
-def token_revoke(token_id: str, data: Path | None, as_json: bool) -> None:
+def token_revoke(token_id: str, data: Path | None, state: str | None, as_json: bool) -> None:
     """Revoke a token, at once and for good.
 
     ID is what `moireid token list` shows.
     """
     from moireid.web.auth.tokens import open_tokens
 
-    with open_tokens(data) as tokens:
+    with open_tokens(data, state) as tokens:
         token = tokens.revoke(token_id)
     if as_json:
         show_json({"id": token.id, "role": token.role, "revoked_at": token.revoked_at})

@@ -2,6 +2,7 @@
 
 settings.py  where things lie, and the limits     studio.py    what all routes share
 problems.py  errors: a code and one sentence
+store/       the studio's own tables, and films that wait
 auth/        roles, tokens, and no requests from other sites
 door/        connections, and how much a token may ask
 jobs/        work that takes time; each job has its own process

@@ -61,11 +61,11 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        studio.jobs.start()
+        await run_in_threadpool(studio.start)
         try:
             yield
         finally:
-            await run_in_threadpool(studio.jobs.stop)
+            await run_in_threadpool(studio.stop)
             studio.close()
 
     # The framework's own documentation pages load scripts from other sites.
@@ -94,7 +94,7 @@ def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
     """What is asked for when somebody reads the figures."""
     door: Door = app.state.door
     return [
-        ("moireid_jobs", "Jobs by state.", "state", studio.jobs.counts),
+        ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
         ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
         ("moireid_connections", "Connections by what they do.", "state", door.counts),
         ("moireid_turned_away", "Connections that had to go for others.", "", lambda: {"": door.turned_away}),

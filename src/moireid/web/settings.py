@@ -19,8 +19,9 @@ class Limits:
     upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s, upload_s: an upload is ended when it
     sends nothing for idle_s, or takes longer than upload_s; uploads: most films on their way; workers: films judged at
     a time; waiting: most jobs that wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of
-    one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how long results are kept; kept:
-    how many results are kept for one owner; requests_a_minute, uploads_a_minute: of one token, issuers may upload twice
+    one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how long results are kept; stop_s:
+    how long a job may go on once the studio stops, before it is given back; kept: how many results are kept for one
+    owner; requests_a_minute, uploads_a_minute: of one token, issuers may upload twice
     as often.
     """
 
@@ -35,6 +36,7 @@ class Limits:
     memory_bytes: int = 1 << 30
     disk_bytes: int = 20 << 30
     keep_s: float = 3600.0
+    stop_s: float = 10.0
     kept: int = 500
     requests_a_minute: int = 3000
     uploads_a_minute: int = 600
@@ -46,7 +48,9 @@ class Settings:
 
     auth: ask for tokens; without it whoever reaches the server may do everything, so it must listen on loopback alone;
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
-    keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all.
+    keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
+    jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
+    address, None for the folder; scheduler: of a Dask deployment that judges films, None where this studio does.
     """
 
     registry_url: str | None = None
@@ -55,6 +59,9 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
     trust: str | None = None
     keep_verdicts_days: float = KEEP_VERDICTS_DAYS
+    state: str | None = None
+    storage: str | None = None
+    scheduler: str | None = None
 
 
 def default_data() -> Path:

@@ -11,19 +11,23 @@ from typing import Any
 
 from starlette.requests import HTTPConnection
 
-from moireid import __version__
 from moireid.errors import RegistryError, SpecError
+from moireid.kept import program_digest
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.signing.client import signer_address
 from moireid.registry.url import read_url
-from moireid.verifier.session.claim import with_badge_notes
 from moireid.web.auth.tokens import Tokens
 from moireid.web.door.metrics import Metrics
-from moireid.web.jobs.queue import Job, Jobs
+from moireid.web.jobs.claims import prepared
+from moireid.web.jobs.cluster import Dispatcher, Parcel
+from moireid.web.jobs.queue import Jobs
 from moireid.web.problems import Refusal
 from moireid.web.settings import Settings
-from moireid.web.verdicts import Verdicts, said
+from moireid.web.store.database import database_of
+from moireid.web.store.ledger import Ledger
+from moireid.web.store.storage import storage_of
+from moireid.web.verdicts import Verdicts
 
 
 class Studio:
@@ -41,13 +45,54 @@ class Studio:
                 open_registry(settings.registry_url, create=settings.registry_url is None)
             )
             self.registry.standing(settings.trust)
-            self.tokens = Tokens(settings.data)
+            self.tokens = Tokens(settings.data, settings.state)
             undo.callback(self.tokens.close)
             self._alone(undo)
-            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days)
+            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
             undo.callback(self.verdicts.close)
-            self.jobs = Jobs(settings.data / "jobs", settings.limits, self._judged, self.metrics)
+            self.jobs = self._jobs(undo)
+            self._dispatcher = self._cluster()
             self._open = undo.pop_all()
+
+    def _jobs(self, undo: ExitStack) -> Jobs:
+        settings, folder = self.settings, (self.settings.data / "jobs").absolute()
+        database = database_of(settings.data, "jobs.sqlite3", settings.state, log=True)
+        undo.callback(database.close)
+        return Jobs(
+            folder,
+            settings.limits,
+            Ledger(database, folder),
+            storage_of(settings.storage, folder),
+            lambda job: prepared(job, self.registry, settings.trust, lambda: self.for_children),
+            self.verdicts.note_job,
+            registry=self.registry,
+            metrics=self.metrics,
+        )
+
+    def _cluster(self) -> Dispatcher | None:
+        """Whoever hands films to the workers of a scheduler; None where this studio judges them.
+
+        Raises: SpecError where workers elsewhere could not reach registry, database or films; MissingExtraError.
+        """
+        given = self.settings
+        if given.scheduler is None:
+            return None
+        url = read_url(given.registry_url or default_url())
+        if given.state is None or given.storage is None or url.get_backend_name() == "sqlite":
+            raise SpecError(
+                "workers of a scheduler reach no file of this studio; give --state and --registry on PostgreSQL, and "
+                "--storage"
+            )
+        parcel = Parcel(
+            url.render_as_string(hide_password=False),
+            given.state,
+            given.storage,
+            given.trust,
+            given.keep_verdicts_days,
+            given.limits,
+            program_digest(),
+        )
+        return Dispatcher(given.scheduler, parcel, self.jobs.ledger)
 
     @property
     def for_children(self) -> dict[str, str | None]:
@@ -61,11 +106,15 @@ class Studio:
 
     def needs(self) -> dict[str, bool]:
         """Of each thing that the studio needs for new work, whether it is there now."""
+        needs = self.jobs.check() | {"registry": True}
+        if self._dispatcher is not None:
+            # Films may come while no scheduler answers: they wait.
+            needs["scheduler"] = self._dispatcher.connected
         try:
             self.registry.count()
         except RegistryError:
-            return {"registry": False, "at_work": self.jobs.at_work}
-        return {"registry": True, "at_work": self.jobs.at_work}
+            needs["registry"] = False
+        return needs
 
     def standing(self) -> Standing:
         """The registry's authority and head now.  Raises: Refusal 503 where it was put back while the studio runs."""
@@ -97,36 +146,22 @@ class Studio:
 
         A verdict that cannot be written down is given all the same; the log of the server says so.
         """
-        standing: Standing | None = about.pop("standing")
-        asked = None if standing is None else f"{standing.fingerprint} {standing.head}"
         try:
-            given = about | said(result) | {"registry": asked, "moireid": __version__}
-            self.verdicts.note(token=asked_by, kind=kind, **given)
+            self.verdicts.note_result(asked_by, kind, result, **about)
         except RegistryError as error:
             logging.getLogger(__name__).error("%s", error)
 
-    def _judged(self, job: Job) -> None:
-        """Write down what a film's job found; and add who else could have the badge that was identified."""
-        if job.kind not in ("verify", "identify") or not isinstance(job.result, dict):
-            return
-        if job.kind == "identify":
-            job.result = self._with_notes(job.result)
-        about = {"film_sha256": job.film_sha256, "claim": job.claimed_id, "claim_source": job.claim_source}
-        self.note_verdict(job.owner, job.kind, job.result, **about, standing=job.standing)
+    def start(self) -> None:
+        """Begin to work.  Raises: RegistryError where the database cannot be used."""
+        self.jobs.start(judging=self._dispatcher is None)
+        if self._dispatcher is not None:
+            self._dispatcher.start()
 
-    def _with_notes(self, result: dict[str, Any]) -> dict[str, Any]:
-        """An identification with what is to be said of the badge that was found, of which the decoder knows nothing."""
-        found = result.get("found_id")
-        if not isinstance(found, str) or not isinstance(result.get("reasons"), list):
-            return result
-        try:
-            record = self.registry.by_id(found)
-        except RegistryError as error:
-            logging.getLogger(__name__).error("%s", error)
-            return result
-        if record is None:
-            return result
-        return with_badge_notes(result, record.badge, measured=record.as_built is not None)
+    def stop(self) -> None:
+        """End the work; what is not done waits for whoever starts next."""
+        if self._dispatcher is not None:
+            self._dispatcher.stop()
+        self.jobs.stop()
 
     def close(self) -> None:
         """Close what is open."""

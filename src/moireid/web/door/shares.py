@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from moireid.web.settings import Limits
+from moireid.web.store.job import Held
 
 #: Of all places: what one token may take, and what all verifiers together may.
 OF_ONE, OF_VERIFIERS = 0.5, 0.75
 #: An upload on its way takes no work yet, so a token may have fewer of them.
 RECEIVED_OF_ONE = 0.25
-
-
-@dataclass(frozen=True)
-class Held:
-    """So many films of one token: on their way, or waiting and at work."""
-
-    owner: str
-    role: str
-    receiving: bool
-    count: int
 
 
 def fits(held: Iterable[Held], owner: str, role: str, limits: Limits) -> bool:

@@ -35,7 +35,7 @@ from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_pr
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.live_headline import live_headline_of, shown
 from moireid.web.auth.roles import require, visitor_of
-from moireid.web.checks import find_claimed, sealed
+from moireid.web.jobs.claims import find_claimed, sealed
 from moireid.web.live.worker import LIMITS, Ask, End, Picture, Start
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
