@@ -90,15 +90,25 @@ class Visit:
 
 
 @contextmanager
-def studio(folder: Path, *badges: Badge, auth: bool = True, work: bool = True, **limits: Any) -> Iterator[Visit]:
+def studio(
+    folder: Path,
+    *badges: Badge,
+    auth: bool = True,
+    work: bool = True,
+    data: str = "studio",
+    state: str | None = None,
+    storage: str | None = None,
+    **limits: Any,
+) -> Iterator[Visit]:
     """A studio at work (or only open), with these badges enrolled; its keys lie where MOIREID_KEYS says."""
     url = f"sqlite:///{folder}/registry.sqlite3"
     with open_registry(url, create=True) as registry:
         for badge in badges:
             registry.enroll(badge)
     limits = {"stop_s": 0.5} | limits
-    app = create_app(Settings(url, folder / "studio", auth=auth, limits=replace(Limits(), **limits)))
-    visit = Visit(app, folder / "studio")
+    given = Settings(url, folder / data, auth, replace(Limits(), **limits), state=state, storage=storage)
+    app = create_app(given)
+    visit = Visit(app, folder / data)
     if work:
         visit.studio.jobs.start()
     try:

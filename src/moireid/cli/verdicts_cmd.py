@@ -46,7 +46,7 @@ def verdicts_command(
     """
     from moireid.files import planned, write_text
     from moireid.web.settings import default_data
-    from moireid.web.verdicts import FILE, Given, Verdicts
+    from moireid.web.store.verdicts import FILE, Given, Verdicts
 
     folder = data or default_data()
     if state is None and not (folder / FILE).is_file():

@@ -27,7 +27,7 @@ from moireid.web.settings import Settings
 from moireid.web.store.database import database_of
 from moireid.web.store.ledger import Ledger
 from moireid.web.store.storage import storage_of
-from moireid.web.verdicts import Verdicts
+from moireid.web.store.verdicts import Verdicts
 
 
 class Studio:
@@ -172,12 +172,17 @@ class Studio:
 
         Without the lock, another studio would remove the films here as leftovers of its own.
         """
-        lock = undo.enter_context((self.settings.data / "lock").open("a"))
+        folder = self.settings.data
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            lock = undo.enter_context((folder / "lock").open("a"))
+        except OSError as error:
+            raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another with --data") from error
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             raise SpecError(
-                f"another studio runs with the folder {self.settings.data}; stop it, or give another with --data"
+                f"another studio runs with the folder {folder}; stop it, or give another with --data"
             ) from error
 
 

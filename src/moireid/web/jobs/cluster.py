@@ -1,8 +1,9 @@
 """Films judged by a Dask deployment, the same that judges archives.
 
-Which jobs there are, the database says, and not Dask: what is handed to a scheduler is only "do one".  A worker that has
-such a task takes the next job as a studio's own thread does, and settles it in the database.  So nothing is lost with a
-scheduler, a studio or a worker: a task that comes twice finds nothing to do, and a job whose worker died is taken again.
+Which jobs there are, the database says, and not Dask: what is handed to a scheduler is only "do one".  A worker that
+has such a task takes the next job as a studio's own thread does, and settles it in the database.  So nothing is lost
+with a scheduler, a studio or a worker: a task that comes twice finds nothing to do, and a job whose worker died is
+taken again.
 Whoever reaches a scheduler may run code on its workers, so it must be on a network of its own, or ask for certificates.
 """
 
@@ -28,7 +29,7 @@ from moireid.web.settings import Limits
 from moireid.web.store.database import database_of
 from moireid.web.store.ledger import BEAT_S, Ledger
 from moireid.web.store.storage import storage_of
-from moireid.web.verdicts import Verdicts
+from moireid.web.store.verdicts import Verdicts
 
 #: Time for a scheduler to answer, between two tries to reach one, and between two looks for jobs, s.
 CONNECT_S, AGAIN_S, LOOK_S = 10.0, 2.0, 0.25

@@ -88,7 +88,8 @@ class Verdicts:
         # Who asks for what is their own business: the file is closed to others.
         self._database = database_of(folder, FILE, state)
         self._database.make(metadata, _bring_up)
-        self._remove_old()
+        with self._database.writing() as connection:
+            self._remove_old(connection)
 
     def close(self) -> None:
         """Close the connections."""
@@ -102,7 +103,7 @@ class Verdicts:
         new = insert(verdicts).values(given | {"at": _text(datetime.now(UTC))})
         with self._database.writing() as connection:
             connection.execute(new.on_conflict_do_nothing(index_elements=["job"]))
-        self._remove_old()
+            self._remove_old(connection)
 
     def note_result(self, asked_by: str, kind: str, result: Mapping[str, Any], **about: Any) -> None:
         """Write down what a check found; about: film_sha256, claim, claim_source, job, and the `standing` it asked.
@@ -131,11 +132,10 @@ class Verdicts:
         with self._database.reading() as connection:
             return [Given(**row._mapping) for row in connection.execute(query)]
 
-    def _remove_old(self) -> None:
+    def _remove_old(self, connection: Connection) -> None:
         if self._keep_days is not None:
             oldest = _text(datetime.now(UTC) - timedelta(days=self._keep_days))
-            with self._database.writing() as connection:
-                connection.execute(delete(verdicts).where(verdicts.c.at < oldest))
+            connection.execute(delete(verdicts).where(verdicts.c.at < oldest))
 
 
 def _bring_up(connection: Connection) -> None:

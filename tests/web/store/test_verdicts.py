@@ -16,9 +16,9 @@ from kit.webbing import badge_film, film_form, studio, tiny_film
 from moireid import __version__
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.web import verdicts as module
 from moireid.web.jobs.doing import with_notes
-from moireid.web.verdicts import Verdicts, said
+from moireid.web.store import verdicts as module
+from moireid.web.store.verdicts import Verdicts, said
 
 ONE = {"token": "abc", "kind": "verify", "film_sha256": "0" * 64, "claim": "0" * 16, "claim_source": "registry"}
 ONE |= {"verdict": "accept", "read": None, "registry": "f 1:0", "moireid": "1"}
