@@ -6,7 +6,8 @@ its own programs, as its command is in its image; and there is no proxy: films a
 again where none answers.  It then
 
 1 sends films, each with bytes of its own at its end, and kills a studio, a worker and the scheduler meanwhile, with all
-  that they had started; prints what became of each film, and how often the record has it;
+  that they had started, and stops PostgreSQL for ten seconds; prints what became of each film, and how often the record
+  has it;
 2 measures films a second with one worker and with two, where jobs wait (for a storage that takes seconds) and where
   they compute.  Two workers can only compute twice as fast where two processors are free, so the load is printed.
 """
@@ -26,7 +27,7 @@ import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -46,7 +47,7 @@ from moireid.web.auth.tokens import open_tokens  # noqa: E402
 FILMS = ROOT / "tests" / "data" / "films"
 SERVICES = yaml.safe_load((ROOT / "deploy" / "compose.yaml").read_text(encoding="utf-8"))["services"]
 DATABASE = "postgresql+psycopg://moireid@database/moireid"
-ASKERS, AGAIN_S, SLOW_S = 8, 1.0, 2.0
+ASKERS, AGAIN_S, SLOW_S, AWAY_S = 8, 1.0, 2.0, 10.0
 #: A storage that takes its time, for jobs that wait: a package of fsspec's as any other.
 SLOW = f"""
 import time
@@ -105,7 +106,8 @@ class Cluster:
 
     def start(self, name: str) -> None:
         """Start a service, with a log of its own."""
-        environment = os.environ | {"PYTHONPATH": str(self.folder / "packages")}
+        packages = [str(self.folder / "packages"), *filter(None, [os.environ.get("PYTHONPATH")])]
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(packages)}
         with (self.folder / f"{name}.log").open("ab") as log:
             self.processes[name] = subprocess.Popen(
                 self.command(*self._wanted[name]), env=environment, stdout=log, stderr=log, start_new_session=True
@@ -167,32 +169,43 @@ def _until(holds: Any, seconds: float) -> None:
 class Visitor:
     """Whoever sends films: to one studio after the other, and again where none answers."""
 
-    def __init__(self, ports: Sequence[int], token: str, film: bytes, claim: str) -> None:
+    def __init__(self, ports: Sequence[int], tokens: Sequence[str], film: bytes, claim: str) -> None:
         self._homes = [f"http://127.0.0.1:{port}" for port in ports]
-        self._client = httpx.Client(headers={"Authorization": f"Bearer {token}"}, timeout=60)
+        self._client = httpx.Client(timeout=60)
+        # Several, as one may hold half of the places.
+        self._bearers = [{"Authorization": f"Bearer {token}"} for token in tokens]
+        self._of: dict[str, dict[str, str]] = {}
         self._film, self._claim, self.sent_again = film, claim, 0
 
     def upload(self, number: int) -> str:
         """The id of the job of a film, which ends in an empty box with its number."""
         film = self._film + (12).to_bytes(4) + b"free" + number.to_bytes(4)
-        for home in self._turns(number):
+        turns = self._turns(number)
+        while True:
+            home = next(turns)
             try:
                 form = {"files": {"video": ("film.mp4", film)}, "data": {"claim": self._claim}}
-                answer = self._client.post(f"{home}/api/jobs", **form)
+                bearer = self._bearers[number % len(self._bearers)]
+                answer = self._client.post(f"{home}/api/jobs", headers=bearer, **form)
             except httpx.HTTPError:
                 # It may have come, though nobody said so.
                 self.sent_again += 1
                 continue
             if answer.status_code == 202:
-                return str(answer.json()["id"])
+                job_id = str(answer.json()["id"])
+                self._of[job_id] = bearer
+                return job_id
+            time.sleep(AGAIN_S)
             if answer.status_code not in (429, 502, 503):
                 raise SystemExit(f"{answer.status_code} {answer.text}")
 
     def look(self, job_id: str) -> dict[str, Any]:
         """A job, as a studio has it."""
-        for home in self._turns(0):
+        turns = self._turns(0)
+        while True:
+            home = next(turns)
             with contextlib.suppress(httpx.HTTPError, ValueError):
-                answer = self._client.get(f"{home}/api/jobs/{job_id}")
+                answer = self._client.get(f"{home}/api/jobs/{job_id}", headers=self._of[job_id])
                 if answer.status_code in (200, 404):
                     return dict(answer.json())
 
@@ -230,9 +243,12 @@ def record(database: str, since: int = 0) -> list[Any]:
         engine.dispose()
 
 
-def killed(cluster: Cluster, visitor: Visitor, count: int) -> None:
-    """Send films, kill a studio, a worker and the scheduler meanwhile, and print what became of the films."""
+def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float], None]) -> None:
+    """Send films, kill a studio, a worker and the scheduler meanwhile, let the database go `away` for ten seconds, and
+    print what became of the films.
+    """
     kills = {count // 5: "studio 0", 2 * count // 5: "worker 1", 3 * count // 5: "scheduler"}
+    kills[4 * count // 5] = "database"
     begun, lock, sent, down = time.monotonic(), threading.Lock(), Counter[str](), []
 
     def upload(number: int) -> str:
@@ -240,7 +256,10 @@ def killed(cluster: Cluster, visitor: Visitor, count: int) -> None:
         with lock:
             sent["films"] += 1
             if name := kills.pop(sent["films"], None):
-                cluster.kill(name)
+                if name == "database":
+                    away(AWAY_S)
+                else:
+                    cluster.kill(name)
                 down.append(f"{name} after {sent['films']} uploads")
         return job_id
 
@@ -259,12 +278,14 @@ def killed(cluster: Cluster, visitor: Visitor, count: int) -> None:
     print(f"films in the record: {len(by_film)}, {twice} twice; {visitor.sent_again} sent again, as nobody answered")
 
 
-def speed(folder: Path, database: str, storage: str, token: str, film: bytes, claim: str, count: int) -> None:
+def speed(
+    folder: Path, database: str, storage: str, tokens: Sequence[str], film: bytes, claim: str, count: int
+) -> None:
     """Films a second with one worker and with two."""
     rates = []
     for workers in (1, 2):
         with Cluster(folder / f"workers{workers}", database, storage, workers) as cluster:
-            visitor = Visitor(cluster.ports, token, film, claim)
+            visitor = Visitor(cluster.ports, tokens, film, claim)
             # The first film of a worker waits until it has loaded its programs.
             visitor.all_over([visitor.upload(1_000_000 + k) for k in range(2 * workers)])
             begun = time.monotonic()
@@ -276,8 +297,8 @@ def speed(folder: Path, database: str, storage: str, token: str, film: bytes, cl
     print(f"  two workers are {rates[1] / rates[0]:.2f} times as fast as one")
 
 
-def prepared(folder: Path, database: str) -> tuple[str, bytes, str]:
-    """A registry with a badge, and the storage that takes its time; returns a token, a film, and whose badge it is."""
+def prepared(folder: Path, database: str) -> tuple[list[str], bytes, str]:
+    """A registry with a badge, and the storage that takes its time; returns tokens, a film, and whose badge it is."""
     packages = folder / "packages"
     told = packages / "slowfs-1.dist-info"
     told.mkdir(parents=True)
@@ -291,8 +312,8 @@ def prepared(folder: Path, database: str) -> tuple[str, bytes, str]:
     with open_registry(database, create=False) as registry:
         registry.enroll(badge)
     with open_tokens(folder / "nowhere", database) as tokens:
-        secret, _ = tokens.create("verifier")
-    return secret, tiny_film(FILMS / "genuine_1.0m.mp4", folder / "tiny.mp4").read_bytes(), badge.name
+        secrets = [tokens.create("verifier")[0] for _ in range(ASKERS // 2)]
+    return secrets, tiny_film(FILMS / "genuine_1.0m.mp4", folder / "tiny.mp4").read_bytes(), badge.name
 
 
 def main() -> None:
@@ -306,19 +327,19 @@ def main() -> None:
     with running_server() as server:
         try:
             database = server.fresh()
-            token, film, claim = prepared(scratch, database)
+            tokens, film, claim = prepared(scratch, database)
             for name in ("killed", "waits/workers1", "waits/workers2", "computes/workers1", "computes/workers2"):
                 shutil.copytree(scratch / "packages", scratch / name / "packages")
             films = (scratch / "films").as_uri()
             if given.films:
                 with Cluster(scratch / "killed", database, films, 2) as cluster:
-                    killed(cluster, Visitor(cluster.ports, token, film, claim), given.films)
+                    killed(cluster, Visitor(cluster.ports, tokens, film, claim), given.films, server.away)
             if given.speed:
                 print(f"jobs that wait {SLOW_S:g} s for their film:")
                 slow = re.sub("^file:", "slow:", films)
-                speed(scratch / "waits", database, slow, token, film, claim, given.speed)
+                speed(scratch / "waits", database, slow, tokens, film, claim, given.speed)
                 print("jobs that compute:")
-                speed(scratch / "computes", database, films, token, film, claim, given.speed)
+                speed(scratch / "computes", database, films, tokens, film, claim, given.speed)
         finally:
             for log in sorted(scratch.rglob("*.log")) if "MOIREID_LOGS" in os.environ else ():
                 print(f"--- {log}\n{log.read_text()[-3000:]}")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import logging
 import threading
+import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Any
@@ -29,6 +30,9 @@ from moireid.web.store.ledger import Ledger
 from moireid.web.store.storage import storage_of
 from moireid.web.store.verdicts import Verdicts
 
+#: Anybody may ask whether the studio is ready, and none shall keep its database busy by that.
+NEEDS_S = 1.0
+
 
 class Studio:
     """One running studio; a route gets it by `studio_of(request)`."""
@@ -40,6 +44,7 @@ class Studio:
             folder cannot be used; SpecError where another studio uses that folder.
         """
         self.settings, self._auditing, self.metrics = settings, threading.Lock(), Metrics()
+        self._needs: tuple[float, dict[str, bool]] = (-NEEDS_S, {})
         with ExitStack() as undo:
             self.registry: Registry = undo.enter_context(
                 open_registry(settings.registry_url, create=settings.registry_url is None)
@@ -105,7 +110,12 @@ class Studio:
         return {"registry_url": url, "keys": keys, "signer": signer_address()}
 
     def needs(self) -> dict[str, bool]:
-        """Of each thing that the studio needs for new work, whether it is there now."""
+        """Of each thing that the studio needs for new work, whether it is there; looked at once a second at most."""
+        if time.monotonic() - self._needs[0] > NEEDS_S:
+            self._needs = time.monotonic(), self._look()
+        return self._needs[1]
+
+    def _look(self) -> dict[str, bool]:
         needs = self.jobs.check() | {"registry": True}
         if self._dispatcher is not None:
             # Films may come while no scheduler answers: they wait.

@@ -15,6 +15,8 @@ from prometheus_client.registry import Collector
 from starlette.routing import Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from moireid.errors import RegistryError
+
 #: A gauge that is asked for when somebody reads it: name, meaning, label or "", and values by label.
 Gauge = tuple[str, str, str, Callable[[], dict[str, float]]]
 #: From pages to long films, s.
@@ -60,8 +62,12 @@ class _Asked(Collector):
     def collect(self) -> Iterable[GaugeMetricFamily]:
         for name, meaning, label, values in self._gauges:
             family = GaugeMetricFamily(name, meaning, labels=[label] if label else [])
-            for key, value in values().items():
-                family.add_metric([key] if label else [], value)
+            try:
+                for key, value in values().items():
+                    family.add_metric([key] if label else [], value)
+            except RegistryError:
+                # A database that is away takes no other figure along.
+                continue
             yield family
 
 

@@ -13,7 +13,7 @@ import logging
 import threading
 import time
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -44,9 +44,10 @@ _log = logging.getLogger(__name__)
 class Parcel:
     """What a worker must know to do any job: where things lie, and the limits; program: digest of the studio's own."""
 
-    registry_url: str
-    state: str
-    storage: str
+    # Dask writes a task's arguments to its log where it fails, and these may hold passwords.
+    registry_url: str = field(repr=False)
+    state: str = field(repr=False)
+    storage: str = field(repr=False)
     trust: str | None
     keep_verdicts_days: float
     limits: Limits
