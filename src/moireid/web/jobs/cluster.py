@@ -79,8 +79,9 @@ class Dispatcher:
         self._thread.join(CONNECT_S)
 
     def _run(self) -> None:
-        # It logs tracebacks when a scheduler goes away; one sentence of ours is enough.
-        logging.getLogger("distributed").setLevel(logging.CRITICAL)
+        # They log tracebacks when a scheduler goes away, each with a level of its own; a sentence of ours is enough.
+        for name in [name for name in logging.root.manager.loggerDict if name.startswith("distributed")]:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         while not self._stopping.is_set():
             try:
                 with self._distributed.Client(self._scheduler, timeout=CONNECT_S, set_as_default=False) as client:
