@@ -47,7 +47,7 @@ from moireid.web.auth.tokens import open_tokens  # noqa: E402
 FILMS = ROOT / "tests" / "data" / "films"
 SERVICES = yaml.safe_load((ROOT / "deploy" / "compose.yaml").read_text(encoding="utf-8"))["services"]
 DATABASE = "postgresql+psycopg://moireid@database/moireid"
-ASKERS, AGAIN_S, SLOW_S, AWAY_S = 8, 1.0, 2.0, 10.0
+ASKERS, AGAIN_S, SLOW_S, AWAY_S = 8, 1.0, 6.0, 10.0
 #: A storage that takes its time, for jobs that wait: a package of fsspec's as any other.
 SLOW = f"""
 import time

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from pathlib import Path
 from typing import Any
 
 from fastapi import Request
@@ -35,7 +36,7 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
     Raises: Refusal where the form, the film or the claim cannot be used, or too many films wait.
     """
     studio = studio_of(request)
-    async with studio.jobs.receiving(kind or "verify", visitor.id, visitor.role) as job:
+    async with studio.jobs.coming(kind or "verify", visitor.id, visitor.role) as job:
         fields = IDENTIFY_FIELDS if kind == "identify" else VERIFY_FIELDS if kind else ("kind", *VERIFY_FIELDS)
         form = await received(studio, request, job, fields)
         # A field that was not filled in arrives as an empty text.
@@ -46,10 +47,21 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         if job.kind not in KINDS:
             raise Refusal(422, "fields", "The field kind is verify or identify.")
         job.film_name, job.claim, job.film_sha256 = form.name, given.get("claim", ""), form.sha256
-        wish = _wish(given, ids=visitor.may("issuer"), report=report)
-        await run_in_threadpool(_look_up, studio, job, wish)
-        await run_in_threadpool(studio.jobs.submit, job, form.video, wish)
+        await run_in_threadpool(submit_claim, studio, visitor, job, form.video, given, report=report)
     return job
+
+
+def submit_claim(
+    studio: Studio, visitor: Visitor, job: Job, video: Path, given: Mapping[str, str], *, report: bool
+) -> None:
+    """Let a job begin that judges a claim, or says who it is.
+
+    Parameters: video: in the job's folder; given: the fields of the form that have a value; report: make it too.
+    Raises: Refusal where the claim or a figure cannot be used.
+    """
+    wish = _wish(given, ids=visitor.may("issuer"), report=report)
+    _look_up(studio, job, wish)
+    studio.jobs.submit(job, video, wish)
 
 
 async def received(studio: Studio, request: Request, job: Job, fields: Collection[str]) -> Form:
@@ -58,7 +70,7 @@ async def received(studio: Studio, request: Request, job: Job, fields: Collectio
     return await receive(request, job.folder, limits, fields=fields, stored=lambda size: studio.jobs.stored(job, size))
 
 
-def _wish(given: dict[str, str], *, ids: bool, report: bool) -> dict[str, Any]:
+def _wish(given: Mapping[str, str], *, ids: bool, report: bool) -> dict[str, Any]:
     """What is to be done with a film, as JSON.  Raises: Refusal 422 where a field cannot be used."""
     return {
         "claim": given.get("claim"),
@@ -92,7 +104,7 @@ def _look_up(studio: Studio, job: Job, wish: dict[str, Any]) -> None:
     job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
 
 
-def _number(given: dict[str, str], name: str, least: float, most: float, otherwise: float) -> float:
+def _number(given: Mapping[str, str], name: str, least: float, most: float, otherwise: float) -> float:
     """A number of the form.  Raises: Refusal where it is none, or out of its range."""
     if name not in given:
         return otherwise

@@ -146,7 +146,7 @@ async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobSt
     record = await run_in_threadpool(studio.registry.by_id, badge_id)
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    async with studio.jobs.receiving("capture", visitor.id, visitor.role) as begun:
+    async with studio.jobs.coming("capture", visitor.id, visitor.role) as begun:
         sent = await received(studio, request, begun, ())
         if sent.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")

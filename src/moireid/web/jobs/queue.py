@@ -10,7 +10,7 @@ import contextlib
 import re
 import shutil
 import threading
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any
@@ -118,11 +118,23 @@ class Jobs:
             raise Refusal(503, "disk", f"The film cannot be stored ({error.strerror}); try again later.") from error
         return job
 
-    @contextlib.asynccontextmanager
-    async def receiving(self, kind: str, owner: str, role: Role) -> AsyncIterator[Job]:
-        """Like `admit`, while the film is received: if anything goes wrong, the received part is removed.
+    @contextlib.contextmanager
+    def receiving(self, kind: str, owner: str, role: Role = "verifier") -> Iterator[Job]:
+        """Like `admit`, while the film is received: if anything goes wrong, the received part is removed."""
+        job = self.admit(kind, owner, role)
+        try:
+            yield job
+        except BaseException:
+            self.remove(job)
+            raise
+        finally:
+            self._coming.pop(job.id, None)
 
-        A visitor who leaves counts too, because the route is cancelled then.
+    @contextlib.asynccontextmanager
+    async def coming(self, kind: str, owner: str, role: Role) -> AsyncIterator[Job]:
+        """Like `receiving`, for a route that waits for a visitor's bytes; the database is asked in another thread.
+
+        A visitor who leaves counts as a fault too, because the route is cancelled then.
         """
         job = await run_in_threadpool(self.admit, kind, owner, role)
         try:

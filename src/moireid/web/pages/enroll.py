@@ -35,7 +35,7 @@ async def enroll(request: Request, visitor: Issuer) -> Response:
     studio = studio_of(request)
     claim = ""
     try:
-        async with studio.jobs.receiving("capture", visitor.id, visitor.role) as job:
+        async with studio.jobs.coming("capture", visitor.id, visitor.role) as job:
             form = await received(studio, request, job, ("claim",))
             claim = form.fields.get("claim", "").strip()
             if form.video is None:
