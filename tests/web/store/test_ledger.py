@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 from sqlalchemy import update
 
-from moireid.errors import RegistryError
+from moireid.errors import RegistryError, SpecError
 from moireid.web.store import ledger as module
-from moireid.web.store.database import Away, Database, is_away, patiently
+from moireid.web.store.database import Away, Database, database_of, is_away, patiently
 from moireid.web.store.job import Job
 from moireid.web.store.ledger import LEASE_S, Ledger
 from moireid.web.store.tables import jobs
@@ -252,6 +252,12 @@ def test_an_old_file_of_verdicts_gains_what_it_lacks(tmp_path: Path) -> None:
     assert len(store.given(9)) == 1
 
 
-def test_leases_and_beats_fit(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_file_is_not_shared(tmp_path: Path) -> None:
+    """Catches: two studios on one file, each of which takes the other's jobs for left over."""
+    with pytest.raises(SpecError, match="one studio"):
+        database_of(tmp_path, "jobs.sqlite3", f"sqlite:///{tmp_path}/shared.sqlite3")
+
+
+def test_leases_and_beats_fit() -> None:
     """Catches: a worker that is taken for lost because one word of it was late."""
     assert module.BEAT_S * 3 < module.LEASE_S

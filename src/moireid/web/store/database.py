@@ -118,7 +118,13 @@ def database_of(folder: Path, name: str, state: str | None, *, log: bool = False
     Raises: RegistryError, SpecError where it cannot be used.
     """
     if state is not None:
-        return Database(read_url(state))
+        found = Database(read_url(state))
+        if not found.shared:
+            # Each studio would take the jobs of the others for those of a studio that was killed.
+            raise SpecError(
+                f"{found.shown} is a file, and of one studio; give postgresql+psycopg://..., or leave it out"
+            )
+        return found
     path = folder.absolute() / name
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
