@@ -122,6 +122,7 @@ def serve_command(
     """
     try:
         from moireid.web.app import create_app
+        from moireid.web.door.connections import ask_for_files
         from moireid.web.door.logs import begin as begin_log
         from moireid.web.door.server import serve
         from moireid.web.settings import Limits, Settings, default_data, is_loopback
@@ -144,6 +145,7 @@ def serve_command(
         storage=storage,
         scheduler=scheduler,
     )
+    ask_for_files()
     with _signing():
         app = create_app(settings)
         bound = _listen(host, port)

@@ -16,8 +16,9 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-#: Connections at most, and of the files that this process may open the share that they may take.
-MOST_CONNECTIONS, SHARE_OF_FILES = 512, 0.5
+#: Connections at most, and of the files that this process may open the share that they may take.  Whoever opens a
+#: thousand connections a second must not push out within a second those that have just come and are about to speak.
+MOST_CONNECTIONS, SHARE_OF_FILES = 4096, 0.5
 #: Time for the headers of a request, from the connection or from the last answer on.
 HEADERS_S = 10.0
 #: A request that has been coming for less than this is not called slow.
@@ -27,6 +28,14 @@ FULL = (
     b"Content-Length: 74\r\n\r\n"
     b'{"code": "busy", "text": "Too many connections; try again in a moment."}\r\n'
 )
+
+
+def ask_for_files() -> None:
+    """Let this process open as many files as its connections may take, and the rest; most systems allow for it."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = int(MOST_CONNECTIONS / SHARE_OF_FILES)
+    if 0 <= soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted if hard < 0 else min(wanted, hard), hard))
 
 
 def most_connections() -> int:
