@@ -3,20 +3,22 @@
 # make lint    linter, formatter, type checker  make test ARGS="-k badge -x"   arguments for pytest
 # make docs    the guides, into site/           make gallery   their pictures
 # make wheel   wheel and source archive in dist/   make audit   are known holes in what is locked?
+# make wheels  what a container image is made of, with `make debs`: see Containerfile
 # make lock    the lock files and the list of parts   make release   tests of an installed wheel, audit, wheel
 PYTHON ?= python3
+ENGINE ?= podman
 BIN := .venv/bin
 # Not in .venv: what checks its output makes every `import jsonschema` take a second.
 PARTS_VERSION := 7.5.0
 UV_VERSION := 0.13.8
 PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal --durations 10
 # What the studio needs on a server, and what else people install; the rest is for those who develop moireid.
-SERVER := cad postgres web face c2pa
-PEOPLE := $(SERVER) archive simulate webrtc
+SERVER := cad postgres web face c2pa archive s3
+PEOPLE := $(SERVER) simulate webrtc
 # For Python 3.11 to 3.13 on Linux, macOS and Windows; with hashes, and no place to download from.
 RESOLVE := $(BIN)/uv pip compile pyproject.toml --generate-hashes --no-emit-index-url --no-emit-find-links --universal --python-version 3.11
 
-.PHONY: setup demo test test-all lint docs gallery lock audit wheel release clean
+.PHONY: setup demo test test-all lint docs gallery lock audit wheel wheels debs release clean
 
 setup: .venv/.ready
 
@@ -67,6 +69,18 @@ lock:
 	$(RESOLVE) $(PEOPLE:%=--extra %) --constraint requirements.lock --quiet --output-file build/parts/requirements.lock
 	$(BIN)/uv pip install --quiet --python build/parts/bin/python --require-hashes -r build/parts/requirements.lock
 	$(BIN)/uv tool run --quiet --from cyclonedx-bom==$(PARTS_VERSION) cyclonedx-py environment --pyproject pyproject.toml --output-reproducible --output-file moireid.cdx.json build/parts/bin/python
+
+# What a container image is built of, without a network (Containerfile).  The second asks a container engine.
+wheels: setup
+	mkdir -p build/wheels
+	$(BIN)/python -m pip download --quiet --disable-pip-version-check --require-hashes --only-binary :all: --dest build/wheels --requirement requirements-server.lock
+	rm -f build/wheels/moireid-*.whl
+	bash .ci/build build/made > /dev/null
+	cp build/made/*.whl build/wheels/
+
+debs:
+	mkdir -p build/debs
+	$(ENGINE) run --rm --volume "$(CURDIR)/build/debs:/debs" docker.io/library/python:3.11-slim-trixie sh -c 'apt-get update && apt-get install --yes --download-only libgl1 libx11-6 libxrender1 && cp /var/cache/apt/archives/*.deb /debs'
 
 audit: setup
 	$(BIN)/python .ci/audit.py requirements.lock

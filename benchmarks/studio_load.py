@@ -57,6 +57,7 @@ def served(folder: Path) -> Iterator[tuple[httpx.Client, psutil.Process]]:
         secret, _ = tokens.create("verifier")
     code = "import sys; from moireid.cli.main import main; sys.argv[0] = 'moireid'; main()"
     command = [sys.executable, "-c", code, "serve", "--port", "0", "--registry", url, "--data", str(folder / "studio")]
+    command += ["--uploads-per-minute", "60000"]
     with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as server:
         assert server.stderr is not None
         home = server.stderr.readline().split()[4]

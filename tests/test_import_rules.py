@@ -160,11 +160,13 @@ WITHIN: dict[str, set[str]] = {
     "cli.attest": {"common"},
     "cli.verify": {"attest", "common"},
     "cli.watch": {"verify", "common"},
-    "web.auth": {"problems", "settings", "studio"},
-    "web.jobs": {"problems", "settings"},
-    "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
-    "web.pages": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
-    "web.live": {"auth", "pages", "checks", "problems", "studio"},
+    "web.store": {"problems", "settings"},
+    "web.auth": {"store", "problems", "settings", "studio"},
+    "web.door": {"auth", "store", "problems", "settings"},
+    "web.jobs": {"auth", "door", "store", "problems", "settings"},
+    "web.api": {"auth", "jobs", "store", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
+    "web.pages": {"auth", "jobs", "store", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
+    "web.live": {"auth", "jobs", "pages", "checks", "problems", "studio"},
 }
 #: Files of a folder beside its `__init__`; a folder with more is several.
 MOST_FILES = 15

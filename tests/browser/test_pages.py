@@ -61,7 +61,7 @@ def served(tmp_path_factory: pytest.TempPathFactory, ada: Badge) -> Iterator[tup
         yield said.split()[4].rstrip("/"), secret
         server.send_signal(signal.SIGINT)
         assert server.wait(30) == 0
-    assert not (folder / "studio" / "jobs").exists()
+    assert not list((folder / "studio").rglob("film.*"))
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,8 @@ import pwd
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -62,9 +63,15 @@ def state_of(url: str) -> dict[str, list[dict[str, object]]]:
 class Server:
     """A PostgreSQL server that somebody started; each call of `fresh` gives the URL of an empty schema."""
 
-    def __init__(self, socket: Path) -> None:
+    def __init__(self, socket: Path, run: Callable[..., None] = lambda *_: None) -> None:
         self._url = f"postgresql+psycopg://moireid@/postgres?host={socket}"
-        self._made = 0
+        self._made, self._run = 0, run
+
+    def away(self, seconds: float) -> None:
+        """Stop the server, with all its connections, and start it again."""
+        self._run("-m", "immediate", "stop")
+        time.sleep(seconds)
+        self._run("start")
 
     def fresh(self) -> str:
         # A schema, because a database of its own takes twenty times as long.
@@ -91,9 +98,10 @@ def running_server() -> Iterator[Server]:
         # Nothing here outlives the tests, so nothing need reach the disk.
         options = f"-k {folder} -c listen_addresses='' -c fsync=off -c max_connections=50"
         control = (binaries / "pg_ctl", "-D", data, "-w", "-l", folder / "server.log")
-        _run(prefix, *control, "-o", options, "start", folder=folder)
+        control = (*control, "-o", options)
+        _run(prefix, *control, "start", folder=folder)
         try:
-            yield Server(folder)
+            yield Server(folder, lambda *words: _run(prefix, *control, *words, folder=folder))
         finally:
             _run(prefix, *control, "-m", "immediate", "stop", folder=folder)
     finally:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from fractions import Fraction
@@ -14,6 +14,7 @@ from typing import Any
 import av
 import httpx
 from fastapi import FastAPI
+from sqlalchemy import update
 
 from moireid.badge import Badge
 from moireid.registry import open_registry
@@ -21,10 +22,17 @@ from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Camera, Scene
 from moireid.web.app import create_app
+from moireid.web.jobs.claims import Prepared
+from moireid.web.jobs.queue import Jobs
 from moireid.web.settings import Limits, Settings
+from moireid.web.store.database import database_of
+from moireid.web.store.job import Job
+from moireid.web.store.ledger import Ledger
+from moireid.web.store.storage import Folder
+from moireid.web.store.tables import jobs
 from moireid.web.studio import Studio
 
-ROLES = ("issuer", "verifier", "admin")
+ROLES = ("issuer", "verifier", "monitor", "admin")
 ORIGIN = "http://studio.test"
 
 
@@ -57,6 +65,17 @@ class Visit:
         headers = bearer | more.pop("headers", {})
         return await client.request(method, path, headers=headers, **more)
 
+    def job(self, job_id: str) -> Job:
+        """A job, whoever asked for it."""
+        found = self.studio.jobs.ledger.find(job_id)
+        assert found is not None
+        return found
+
+    def rewrite(self, job_id: str, **values: object) -> None:
+        """Change what the database has of a job."""
+        with self.studio.jobs.ledger.database.writing() as connection:
+            connection.execute(update(jobs).where(jobs.c.id == job_id).values(**values))
+
     def left(self) -> list[str]:
         """What lies in the folders of jobs."""
         return sorted(str(path.relative_to(self.folder)) for path in (self.folder / "jobs").rglob("*"))
@@ -71,14 +90,25 @@ class Visit:
 
 
 @contextmanager
-def studio(folder: Path, *badges: Badge, auth: bool = True, work: bool = True, **limits: Any) -> Iterator[Visit]:
+def studio(
+    folder: Path,
+    *badges: Badge,
+    auth: bool = True,
+    work: bool = True,
+    data: str = "studio",
+    state: str | None = None,
+    storage: str | None = None,
+    **limits: Any,
+) -> Iterator[Visit]:
     """A studio at work (or only open), with these badges enrolled; its keys lie where MOIREID_KEYS says."""
     url = f"sqlite:///{folder}/registry.sqlite3"
     with open_registry(url, create=True) as registry:
         for badge in badges:
             registry.enroll(badge)
-    app = create_app(Settings(url, folder / "studio", auth=auth, limits=replace(Limits(), **limits)))
-    visit = Visit(app, folder / "studio")
+    limits = {"stop_s": 0.5} | limits
+    given = Settings(url, folder / data, auth, replace(Limits(), **limits), state=state, storage=storage)
+    app = create_app(given)
+    visit = Visit(app, folder / data)
     if work:
         visit.studio.jobs.start()
     try:
@@ -86,6 +116,13 @@ def studio(folder: Path, *badges: Badge, auth: bool = True, work: bool = True, *
     finally:
         visit.studio.jobs.stop()
         visit.studio.close()
+
+
+def jobs_of(folder: Path, limits: Limits, prepare: Callable[[Job], Prepared] = lambda job: Prepared()) -> Jobs:
+    """Jobs without a studio, in a folder of their own."""
+    folder.mkdir(parents=True, exist_ok=True)
+    ledger = Ledger(database_of(folder.parent, f"{folder.name}.sqlite3", None, log=True), folder)
+    return Jobs(folder, limits, ledger, Folder(folder), prepare)
 
 
 def tiny_film(source: Path, path: Path, *, frames: int = 12, size: tuple[int, int] = (640, 360)) -> Path:

@@ -11,16 +11,19 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
-from kit.webbing import Visit, studio
+from kit.webbing import Visit, jobs_of, studio
 from moireid.badge import Badge
 from moireid.fabrication.event import _summary
 from moireid.fabrication.parts import Parts
 from moireid.fabrication.process import MountFigures
-from moireid.web.jobs import queue as jobs_module
-from moireid.web.jobs.queue import Jobs
+from moireid.web.door.rates import Rates
+from moireid.web.door.shares import fits
 from moireid.web.problems import Refusal
 from moireid.web.settings import Limits
+from moireid.web.store.job import Held
+from moireid.web.store.tables import jobs as table
 
 
 @pytest.fixture(scope="module")
@@ -101,28 +104,61 @@ def test_an_address_that_is_none_is_refused(visit: Visit, headers: dict[str, str
 
 def test_one_owner_leaves_places_to_others(tmp_path: Path) -> None:
     """Catches: a queue that one visitor fills with uploads that never end."""
-    held = Jobs(tmp_path / "jobs", Limits(workers=2, waiting=10))
-    (tmp_path / "jobs").mkdir()
-    for _ in range(9):
+    held = jobs_of(tmp_path / "jobs", Limits(workers=2, waiting=10, uploads=20))
+    for _ in range(5):
         held.admit("verify", "greedy")
     with pytest.raises(Refusal):
         held.admit("verify", "greedy")
     assert [held.admit("verify", "another").owner for _ in range(3)] == ["another"] * 3
 
 
-def test_results_are_counted_by_owner(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_verifiers_leave_places_to_issuers(tmp_path: Path) -> None:
+    """Catches: verifiers who together keep an issuer from issuing; slow uploads that take the queue's places."""
+    limits = Limits(workers=2, waiting=10, uploads=100)
+    coming = [Held(f"crawler {k}", "verifier", True, 20) for k in range(3)]
+    assert fits(coming, "true", "verifier", limits) and not fits(coming, "crawler 0", "verifier", Limits(uploads=80))
+    queued = [Held("one", "verifier", False, 5), Held("two", "verifier", False, 4)]
+    assert not fits(queued, "three", "verifier", limits) and fits(queued, "three", "issuer", limits)
+    assert not fits([Held("one", "issuer", False, 6)], "one", "issuer", limits)
+
+
+def test_a_token_that_sends_too_many_is_told_when_to_go_on(tmp_path: Path) -> None:
+    """Catches: a count of all tokens together, one that never ends, and none at all."""
+    rates = Rates(Limits(uploads_a_minute=3, requests_a_minute=5))
+    for _ in range(3):
+        rates.upload("verifier", "verifier")
+    with pytest.raises(Refusal) as refused:
+        rates.upload("verifier", "verifier")
+    assert refused.value.status == 429 and 0 < int(refused.value.headers["Retry-After"]) <= 60
+    for _ in range(6):
+        rates.upload("issuer", "issuer")
+    rates.request("verifier")
+
+
+def test_films_take_no_more_of_the_disk_than_their_share(tmp_path: Path) -> None:
+    """Catches: a quota that one visitor may use up, or that counts no film on its way."""
+    jobs = jobs_of(tmp_path / "jobs", Limits(disk_bytes=1000))
+    one, another = jobs.admit("verify", "one"), jobs.admit("verify", "another")
+    jobs.stored(one, 500)
+    with pytest.raises(Refusal, match="full"):
+        jobs.stored(one, 501)
+    with pytest.raises(Refusal, match="full"):
+        jobs.stored(another, 500)
+    jobs.remove(one)
+    jobs.stored(another, 500)
+
+
+def test_results_are_counted_by_owner(tmp_path: Path) -> None:
     """Catches: one visitor's many results that push out another's one."""
-    monkeypatch.setattr(jobs_module, "SWEEP_S", 0.01)
-    kept = Jobs(tmp_path / "jobs", Limits(workers=1, kept=2, keep_s=1000.0))
-    (tmp_path / "jobs").mkdir()
+    kept = jobs_of(tmp_path / "jobs", Limits(workers=1, kept=2, keep_s=1000.0))
     one, *many = [kept.admit("verify", owner) for owner in ("one", "many", "many", "many", "many")]
     for place, job in enumerate([one, *many]):
-        job.state, job.ended_s = "done", 1e9 + place
-    waits = iter([False, True])
-    monkeypatch.setattr(kept._stopping, "wait", lambda _: next(waits))
-    kept._sweep()
-    assert kept.find(one.id, "one") is one
-    assert [job.id in kept._jobs for job in many] == [False, False, True, True]
+        with kept.ledger.database.writing() as connection:
+            ended = {"state": "done", "ended": kept.ledger.database.now - 100 + place}
+            connection.execute(update(table).where(table.c.id == job.id).values(ended))
+    kept.workers.sweep()
+    assert kept.find(one.id, "one").id == one.id
+    assert [job.id in kept.ledger.states([job.id]) for job in many] == [False, False, True, True]
 
 
 def test_what_is_not_ours_stays_in_the_folder(tmp_path: Path) -> None:
@@ -130,7 +166,7 @@ def test_what_is_not_ours_stays_in_the_folder(tmp_path: Path) -> None:
     folder = tmp_path / "jobs"
     (folder / ("0" * 32)).mkdir(parents=True)
     (folder / "mine.txt").write_text("mine")
-    work = Jobs(folder, Limits(workers=1))
+    work = jobs_of(folder, Limits(workers=1))
     work.start()
     work.stop()
     assert [path.name for path in folder.iterdir()] == ["mine.txt"]

@@ -22,6 +22,14 @@ data_option = click.option(
 )
 
 
+state_option = click.option(
+    "--state",
+    metavar="URL",
+    help="A PostgreSQL database in place of files in the folder, for tokens, jobs and verdicts: studios that are given "
+    "the same one work as one.",
+)
+
+
 @click.command("serve")
 @click.option("--host", default="127.0.0.1", metavar="ADDRESS", show_default=True, help="The address to listen on.")
 @click.option(
@@ -36,12 +44,56 @@ data_option = click.option(
 @trust_option
 @click.option(
     "--keep-verdicts",
-    "keep_days",
+    "keep_verdicts",
     type=FiniteRange(0, 36500),
     default=365.0,
     show_default=True,
     metavar="DAYS",
     help="How long it is kept which verdicts were given to whom; 0 keeps none.",
+)
+@click.option(
+    "--keep-days",
+    type=FiniteRange(0.001, 3650),
+    default=1 / 24,
+    metavar="DAYS",
+    help="How long reports, measured captures and packages are kept; default: an hour. A film goes as soon as it is "
+    "judged, and one that waits goes then too.",
+)
+@click.option(
+    "--disk",
+    "disk_gb",
+    type=FiniteRange(0.1, 1e6),
+    default=20.0,
+    show_default=True,
+    metavar="GB",
+    help="The most that films and results may take; half of it may be one token's.",
+)
+@click.option(
+    "--uploads-per-minute",
+    type=click.IntRange(1),
+    default=600,
+    show_default=True,
+    metavar="NUMBER",
+    help="Films that one token of a verifier may send in a minute; others may send twice as many.",
+)
+@click.option(
+    "--log",
+    type=click.Choice(["text", "json"]),
+    default="text",
+    show_default=True,
+    help="How to write the log to stderr: warnings as text; or these and each request, a line of JSON each. Neither "
+    "names a person, a film or a token.",
+)
+@state_option
+@click.option(
+    "--storage",
+    metavar="URL",
+    help="Where films wait and reports are kept, in place of the folder: an address such as s3://bucket/films.",
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    help="Let the workers of this Dask scheduler judge films, in place of this machine; with --state and --storage.",
 )
 @click.option("--no-auth", is_flag=True, help="Ask for no token. Allowed only on this machine's own address.")
 @data_option
@@ -51,7 +103,14 @@ def serve_command(
     port: int,
     registry_url: str | None,
     trust: str | None,
+    keep_verdicts: float,
     keep_days: float,
+    disk_gb: float,
+    uploads_per_minute: int,
+    log: str,
+    state: str | None,
+    storage: str | None,
+    scheduler: str | None,
     no_auth: bool,
     data: Path | None,
 ) -> None:
@@ -62,19 +121,31 @@ def serve_command(
     Without --registry, the default registry is used; it is made if there is none yet.
     """
     try:
-        import uvicorn
-
         from moireid.web.app import create_app
-        from moireid.web.settings import Settings, default_data, is_loopback
+        from moireid.web.door.connections import ask_for_files
+        from moireid.web.door.logs import begin as begin_log
+        from moireid.web.door.server import serve
+        from moireid.web.settings import Limits, Settings, default_data, is_loopback
     except ModuleNotFoundError as error:
         raise missing_extra("the studio", error.name or "a package", "web") from error
     if no_auth and not is_loopback(host):
         raise SpecError(
             f"--no-auth would let everyone who reaches {host} do everything; use --host 127.0.0.1, or make tokens"
         )
+    limits = Limits(keep_s=keep_days * 86400, disk_bytes=int(disk_gb * 1e9), uploads_a_minute=uploads_per_minute)
+    folder = data or default_data()
     settings = Settings(
-        registry_url, data or default_data(), auth=not no_auth, trust=trust, keep_verdicts_days=keep_days
+        registry_url,
+        folder,
+        not no_auth,
+        limits,
+        trust,
+        keep_verdicts,
+        state=state,
+        storage=storage,
+        scheduler=scheduler,
     )
+    ask_for_files()
     with _signing():
         app = create_app(settings)
         bound = _listen(host, port)
@@ -84,10 +155,8 @@ def serve_command(
         registry = app.state.studio.registry
         if not registry.count():
             say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
-        config = uvicorn.Config(app, log_level="warning", server_header=False, timeout_graceful_shutdown=5)
-        # The user stops the server by an interrupt, so this is not an error.
-        with contextlib.suppress(KeyboardInterrupt):
-            uvicorn.Server(config).run(sockets=[bound])
+        begin_log(as_json=log == "json")
+        serve(app, bound)
 
 
 @contextlib.contextmanager
@@ -142,9 +211,10 @@ def token_group() -> None:
 @token_group.command("create")
 @click.option(
     "--role",
-    type=click.Choice(["issuer", "verifier", "admin"]),
+    type=click.Choice(["issuer", "verifier", "monitor", "admin"]),
     required=True,
-    help="issuer: may issue, enroll and revoke; verifier: may verify films and live pictures; admin: may do both.",
+    help="issuer: may issue, enroll and revoke; verifier: may verify films and live pictures; monitor: may "
+    "read the figures at /metrics; admin: may do all.",
 )
 @click.option(
     "--note", default="", metavar="TEXT", help="Whose token it is, for your own list; the registry's log names it too."
@@ -159,16 +229,17 @@ def token_group() -> None:
     help="After so many days it opens nothing any more.",
 )
 @data_option
+@state_option
 @json_option
 @friendly
-def token_create(role: str, note: str, days: float, data: Path | None, as_json: bool) -> None:
+def token_create(role: str, note: str, days: float, data: Path | None, state: str | None, as_json: bool) -> None:
     """Make a token and print it.
 
     Copy it now: only its hash is kept, so it cannot be shown again.
     """
     from moireid.web.auth.tokens import open_tokens
 
-    with open_tokens(data) as tokens:
+    with open_tokens(data, state) as tokens:
         secret, token = tokens.create(role, note, days)
     if as_json:
         told = {"token": secret, "id": token.id, "role": token.role, "note": token.note}
@@ -183,9 +254,10 @@ def token_create(role: str, note: str, days: float, data: Path | None, as_json: 
 
 @token_group.command("list")
 @data_option
+@state_option
 @json_option
 @friendly
-def token_list(data: Path | None, as_json: bool) -> None:
+def token_list(data: Path | None, state: str | None, as_json: bool) -> None:
     """List all tokens by id, role and note.
 
     The tokens themselves are not kept, so they are not shown.
@@ -194,7 +266,7 @@ def token_list(data: Path | None, as_json: bool) -> None:
 
     from moireid.web.auth.tokens import open_tokens
 
-    with open_tokens(data) as tokens:
+    with open_tokens(data, state) as tokens:
         found = tokens.all()
     if as_json:
         show_json({"tokens": [asdict(token) for token in found]})
@@ -208,16 +280,17 @@ def token_list(data: Path | None, as_json: bool) -> None:
 @token_group.command("revoke")
 @click.argument("token_id", metavar="ID")
 @data_option
+@state_option
 @json_option
 @friendly
-def token_revoke(token_id: str, data: Path | None, as_json: bool) -> None:
+def token_revoke(token_id: str, data: Path | None, state: str | None, as_json: bool) -> None:
     """Revoke a token, at once and for good.
 
     ID is what `moireid token list` shows.
     """
     from moireid.web.auth.tokens import open_tokens
 
-    with open_tokens(data) as tokens:
+    with open_tokens(data, state) as tokens:
         token = tokens.revoke(token_id)
     if as_json:
         show_json({"id": token.id, "role": token.role, "revoked_at": token.revoked_at})

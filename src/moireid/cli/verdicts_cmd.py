@@ -10,7 +10,7 @@ from pathlib import Path
 import click
 
 from moireid.cli.common import friendly, json_option, overwrite_option, show_json
-from moireid.cli.serve_cmd import data_option
+from moireid.cli.serve_cmd import data_option, state_option
 from moireid.errors import SpecError
 
 #: Verdicts read at a time, and shown where no file is asked for.
@@ -31,10 +31,13 @@ PAGE, SHOWN = 500, 50
     help="Only from this day on (UTC).",
 )
 @data_option
+@state_option
 @overwrite_option
 @json_option
 @friendly
-def verdicts_command(path: Path | None, since: object, data: Path | None, overwrite: bool, as_json: bool) -> None:
+def verdicts_command(
+    path: Path | None, since: object, data: Path | None, state: str | None, overwrite: bool, as_json: bool
+) -> None:
     """List or export the verdicts that a studio gave.
 
     Each says when and by whose token it was asked for, the film's SHA-256, the id of the claimed badge, the verdict,
@@ -43,14 +46,14 @@ def verdicts_command(path: Path | None, since: object, data: Path | None, overwr
     """
     from moireid.files import planned, write_text
     from moireid.web.settings import default_data
-    from moireid.web.verdicts import FILE, Given, Verdicts
+    from moireid.web.store.verdicts import FILE, Given, Verdicts
 
     folder = data or default_data()
-    if not (folder / FILE).is_file():
+    if state is None and not (folder / FILE).is_file():
         raise SpecError(f"no studio has given verdicts in {folder}; name its folder with --data")
     if path is not None:
         planned([path], overwrite=overwrite)
-    store = Verdicts(folder, None)
+    store = Verdicts(folder, None, state)
     try:
         begin = None if since is None else f"{since:%Y-%m-%dT00:00:00Z}"
         found = store.given(SHOWN if path is None and not as_json else PAGE, None, begin)

@@ -53,7 +53,9 @@ def connect(url: URL, *, create: bool = False) -> Engine:
         with warnings.catch_warnings():
             # SQLAlchemy only warns of options that SQLite's driver does not know, and then ignores them.
             warnings.simplefilter("error", SAWarning)
-            engine = create_engine(url, connect_args={"timeout": SQLITE_WAIT_S} if waits else {})
+            # A server that was away is found again by the first to ask, and not by the second.
+            tried = url.get_backend_name() != "sqlite"
+            engine = create_engine(url, pool_pre_ping=tried, connect_args={"timeout": SQLITE_WAIT_S} if waits else {})
     except ImportError as error:
         if error.name == "psycopg":
             raise missing_extra("a registry on PostgreSQL", error.name, "postgres") from error

@@ -2,10 +2,11 @@
 
 settings.py  where things lie, and the limits     studio.py    what all routes share
 problems.py  errors: a code and one sentence
+store/       the studio's own tables, and films that wait
 auth/        roles, tokens, and no requests from other sites
+door/        connections, and how much a token may ask
 jobs/        work that takes time; each job has its own process
 forms.py     fields and small files, within a limit
-verdicts.py  which verdicts were given, and to whom
 uploads.py   a form with a film, to the disk       checks.py    from a form to a job at work
 issue_jobs.py  orders to jobs, and back             reports.py    a verdict as a page
 pages/       the pages      api/  the API          live/        the live check

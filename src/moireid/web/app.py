@@ -13,12 +13,16 @@ from fastapi.responses import Response
 from moireid import __version__
 from moireid.verifier.report.page import style as report_style
 from moireid.web.api import films as api
+from moireid.web.api import health as health_api
 from moireid.web.api import issue as issue_api
 from moireid.web.api import registry as registry_api
 from moireid.web.api import verdicts as verdicts_api
 from moireid.web.api.schema import describe
 from moireid.web.auth.guard import Guard
 from moireid.web.auth.roles import anyone
+from moireid.web.door.connections import Door
+from moireid.web.door.logs import note_request
+from moireid.web.door.metrics import Gauge, Watched
 from moireid.web.live import routes as live
 from moireid.web.pages import answers
 from moireid.web.pages import enroll as enroll_pages
@@ -42,6 +46,7 @@ ROUTERS: tuple[APIRouter, ...] = (
     issue_api.router,
     registry_api.router,
     verdicts_api.router,
+    health_api.router,
     live.router,
 )
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
@@ -56,11 +61,11 @@ def create_app(settings: Settings) -> FastAPI:
 
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
-        studio.jobs.start()
+        await run_in_threadpool(studio.start)
         try:
             yield
         finally:
-            await run_in_threadpool(studio.jobs.stop)
+            await run_in_threadpool(studio.stop)
             studio.close()
 
     # The framework's own documentation pages load scripts from other sites.
@@ -73,14 +78,28 @@ def create_app(settings: Settings) -> FastAPI:
         # Otherwise it would redirect to any Host that a request names.
         redirect_slashes=False,
     )
-    app.state.studio = studio
+    app.state.studio, app.state.door = studio, Door()
+    studio.metrics.watch(_gauges(app, studio))
     app.add_middleware(Guard, loopback_only=not settings.auth)
+    app.add_middleware(Watched, metrics=studio.metrics, note=note_request)
     answers.install(app)
     for router in (*ROUTERS, _static()):
         # Each with its own prefix and rules already; in one flat list, so that whoever looks over all of them can.
         app.router.routes.extend(router.routes)
     describe(app)
     return app
+
+
+def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
+    """What is asked for when somebody reads the figures."""
+    door: Door = app.state.door
+    return [
+        ("moireid_jobs", "Jobs by state.", "state", studio.jobs.ledger.counts),
+        ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
+        ("moireid_connections", "Connections by what they do.", "state", door.counts),
+        ("moireid_turned_away", "Connections that had to go for others.", "", lambda: {"": door.turned_away}),
+        ("moireid_live_sessions", "Live checks that go on.", "", lambda: {"": live.open_sessions(studio)}),
+    ]
 
 
 def _static() -> APIRouter:

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
+
+from starlette.background import BackgroundTask
+from starlette.responses import FileResponse
 
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.registry import Record
 from moireid.registry.canonical import canonical_json
 from moireid.web.auth.roles import Visitor
-from moireid.web.jobs.issue_work import PACKAGE
 from moireid.web.jobs.orders import Order, Wish
-from moireid.web.jobs.queue import Job
+from moireid.web.jobs.task import PACKAGE
 from moireid.web.problems import Refusal
+from moireid.web.store.job import Job
+from moireid.web.store.storage import StorageError
 from moireid.web.studio import Studio
 
 
@@ -29,29 +34,41 @@ def start_event(studio: Studio, people_csv: bytes, wish: Wish, visitor: Visitor)
 def start_capture(studio: Studio, job: Job, video: Path, record: Record) -> Job:
     """Let the job that holds an uploaded film measure the badge of `record`."""
     job.label = record.name
-    studio.jobs.submit(job, video, badge_json=record.badge.to_json())
+    studio.jobs.submit(job, video, {"badge_json": record.badge.to_json()})
     return job
 
 
 def _start(studio: Studio, kind: str, visitor: Visitor, label: str, order: bytes, **arguments: Any) -> Job:
     """Start a job from a file with the order; the file is removed at the job's end, like an uploaded film."""
-    job = studio.jobs.admit(kind, visitor.id)
+    job = studio.jobs.admit(kind, visitor.id, visitor.role)
     job.label = label
     try:
         (job.folder / "order").write_bytes(order)
     except OSError as error:
         studio.jobs.remove(job)
         raise Refusal(503, "disk", f"The order cannot be stored ({error.strerror}); try again later.") from error
-    studio.jobs.submit(job, job.folder / "order", **studio.for_children, actor=visitor.actor, **arguments)
+    studio.jobs.submit(job, job.folder / "order", {"actor": visitor.actor} | arguments)
     return job
 
 
-def package_of(job: Job) -> tuple[Path, str]:
-    """A finished job's archive, and its name for the download.  Raises: Refusal 404 where there is none (yet)."""
-    path = job.folder / PACKAGE
-    if job.state != "done" or job.result is None or not path.is_file():
-        raise Refusal(404, "no_package", "This package is not made yet, or was removed already; issue the badge again.")
-    return path, f"badge-{job.result['id']}.zip" if job.kind == "badge" else "event.zip"
+def package_of(job: Job) -> FileResponse:
+    """A finished job's archive, as a download.  Raises: Refusal 404 where there is none (yet)."""
+    gone = Refusal(404, "no_package", "This package is not made yet, or was removed already; issue the badge again.")
+    if job.state != "done" or job.result is None or job.files is None:
+        raise gone
+    with ExitStack() as held:
+        try:
+            path = held.enter_context(job.files(PACKAGE))
+        except FileNotFoundError as error:
+            raise gone from error
+        except StorageError as error:
+            raise Refusal(503, "storage", "The package cannot be read just now; try again later.") from error
+        if not path.is_file():
+            raise gone
+        name = f"badge-{job.result['id']}.zip" if job.kind == "badge" else "event.zip"
+        return FileResponse(
+            path, media_type="application/zip", filename=name, background=BackgroundTask(held.pop_all().close)
+        )
 
 
 def as_built_of(job: Job) -> AsBuilt:

@@ -9,13 +9,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from contextlib import nullcontext
 from typing import Any
 
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.pictures import NAME, Pictures
-from moireid.web.jobs.queue import Job
 from moireid.web.problems import Refusal
+from moireid.web.store.job import Job
+from moireid.web.store.storage import StorageError
 from moireid.web.studio import Studio
 
 #: Greatest number of plots, and letters of a plot's title.
@@ -51,12 +53,14 @@ def pictures_of_job(job: Job) -> Pictures:
 
 def kept_file(job: Job, name: str) -> bytes:
     """A file that a job's process left; name: one of ours.  Raises: Refusal 404 where there is none, or a huge one."""
+    there = job.files(name) if job.files is not None else nullcontext(job.folder / name)
     try:
-        handle = os.open(job.folder / name, os.O_RDONLY | os.O_NOFOLLOW)
+        with there as path, os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW), "rb") as stream:
+            content = stream.read(KEPT_BYTES + 1)
     except OSError as error:
         raise Refusal(404, "no_report", "There is no such picture or report, or it was removed already.") from error
-    with os.fdopen(handle, "rb") as stream:
-        content = stream.read(KEPT_BYTES + 1)
+    except StorageError as error:
+        raise Refusal(503, "storage", "What is kept of films cannot be read just now; try again later.") from error
     if len(content) > KEPT_BYTES:
         raise Refusal(404, "no_report", "This picture or report is larger than any of ours; the film may be damaged.")
     return content

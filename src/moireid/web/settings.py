@@ -17,21 +17,29 @@ class Limits:
     """What one visitor, and all of them together, may ask of the machine.
 
     upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s, upload_s: an upload is ended when it
-    sends nothing for idle_s, or takes longer than upload_s; workers: films judged at a time; waiting: most jobs that
-    wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of one job; keep_s: how long
-    results are kept; kept: how many results are kept for one owner.
+    sends nothing for idle_s, or takes longer than upload_s; uploads: most films on their way; workers: films judged at
+    a time; waiting: most jobs that wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of
+    one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how long results are kept; stop_s:
+    how long a job may go on once the studio stops, before it is given back; kept: how many results are kept for one
+    owner; requests_a_minute, uploads_a_minute: of one token, issuers may upload twice
+    as often.
     """
 
     upload_bytes: int = 512 << 20
     form_bytes: int = 1 << 20
     idle_s: float = 30.0
     upload_s: float = 900.0
+    uploads: int = 128
     workers: int = 2
     waiting: int = 32
     job_s: float = 600.0
     memory_bytes: int = 1 << 30
+    disk_bytes: int = 20 << 30
     keep_s: float = 3600.0
+    stop_s: float = 10.0
     kept: int = 500
+    requests_a_minute: int = 3000
+    uploads_a_minute: int = 600
 
 
 @dataclass(frozen=True)
@@ -40,7 +48,9 @@ class Settings:
 
     auth: ask for tokens; without it whoever reaches the server may do everything, so it must listen on loopback alone;
     trust: fingerprint of the one authority that counts, None for the one that was seen at this registry first;
-    keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all.
+    keep_verdicts_days: how long it is kept which verdicts were given, 0 for not at all; state: the database of tokens,
+    jobs and verdicts that several studios share, None for files in the folder; storage: where films wait, an fsspec
+    address, None for the folder; scheduler: of a Dask deployment that judges films, None where this studio does.
     """
 
     registry_url: str | None = None
@@ -49,6 +59,9 @@ class Settings:
     limits: Limits = field(default_factory=Limits)
     trust: str | None = None
     keep_verdicts_days: float = KEEP_VERDICTS_DAYS
+    state: str | None = None
+    storage: str | None = None
+    scheduler: str | None = None
 
 
 def default_data() -> Path:

@@ -5,24 +5,33 @@ from __future__ import annotations
 import fcntl
 import logging
 import threading
+import time
 from collections.abc import Mapping
 from contextlib import ExitStack
 from typing import Any
 
 from starlette.requests import HTTPConnection
 
-from moireid import __version__
 from moireid.errors import RegistryError, SpecError
+from moireid.kept import program_digest
 from moireid.provenance import Standing
 from moireid.registry import Audit, Registry, default_url, open_registry
 from moireid.registry.signing.client import signer_address
 from moireid.registry.url import read_url
-from moireid.verifier.session.claim import with_badge_notes
 from moireid.web.auth.tokens import Tokens
-from moireid.web.jobs.queue import Job, Jobs
+from moireid.web.door.metrics import Metrics
+from moireid.web.jobs.claims import prepared
+from moireid.web.jobs.cluster import Dispatcher, Parcel
+from moireid.web.jobs.queue import Jobs
 from moireid.web.problems import Refusal
 from moireid.web.settings import Settings
-from moireid.web.verdicts import Verdicts, said
+from moireid.web.store.database import database_of
+from moireid.web.store.ledger import Ledger
+from moireid.web.store.storage import storage_of
+from moireid.web.store.verdicts import Verdicts
+
+#: Anybody may ask whether the studio is ready, and none shall keep its database busy by that.
+NEEDS_S = 1.0
 
 
 class Studio:
@@ -34,19 +43,61 @@ class Studio:
         Raises: RegistryError where the registry is absent, was put back or is another authority's, or the studio's
             folder cannot be used; SpecError where another studio uses that folder.
         """
-        self.settings, self._auditing = settings, threading.Lock()
+        self.settings, self._auditing, self.metrics = settings, threading.Lock(), Metrics()
+        self._needs: tuple[float, dict[str, bool]] = (-NEEDS_S, {})
         with ExitStack() as undo:
             self.registry: Registry = undo.enter_context(
                 open_registry(settings.registry_url, create=settings.registry_url is None)
             )
             self.registry.standing(settings.trust)
-            self.tokens = Tokens(settings.data)
+            self.tokens = Tokens(settings.data, settings.state)
             undo.callback(self.tokens.close)
             self._alone(undo)
-            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days)
+            self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
             undo.callback(self.verdicts.close)
-            self.jobs = Jobs(settings.data / "jobs", settings.limits, self._judged)
+            self.jobs = self._jobs(undo)
+            self._dispatcher = self._cluster()
             self._open = undo.pop_all()
+
+    def _jobs(self, undo: ExitStack) -> Jobs:
+        settings, folder = self.settings, (self.settings.data / "jobs").absolute()
+        database = database_of(settings.data, "jobs.sqlite3", settings.state, log=True)
+        undo.callback(database.close)
+        return Jobs(
+            folder,
+            settings.limits,
+            Ledger(database, folder),
+            storage_of(settings.storage, folder),
+            lambda job: prepared(job, self.registry, settings.trust, lambda: self.for_children),
+            self.verdicts.note_job,
+            registry=self.registry,
+            metrics=self.metrics,
+        )
+
+    def _cluster(self) -> Dispatcher | None:
+        """Whoever hands films to the workers of a scheduler; None where this studio judges them.
+
+        Raises: SpecError where workers elsewhere could not reach registry, database or films; MissingExtraError.
+        """
+        given = self.settings
+        if given.scheduler is None:
+            return None
+        url = read_url(given.registry_url or default_url())
+        if given.state is None or given.storage is None or url.get_backend_name() == "sqlite":
+            raise SpecError(
+                "workers of a scheduler reach no file of this studio; give --state and --registry on PostgreSQL, and "
+                "--storage"
+            )
+        parcel = Parcel(
+            url.render_as_string(hide_password=False),
+            given.state,
+            given.storage,
+            given.trust,
+            given.keep_verdicts_days,
+            given.limits,
+            program_digest(),
+        )
+        return Dispatcher(given.scheduler, parcel, self.jobs.ledger)
 
     @property
     def for_children(self) -> dict[str, str | None]:
@@ -57,6 +108,23 @@ class Studio:
         url = read_url(self.settings.registry_url or default_url()).render_as_string(hide_password=False)
         keys = str(self.registry.key_path.parent.absolute())
         return {"registry_url": url, "keys": keys, "signer": signer_address()}
+
+    def needs(self) -> dict[str, bool]:
+        """Of each thing that the studio needs for new work, whether it is there; looked at once a second at most."""
+        if time.monotonic() - self._needs[0] > NEEDS_S:
+            self._needs = time.monotonic(), self._look()
+        return self._needs[1]
+
+    def _look(self) -> dict[str, bool]:
+        needs = self.jobs.check() | {"registry": True}
+        if self._dispatcher is not None:
+            # Films may come while no scheduler answers: they wait.
+            needs["scheduler"] = self._dispatcher.connected
+        try:
+            self.registry.count()
+        except RegistryError:
+            needs["registry"] = False
+        return needs
 
     def standing(self) -> Standing:
         """The registry's authority and head now.  Raises: Refusal 503 where it was put back while the studio runs."""
@@ -88,36 +156,22 @@ class Studio:
 
         A verdict that cannot be written down is given all the same; the log of the server says so.
         """
-        standing: Standing | None = about.pop("standing")
-        asked = None if standing is None else f"{standing.fingerprint} {standing.head}"
         try:
-            given = about | said(result) | {"registry": asked, "moireid": __version__}
-            self.verdicts.note(token=asked_by, kind=kind, **given)
+            self.verdicts.note_result(asked_by, kind, result, **about)
         except RegistryError as error:
             logging.getLogger(__name__).error("%s", error)
 
-    def _judged(self, job: Job) -> None:
-        """Write down what a film's job found; and add who else could have the badge that was identified."""
-        if job.kind not in ("verify", "identify") or not isinstance(job.result, dict):
-            return
-        if job.kind == "identify":
-            job.result = self._with_notes(job.result)
-        about = {"film_sha256": job.film_sha256, "claim": job.claimed_id, "claim_source": job.claim_source}
-        self.note_verdict(job.owner, job.kind, job.result, **about, standing=job.standing)
+    def start(self) -> None:
+        """Begin to work.  Raises: RegistryError where the database cannot be used."""
+        self.jobs.start(judging=self._dispatcher is None)
+        if self._dispatcher is not None:
+            self._dispatcher.start()
 
-    def _with_notes(self, result: dict[str, Any]) -> dict[str, Any]:
-        """An identification with what is to be said of the badge that was found, of which the decoder knows nothing."""
-        found = result.get("found_id")
-        if not isinstance(found, str) or not isinstance(result.get("reasons"), list):
-            return result
-        try:
-            record = self.registry.by_id(found)
-        except RegistryError as error:
-            logging.getLogger(__name__).error("%s", error)
-            return result
-        if record is None:
-            return result
-        return with_badge_notes(result, record.badge, measured=record.as_built is not None)
+    def stop(self) -> None:
+        """End the work; what is not done waits for whoever starts next."""
+        if self._dispatcher is not None:
+            self._dispatcher.stop()
+        self.jobs.stop()
 
     def close(self) -> None:
         """Close what is open."""
@@ -128,12 +182,17 @@ class Studio:
 
         Without the lock, another studio would remove the films here as leftovers of its own.
         """
-        lock = undo.enter_context((self.settings.data / "lock").open("a"))
+        folder = self.settings.data
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+            lock = undo.enter_context((folder / "lock").open("a"))
+        except OSError as error:
+            raise RegistryError(f"{folder} cannot be used ({error.strerror}); give another with --data") from error
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:
             raise SpecError(
-                f"another studio runs with the folder {self.settings.data}; stop it, or give another with --data"
+                f"another studio runs with the folder {folder}; stop it, or give another with --data"
             ) from error
 
 

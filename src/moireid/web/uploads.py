@@ -10,7 +10,7 @@ import asyncio
 import hashlib
 import time
 import unicodedata
-from collections.abc import AsyncIterator, Collection
+from collections.abc import AsyncIterator, Callable, Collection
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -29,8 +29,8 @@ ALLOWED = "MP4, MOV, 3GP, WebM, MKV, AVI, MPEG-TS or MPEG-PS"
 LONGEST_NAME = 120
 #: After a refusal the rest is read and dropped for this long: a browser reads no answer before it has sent all.
 DRAIN_S = 5.0
-#: Least mean rate of an upload after `Limits.idle_s`, bytes a second; a poor line is ten times as fast.
-LEAST_RATE = 2000.0
+#: Least mean rate of an upload, bytes a second, once it has lasted so long, s; a poor line is ten times as fast.
+LEAST_RATE, GRACE_S = 16_000.0, 10.0
 
 
 @dataclass
@@ -62,9 +62,17 @@ def sniff(head: bytes) -> str | None:
     return None
 
 
-async def receive(request: Request, folder: Path, limits: Limits, *, fields: Collection[str]) -> Form:
+async def receive(
+    request: Request,
+    folder: Path,
+    limits: Limits,
+    *,
+    fields: Collection[str],
+    stored: Callable[[int], None] = lambda _: None,
+) -> Form:
     """Read a form: the file `video` into `folder`, and these other fields.
 
+    stored: told how many bytes of the film were written so far; it may refuse more.
     Raises: Refusal 400 where it is no whole form, 408 where it stands still, 413 where it is too large, 415 where it is
         no form at all, or the file is no film, 422 where a field is unknown, given twice, or no text.
     """
@@ -81,6 +89,7 @@ async def receive(request: Request, folder: Path, limits: Limits, *, fields: Col
             raise _too_large(limits)
         async for chunk in body:
             reader.feed(chunk)
+            stored(reader.written)
         return reader.finish()
     except FormParserError as error:
         raise Refusal(400, "form", "The form cannot be read; send it again.") from error
@@ -114,7 +123,7 @@ class _Reader:
         self._folder, self._limits, self._names = folder, limits, names
         self._texts: dict[str, bytearray] = {}
         self._file: BinaryIO | None = None
-        self._head, self._written, self._beside, self._ended = bytearray(), 0, 0, False
+        self._head, self.written, self._beside, self._ended = bytearray(), 0, 0, False
         self._header, self._value, self._disposition, self._name = bytearray(), bytearray(), b"", ""
         self._called = ""
         self._digest = hashlib.sha256()
@@ -124,9 +133,9 @@ class _Reader:
 
         All bytes outside the film count for the limit: fields, headers of parts, and bytes after the form's end.
         """
-        before = self._written
+        before = self.written
         self._parser.write(chunk)
-        self._beside += len(chunk) - (self._written - before)
+        self._beside += len(chunk) - (self.written - before)
         if self._beside > self._limits.form_bytes:
             most = self._limits.form_bytes // 1024
             raise Refusal(413, "too_large", f"Beside the film the form is larger than the {most} kB that are taken.")
@@ -192,8 +201,8 @@ class _Reader:
                 self._head += piece[: HEAD_BYTES - len(self._head)]
                 if len(self._head) == HEAD_BYTES and sniff(bytes(self._head)) is None:
                     raise Refusal(415, "no_film", f"This file is none of the films that are taken: {ALLOWED}.")
-            self._written += len(piece)
-            if self._written > self._limits.upload_bytes:
+            self.written += len(piece)
+            if self.written > self._limits.upload_bytes:
                 raise _too_large(self._limits)
             self._file.write(piece)
             self._digest.update(piece)
@@ -202,7 +211,7 @@ class _Reader:
 
     def _part_end(self) -> None:
         # A browser sends a file that was not chosen as an empty one.
-        if self._name == "video" and self._written == 0 and self._file is not None:
+        if self._name == "video" and self.written == 0 and self._file is not None:
             self.close()
             self._file = None
             (self._folder / "upload").unlink()
@@ -221,15 +230,16 @@ async def _chunks(request: Request, limits: Limits) -> AsyncIterator[bytes]:
     deadline = begun + limits.upload_s
     while True:
         try:
-            async with asyncio.timeout(min(limits.idle_s, max(deadline - time.monotonic(), 0.0))):
+            # Until then it is fast enough, even if nothing more comes.
+            slow_at = begun + GRACE_S + got / LEAST_RATE
+            async with asyncio.timeout(min(limits.idle_s, max(min(deadline, slow_at) - time.monotonic(), 0.0))):
                 chunk = await anext(stream)
         except StopAsyncIteration:
             return
         except TimeoutError as error:
-            raise Refusal(408, "slow", "The upload stood still, or took too long; send it again.") from error
+            text = "The upload stood still, or came too slowly; send it again, over a faster line if you can."
+            raise Refusal(408, "slow", text) from error
         got += len(chunk)
-        if got < LEAST_RATE * (time.monotonic() - begun - limits.idle_s):
-            raise Refusal(408, "slow", "The upload came too slowly; send it again over a faster line.")
         if chunk:
             yield chunk
 

@@ -23,7 +23,7 @@ from moireid.web.auth.tokens import Tokens
 from moireid.web.settings import is_loopback
 
 #: What anybody may open; every other route asks for a role.
-OPEN = {"/", "/help", "/login", "/logout", "/api/health"}
+OPEN = {"/", "/help", "/login", "/logout", "/api/health", "/healthz", "/readyz"}
 #: The roles of each part of the studio, by the beginning of its path; the longest beginning counts.
 ROLES = {
     "/issue": {"issuer"},
@@ -40,6 +40,7 @@ ROLES = {
     "/api/jobs": {"verifier"},
     "/verify": {"verifier"},
     "/live": {"verifier"},
+    "/metrics": {"monitor"},
     "/verdicts": {"admin"},
     "/api/verdicts": {"admin"},
 }
@@ -83,7 +84,7 @@ def test_every_route_names_its_rule(visit: Visit) -> None:
             assert [set(rule.roles) for rule in rules] == [expected(route.path)], route.path
 
 
-@pytest.mark.parametrize("role", [None, "issuer", "verifier", "admin"])
+@pytest.mark.parametrize("role", [None, "issuer", "verifier", "monitor", "admin"])
 def test_a_role_cannot_do_anothers_work(visit: Visit, role: str | None) -> None:
     """Catches: a rule that is named and not kept; a route that answers before it asks who it is."""
     for route in routes(visit):

@@ -11,10 +11,12 @@ from typing import Any
 
 import pytest
 
+from kit.webbing import jobs_of
 from moireid.badge import load_badge
 from moireid.sandbox.process import ForkServer
 from moireid.verifier import Claim, verify
-from moireid.web.jobs import child, queue
+from moireid.web.jobs import child, doing, queue
+from moireid.web.jobs.claims import Prepared
 from moireid.web.jobs.heard import Unusable, frames_of, kept_of, result_of
 from moireid.web.jobs.queue import Job, Jobs
 from moireid.web.settings import Limits
@@ -25,17 +27,17 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[..
     """Does one job with a work of `kit.hostile_work`; the studio has two workers."""
     made: list[Jobs] = []
 
-    def one(work: str, kind: str = "verify", judged: Callable[[Job], None] = int, **given: Any) -> tuple[Job, Jobs]:
+    def one(work: str, kind: str = "verify", questions: int = 0) -> tuple[Job, Jobs]:
         server = ForkServer(f"kit.hostile_work:{work}", sealed=True)
         for module in (child, queue):
             monkeypatch.setattr(module, "films", server)
-        made.append(Jobs(tmp_path / work, Limits(job_s=3.0), judged))
+        made.append(jobs_of(tmp_path / work, Limits(job_s=3.0, stop_s=0.1), lambda _: Prepared(questions=questions)))
         made[-1].start()
         job = made[-1].admit(kind, "somebody")
         (job.folder / "film.mp4").write_bytes(b"film")
-        made[-1].submit(job, job.folder / "film.mp4", **given)
-        job.finished.result(60)
-        return job, made[-1]
+        made[-1].submit(job, job.folder / "film.mp4")
+        made[-1].end_of(job).result(60)
+        return made[-1].find(job.id, "somebody"), made[-1]
 
     yield one
     for jobs in made:
@@ -61,7 +63,7 @@ def test_it_loses_its_own_job_alone(run: Callable[..., tuple[Job, Jobs]], work: 
     job, jobs = run(work)
     assert job.state == "failed" and job.problem is not None and job.problem[0] == code
     assert job.problem[1].endswith((".", "here.")) and not job.folder.exists()
-    assert all(thread.is_alive() for thread in jobs._threads)
+    assert all(thread.is_alive() for thread in jobs.workers.threads)
 
 
 def test_an_error_that_nobody_thought_of_ends_one_job(
@@ -72,10 +74,10 @@ def test_an_error_that_nobody_thought_of_ends_one_job(
     def fail(*given: Any, **more: Any) -> None:
         raise LookupError("nobody thought of this")
 
-    monkeypatch.setattr(queue, "run_task", fail)
+    monkeypatch.setattr(doing, "run_task", fail)
     job, jobs = run("questions")
     assert job.problem is not None and job.problem[0] == "system" and "log" in job.problem[1]
-    assert all(thread.is_alive() for thread in jobs._threads)
+    assert all(thread.is_alive() for thread in jobs.workers.threads)
 
 
 def test_it_may_ask_as_often_as_a_film_needs(
@@ -83,8 +85,8 @@ def test_it_may_ask_as_often_as_a_film_needs(
 ) -> None:
     """Catches: a process that lists the registry's identities by asking for each of them."""
     asked: list[object] = []
-    monkeypatch.setattr(queue, "answer_to", lambda question, people: asked.append(question) or [])
-    job, _ = run("questions", "identify", layouts=["one", "two", "three"])
+    monkeypatch.setattr(doing, "answer_to", lambda question, people: asked.append(question) or [])
+    job, _ = run("questions", "identify", questions=6)
     assert len(asked) == 6 and job.problem is not None and job.problem[0] == "crash"
 
 

@@ -68,7 +68,7 @@ def test_another_s_badge_is_named_by_the_server_alone(
         job_id = page.split("/api/jobs/")[1][:32]
         kept = visit.ask("GET", f"/api/jobs/{job_id}/report", "verifier").text
         assert "<h1>✗ Genuine, but Ada Lovelace&#39;s, not Sarah Example&#39;s</h1>" in kept
-        job = visit.studio.jobs._jobs[job_id]
+        job = visit.job(job_id)
         told = json.dumps([job.result, job.kept]).encode() + b"".join(p.read_bytes() for p in job.folder.iterdir())
         assert b"Ada Lovelace" not in told and b"Sarah Example" in told
         picture = visit.ask("GET", f"/verify/{job_id}/picture/frame.jpg", "verifier")
@@ -86,10 +86,11 @@ def test_a_process_that_was_taken_over_shows_no_file_of_ours(
         begun = visit.ask("POST", "/verify", "verifier", **film_form(film, claim="Ada Lovelace"))
         job_id = begun.headers["location"].rpartition("/")[2]
         visit.wait(job_id, "verifier")
-        job = visit.studio.jobs._jobs[job_id]
+        job = visit.job(job_id)
         (job.folder / "badge.png").unlink(missing_ok=True)
         (job.folder / "badge.png").symlink_to(tmp_path / "secret")
-        job.kept = {"files": ["badge.png", "../../secret", 7], "plots": ["<script>"], "frame_s": "<b>"}
+        kept = {"files": ["badge.png", "../../secret", 7], "plots": ["<script>"], "frame_s": "<b>"}
+        visit.rewrite(job_id, kept=json.dumps(kept))
         page = visit.ask("GET", f"/verify/{job_id}", "verifier")
         assert page.status_code == 200 and "<script>" not in page.text and "secret" not in page.text
         for path in (f"/verify/{job_id}/picture/badge.png", f"/api/jobs/{job_id}/report"):
@@ -108,6 +109,6 @@ def test_a_verdict_whose_report_was_not_drawn_is_shown(
         begun = visit.ask("POST", "/verify", "verifier", **film_form(film, claim="Ada Lovelace"))
         job_id = begun.headers["location"].rpartition("/")[2]
         visit.wait(job_id, "verifier")
-        visit.studio.jobs._jobs[job_id].kept = {}
+        visit.rewrite(job_id, kept="{}")
         page = visit.ask("GET", f"/verify/{job_id}", "verifier")
     assert page.status_code == 200 and "<h1>? Cannot tell: " in page.text and '/report"' not in page.text

@@ -11,6 +11,7 @@ import json
 import zipfile
 from typing import Annotated, Any, Literal
 
+import anyio
 from fastapi import APIRouter, Query, Request
 from fastapi import Path as InPath
 from fastapi.concurrency import run_in_threadpool
@@ -19,14 +20,15 @@ from pydantic import BaseModel
 
 from moireid import __version__
 from moireid.verifier.report.page import render_page
+from moireid.web.api.events import events_of
 from moireid.web.api.schema import IDENTIFICATION, REPORT, answers, form
 from moireid.web.auth.roles import Visitor, anyone, require
 from moireid.web.checks import IDENTIFY_FIELDS, KINDS, VERIFY_FIELDS, start_job
-from moireid.web.jobs.events import events_of
-from moireid.web.jobs.queue import Job, State
+from moireid.web.jobs.doing import STOPPED
 from moireid.web.jobs.task import SIGNALS
 from moireid.web.problems import Problem, Refusal, problem_responses
 from moireid.web.reports import circumstances_of, kept_file, pictures_of_job
+from moireid.web.store.job import Job, State
 from moireid.web.studio import Studio, studio_of
 
 router = APIRouter(prefix="/api")
@@ -35,7 +37,7 @@ Verifier = Annotated[Visitor, require("verifier")]
 JobId = Annotated[str, InPath(pattern="^[0-9a-f]{32}$")]
 UPLOAD = problem_responses(400, 401, 403, 404, 408, 409, 413, 415, 422, 503)
 #: Errors after a film was received: the film's fault, or the machine's.
-OUR_FAULT = frozenset({"stopped", "system"})
+OUR_FAULT = frozenset({"stopped", "system", "storage"})
 
 
 class Health(BaseModel):
@@ -105,14 +107,18 @@ async def identify(request: Request, visitor: Verifier) -> Response:
 
 async def _result(request: Request, visitor: Visitor, kind: str) -> Response:
     """Judge a film while the visitor waits, and leave nothing behind."""
+    jobs = studio_of(request).jobs
     job = await start_job(request, visitor, kind=kind, report=False)
     try:
-        await asyncio.wrap_future(job.finished)
+        await asyncio.wrap_future(await run_in_threadpool(jobs.end_of, job))
+        ended = await run_in_threadpool(jobs.ledger.find, job.id)
     finally:
-        studio_of(request).jobs.remove(job)
-    if job.problem:
-        raise Refusal(503 if job.problem[0] in OUR_FAULT else 422, *job.problem)
-    return JSONResponse(job.result)
+        with anyio.CancelScope(shield=True):
+            await run_in_threadpool(jobs.remove, job)
+    if ended is None or ended.result is None:
+        code, text = (ended.problem if ended else None) or STOPPED
+        raise Refusal(503 if code in OUR_FAULT else 422, code, text)
+    return JSONResponse(ended.result)
 
 
 @router.post("/jobs", status_code=202, openapi_extra=form("kind", *VERIFY_FIELDS), responses=UPLOAD)
@@ -126,7 +132,7 @@ async def create_job(request: Request, response: Response, visitor: Verifier) ->
 @router.get("/jobs/{job_id}", responses=problem_responses(401, 403, 404, 422))
 async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobStatus:
     """How far a job has come, and its result."""
-    return status_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS))
+    return status_of(await run_in_threadpool(studio_of(request).jobs.find, job_id, visitor.id, *KINDS))
 
 
 @router.get(
@@ -137,8 +143,9 @@ async def job_status(request: Request, job_id: JobId, visitor: Verifier) -> JobS
 )
 async def job_events(request: Request, job_id: JobId, visitor: Verifier) -> StreamingResponse:
     """Server-sent events: `progress` with state and frames as they change, and `end` once the job is over."""
-    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
-    return StreamingResponse(events_of(job), media_type="text/event-stream")
+    jobs = studio_of(request).jobs
+    job = await run_in_threadpool(jobs.find, job_id, visitor.id, *KINDS)
+    return StreamingResponse(events_of(jobs, job), media_type="text/event-stream")
 
 
 def _report_files(studio: Studio, job: Job) -> dict[str, bytes]:
@@ -159,7 +166,7 @@ async def job_report(
     request: Request, job_id: JobId, visitor: Verifier, format: Annotated[Literal["html", "zip"], Query()] = "html"
 ) -> Response:
     """The report of a film that was verified, to keep: one page, or a zip of page, JSON and signals."""
-    job = studio_of(request).jobs.find(job_id, visitor.id, *KINDS)
+    job = await run_in_threadpool(studio_of(request).jobs.find, job_id, visitor.id, *KINDS)
     if not job.over:
         raise Refusal(409, "not_ready", "This film is not judged yet.")
     if not job.kept:

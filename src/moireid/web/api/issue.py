@@ -10,16 +10,16 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import FileResponse, StreamingResponse
 from pydantic import BaseModel, Field
 
+from moireid.web.api.events import events_of
 from moireid.web.api.films import JobStatus, status_of
 from moireid.web.api.schema import form
 from moireid.web.auth.roles import Visitor, require
+from moireid.web.checks import received
 from moireid.web.forms import ShortRoute
 from moireid.web.issue_jobs import keep, package_of, start_badge, start_capture
-from moireid.web.jobs.events import events_of
 from moireid.web.jobs.orders import Order, checked
 from moireid.web.problems import Refusal, problem_responses
 from moireid.web.studio import studio_of
-from moireid.web.uploads import receive
 
 router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
 Issuer = Annotated[Visitor, require("issuer")]
@@ -118,9 +118,9 @@ def job(request: Request, job_id: JobId, visitor: Issuer) -> JobStatus:
 )
 async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingResponse:
     """The same as server-sent events, one for each change, until the job is over."""
-    return StreamingResponse(
-        events_of(studio_of(request).jobs.find(job_id, visitor.id, *KINDS)), media_type="text/event-stream"
-    )
+    jobs = studio_of(request).jobs
+    found = await run_in_threadpool(jobs.find, job_id, visitor.id, *KINDS)
+    return StreamingResponse(events_of(jobs, found), media_type="text/event-stream")
 
 
 @router.get(
@@ -131,8 +131,7 @@ async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingR
 )
 def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
     """Everything that a job has made, as one archive."""
-    path, name = package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
-    return FileResponse(path, media_type="application/zip", filename=name)
+    return package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
 
 
 @router.post(
@@ -147,11 +146,11 @@ async def capture(request: Request, badge_id: BadgeId, visitor: Issuer) -> JobSt
     record = await run_in_threadpool(studio.registry.by_id, badge_id)
     if record is None:
         raise Refusal(404, "no_badge", "No badge of this id is in the registry.")
-    with studio.jobs.receiving("capture", visitor.id) as begun:
-        sent = await receive(request, begun.folder, studio.settings.limits, fields=())
+    async with studio.jobs.coming("capture", visitor.id, visitor.role) as begun:
+        sent = await received(studio, request, begun, ())
         if sent.video is None:
             raise Refusal(422, "fields", "The form has no film; send it as the file `video`.")
-        return status_of(start_capture(studio, begun, sent.video, record))
+        return status_of(await run_in_threadpool(start_capture, studio, begun, sent.video, record))
 
 
 @router.post("/{badge_id}/captures/{job_id}/keep", responses=problem_responses(404, 409))

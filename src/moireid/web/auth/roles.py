@@ -4,7 +4,8 @@
     @router.get("/x", dependencies=[require("verifier")])       or one
     def x(visitor: Annotated[Visitor, require("issuer", "verifier")])   where the route asks who it is
 
-`issuer` issues, enrolls, revokes and audits; `verifier` verifies, identifies and checks live; `admin` may do both.
+`issuer` issues, enrolls, revokes and audits; `verifier` verifies, identifies and checks live; `monitor`
+reads figures of the studio and nothing else; `admin` may do all.
 Pages without personal data are for `anyone`.  WebSocket routes take the same rules.
 """
 
@@ -58,7 +59,7 @@ class Rule:
         if not self.roles:
             return visitor
         if visitor is not None and visitor.may(*self.roles):
-            return visitor
+            return _counted(connection, visitor)
         if visitor is None:
             refusal = Refusal(
                 401,
@@ -72,6 +73,17 @@ class Rule:
         if connection.scope["type"] == "websocket":
             raise WebSocketException(1008, refusal.text)
         raise refusal
+
+
+def _counted(connection: HTTPConnection, visitor: Visitor) -> Visitor:
+    """The visitor, whose request is counted.  Raises: Refusal 429 where their token sends too many."""
+    try:
+        studio_of(connection).jobs.rates.request(visitor.id)
+    except Refusal as refusal:
+        if connection.scope["type"] == "websocket":
+            raise WebSocketException(1013, refusal.text) from refusal
+        raise
+    return visitor
 
 
 def require(*roles: Role) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sqlalchemy import Column, Engine, MetaData, Table, Text, inspect, text
+from sqlalchemy import Column, Connection, MetaData, Table, Text, inspect, text
 
 metadata = MetaData()
 tokens = Table(
@@ -24,10 +24,8 @@ sessions = Table(
 )
 
 
-def bring_up(engine: Engine, expires_at: str) -> None:
-    """Make what is absent; tokens of a file in which none expired do so at `expires_at`."""
-    metadata.create_all(engine)
-    if "expires_at" not in {column["name"] for column in inspect(engine).get_columns(tokens.name)}:
-        with engine.begin() as connection:
-            connection.execute(text("ALTER TABLE tokens ADD COLUMN expires_at TEXT NOT NULL DEFAULT ''"))
-            connection.execute(tokens.update().values(expires_at=expires_at))
+def bring_up(connection: Connection, expires_at: str) -> None:
+    """Add what an older file lacks: tokens of one in which none expired do so at `expires_at`."""
+    if "expires_at" not in {column["name"] for column in inspect(connection).get_columns(tokens.name)}:
+        connection.execute(text("ALTER TABLE tokens ADD COLUMN expires_at TEXT NOT NULL DEFAULT ''"))
+        connection.execute(tokens.update().values(expires_at=expires_at))

@@ -1,7 +1,8 @@
 """Tokens: shown only once, when they are made; only a hash, a role and times are kept.  And the sessions of browsers.
 
 A token is 256 random bits, so nobody can find it from its plain SHA-256: neither salt nor a slow hash is needed.
-The file lies in the studio's folder and not in the registry, which is copied and exported to others.
+The file lies in the studio's folder and not in the registry, which is copied and exported to others.  Studios that work
+as one share a database of their own.
 
 A token lasts until it expires or is revoked.  A browser that signs in with one gets a session of its own, and keeps no
 token: signing out ends that session, so what was in its cookie opens nothing any more.  A session ends with its token.
@@ -18,14 +19,13 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any, Literal, get_args
 
-from sqlalchemy import Engine, Executable, create_engine, delete, insert, select, update
-from sqlalchemy.engine import URL
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy import Executable, delete, insert, select, update
 
-from moireid.errors import RegistryError, SpecError
-from moireid.web.auth.token_tables import bring_up, sessions, tokens
+from moireid.errors import SpecError
+from moireid.web.auth.token_tables import bring_up, metadata, sessions, tokens
+from moireid.web.store.database import database_of
 
-Role = Literal["issuer", "verifier", "admin"]
+Role = Literal["issuer", "verifier", "monitor", "admin"]
 ROLES: tuple[Role, ...] = get_args(Role)
 PREFIX = "moireid_"
 #: A token's id is this many hex digits of its hash: enough to name it, and useless for signing in.
@@ -50,19 +50,17 @@ class Token:
 class Tokens:
     """The tokens of one studio's folder."""
 
-    def __init__(self, folder: Path) -> None:
-        """Raises: RegistryError where the folder or its file cannot be made or read."""
+    def __init__(self, folder: Path, state: str | None = None) -> None:
+        """Parameters: state: the database that several studios share, None for the folder's own file.
+        Raises: RegistryError where the database cannot be made or read.
+        """
         self.path = folder / "tokens.sqlite3"
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-            self._engine: Engine = create_engine(URL.create("sqlite", database=str(self.path.absolute())))
-            bring_up(self._engine, _after(timedelta(days=DEFAULT_DAYS)))
-        except (OSError, SQLAlchemyError) as error:
-            raise self._broken(error) from error
+        self._database = database_of(folder, self.path.name, state)
+        self._database.make(metadata, lambda connection: bring_up(connection, _after(timedelta(days=DEFAULT_DAYS))))
 
     def close(self) -> None:
         """Close the connections."""
-        self._engine.dispose()
+        self._database.close()
 
     def create(self, role: str, note: str = "", days: float = DEFAULT_DAYS) -> tuple[str, Token]:
         """A new token that lasts so many days, and what is stored about it; the token can never be shown again.
@@ -128,30 +126,20 @@ class Tokens:
         return _token(rows[0]) if rows else None
 
     def _rows(self, query: Executable) -> list[dict[str, Any]]:
-        try:
-            with self._engine.connect() as connection:
-                return [dict(row._mapping) for row in connection.execute(query)]
-        except SQLAlchemyError as error:
-            raise self._broken(error) from error
+        with self._database.reading() as connection:
+            return [dict(row._mapping) for row in connection.execute(query)]
 
     def _write(self, statement: Executable) -> None:
-        try:
-            with self._engine.begin() as connection:
-                connection.execute(statement)
-        except SQLAlchemyError as error:
-            raise self._broken(error) from error
-
-    def _broken(self, error: Exception) -> RegistryError:
-        reason = str(getattr(error, "orig", None) or getattr(error, "strerror", None) or error)
-        return RegistryError(f"the tokens in {self.path} cannot be used ({reason}); give another folder with --data")
+        with self._database.writing() as connection:
+            connection.execute(statement)
 
 
 @contextmanager
-def open_tokens(folder: Path | None) -> Iterator[Tokens]:
-    """The tokens in a studio's folder, the default one for None."""
+def open_tokens(folder: Path | None, state: str | None = None) -> Iterator[Tokens]:
+    """The tokens in a studio's folder, the default one for None; or in the database that several studios share."""
     from moireid.web.settings import default_data
 
-    found = Tokens(folder or default_data())
+    found = Tokens(folder or default_data(), state)
     try:
         yield found
     finally:

@@ -23,9 +23,8 @@ from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
 from moireid.registry.look_alikes import alike_within
 from moireid.web.jobs.orders import Order, Wish
-from moireid.web.jobs.task import Progress, Tell
+from moireid.web.jobs.task import PACKAGE, Progress, Tell
 
-PACKAGE = "package.zip"
 #: An event's badges are made one after the other in one child; a larger one is for the command line.
 MOST_AT_AN_EVENT = 300
 

@@ -15,6 +15,8 @@ from moireid.lenticule import ViewLaw
 
 #: The signals of a film that was verified, in the folder of its job.
 SIGNALS = "signals.csv"
+#: What was made of an order, there too.
+PACKAGE = "package.zip"
 #: A lens, a pitch (mm) and their law.
 Law = tuple[Lens, float, ViewLaw]
 #: Told how far a job is (done, of how many); what it has found; and asked what the server alone knows.

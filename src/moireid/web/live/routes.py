@@ -35,7 +35,7 @@ from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_pr
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.live_headline import live_headline_of, shown
 from moireid.web.auth.roles import require, visitor_of
-from moireid.web.checks import find_claimed, sealed
+from moireid.web.jobs.claims import find_claimed, sealed
 from moireid.web.live.worker import LIMITS, Ask, End, Picture, Start
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
@@ -88,6 +88,11 @@ def _sessions(studio: Studio) -> Counter[str]:
     """How many sessions are open in a studio, by token."""
     found: Counter[str] = studio.__dict__.setdefault("live_sessions", Counter())
     return found
+
+
+def open_sessions(studio: Studio) -> int:
+    """How many sessions are open in a studio."""
+    return _sessions(studio).total()
 
 
 async def _session(connection: WebSocket, prompts: Prompts) -> None:

@@ -11,6 +11,7 @@ from starlette.requests import ClientDisconnect
 from moireid.errors import MoireIdError
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
+from moireid.web.store.database import is_away
 from moireid.web.studio import studio_of
 
 #: Sentences for a status where the framework gives none.
@@ -36,6 +37,9 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 
 async def _ours(request: Request, error: Exception) -> Response:
+    if is_away(error):
+        text = "The database cannot be reached just now; try again in a moment."
+        return answer(request, Refusal(503, "database", text, headers={"Retry-After": "10"}))
     return answer(request, Refusal(422, type(error).__name__, studio_of(request).sentence(error)))
 
 

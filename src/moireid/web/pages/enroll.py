@@ -5,18 +5,19 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Request
+from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import RedirectResponse, Response
 
 from moireid.errors import MoireIdError
 from moireid.registry import Record
 from moireid.web.auth.roles import Visitor, require
+from moireid.web.checks import received
 from moireid.web.issue_jobs import as_built_of, keep, start_capture
-from moireid.web.jobs.queue import Job
 from moireid.web.pages.built_words import measured_words
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
+from moireid.web.store.job import Job
 from moireid.web.studio import studio_of
-from moireid.web.uploads import receive
 
 router = APIRouter(include_in_schema=False)
 Issuer = Annotated[Visitor, require("issuer")]
@@ -34,12 +35,13 @@ async def enroll(request: Request, visitor: Issuer) -> Response:
     studio = studio_of(request)
     claim = ""
     try:
-        with studio.jobs.receiving("capture", visitor.id) as job:
-            form = await receive(request, job.folder, studio.settings.limits, fields=("claim",))
+        async with studio.jobs.coming("capture", visitor.id, visitor.role) as job:
+            form = await received(studio, request, job, ("claim",))
             claim = form.fields.get("claim", "").strip()
             if form.video is None:
                 raise Refusal(422, "no_film", "No film was sent; choose one, or record one.")
-            start_capture(studio, job, form.video, studio.registry.find(claim))
+            record = await run_in_threadpool(studio.registry.find, claim)
+            await run_in_threadpool(start_capture, studio, job, form.video, record)
     except MoireIdError as error:
         return _form(request, claim, problem=studio.sentence(error), status=422)
     except Refusal as refusal:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Request
-from fastapi.responses import FileResponse, RedirectResponse, Response
+from fastapi.responses import RedirectResponse, Response
 
 from moireid.errors import MoireIdError
 from moireid.web.auth.roles import Visitor, require
@@ -85,8 +85,7 @@ def issue_job(request: Request, job_id: str, visitor: Issuer) -> Response:
 @router.get("/issue/jobs/{job_id}/package.zip")
 def issue_package(request: Request, job_id: str, visitor: Issuer) -> Response:
     """Everything as one download."""
-    path, name = package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
-    return FileResponse(path, media_type="application/zip", filename=name)
+    return package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
 
 
 def _page(request: Request, given: dict[str, str], *, status: int = 200, **shown: object) -> Response:

@@ -17,10 +17,10 @@ import numpy as np
 
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.report.seconds import Seconds
-from moireid.web.jobs.queue import Job
 from moireid.web.jobs.task import SIGNALS
 from moireid.web.problems import Refusal
 from moireid.web.reports import kept_file
+from moireid.web.store.job import Job
 
 #: Frames that are drawn at most, and digits of their times and places.
 MOST_FRAMES, DIGITS = 5000, 4

@@ -16,11 +16,13 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
 
-from sqlalchemy import Column, Engine, Integer, MetaData, Table, Text, create_engine, delete, event, insert, select
-from sqlalchemy.engine import URL
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy import Column, Connection, Integer, MetaData, Table, Text, delete, inspect, select, text
+from sqlalchemy.dialects import postgresql, sqlite
 
-from moireid.errors import RegistryError
+from moireid import __version__
+from moireid.provenance import Standing
+from moireid.web.store.database import database_of
+from moireid.web.store.job import Job
 
 FILE = "verdicts.sqlite3"
 #: What a verdict may be; the process that decodes strangers' films cannot have others written down.
@@ -42,6 +44,8 @@ verdicts = Table(
     Column("read", Text),
     Column("registry", Text),
     Column("moireid", Text, nullable=False),
+    # Of a film's job, so that one that was done twice is written down once; None of live checks.
+    Column("job", Text, unique=True),
 )
 
 
@@ -75,57 +79,70 @@ class Given:
 class Verdicts:
     """The verdicts of one studio's folder; safe to use from any thread."""
 
-    def __init__(self, folder: Path, keep_days: float | None) -> None:
-        """keep_days: older ones are removed, None where nothing is (a command that only reads).
-
-        Raises: RegistryError where the file cannot be made or read.
+    def __init__(self, folder: Path, keep_days: float | None, state: str | None = None) -> None:
+        """Parameters: keep_days: older ones are removed, None where nothing is (a command that only reads); state: the
+            database that several studios share, None for the folder's own file.
+        Raises: RegistryError where the database cannot be made or read.
         """
         self.path, self._keep_days = folder / FILE, keep_days
-        try:
-            self._engine: Engine = create_engine(URL.create("sqlite", database=str(self.path.absolute())))
-            event.listen(self._engine, "connect", lambda raw, _: raw.execute("PRAGMA secure_delete = ON"))
-            metadata.create_all(self._engine)
-            # Who asks for what is their own business.
-            self.path.chmod(0o600)
-            self._remove_old()
-        except (OSError, SQLAlchemyError) as error:
-            raise self._broken(error) from error
+        # Who asks for what is their own business: the file is closed to others.
+        self._database = database_of(folder, FILE, state)
+        self._database.make(metadata, _bring_up)
+        with self._database.writing() as connection:
+            self._remove_old(connection)
 
     def close(self) -> None:
         """Close the connections."""
-        self._engine.dispose()
+        self._database.close()
 
     def note(self, **given: Any) -> None:
-        """Write one down, as `Given` without its number and time.  Raises: RegistryError where that fails."""
+        """Write one down, as `Given` without its number and time; a job's verdict once.  Raises: RegistryError."""
         if self._keep_days == 0:
             return
-        try:
-            with self._engine.begin() as connection:
-                connection.execute(insert(verdicts).values(given | {"at": _text(datetime.now(UTC))}))
-            self._remove_old()
-        except SQLAlchemyError as error:
-            raise self._broken(error) from error
+        insert = postgresql.insert if self._database.shared else sqlite.insert
+        new = insert(verdicts).values(given | {"at": _text(datetime.now(UTC))})
+        with self._database.writing() as connection:
+            connection.execute(new.on_conflict_do_nothing(index_elements=["job"]))
+            self._remove_old(connection)
+
+    def note_result(self, asked_by: str, kind: str, result: Mapping[str, Any], **about: Any) -> None:
+        """Write down what a check found; about: film_sha256, claim, claim_source, job, and the `standing` it asked.
+
+        Raises: RegistryError.
+        """
+        standing: Standing | None = about.pop("standing")
+        asked = None if standing is None else f"{standing.fingerprint} {standing.head}"
+        self.note(token=asked_by, kind=kind, **about | said(result) | {"registry": asked, "moireid": __version__})
+
+    def note_job(self, job: Job) -> None:
+        """Write down what a film's job found, once; of other jobs nothing.  Raises: RegistryError."""
+        if job.kind in ("verify", "identify") and isinstance(job.result, dict):
+            about = {"film_sha256": job.film_sha256, "claim": job.claimed_id, "claim_source": job.claim_source}
+            self.note_result(job.owner, job.kind, job.result, **about, standing=job.standing, job=job.id)
 
     def given(self, limit: int, before: int | None = None, since: str | None = None) -> list[Given]:
         """The newest first; before: only those of a lower number; since: only from that time on."""
-        query = select(verdicts).order_by(verdicts.c.number.desc()).limit(limit)
+        query = (
+            select(*(verdicts.c[name] for name in Given.__annotations__))
+            .order_by(verdicts.c.number.desc())
+            .limit(limit)
+        )
         query = query if before is None else query.where(verdicts.c.number < before)
         query = query if since is None else query.where(verdicts.c.at >= since)
-        try:
-            with self._engine.connect() as connection:
-                return [Given(**row._mapping) for row in connection.execute(query)]
-        except SQLAlchemyError as error:
-            raise self._broken(error) from error
+        with self._database.reading() as connection:
+            return [Given(**row._mapping) for row in connection.execute(query)]
 
-    def _remove_old(self) -> None:
+    def _remove_old(self, connection: Connection) -> None:
         if self._keep_days is not None:
             oldest = _text(datetime.now(UTC) - timedelta(days=self._keep_days))
-            with self._engine.begin() as connection:
-                connection.execute(delete(verdicts).where(verdicts.c.at < oldest))
+            connection.execute(delete(verdicts).where(verdicts.c.at < oldest))
 
-    def _broken(self, error: Exception) -> RegistryError:
-        reason = str(getattr(error, "orig", None) or getattr(error, "strerror", None) or error)
-        return RegistryError(f"the verdicts in {self.path} cannot be used ({reason}); give another folder with --data")
+
+def _bring_up(connection: Connection) -> None:
+    """Add what an older file lacks."""
+    if "job" not in {column["name"] for column in inspect(connection).get_columns(verdicts.name)}:
+        connection.execute(text("ALTER TABLE verdicts ADD COLUMN job TEXT"))
+        connection.execute(text("CREATE UNIQUE INDEX verdicts_by_job ON verdicts (job)"))
 
 
 def said(result: Mapping[str, Any]) -> dict[str, Any]:

@@ -16,8 +16,9 @@ from kit.webbing import badge_film, film_form, studio, tiny_film
 from moireid import __version__
 from moireid.badge import Badge
 from moireid.cli.main import moireid
-from moireid.web import verdicts as module
-from moireid.web.verdicts import Verdicts, said
+from moireid.web.jobs.doing import with_notes
+from moireid.web.store import verdicts as module
+from moireid.web.store.verdicts import Verdicts, said
 
 ONE = {"token": "abc", "kind": "verify", "film_sha256": "0" * 64, "claim": "0" * 16, "claim_source": "registry"}
 ONE |= {"verdict": "accept", "read": None, "registry": "f 1:0", "moireid": "1"}
@@ -67,9 +68,9 @@ def test_a_found_badge_says_who_else_could_have_it(tmp_path: Path) -> None:
         codes = [reason["code"] for reason in result["reasons"]]
         assert codes[-2:] == ["name_derived", "copyable"] and codes.count("copyable") == 1
         registry = visit.studio.registry
-        assert visit.studio._with_notes({"found_id": made_of_name.id}) == {"found_id": made_of_name.id}
+        assert with_notes(registry, {"found_id": made_of_name.id}) == {"found_id": made_of_name.id}
         registry.store_as_built(str(made_of_name.id), '{"tilt_rad": 0.01}')
-        noted = visit.studio._with_notes({"found_id": made_of_name.id, "reasons": []})
+        noted = with_notes(registry, {"found_id": made_of_name.id, "reasons": []})
         assert [reason["code"] for reason in noted["reasons"]] == ["name_derived"]
 
 

@@ -1,0 +1,350 @@
+"""Studios, workers, a scheduler and PostgreSQL by the compose file: `.venv/bin/python benchmarks/studio_cluster.py`.
+
+Starts each service of `deploy/compose.yaml` by its own command, as processes of this machine: a host's name becomes
+loopback, a volume a folder, and a process that ends is started again, as the file says.  PostgreSQL alone is started by
+its own programs, as its command is in its image; and there is no proxy: films are sent to the studios by turns, and
+again where none answers.  It then
+
+1 sends films, each with bytes of its own at its end, and kills a studio, a worker and the scheduler meanwhile, with all
+  that they had started, and stops PostgreSQL for ten seconds; prints what became of each film, and how often the record
+  has it;
+2 measures films a second with one worker and with two, where jobs wait (for a storage that takes seconds) and where
+  they compute.  Two workers can only compute twice as fast where two processors are free, so the load is printed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import httpx
+import yaml
+from sqlalchemy import create_engine, text
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT / "tests"))
+
+from kit.registries import badge_of, running_server  # noqa: E402
+from kit.webbing import tiny_film  # noqa: E402
+from moireid.registry import open_registry  # noqa: E402
+from moireid.web.auth.tokens import open_tokens  # noqa: E402
+
+FILMS = ROOT / "tests" / "data" / "films"
+SERVICES = yaml.safe_load((ROOT / "deploy" / "compose.yaml").read_text(encoding="utf-8"))["services"]
+DATABASE = "postgresql+psycopg://moireid@database/moireid"
+ASKERS, AGAIN_S, SLOW_S, AWAY_S = 8, 1.0, 6.0, 10.0
+#: A storage that takes its time, for jobs that wait: a package of fsspec's as any other.
+SLOW = f"""
+import time
+from fsspec.implementations.local import LocalFileSystem
+
+class Slow(LocalFileSystem):
+    protocol = "slow"
+    cachable = False
+
+    @classmethod
+    def _strip_protocol(cls, path):
+        return LocalFileSystem._strip_protocol(str(path).removeprefix("slow://"))
+
+    def get_file(self, *given, **more):
+        time.sleep({SLOW_S})
+        return super().get_file(*given, **more)
+"""
+
+
+class Cluster:
+    """The services of the compose file, as processes."""
+
+    def __init__(self, folder: Path, database: str, storage: str, workers: int) -> None:
+        self.folder, self.database, self.storage = folder, database, storage
+        self.ports = [_free_port(), _free_port()]
+        self._scheduler = _free_port()
+        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self._wanted: dict[str, tuple[str, int]] = {"scheduler": ("scheduler", 0)}
+        self._wanted |= {f"worker {k}": ("worker", k) for k in range(workers)}
+        self._wanted |= {f"studio {k}": ("studio", k) for k in range(2)}
+        self._ending = threading.Event()
+        self._thread = threading.Thread(target=self._supervise)
+
+    def command(self, service: str, number: int) -> list[str]:
+        """A service's own command with this machine's places."""
+        data = self.folder / "data" / f"{service}{number}"
+        data.mkdir(parents=True, exist_ok=True)
+        places = {
+            DATABASE: self.database,
+            "${STORAGE:-file:///films}": self.storage,
+            "tcp://scheduler:8786": f"tcp://127.0.0.1:{self._scheduler}",
+            "--host=scheduler": "--host=127.0.0.1",
+            "--port=8786": f"--port={self._scheduler}",
+            "--host=0.0.0.0": "--host=127.0.0.1",
+            "--port=8000": f"--port={self.ports[number]}",
+            "=/data": f"={data}",
+        }
+        words = []
+        for word in SERVICES[service]["command"]:
+            for there, here in places.items():
+                word = word.replace(there, here)
+            words.append(word)
+        program = Path(sys.executable).parent / words[0]
+        # Programs of an environment that was moved or has no script find themselves by its Python.
+        return [str(program), *words[1:]]
+
+    def start(self, name: str) -> None:
+        """Start a service, with a log of its own."""
+        packages = [str(self.folder / "packages"), *filter(None, [os.environ.get("PYTHONPATH")])]
+        environment = os.environ | {"PYTHONPATH": os.pathsep.join(packages)}
+        with (self.folder / f"{name}.log").open("ab") as log:
+            self.processes[name] = subprocess.Popen(
+                self.command(*self._wanted[name]), env=environment, stdout=log, stderr=log, start_new_session=True
+            )
+
+    def kill(self, name: str) -> None:
+        """Kill a service with all that it started, as a container is."""
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(self.processes[name].pid, signal.SIGKILL)
+
+    def _supervise(self) -> None:
+        while not self._ending.wait(AGAIN_S):
+            for name, process in list(self.processes.items()):
+                if process.poll() is not None and SERVICES[self._wanted[name][0]]["restart"] == "unless-stopped":
+                    self.kill(name)
+                    self.start(name)
+
+    def __enter__(self) -> Cluster:
+        for name in self._wanted:
+            self.start(name)
+        self._thread.start()
+        for port in self.ports:
+            _until(lambda port=port: _ready(port), 120)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._ending.set()
+        self._thread.join()
+        for name, process in self.processes.items():
+            process.send_signal(signal.SIGTERM)
+            with contextlib.suppress(subprocess.TimeoutExpired):
+                process.wait(20)
+            self.kill(name)
+            process.wait()
+
+
+def _free_port() -> int:
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        return int(one.getsockname()[1])
+
+
+def _ready(port: int) -> bool:
+    try:
+        told = httpx.get(f"http://127.0.0.1:{port}/readyz", timeout=10).json()
+    except httpx.HTTPError:
+        return False
+    return bool(told["ready"] and told["needs"]["scheduler"])
+
+
+def _until(holds: Any, seconds: float) -> None:
+    last = time.monotonic() + seconds
+    while not holds():
+        if time.monotonic() > last:
+            raise SystemExit(f"not there after {seconds} s")
+        time.sleep(0.2)
+
+
+class Visitor:
+    """Whoever sends films: to one studio after the other, and again where none answers."""
+
+    def __init__(self, ports: Sequence[int], tokens: Sequence[str], film: bytes, claim: str) -> None:
+        self._homes = [f"http://127.0.0.1:{port}" for port in ports]
+        self._client = httpx.Client(timeout=60)
+        # Several, as one may hold half of the places.
+        self._bearers = [{"Authorization": f"Bearer {token}"} for token in tokens]
+        self._of: dict[str, dict[str, str]] = {}
+        self._film, self._claim, self.sent_again = film, claim, 0
+
+    def upload(self, number: int) -> str:
+        """The id of the job of a film, which ends in an empty box with its number."""
+        film = self._film + (12).to_bytes(4) + b"free" + number.to_bytes(4)
+        turns = self._turns(number)
+        while True:
+            home = next(turns)
+            try:
+                form = {"files": {"video": ("film.mp4", film)}, "data": {"claim": self._claim}}
+                bearer = self._bearers[number % len(self._bearers)]
+                answer = self._client.post(f"{home}/api/jobs", headers=bearer, **form)
+            except httpx.HTTPError:
+                # It may have come, though nobody said so.
+                self.sent_again += 1
+                continue
+            if answer.status_code == 202:
+                job_id = str(answer.json()["id"])
+                self._of[job_id] = bearer
+                return job_id
+            time.sleep(AGAIN_S)
+            if answer.status_code not in (429, 502, 503):
+                raise SystemExit(f"{answer.status_code} {answer.text}")
+
+    def look(self, job_id: str) -> dict[str, Any]:
+        """A job, as a studio has it."""
+        turns = self._turns(0)
+        while True:
+            home = next(turns)
+            with contextlib.suppress(httpx.HTTPError, ValueError):
+                answer = self._client.get(f"{home}/api/jobs/{job_id}", headers=self._of[job_id])
+                if answer.status_code in (200, 404):
+                    return dict(answer.json())
+
+    def _turns(self, number: int) -> Iterator[str]:
+        while True:
+            yield self._homes[number % len(self._homes)]
+            number += 1
+            time.sleep(0.2)
+
+    def all_over(self, ids: Sequence[str], each: Any = lambda ended: None) -> dict[str, dict[str, Any]]:
+        """Every job's end; each: told how many have ended, as it changes."""
+        ended: dict[str, dict[str, Any]] = {}
+        while len(ended) < len(ids):
+            for job_id in ids:
+                if job_id not in ended and (told := self.look(job_id)).get("state", "lost") in (
+                    "done",
+                    "failed",
+                    "lost",
+                ):
+                    ended[job_id] = told
+                    each(len(ended))
+            time.sleep(0.5)
+        return ended
+
+
+def record(database: str, since: int = 0) -> list[Any]:
+    """The record of verdicts: number, film and job of each."""
+    engine = create_engine(database)
+    try:
+        with engine.connect() as connection:
+            return list(
+                connection.execute(text(f"SELECT number, film_sha256, job FROM verdicts WHERE number > {since}"))
+            )
+    finally:
+        engine.dispose()
+
+
+def killed(cluster: Cluster, visitor: Visitor, count: int, away: Callable[[float], None]) -> None:
+    """Send films, kill a studio, a worker and the scheduler meanwhile, let the database go `away` for ten seconds, and
+    print what became of the films.
+    """
+    kills = {count // 5: "studio 0", 2 * count // 5: "worker 1", 3 * count // 5: "scheduler"}
+    kills[4 * count // 5] = "database"
+    begun, lock, sent, down = time.monotonic(), threading.Lock(), Counter[str](), []
+
+    def upload(number: int) -> str:
+        job_id = visitor.upload(number)
+        with lock:
+            sent["films"] += 1
+            if name := kills.pop(sent["films"], None):
+                if name == "database":
+                    away(AWAY_S)
+                else:
+                    cluster.kill(name)
+                down.append(f"{name} after {sent['films']} uploads")
+        return job_id
+
+    with ThreadPoolExecutor(ASKERS) as pool:
+        ids = list(pool.map(upload, range(count)))
+    ended = visitor.all_over(ids)
+    seconds = time.monotonic() - begun
+    print(f"killed: {', '.join(down)}; {count} uploads over after {seconds:.0f} s")
+    print(f"states: {dict(Counter(told.get('state', 'lost') for told in ended.values()))}")
+    print(f"problems: {dict(Counter(str((told.get('problem') or {}).get('code')) for told in ended.values()))}")
+    found = record(cluster.database)
+    by_job, by_film = Counter(row.job for row in found), Counter(row.film_sha256 for row in found)
+    often = Counter(min(by_job[one], 2) for one in ids)
+    print(f"in the record: {often[1]} of {count} jobs once, {often[2]} more than once, {often[0]} never")
+    twice = sum(many > 1 for many in by_film.values())
+    print(f"films in the record: {len(by_film)}, {twice} twice; {visitor.sent_again} sent again, as nobody answered")
+
+
+def speed(
+    folder: Path, database: str, storage: str, tokens: Sequence[str], film: bytes, claim: str, count: int
+) -> None:
+    """Films a second with one worker and with two."""
+    rates = []
+    for workers in (1, 2):
+        with Cluster(folder / f"workers{workers}", database, storage, workers) as cluster:
+            visitor = Visitor(cluster.ports, tokens, film, claim)
+            # The first film of a worker waits until it has loaded its programs.
+            visitor.all_over([visitor.upload(1_000_000 + k) for k in range(2 * workers)])
+            begun = time.monotonic()
+            with ThreadPoolExecutor(ASKERS) as pool:
+                ids = list(pool.map(visitor.upload, range(2_000_000, 2_000_000 + count)))
+            states = Counter(told["state"] for told in visitor.all_over(ids).values())
+            rates.append(count / (time.monotonic() - begun))
+            print(f"  {workers} worker(s): {rates[-1]:.2f} films/s, {dict(states)}, load {os.getloadavg()[0]:.1f}")
+    print(f"  two workers are {rates[1] / rates[0]:.2f} times as fast as one")
+
+
+def prepared(folder: Path, database: str) -> tuple[list[str], bytes, str]:
+    """A registry with a badge, and the storage that takes its time; returns tokens, a film, and whose badge it is."""
+    packages = folder / "packages"
+    told = packages / "slowfs-1.dist-info"
+    told.mkdir(parents=True)
+    (packages / "slowfs.py").write_text(SLOW)
+    (told / "METADATA").write_text("Metadata-Version: 2.1\nName: slowfs\nVersion: 1\n")
+    (told / "entry_points.txt").write_text("[fsspec.specs]\nslow = slowfs:Slow\n")
+    os.environ["MOIREID_KEYS"], os.environ["MOIREID_SEEN"] = str(folder / "keys"), str(folder / "seen.sqlite3")
+    init = [word.replace(DATABASE, database) for word in SERVICES["init"]["command"]]
+    subprocess.run([str(Path(sys.executable).parent / init[0]), *init[1:]], check=True, capture_output=True)
+    badge = badge_of("Ada Lovelace")
+    with open_registry(database, create=False) as registry:
+        registry.enroll(badge)
+    with open_tokens(folder / "nowhere", database) as tokens:
+        secrets = [tokens.create("verifier")[0] for _ in range(ASKERS // 2)]
+    return secrets, tiny_film(FILMS / "genuine_1.0m.mp4", folder / "tiny.mp4").read_bytes(), badge.name
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--films", type=int, default=200)
+    parser.add_argument("--speed", type=int, default=30, help="films of each measurement of speed; 0 for none")
+    given = parser.parse_args()
+    print(f"{os.cpu_count()} processors, load average {os.getloadavg()[0]:.1f}")
+    scratch = Path(tempfile.mkdtemp(prefix="moireid-cluster-"))
+    with running_server() as server:
+        try:
+            database = server.fresh()
+            tokens, film, claim = prepared(scratch, database)
+            for name in ("killed", "waits/workers1", "waits/workers2", "computes/workers1", "computes/workers2"):
+                shutil.copytree(scratch / "packages", scratch / name / "packages")
+            films = (scratch / "films").as_uri()
+            if given.films:
+                with Cluster(scratch / "killed", database, films, 2) as cluster:
+                    killed(cluster, Visitor(cluster.ports, tokens, film, claim), given.films, server.away)
+            if given.speed:
+                print(f"jobs that wait {SLOW_S:g} s for their film:")
+                slow = re.sub("^file:", "slow:", films)
+                speed(scratch / "waits", database, slow, tokens, film, claim, given.speed)
+                print("jobs that compute:")
+                speed(scratch / "computes", database, films, tokens, film, claim, given.speed)
+        finally:
+            for log in sorted(scratch.rglob("*.log")) if "MOIREID_LOGS" in os.environ else ():
+                print(f"--- {log}\n{log.read_text()[-3000:]}")
+            shutil.rmtree(scratch, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    main()

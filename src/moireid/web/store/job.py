@@ -1,0 +1,122 @@
+"""A job as it stands in the database: who asked for what, how far it has come, and what came out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, Literal
+
+from moireid.provenance import Barred, Standing
+
+State = Literal["receiving", "waiting", "working", "done", "failed"]
+STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
+#: Work that badges are made by, and the films of issuers: verifiers' films never stand before it.
+ISSUE = frozenset({"badge", "event", "capture"})
+#: How often a job is begun at most; one that dies with its worker is done again, once.  An event's identities are drawn
+#: as it is made: begun again, it would issue all of them anew.
+TRIES, TRIES_OF = 2, {"event": 1}
+Lane = Literal["issue", "judge"]
+
+
+@dataclass(frozen=True)
+class Held:
+    """So many jobs of one token: on their way, or waiting and at work."""
+
+    owner: str
+    role: str
+    receiving: bool
+    count: int
+
+
+@dataclass
+class Job:
+    """One job, as it stood when it was looked at.
+
+    folder: for the film as it comes, and in a studio without a storage for all that is kept; wish: what is to be done,
+    as JSON; result: the JSON of the command; kept: what was kept beside it; problem: code and sentence; begun: when it
+    was asked for; film_name, claim: as the visitor gave them; barred: why the claimed badge does not count; standing:
+    of the registry when the film was judged; film_sha256: of the film as it came; claimed_id, claim_source: the badge
+    that the claim means, and who says so; holder, taken: who has it, and how often it was begun; files: gives
+    what was kept by its name, None where it lies in the folder.
+    """
+
+    id: str
+    kind: str
+    owner: str
+    folder: Path
+    role: str = "verifier"
+    label: str = ""
+    begun: datetime = field(default_factory=lambda: datetime.now(UTC))
+    film_name: str = ""
+    claim: str = ""
+    barred: Barred | None = None
+    standing: Standing | None = None
+    film_sha256: str | None = None
+    claimed_id: str | None = None
+    claim_source: str | None = None
+    wish: dict[str, Any] = field(default_factory=dict)
+    video: str = ""
+    bytes: int = 0
+    state: State = "receiving"
+    frames: tuple[int, int | None] = (0, None)
+    result: dict[str, Any] | None = None
+    kept: dict[str, Any] = field(default_factory=dict)
+    problem: tuple[str, str] | None = None
+    holder: str = ""
+    taken: int = 0
+    files: Callable[[str], AbstractContextManager[Path]] | None = None
+
+    @property
+    def over(self) -> bool:
+        """Whether the job has ended."""
+        return self.state in ("done", "failed")
+
+    @property
+    def lane(self) -> Lane:
+        """Which workers it is for."""
+        return "issue" if self.kind in ISSUE else "judge"
+
+    @property
+    def tries(self) -> int:
+        """How often it is begun at most."""
+        return TRIES_OF.get(self.kind, TRIES)
+
+    def about(self) -> str:
+        """What is known of it beside its work, as the database keeps it."""
+        told: dict[str, Any] = {name: getattr(self, name) for name in TEXTS} | {"begun": self.begun.isoformat()}
+        told["barred"] = None if self.barred is None else asdict(self.barred)
+        told["standing"] = None if self.standing is None else asdict(self.standing)
+        return json.dumps(told)
+
+
+TEXTS = ("label", "film_name", "claim", "film_sha256", "claimed_id", "claim_source")
+
+
+def job_of(row: Mapping[str, Any], folder: Path) -> Job:
+    """The job of a row; folder: that of all jobs."""
+    about, problem = json.loads(row["about"]), json.loads(row["problem"]) if row["problem"] else None
+    return Job(
+        row["id"],
+        row["kind"],
+        row["owner"],
+        folder / row["id"],
+        row["role"],
+        begun=datetime.fromisoformat(about["begun"]),
+        barred=Barred(**about["barred"]) if about["barred"] else None,
+        standing=Standing(**about["standing"]) if about["standing"] else None,
+        wish=json.loads(row["wish"]),
+        video=row["video"] or "",
+        bytes=row["bytes"],
+        state=row["state"],
+        frames=(row["read"], row["expected"]),
+        result=json.loads(row["result"]) if row["result"] else None,
+        kept=json.loads(row["kept"]) if row["kept"] else {},
+        problem=(str(problem[0]), str(problem[1])) if problem else None,
+        holder=row["holder"] or "",
+        taken=row["taken"],
+        **{name: about[name] for name in TEXTS},
+    )
