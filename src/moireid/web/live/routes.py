@@ -31,7 +31,8 @@ from moireid.errors import MoireIdError, RegistryError
 from moireid.registry import holder_of
 from moireid.sandbox.process import Child, Ended, start
 from moireid.sandbox.reach import reach
-from moireid.verifier.live.challenge import FACE, HOLD_S, MOVES, Prompt, draw_prompts
+from moireid.verifier.live.challenge import FACE, HOLD_S, Prompt, draw_prompts
+from moireid.verifier.live.pace import MOVES
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.live_headline import live_headline_of, shown
 from moireid.web.auth.roles import require, visitor_of

@@ -1,0 +1,55 @@
+"""How fast a challenge goes: before this device's own camera, or in a call, where each answer comes later.
+
+In a call somebody reads each prompt aloud, the words take their way, the person reacts, and the picture takes its way
+back.  How long that takes differs from call to call, so the clock waits for it: the next prompt comes only after the
+last one was followed.  Whoever plays an older film can then pause it until the words come.  So no answer's time counts
+for anything there, and more moves must do what times do elsewhere (`chance.py`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+#: A move begins at earliest and at latest this long after its prompt, and ends within `DONE_S`.  People need 0.2 s to
+#: react to what they see and half a second to read a word; the rest is for the delay of the picture.
+SOONEST_S, LATEST_S, DONE_S = 0.15, 2.0, 3.0
+#: Time between two prompts, drawn at random between these: the least is enough to finish and rest.
+LEAST_GAP_S, MOST_GAP_S = 3.6, 6.4
+#: Moves of a challenge, one of them across the face.
+MOVES = 6
+
+#: In a call: time for the one who asks to read a prompt aloud, and the most delay of the call, there and back.
+READ_S, DELAY_S = 2.0, 2.0
+#: In a call: the time from a followed prompt to the next.  The least is enough to come to rest.
+LEAST_CALL_GAP_S, MOST_CALL_GAP_S = 1.6, 3.2
+#: In a call: more moves, as times count for nothing.
+CALL_MOVES = 8
+#: In a call the latest answer may come later than the soonest by this time: reading aloud differs by 1 s, reactions by
+#: 1.5 s, and the call's delay may jump by half a second.
+SPREAD_S = 3.0
+#: In a call a prompt waits for so long until the badge rests.
+REST_WAIT_S = 30.0
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How many moves, by when an answer begins and is done (s after its prompt), and what comes between two prompts.
+
+    in_call: the next prompt waits for the answer to the last one, and until the badge rests; gaps count from then.
+    """
+
+    moves: int
+    latest_s: float
+    done_s: float
+    gap_s: tuple[float, float]
+    in_call: bool = False
+
+
+HERE = Pace(MOVES, LATEST_S, DONE_S, (LEAST_GAP_S, MOST_GAP_S))
+CALL = Pace(
+    CALL_MOVES,
+    LATEST_S + READ_S + DELAY_S,
+    DONE_S + READ_S + DELAY_S,
+    (LEAST_CALL_GAP_S, MOST_CALL_GAP_S),
+    in_call=True,
+)
