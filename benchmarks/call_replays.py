@@ -122,8 +122,8 @@ def main() -> None:
     for kind, counted in verdicts.items():
         print(f"{kind:>14}: " + ", ".join(f"{count} {verdict}" for verdict, count in counted.items()))
     print(
-        f"computed chance of one paused replay {same_moves_chance(CALL.moves):.1e}, of the likeliest one "
-        f"{likeliest_chance(CALL.moves):.1e}; load {os.getloadavg()[0]:.1f}"
+        f"computed chance of one paused replay {same_moves_chance(CALL):.1e}, of the likeliest one "
+        f"{likeliest_chance(CALL):.1e}; load {os.getloadavg()[0]:.1f}"
     )
 
 

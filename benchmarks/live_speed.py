@@ -145,7 +145,7 @@ def _cpu_s() -> tuple[float, float]:
 async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
     import websockets
 
-    from moireid.web.live.routes import CLOCK
+    from moireid.web.live.sockets import CLOCK
 
     async with websockets.connect(f"ws://127.0.0.1:{port}/live/socket") as connection:
         begun = time.perf_counter()

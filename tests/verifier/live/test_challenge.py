@@ -139,7 +139,7 @@ def test_challenges_stay_in_reach_and_differ() -> None:
             assert max(map(abs, place)) <= 1 and not (place[2] > 0 and place[1] < 0)
         moves = [prompt.move for prompt in prompts]
         assert moves.count(FACE) == 1 and moves[0] != FACE and len(moves) == pace.MOVES
-        assert sum(move in ("left", "right") for move in moves) >= challenge.SIDEWAYS
+        assert sum(move in ("left", "right") for move in moves) >= pace.SIDEWAYS
         gaps = np.diff([prompt.at_s for prompt in prompts])
         assert gaps.min() >= pace.LEAST_GAP_S and prompts[0].at_s >= 10.0
         seen[tuple(moves)] += 1

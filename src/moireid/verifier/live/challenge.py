@@ -63,9 +63,6 @@ MOST_MOVE_S = DONE_S - SOONEST_S
 REST_S = 0.5
 #: The badge must stay in front of the face for this long, and the next prompt comes later by this time.
 HOLD_S = 1.2
-#: The least number of moves that go sideways: without these, the fringes of most badges hardly move and cannot be
-#: judged.
-SIDEWAYS = 2
 #: Amounts per second that no hand reaches (1.5 m sideways), measured over at least the time of a camera's frame.
 MOST_SPEED, FRAME_S = 15.0, 1 / 24
 #: Frames needed to detect rest.
@@ -110,12 +107,12 @@ def draw_prompts(start_s: float, chance: random.Random | None = None, *, pace: P
 
     Parameters: chance: the random generator; None, except in tests: that of the system.
     Convention: moves lead at most one amount away from the middle along each axis, so the badge stays in view; all
-        allowed moves are equally likely; the one across the face is never the first.  A challenge with fewer than
-        `SIDEWAYS` moves to a side is drawn again.
+        allowed moves are equally likely; the one across the face is never the first.  A challenge with too few moves
+        to a side is drawn again.
     """
     chance = chance or secrets.SystemRandom()
     asked, (least_s, most_s) = _drawn_moves(chance, pace.moves), pace.gap_s
-    while sum(map(sideways, asked)) < SIDEWAYS:
+    while sum(map(sideways, asked)) < pace.sideways:
         asked = _drawn_moves(chance, pace.moves)
     at_s, prompts = start_s + chance.uniform(0, most_s - least_s), list[Prompt]()
     for move in asked:

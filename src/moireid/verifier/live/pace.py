@@ -15,15 +15,16 @@ from dataclasses import dataclass
 SOONEST_S, LATEST_S, DONE_S = 0.15, 2.0, 3.0
 #: Time between two prompts, drawn at random between these: the least is enough to finish and rest.
 LEAST_GAP_S, MOST_GAP_S = 3.6, 6.4
-#: Moves of a challenge, one of them across the face.
-MOVES = 6
+#: Moves of a challenge, one of them across the face, and the least number that go sideways: without these, the fringes
+#: of most badges hardly move and cannot be judged.
+MOVES, SIDEWAYS = 6, 2
 
 #: In a call: time for the one who asks to read a prompt aloud, and the most delay of the call, there and back.
 READ_S, DELAY_S = 2.0, 2.0
 #: In a call: the time from a followed prompt to the next.  The least is enough to come to rest.
 LEAST_CALL_GAP_S, MOST_CALL_GAP_S = 1.6, 3.2
-#: In a call: more moves, as times count for nothing.
-CALL_MOVES = 8
+#: In a call: more moves, as times count for nothing; and more of them sideways, as the badge rests for longer between.
+CALL_MOVES, CALL_SIDEWAYS = 9, 4
 #: In a call the latest answer may come later than the soonest by this time: reading aloud differs by 1 s, reactions by
 #: 1.5 s, and the call's delay may jump by half a second.
 SPREAD_S = 3.0
@@ -33,21 +34,24 @@ REST_WAIT_S = 30.0
 
 @dataclass(frozen=True)
 class Pace:
-    """How many moves, by when an answer begins and is done (s after its prompt), and what comes between two prompts.
+    """How many moves, how many of them sideways at least, by when an answer begins and is done (s after its prompt), and
+    what comes between two prompts.
 
     in_call: the next prompt waits for the answer to the last one, and until the badge rests; gaps count from then.
     """
 
     moves: int
+    sideways: int
     latest_s: float
     done_s: float
     gap_s: tuple[float, float]
     in_call: bool = False
 
 
-HERE = Pace(MOVES, LATEST_S, DONE_S, (LEAST_GAP_S, MOST_GAP_S))
+HERE = Pace(MOVES, SIDEWAYS, LATEST_S, DONE_S, (LEAST_GAP_S, MOST_GAP_S))
 CALL = Pace(
     CALL_MOVES,
+    CALL_SIDEWAYS,
     LATEST_S + READ_S + DELAY_S,
     DONE_S + READ_S + DELAY_S,
     (LEAST_CALL_GAP_S, MOST_CALL_GAP_S),

@@ -113,6 +113,12 @@ class LiveCheck:
         events = [self._status(running)] if running else []
         return events + self._challenged(frame)
 
+    def moved(self) -> Event:
+        """End the session as `finish`, because a call's tile is not where it was, or as large: who is in it now?"""
+        if self._tile is not None:
+            self._tile.moved = True
+        return self.finish()
+
     def finish(self) -> Event:
         """End the session: the verdict on all frames, or on those of the challenge if there was one."""
         self.ended = True
@@ -257,9 +263,7 @@ class LiveCheck:
         if asked and self._judged == asked:
             text = f"All {asked} prompts were made and answered."
             if self._pace.in_call:
-                text += (
-                    f" An older film would answer them once in {_rounded(1 / likeliest_chance(asked)):,} times or less."
-                )
+                text += f" An older film would answer them once in {_rounded(1 / likeliest_chance(self._pace)):,} times or less."
             return Reason("challenge", "pass", float(asked), float(asked), "prompts", text)
         why = "was left before its end" if asked else "did not begin, as badge and face were not seen at once"
         text = f"The challenge {why}; {self._judged} of {asked} prompts were answered. Begin again."

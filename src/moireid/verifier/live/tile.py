@@ -26,6 +26,8 @@ class TileWatch:
         self._finder = FaceFinder()
         self._due_s = -np.inf
         self.width_px, self.looks, self.crowded = 0, 0, 0
+        #: Whether the tile left its place, or changed its size; another person may be in it since.
+        self.moved = False
 
     def push(self, frame: Frame) -> None:
         """Take a frame."""
@@ -44,6 +46,9 @@ class TileWatch:
         if self.looks and self.width_px < LEAST_WIDTH_PX:
             text = f"The tile is {self.width_px} px wide; enlarge it to {LEAST_WIDTH_PX} px or more, or pin the person."
             found += (Reason("tile", "undecided", float(self.width_px), float(LEAST_WIDTH_PX), "px", text),)
+        if self.moved:
+            text = "The tile moved or changed its size. Pin the person, choose the tile again, and begin again."
+            found += (Reason("tile_moved", "undecided", 1.0, 0.0, "moves", text),)
         share = self.crowded / max(self.looks, 1)
         if share > MOST_CROWDED:
             text = (

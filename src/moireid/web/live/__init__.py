@@ -1,4 +1,5 @@
-"""The live check.
+"""The live check, and *Check a call*.
 
-routes.py  its page and its socket         worker.py  the process behind one session
+routes.py  their pages and sockets     sockets.py  one session over a socket
+worker.py  the process behind one session
 """
