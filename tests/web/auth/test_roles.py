@@ -40,6 +40,7 @@ ROLES = {
     "/api/jobs": {"verifier"},
     "/verify": {"verifier"},
     "/live": {"verifier"},
+    "/call": {"verifier"},
     "/verdicts": {"admin"},
     "/api/verdicts": {"admin"},
 }

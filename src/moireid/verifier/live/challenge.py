@@ -63,8 +63,8 @@ MOST_MOVE_S = DONE_S - SOONEST_S
 REST_S = 0.5
 #: The badge must stay in front of the face for this long, and the next prompt comes later by this time.
 HOLD_S = 1.2
-#: Amounts per second that no hand reaches (1.5 m sideways), measured over at least the time of a camera's frame.
-MOST_SPEED, FRAME_S = 15.0, 1 / 24
+#: Amounts per second that no hand reaches (1.5 m sideways).
+MOST_SPEED = 15.0
 #: Frames needed to detect rest.
 MIN_FRAMES = 4
 
@@ -186,7 +186,7 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array, p
     bounds = np.concatenate([[ends[0]], times])
     last = int(np.diff(bounds).argmax())
     longest = float(bounds[last + 1] - bounds[last])
-    speed = float((np.abs(np.diff(place, axis=0)).max(axis=1) / np.maximum(steps, FRAME_S)).max())
+    speed = float((np.abs(np.diff(place, axis=0)).max(axis=1) / np.maximum(steps, pace.frame_s)).max())
     if speed > MOST_SPEED:
         text = "The badge jumped from one place to another faster than a hand moves."
         if pace.in_call:

@@ -28,14 +28,17 @@ CALL_MOVES, CALL_SIDEWAYS = 9, 4
 #: In a call the latest answer may come later than the soonest by this time: reading aloud differs by 1 s, reactions by
 #: 1.5 s, and the call's delay may jump by half a second.
 SPREAD_S = 3.0
+#: A step's speed is measured over at least the time of a camera's frame; in a call over that of three, as two of them
+#: may be lost.
+FRAME_S, CALL_FRAME_S = 1 / 24, 3 / 24
 #: In a call a prompt waits for so long until the badge rests.
 REST_WAIT_S = 30.0
 
 
 @dataclass(frozen=True)
 class Pace:
-    """How many moves, how many of them sideways at least, by when an answer begins and is done (s after its prompt), and
-    what comes between two prompts.
+    """How many moves, and how many sideways at least; by when an answer begins and is done (s after its prompt); and
+    what comes between two prompts.  frame_s: least time over which a step's speed is measured.
 
     in_call: the next prompt waits for the answer to the last one, and until the badge rests; gaps count from then.
     """
@@ -45,6 +48,7 @@ class Pace:
     latest_s: float
     done_s: float
     gap_s: tuple[float, float]
+    frame_s: float = FRAME_S
     in_call: bool = False
 
 
@@ -55,5 +59,6 @@ CALL = Pace(
     LATEST_S + READ_S + DELAY_S,
     DONE_S + READ_S + DELAY_S,
     (LEAST_CALL_GAP_S, MOST_CALL_GAP_S),
+    CALL_FRAME_S,
     in_call=True,
 )

@@ -262,8 +262,9 @@ class LiveCheck:
         asked = len(self._prompts or ())
         if asked and self._judged == asked:
             text = f"All {asked} prompts were made and answered."
-            if self._pace.in_call:
-                text += f" An older film would answer them once in {_rounded(1 / likeliest_chance(self._pace)):,} times or less."
+            if self._pace.in_call and asked == self._pace.moves:
+                tries = _rounded(1 / likeliest_chance(self._pace))
+                text += f" An older film would answer them in one of {tries:,} tries at most."
             return Reason("challenge", "pass", float(asked), float(asked), "prompts", text)
         why = "was left before its end" if asked else "did not begin, as badge and face were not seen at once"
         text = f"The challenge {why}; {self._judged} of {asked} prompts were answered. Begin again."

@@ -30,6 +30,7 @@ NAVIGATION = (
     Place("/enroll", "Enroll", ("issuer",)),
     Place("/verify", "Verify", ("verifier",)),
     Place("/live", "Live", ("verifier",)),
+    Place("/call", "Call", ("verifier",)),
     Place("/registry", "Registry", ("issuer", "verifier")),
     Place("/verdicts", "Verdicts", ("admin",)),
     Place("/help", "Help"),
