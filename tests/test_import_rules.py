@@ -160,7 +160,7 @@ WITHIN: dict[str, set[str]] = {
     "web.jobs": {"problems", "settings"},
     "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
     "web.pages": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
-    "web.live": {"auth", "pages", "checks", "problems", "studio"},
+    "web.live": {"auth", "pages", "checks", "forms", "links", "problems", "studio"},
 }
 #: Files of a folder beside its `__init__`; a folder with more is several.
 MOST_FILES = 15

@@ -30,7 +30,7 @@ from moireid.verifier.live.challenge import FACE, Prompt
 #: A session lasts as long as its film.
 pytestmark = pytest.mark.slow
 
-FPS, SIZE = 24.0, (960, 540)
+FPS, SIZE = 24.0, (800, 450)
 #: What the film's person does, and when; between two moves the film is stopped until it goes on.
 MOVES = ("left", "right", "right", FACE, "left")
 MOVES_S = (3.0, 5.0, 7.0, 9.0, 12.0)
@@ -41,8 +41,8 @@ div { position: absolute; overflow: hidden; border-radius: 12px; background: #3c
 video, img { width: 100%; height: 100%; object-fit: cover; display: block; }
 p { position: absolute; left: 12px; bottom: 4px; margin: 0; }
 </style>
-<div id="them" style="left: 20px; top: 60px; width: 960px; height: 540px"><video muted></video><p>Ada</p></div>
-<div style="left: 1000px; top: 60px; width: 256px; height: 144px"><img src="me.jpg"><p>You</p></div>
+<div id="them" style="left: 20px; top: 60px; width: 800px; height: 450px"><video muted></video><p>Ada</p></div>
+<div style="left: 840px; top: 60px; width: 256px; height: 144px"><img src="me.jpg"><p>You</p></div>
 <script>
 const stops = STOPS, video = document.querySelector("video");
 let at = 0;
@@ -65,7 +65,7 @@ class Call:
     url: str
     moves: list[str] = field(default_factory=list)
 
-    def share(self, film: str, width: int = 960) -> None:
+    def share(self, film: str, width: int = 800) -> None:
         """Play a film in a tile of this width, and share the call; ends where a tile is to be chosen."""
         height = width * 9 // 16
         self.page.evaluate(f"Object.assign(them.style, {{ width: '{width}px', height: '{height}px' }})")
@@ -143,10 +143,9 @@ def pictures(tmp_path: Path) -> Path:
 def browser() -> Iterator[Browser]:
     program = needs("chromium")
     with sync_playwright() as playwright:
-        # The tab of that title is shared without a question.  The rest lets a page be drawn that nobody looks at.
+        # The tab of that title is shared without a question.
         shares = "--auto-select-tab-capture-source-by-title=The call"
-        drawn = ["--disable-gpu-vsync", "--disable-frame-rate-limit"]
-        made = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", shares, *drawn])
+        made = playwright.chromium.launch(executable_path=program, args=["--no-sandbox", shares])
         yield made
         made.close()
 

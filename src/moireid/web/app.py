@@ -19,6 +19,7 @@ from moireid.web.api import verdicts as verdicts_api
 from moireid.web.api.schema import describe
 from moireid.web.auth.guard import Guard
 from moireid.web.auth.roles import anyone
+from moireid.web.live import link_check, link_pages
 from moireid.web.live import routes as live
 from moireid.web.pages import answers
 from moireid.web.pages import enroll as enroll_pages
@@ -43,6 +44,8 @@ ROUTERS: tuple[APIRouter, ...] = (
     registry_api.router,
     verdicts_api.router,
     live.router,
+    link_pages.router,
+    link_check.router,
 )
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 

@@ -20,6 +20,7 @@ from moireid.registry.url import read_url
 from moireid.verifier.session.claim import with_badge_notes
 from moireid.web.auth.tokens import Tokens
 from moireid.web.jobs.queue import Job, Jobs
+from moireid.web.links import Links
 from moireid.web.problems import Refusal
 from moireid.web.settings import Settings
 from moireid.web.verdicts import Verdicts, said
@@ -45,6 +46,8 @@ class Studio:
             self._alone(undo)
             self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days)
             undo.callback(self.verdicts.close)
+            self.links = Links(settings.data)
+            undo.callback(self.links.close)
             self.jobs = Jobs(settings.data / "jobs", settings.limits, self._judged)
             self._open = undo.pop_all()
 

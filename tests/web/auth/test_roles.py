@@ -23,7 +23,7 @@ from moireid.web.auth.tokens import Tokens
 from moireid.web.settings import is_loopback
 
 #: What anybody may open; every other route asks for a role.
-OPEN = {"/", "/help", "/login", "/logout", "/api/health"}
+OPEN = {"/", "/help", "/login", "/logout", "/api/health", "/check", "/check/look", "/check/socket"}
 #: The roles of each part of the studio, by the beginning of its path; the longest beginning counts.
 ROLES = {
     "/issue": {"issuer"},
@@ -41,6 +41,7 @@ ROLES = {
     "/verify": {"verifier"},
     "/live": {"verifier"},
     "/call": {"verifier"},
+    "/links": {"verifier"},
     "/verdicts": {"admin"},
     "/api/verdicts": {"admin"},
 }

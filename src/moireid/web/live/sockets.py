@@ -55,8 +55,8 @@ class Asked:
 
     found: the claimed badge, of which the session's process learns what `given` says alone; asked_by: the token of
     whoever asks; kind: "live", "call" or "link"; allowed: whether the session may go on; begun: called once there is
-    room, just before it begins, and raises Refusal where it must not; picture: is shown each picture; told: is given
-    the verdict with its headline.
+    room, just before it begins, and raises Refusal where it must not; picture: is shown each picture; heard: is told
+    the answers to prompts, and the verdict; ended: called when the session is over, however that came.
     """
 
     found: Claimed
@@ -66,7 +66,8 @@ class Asked:
     allowed: Callable[[], bool]
     begun: Callable[[], None] = lambda: None
     picture: Callable[[bytes], None] | None = None
-    told: Callable[[dict[str, Any]], None] = lambda _: None
+    heard: Callable[[dict[str, Any]], None] = lambda _: None
+    ended: Callable[[], None] = lambda: None
 
     @property
     def in_call(self) -> bool:
@@ -105,7 +106,11 @@ async def _in_its_place(connection: WebSocket, asked: Asked) -> None:
     sessions[owner] += 1
     try:
         await run_in_threadpool(asked.begun)
-        await _session(connection, asked)
+        try:
+            await _session(connection, asked)
+        finally:
+            with anyio.CancelScope(shield=True):
+                await run_in_threadpool(asked.ended)
     finally:
         # In place, and without those who have none left.
         sessions -= Counter((owner,))
@@ -202,7 +207,8 @@ async def _events(connection: WebSocket, child: Child, asked: Asked) -> None:
             if event.get("event") == "verdict":
                 await run_in_threadpool(_note, studio_of(connection), asked, event)
                 event["headline"] = await run_in_threadpool(_headline, studio_of(connection), event, asked)
-                await run_in_threadpool(asked.told, event)
+            if event.get("event") in ("prompted", "verdict"):
+                await run_in_threadpool(asked.heard, event)
             await connection.send_json(event)
     if not told:
         await connection.send_json({"event": "error", "text": "The check broke off; begin again."})

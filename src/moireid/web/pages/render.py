@@ -31,6 +31,7 @@ NAVIGATION = (
     Place("/verify", "Verify", ("verifier",)),
     Place("/live", "Live", ("verifier",)),
     Place("/call", "Call", ("verifier",)),
+    Place("/links", "Links", ("verifier",)),
     Place("/registry", "Registry", ("issuer", "verifier")),
     Place("/verdicts", "Verdicts", ("admin",)),
     Place("/help", "Help"),
