@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import secrets
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
@@ -54,31 +55,41 @@ async def start_job(request: Request, visitor: Visitor, *, kind: str | None = No
         job.kind = given.get("kind", job.kind)
         if job.kind not in KINDS:
             raise Refusal(422, "fields", "The field kind is verify or identify.")
-        focal_px = _focal(given.get("focal_px"))
         job.film_name, job.claim, job.film_sha256 = form.name, given.get("claim", ""), form.sha256
         if job.kind == "identify":
             job.label = "who it is"
             layouts = await run_in_threadpool(studio.registry.layouts)
             laws = await run_in_threadpool(_laws, layouts)
             job.standing, job.people = await run_in_threadpool(studio.standing), People(studio.registry)
-            studio.jobs.submit(job, form.video, layouts=layouts, focal_px=focal_px, laws=laws)
+            studio.jobs.submit(job, form.video, layouts=layouts, focal_px=_focal(given.get("focal_px")), laws=laws)
             return job
-        found, laws = await run_in_threadpool(_claimed, studio, given, ids=visitor.may("issuer"))
-        job.claimed_id, job.claim_source = found.badge.id, found.provenance.source
-        vouched, job.standing = found.provenance.source == "registry", found.provenance.standing
-        job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
-        studio.jobs.submit(
-            job,
-            form.video,
-            found=found if visitor.may("issuer") else sealed(found),
-            focal_px=focal_px,
-            require_original=_truth(given.get("require_original")),
-            cover_share=_number(given, "cover", 0, 1, MIN_COVER_SHARE),
-            photographs=int(_number(given, "photographs", 0, MOST_PHOTOGRAPHS, 0)),
-            report=report,
-            laws=laws,
-        )
+        await run_in_threadpool(submit_claim, studio, visitor, job, form.video, given, report=report)
     return job
+
+
+def submit_claim(
+    studio: Studio, visitor: Visitor, job: Job, video: Path, given: Mapping[str, str], *, report: bool
+) -> None:
+    """Let a job begin that judges a claim.
+
+    Parameters: video: in the job's folder; given: the fields of the form that have a value; report: make it too.
+    Raises: Refusal where the claim or a figure cannot be used.
+    """
+    found, laws = _claimed(studio, given, ids=visitor.may("issuer"))
+    job.claimed_id, job.claim_source = found.badge.id, found.provenance.source
+    vouched, job.standing = found.provenance.source == "registry", found.provenance.standing
+    job.label, job.barred = Named(found.badge.name, found.badge.id, vouched).holder, found.barred
+    studio.jobs.submit(
+        job,
+        video,
+        found=found if visitor.may("issuer") else sealed(found),
+        focal_px=_focal(given.get("focal_px")),
+        require_original=_truth(given.get("require_original")),
+        cover_share=_number(given, "cover", 0, 1, MIN_COVER_SHARE),
+        photographs=int(_number(given, "photographs", 0, MOST_PHOTOGRAPHS, 0)),
+        report=report,
+        laws=laws,
+    )
 
 
 def sealed(found: Claimed) -> Claimed:
@@ -130,7 +141,7 @@ def _laws(badges: Sequence[Badge]) -> list[Law]:
     return [(lens, pitch_mm, view_law(lens, pitch_mm)) for lens, pitch_mm in list(pairs)[:MOST_LAWS]]
 
 
-def _claimed(studio: Studio, given: dict[str, str], *, ids: bool) -> tuple[Claimed, list[Law]]:
+def _claimed(studio: Studio, given: Mapping[str, str], *, ids: bool) -> tuple[Claimed, list[Law]]:
     if ("claim" in given) == ("badge" in given):
         raise Refusal(
             422, "fields", "Say whose badge it is said to be: a name or an id as `claim`, or a badge.json as `badge`."
@@ -150,7 +161,7 @@ def _focal(text: str | None) -> float | None:
     return None if text is None else _number({"focal_px": text}, "focal_px", *FOCAL_PX, 0.0)
 
 
-def _number(given: dict[str, str], name: str, least: float, most: float, otherwise: float) -> float:
+def _number(given: Mapping[str, str], name: str, least: float, most: float, otherwise: float) -> float:
     """A number of the form.  Raises: Refusal where it is none, or out of its range."""
     if name not in given:
         return otherwise

@@ -184,6 +184,7 @@ function prompted(event) {
 
 function verdict(event) {
   leave();
+  form.hidden = true;
   judged(event);
 }
 
