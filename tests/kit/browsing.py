@@ -17,13 +17,13 @@ from playwright.sync_api import Page
 from moireid.badge import Badge
 from moireid.registry import open_registry
 from moireid.web.app import create_app
-from moireid.web.settings import Settings
+from moireid.web.settings import Limits, Settings
 
 SIZES = {"phone": (375, 740), "desk": (1280, 800)}
 
 
 @contextmanager
-def served(folder: Path, *badges: Badge, auth: bool = False) -> Iterator[tuple[str, FastAPI]]:
+def served(folder: Path, *badges: Badge, limits: Limits | None = None) -> Iterator[tuple[str, FastAPI]]:
     """The address of a studio with these badges, and its application."""
     url = f"sqlite:///{folder / 'people.sqlite3'}"
     with pytest.MonkeyPatch.context() as keys:
@@ -31,7 +31,7 @@ def served(folder: Path, *badges: Badge, auth: bool = False) -> Iterator[tuple[s
         with open_registry(url, create=True) as registry:
             for badge in badges:
                 registry.enroll(badge)
-        app = create_app(Settings(url, folder / "data", auth=auth))
+        app = create_app(Settings(url, folder / "data", auth=False, limits=limits or Limits()))
         server = uvicorn.Server(uvicorn.Config(app, port=0, log_level="warning", timeout_graceful_shutdown=2))
         thread = threading.Thread(target=server.run, daemon=True)
         thread.start()
