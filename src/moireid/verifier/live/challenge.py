@@ -230,6 +230,7 @@ def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE) -> Reason:
     if prompt.move == FACE:
         return _across_face(course, prompt, after, reaction, pace)
     axis, sign = WAYS[prompt.move]
+    gone = gone[: len(after)]
     along, aside = sign * gone[:, axis], np.abs(np.delete(gone, axis, axis=1)).max(axis=1)
     there = np.flatnonzero((along >= 1.0) & (aside <= ASTRAY * along))
     back = np.flatnonzero(along <= -1.0)
