@@ -159,7 +159,9 @@ WITHIN: dict[str, set[str]] = {
     "web.auth": {"problems", "settings", "studio"},
     "web.jobs": {"problems", "settings"},
     "web.api": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
-    "web.pages": {"auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
+    "web.pages": {
+        *("auth", "jobs", "checks", "forms", "issue_jobs", "problems", "reports", "samples", "studio", "uploads")
+    },
     "web.live": {"auth", "pages", "checks", "forms", "links", "problems", "studio"},
 }
 #: Files of a folder beside its `__init__`; a folder with more is several.

@@ -30,7 +30,7 @@ from moireid.verifier.live.challenge import FACE, Prompt
 #: A session lasts as long as its film.
 pytestmark = pytest.mark.slow
 
-FPS, SIZE = 24.0, (800, 450)
+FPS, SIZE = 24.0, (736, 414)
 #: What the film's person does, and when; between two moves the film is stopped until it goes on.
 MOVES = ("left", "right", "right", FACE, "left")
 MOVES_S = (3.0, 5.0, 7.0, 9.0, 12.0)
@@ -41,8 +41,8 @@ div { position: absolute; overflow: hidden; border-radius: 12px; background: #3c
 video, img { width: 100%; height: 100%; object-fit: cover; display: block; }
 p { position: absolute; left: 12px; bottom: 4px; margin: 0; }
 </style>
-<div id="them" style="left: 20px; top: 60px; width: 800px; height: 450px"><video muted></video><p>Ada</p></div>
-<div style="left: 840px; top: 60px; width: 256px; height: 144px"><img src="me.jpg"><p>You</p></div>
+<div id="them" style="left: 20px; top: 60px; width: 736px; height: 414px"><video muted></video><p>Ada</p></div>
+<div style="left: 776px; top: 60px; width: 192px; height: 108px"><img src="me.jpg"><p>You</p></div>
 <script>
 const stops = STOPS, video = document.querySelector("video");
 let at = 0;
@@ -65,7 +65,7 @@ class Call:
     url: str
     moves: list[str] = field(default_factory=list)
 
-    def share(self, film: str, width: int = 800) -> None:
+    def share(self, film: str, width: int = 736) -> None:
         """Play a film in a tile of this width, and share the call; ends where a tile is to be chosen."""
         height = width * 9 // 16
         self.page.evaluate(f"Object.assign(them.style, {{ width: '{width}px', height: '{height}px' }})")
@@ -153,7 +153,7 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture
 def call(browser: Browser, films_at: str, tmp_path: Path, ada: Badge) -> Iterator[Call]:
     with served(tmp_path, ada) as (url, app):
-        context = browser.new_context(viewport={"width": 1280, "height": 800})
+        context = browser.new_context(viewport={"width": 1000, "height": 560})
         page = context.new_page()
         page.goto(films_at)
         made = Call(page, context.new_page(), url, list(MOVES))

@@ -25,5 +25,6 @@ portrait.py         a person with a badge
 registries.py       registries on SQLite and PostgreSQL
 enrolling.py        what other processes do at a registry
 webbing.py          a visit to the studio
+browsing.py         a studio for a browser, and a look at its pages
 releasing.py        the project in another folder, and what is built of it
 """

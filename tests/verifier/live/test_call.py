@@ -126,6 +126,8 @@ def test_a_small_tile_and_two_people_in_it_are_named() -> None:
         assert all(reason.level == "undecided" for reason in watch.reasons())
     assert watch.reasons()[0].text.startswith("The tile is 320 px wide; enlarge it")
     assert LEAST_WIDTH_PX > 320
+    assert not watch.repeated(one, 10.0) and watch.repeated(one.copy(), 10.04)
+    assert not watch.repeated(one, 10.2) and not watch.repeated(two, 10.21)
     watch.moved = True
     assert "tile_moved" in [reason.code for reason in watch.reasons()]
 
@@ -159,15 +161,20 @@ def called(badge: Badge, who: Any, asked: tuple[str, ...], delay_s: float) -> li
 
 
 @pytest.mark.slow
-def test_a_late_line_is_accepted_and_a_film_that_is_paused_is_not(ada: Badge) -> None:
-    """Catches: prompts that do not wait for their answers; a replay that passes because nobody counts its times."""
+def test_a_call_over_a_late_line_is_accepted(ada: Badge) -> None:
+    """Catches: prompts that do not wait for their answers; lost pictures that are taken for a badge at rest."""
     events = called(ada, Caller(FACE_MM, 1.5, random.Random(2)), MOVES, 1.5)
     kinds = [event["event"] for event in events if event["event"] != "status"]
     assert kinds == ["challenge", *["prompt", "prompted"] * len(MOVES), "verdict"]
     assert events[-1]["verdict"] == "accept" and events[-1]["in_call"], events[-1]["reasons"]
     assert all(event["aloud"].startswith("Please") for event in events if event["event"] == "prompt")
+
+
+@pytest.mark.slow
+def test_a_film_that_is_paused_until_each_prompt_is_rejected(ada: Badge) -> None:
+    """Catches: a replay that passes because nobody counts its times."""
     before = [Prompt(move, 3.0 + 4 * k) for k, move in enumerate(MOVES)]
-    other = ("left", "right", "right", FACE, "left")
+    other = ("left", FACE, "right", "right", "left")
     assert called(ada, Paused(before, FACE_MM, 0.5), other, 0.5)[-1]["verdict"] == "reject"
 
 

@@ -101,6 +101,8 @@ class LiveCheck:
 
         Parameters: claimed_s, arrival_s: as `BoundedClock.place`.
         """
+        if self._tile is not None and self._tile.repeated(luma, arrival_s):
+            return []
         time_s = self._clock.place(claimed_s, arrival_s)
         if time_s is None or self.ended:
             return []

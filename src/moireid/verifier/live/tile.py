@@ -15,6 +15,9 @@ from moireid.verifier.session.faces import FaceFinder
 
 #: Least width of a tile, px.  `benchmarks/call_replays.py --widths` prints verdicts by width.
 LEAST_WIDTH_PX = 480
+#: A picture that repeats the last one is left out for so long after it.  A call whose picture was lost shows the one
+#: before again: taken for a badge at rest, it would make the next one look like a jump.
+REPEATS_S = 0.12
 #: Time between two counts of faces, s, and the share of them that may find several: a poster, or somebody who passes.
 COUNT_S, MOST_CROWDED = 2.0, 0.25
 
@@ -24,10 +27,18 @@ class TileWatch:
 
     def __init__(self) -> None:
         self._finder = FaceFinder()
-        self._due_s = -np.inf
+        self._due_s, self._taken_s = -np.inf, -np.inf
+        self._last: NDArray[np.uint8] | None = None
         self.width_px, self.looks, self.crowded = 0, 0, 0
         #: Whether the tile left its place, or changed its size; another person may be in it since.
         self.moved = False
+
+    def repeated(self, luma: NDArray[np.uint8], arrival_s: float) -> bool:
+        """Whether a picture only repeats the one before, as where one was lost on its way."""
+        if self._last is not None and arrival_s - self._taken_s < REPEATS_S and np.array_equal(luma, self._last):
+            return True
+        self._last, self._taken_s = luma, arrival_s
+        return False
 
     def push(self, frame: Frame) -> None:
         """Take a frame."""
