@@ -16,8 +16,9 @@ from moireid.verifier.session.faces import FaceFinder
 #: Least width of a tile, px.  `benchmarks/call_replays.py --widths` prints verdicts by width.
 LEAST_WIDTH_PX = 480
 #: A picture that repeats the last one is left out for so long after it.  A call whose picture was lost shows the one
-#: before again: taken for a badge at rest, it would make the next one look like a jump.
-REPEATS_S = 0.12
+#: before again: taken for a badge at rest, it would make the next one look like a jump.  No longer than that of two
+#: pictures, because a call in which nothing moves must still be seen to rest.
+REPEATS_S = 0.08
 #: Time between two counts of faces, s, and the share of them that may find several: a poster, or somebody who passes.
 COUNT_S, MOST_CROWDED = 2.0, 0.25
 

@@ -140,6 +140,8 @@ function verdict(event) {
 function error(event) {
   leave();
   say(event.text);
+  // Behind a link: it may still be good, where the machine was busy.
+  dispatchEvent(new Event("checkfailed"));
 }
 
 // End the camera, and show the form again; a link is used up.

@@ -10,7 +10,6 @@ async function look() {
     say(told?.text ?? "The studio cannot be reached; try again.");
     return;
   }
-  say("");
   $("asks").textContent = told.asks;
   $("name").textContent = told.name;
   $("pictures").hidden = !told.pictures;
@@ -19,4 +18,5 @@ async function look() {
 // Another link that is pasted into the address of this page loads nothing anew.
 addEventListener("hashchange", () => location.reload());
 new MutationObserver(() => { $("thanks").hidden = $("result").hidden; }).observe($("result"), { attributes: true });
+addEventListener("checkfailed", look);
 look();
