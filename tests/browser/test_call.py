@@ -211,3 +211,43 @@ def test_a_tile_that_moves_ends_the_check_open(call: Call) -> None:
     call.page.evaluate("them.style.left = '200px'")
     expect(call.asker.locator("#result")).to_be_visible(timeout=30_000)
     assert call.asker.locator("#verdict-words").inner_text() == "? Cannot tell: the tile did not stay where it was"
+
+
+LAYOUTS = {
+    "four tiles, dark": (
+        "#202124",
+        [(10, 10, 300, 170), (330, 10, 300, 170), (10, 200, 300, 170), (330, 200, 300, 170)],
+    ),
+    "one and a strip, light": ("#ffffff", [(10, 40, 460, 260), (490, 40, 140, 80), (490, 130, 140, 80)]),
+    "a tile at the edge": ("#1b1b1b", [(160, 60, 480, 270)]),
+    "no background": ("#000000", [(0, 0, 640, 400)]),
+}
+DRAWN = """async ([background, boxes]) => {
+  const { findTiles, stillThere } = await import("/static/tiles.js");
+  const pen = Object.assign(document.createElement("canvas"), { width: 640, height: 400 }).getContext("2d");
+  pen.fillStyle = background;
+  pen.fillRect(0, 0, 640, 400);
+  let seed = 1;
+  const noise = () => { seed = (seed * 48271) % 2147483647; return 60 + seed % 140; };
+  for (const [x, y, w, h] of boxes) {
+    for (let u = 0; u < w; u += 4) for (let v = 0; v < h; v += 4) {
+      pen.fillStyle = `rgb(${noise()} ${noise()} ${noise()})`;
+      pen.fillRect(x + u, y + v, Math.min(4, w - u), Math.min(4, h - v));
+    }
+  }
+  const found = findTiles(pen.getImageData(0, 0, 640, 400));
+  const { x, y, w, h } = found[0], held = stillThere(found, found[0]);
+  return [found.map((box) => [box.x, box.y, box.w, box.h]), held, stillThere(found, { x: x + 0.1 * w, y, w, h })];
+}"""
+
+
+@pytest.mark.parametrize("layout", LAYOUTS)
+def test_tiles_are_found_in_a_layout(browser: Browser, tmp_path: Path, layout: str) -> None:
+    """Catches: tiles that are cut, joined or missed; a tile that moves unseen; a window without tiles that has none."""
+    background, boxes = LAYOUTS[layout]
+    with served(tmp_path) as (url, _):
+        page = browser.new_page()
+        page.goto(f"{url}/help")
+        found, held, moved = page.evaluate(DRAWN, [background, boxes])
+        page.close()
+    assert sorted(map(tuple, found)) == sorted(boxes) and held and not moved
