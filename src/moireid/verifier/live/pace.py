@@ -21,6 +21,7 @@ MOVES, SIDEWAYS = 6, 2
 
 #: In a call: time for the one who asks to read a prompt aloud, and the most delay of the call, there and back.
 READ_S, DELAY_S = 2.0, 2.0
+CALL_LATEST_S, CALL_DONE_S = LATEST_S + READ_S + DELAY_S, DONE_S + READ_S + DELAY_S
 #: In a call: the time from a followed prompt to the next.  The least is enough to come to rest.
 LEAST_CALL_GAP_S, MOST_CALL_GAP_S = 1.6, 3.2
 #: In a call: more moves, as times count for nothing; and more of them sideways, as the badge rests for longer between.
@@ -56,8 +57,8 @@ HERE = Pace(MOVES, SIDEWAYS, LATEST_S, DONE_S, (LEAST_GAP_S, MOST_GAP_S))
 CALL = Pace(
     CALL_MOVES,
     CALL_SIDEWAYS,
-    LATEST_S + READ_S + DELAY_S,
-    DONE_S + READ_S + DELAY_S,
+    CALL_LATEST_S,
+    CALL_DONE_S,
     (LEAST_CALL_GAP_S, MOST_CALL_GAP_S),
     CALL_FRAME_S,
     in_call=True,
