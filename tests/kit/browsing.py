@@ -43,8 +43,13 @@ def served(folder: Path, *badges: Badge, limits: Limits | None = None) -> Iterat
 
 
 def look(page: Page, pictures: Path, name: str, *, shapes: Collection[str] = tuple(SIZES)) -> None:
-    """Take pictures of a page at some widths, and let axe look at it; nothing may stick out to the side."""
+    """Take pictures of a page at some widths, and let axe look at it; nothing may stick out to the side.
+
+    Without shapes it keeps the size that it has, as a page does beside a tab that is shared.
+    """
     before = page.viewport_size
+    if not shapes:
+        page.screenshot(path=pictures / f"{name}.png", full_page=True)
     for shape in shapes:
         width, height = SIZES[shape]
         page.set_viewport_size({"width": width, "height": height})

@@ -23,7 +23,9 @@ class BoundedClock:
     late, taken: numbers of frames left out and used since the offset was fixed.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, slack_s: float = SLACK_S) -> None:
+        """slack_s: how much later than the fastest frame one may come."""
+        self._slack_s = slack_s
         self._first_s: float | None = None
         self._offset_s, self._last_s = math.inf, -math.inf
         self.late = self.taken = 0
@@ -44,7 +46,7 @@ class BoundedClock:
             return None
         # A claimed time after the arrival is set to the arrival.
         time_s = min(claimed_s + self._offset_s, arrival_s)
-        if arrival_s - time_s > SLACK_S or time_s <= self._last_s:
+        if arrival_s - time_s > self._slack_s or time_s <= self._last_s:
             self.late += 1
             return None
         self.taken += 1

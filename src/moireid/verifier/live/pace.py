@@ -32,6 +32,8 @@ SPREAD_S = 3.0
 #: A step's speed is measured over at least the time of a camera's frame; in a call over that of three, as two of them
 #: may be lost.
 FRAME_S, CALL_FRAME_S = 1 / 24, 3 / 24
+#: In a call pictures may come this much later than their times say: who asks sends them, and gains nothing by a lie.
+CALL_SLACK_S = 2.0
 #: In a call a prompt waits for so long until the badge rests.
 REST_WAIT_S = 30.0
 

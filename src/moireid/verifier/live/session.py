@@ -41,7 +41,7 @@ from moireid.verifier.live.challenge import (
 )
 from moireid.verifier.live.chance import likeliest_chance
 from moireid.verifier.live.clock import MOST_LATE, BoundedClock
-from moireid.verifier.live.pace import HERE, REST_WAIT_S, Pace
+from moireid.verifier.live.pace import CALL_SLACK_S, HERE, REST_WAIT_S, Pace
 from moireid.verifier.live.tile import TileWatch
 from moireid.verifier.picture import Frame
 from moireid.verifier.reasons import Reason, worst
@@ -77,7 +77,8 @@ class LiveCheck:
         """
         self._claim, self._draw, self._now, self._pace = claim, draw, now, pace
         self._middle_mm = marker_corners_mm(claim.badge.markers).mean(axis=(0, 1))
-        self._clock, self._watch = BoundedClock(), OverlapWatch()
+        self._clock = BoundedClock(CALL_SLACK_S) if pace.in_call else BoundedClock()
+        self._watch = OverlapWatch()
         self._tile = TileWatch() if pace.in_call else None
         self._aside = aside
         self._verifier = Verifier(claim, aside=aside)
