@@ -32,8 +32,10 @@ from moireid.badge import Badge
 from moireid.bench.live.film import answer, frames
 from moireid.bench.live.replays import replays_passed
 from moireid.designer import Request, design_badge, payload_from_hex
-from moireid.verifier.live.challenge import MOVES, Prompt, replay_chance
+from moireid.verifier.live.challenge import Prompt
+from moireid.verifier.live.chance import replay_chance
 from moireid.verifier.live.clock import SLACK_S
+from moireid.verifier.live.pace import MOVES
 from moireid.verifier.live.session import LiveCheck
 from moireid.verifier.session.claim import Claim
 
@@ -143,7 +145,7 @@ def _cpu_s() -> tuple[float, float]:
 async def _sent(port: int, coded: list[bytes], most_ahead: int = 5) -> None:
     import websockets
 
-    from moireid.web.live.routes import CLOCK
+    from moireid.web.live.sockets import CLOCK
 
     async with websockets.connect(f"ws://127.0.0.1:{port}/live/socket") as connection:
         begun = time.perf_counter()

@@ -165,8 +165,11 @@ WITHIN: dict[str, set[str]] = {
     "web.door": {"auth", "store", "problems", "settings"},
     "web.jobs": {"auth", "door", "store", "problems", "settings"},
     "web.api": {"auth", "jobs", "store", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
-    "web.pages": {"auth", "jobs", "store", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
-    "web.live": {"auth", "jobs", "pages", "checks", "problems", "studio"},
+    "web.pages": {
+        *("auth", "jobs", "store", "checks", "forms", "issue_jobs", "problems", "reports", "samples", "studio"),
+        "uploads",
+    },
+    "web.live": {"auth", "jobs", "pages", "checks", "forms", "links", "problems", "store", "studio"},
 }
 #: Files of a folder beside its `__init__`; a folder with more is several.
 MOST_FILES = 15

@@ -29,5 +29,6 @@ sending.py          WebRTC senders and servers
 janus.py            a conferencing server, and somebody in its room
 rtsp_server.py      a network camera, in Debian's own Python
 webbing.py          a visit to the studio
+browsing.py         a studio for a browser, and a look at its pages
 releasing.py        the project in another folder, and what is built of it
 """

@@ -147,13 +147,16 @@ def serve_command(
     )
     ask_for_files()
     with _signing():
+        made = registry_url is None and not _default_is_there()
         app = create_app(settings)
         bound = _listen(host, port)
         shown = f"[{host}]" if ":" in host else host
         say(f"the studio is at http://{shown}:{bound.getsockname()[1]}/  (stop it with Ctrl-C)")
         say(_seal_words())
         registry = app.state.studio.registry
-        if not registry.count():
+        if made:
+            say(f"there was no registry, so a new one was made: {registry.shown_url}")
+        elif not registry.count():
             say(f"nobody is enrolled yet in its registry, {registry.shown_url}")
         begin_log(as_json=log == "json")
         serve(app, bound)
@@ -176,6 +179,14 @@ def _signing() -> Iterator[None]:
             yield
         finally:
             del os.environ[SIGNER_VARIABLE]
+
+
+def _default_is_there() -> bool:
+    """Whether the default registry was made before."""
+    from moireid.registry.url import default_url, read_url, sqlite_file
+
+    path = sqlite_file(read_url(default_url()))
+    return path is None or path.exists()
 
 
 def _seal_words() -> str:

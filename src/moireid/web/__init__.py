@@ -9,6 +9,7 @@ jobs/        work that takes time; each job has its own process
 forms.py     fields and small files, within a limit
 uploads.py   a form with a film, to the disk       checks.py    from a form to a job at work
 issue_jobs.py  orders to jobs, and back             reports.py    a verdict as a page
+links.py     one-time links, and what came of them  samples.py    films to try, in samples/
 pages/       the pages      api/  the API          live/        the live check
 app.py       create_app: which routes there are
 

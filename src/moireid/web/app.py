@@ -23,7 +23,9 @@ from moireid.web.auth.roles import anyone
 from moireid.web.door.connections import Door
 from moireid.web.door.logs import note_request
 from moireid.web.door.metrics import Gauge, Watched
+from moireid.web.live import link_check, link_pages
 from moireid.web.live import routes as live
+from moireid.web.live.sockets import sessions_of
 from moireid.web.pages import answers
 from moireid.web.pages import enroll as enroll_pages
 from moireid.web.pages import home as home_pages
@@ -48,6 +50,8 @@ ROUTERS: tuple[APIRouter, ...] = (
     verdicts_api.router,
     health_api.router,
     live.router,
+    link_pages.router,
+    link_check.router,
 )
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
 
@@ -98,7 +102,7 @@ def _gauges(app: FastAPI, studio: Studio) -> list[Gauge]:
         ("moireid_stored_bytes", "Bytes of films that are stored.", "", lambda: {"": studio.jobs.stored_bytes()}),
         ("moireid_connections", "Connections by what they do.", "state", door.counts),
         ("moireid_turned_away", "Connections that had to go for others.", "", lambda: {"": door.turned_away}),
-        ("moireid_live_sessions", "Live checks that go on.", "", lambda: {"": live.open_sessions(studio)}),
+        ("moireid_live_sessions", "Live checks that go on.", "", lambda: {"": sessions_of(studio).total()}),
     ]
 
 

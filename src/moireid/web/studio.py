@@ -23,6 +23,7 @@ from moireid.web.door.metrics import Metrics
 from moireid.web.jobs.claims import prepared
 from moireid.web.jobs.cluster import Dispatcher, Parcel
 from moireid.web.jobs.queue import Jobs
+from moireid.web.links import Links
 from moireid.web.problems import Refusal
 from moireid.web.settings import Settings
 from moireid.web.store.database import database_of
@@ -55,6 +56,8 @@ class Studio:
             self._alone(undo)
             self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
             undo.callback(self.verdicts.close)
+            self.links = Links(settings.data)
+            undo.callback(self.links.close)
             self.jobs = self._jobs(undo)
             self._dispatcher = self._cluster()
             self._open = undo.pop_all()

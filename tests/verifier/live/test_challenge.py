@@ -13,7 +13,8 @@ import pytest
 from kit.portrait import FACE_MM
 from moireid.bench.live.film import REST_MM, WEBCAM, answer
 from moireid.bench.live.replays import course_of, passes, replays_passed
-from moireid.verifier.live import challenge
+from moireid.verifier.live import challenge, pace
+from moireid.verifier.live import chance as chances
 from moireid.verifier.live.challenge import (
     FACE,
     WAYS,
@@ -103,7 +104,7 @@ def test_the_face_must_be_covered_for_the_stated_time() -> None:
     brief = course.before_face & (course.times_s < at_s + 2.0)
     reason = judge_prompt(replace(course, before_face=brief), prompts[0])
     assert reason.level == "fail" and "before the face for 0." in reason.text
-    late = course.before_face & (course.times_s > at_s + challenge.DONE_S + 0.1)
+    late = course.before_face & (course.times_s > at_s + pace.DONE_S + 0.1)
     assert judge_prompt(replace(course, before_face=late), prompts[0]).level == "fail"
 
 
@@ -137,10 +138,10 @@ def test_challenges_stay_in_reach_and_differ() -> None:
             place = moved(place, prompt.move)
             assert max(map(abs, place)) <= 1 and not (place[2] > 0 and place[1] < 0)
         moves = [prompt.move for prompt in prompts]
-        assert moves.count(FACE) == 1 and moves[0] != FACE and len(moves) == challenge.MOVES
-        assert sum(move in ("left", "right") for move in moves) >= challenge.SIDEWAYS
+        assert moves.count(FACE) == 1 and moves[0] != FACE and len(moves) == pace.MOVES
+        assert sum(move in ("left", "right") for move in moves) >= pace.SIDEWAYS
         gaps = np.diff([prompt.at_s for prompt in prompts])
-        assert gaps.min() >= challenge.LEAST_GAP_S and prompts[0].at_s >= 10.0
+        assert gaps.min() >= pace.LEAST_GAP_S and prompts[0].at_s >= 10.0
         seen[tuple(moves)] += 1
     assert set(WAYS) <= {move for moves in seen for move in moves} and max(seen.values()) < 20
 
@@ -150,8 +151,8 @@ def test_the_stated_chance_is_that_of_the_draws() -> None:
     chance = random.Random(2)
     seen = Counter(tuple(prompt.move for prompt in draw_prompts(0.0, chance)) for _ in range(20_000))
     same = sum(count * (count - 1) for count in seen.values()) / (20_000 * 19_999)
-    assert challenge.same_moves_chance() == pytest.approx(same, rel=0.15)
-    assert challenge.replay_chance() < challenge.replay_chance(slack_s=SLACK_S) < 2e-4
+    assert chances.same_moves_chance() == pytest.approx(same, rel=0.15)
+    assert chances.replay_chance() < chances.replay_chance(slack_s=SLACK_S) < 2e-4
 
 
 def test_none_of_fifty_replays_passes() -> None:

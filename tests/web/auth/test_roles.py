@@ -23,7 +23,10 @@ from moireid.web.auth.tokens import Tokens
 from moireid.web.settings import is_loopback
 
 #: What anybody may open; every other route asks for a role.
-OPEN = {"/", "/help", "/login", "/logout", "/api/health", "/healthz", "/readyz"}
+OPEN = {
+    *("/", "/help", "/login", "/logout", "/api/health", "/healthz", "/readyz"),
+    *("/check", "/check/look", "/check/socket"),
+}
 #: The roles of each part of the studio, by the beginning of its path; the longest beginning counts.
 ROLES = {
     "/issue": {"issuer"},
@@ -32,6 +35,8 @@ ROLES = {
     "/registry": {"issuer", "verifier"},
     "/registry/audit": {"issuer"},
     "/registry/{badge_id}/revoke": {"issuer"},
+    "/registry/{badge_id}/suspend": {"issuer"},
+    "/registry/{badge_id}/reinstate": {"issuer"},
     "/api/registry": {"issuer", "verifier"},
     "/api/registry/audit": {"issuer"},
     "/api/registry/{badge_id}/revoke": {"issuer"},
@@ -41,6 +46,8 @@ ROLES = {
     "/verify": {"verifier"},
     "/live": {"verifier"},
     "/metrics": {"monitor"},
+    "/call": {"verifier"},
+    "/links": {"verifier"},
     "/verdicts": {"admin"},
     "/api/verdicts": {"admin"},
 }

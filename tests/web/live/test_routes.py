@@ -27,8 +27,8 @@ from moireid.verifier.live.session import READY_S, LiveCheck
 from moireid.verifier.session.claim import Claim
 from moireid.web.app import create_app
 from moireid.web.auth.tokens import Tokens
-from moireid.web.live import routes as live
-from moireid.web.live.routes import CLOCK
+from moireid.web.live import sockets as live
+from moireid.web.live.sockets import CLOCK
 from moireid.web.settings import Settings
 
 FPS = 24.0
@@ -226,4 +226,5 @@ def test_an_unknown_person_and_a_full_house_are_told(studio, monkeypatch):
         with monkeypatch.context() as full:
             full.setattr(live, limit, 0)
             with opened(client, tokens["verifier"]) as connection:
+                connection.send_json({"claim": "Ada Lovelace"})
                 assert "Other live checks" in heard(connection, "error")["text"]

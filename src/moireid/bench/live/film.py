@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import cv2
 import numpy as np
@@ -43,9 +44,22 @@ class Answer:
 
     def place_mm(self, time_s: float) -> Array:
         """Where the badge is."""
-        way = np.clip((time_s - self.set_out_s) / TAKES_S, 0, 1)
-        share = way**3 * (10 - 15 * way + 6 * way**2)
-        return np.asarray(self.places_mm[0] + share @ np.diff(self.places_mm, axis=0))
+        return course_place_mm(self.places_mm, self.set_out_s, time_s)
+
+
+class Moving(Protocol):
+    """Whatever says where the badge is."""
+
+    def place_mm(self, time_s: float) -> Array:
+        """(3,) mm at a time."""
+        ...
+
+
+def course_place_mm(places_mm: Array, set_out_s: Array, time_s: float) -> Array:
+    """Where a badge is that sets out for each place but the first; parameters as the fields of `Answer`."""
+    way = np.clip((time_s - set_out_s) / TAKES_S, 0, 1)
+    share = way**3 * (10 - 15 * way + 6 * way**2)
+    return np.asarray(places_mm[0] + share @ np.diff(places_mm, axis=0))
 
 
 def answer(prompts: Sequence[Prompt], face_mm: Array, *, reaction_s: float = 0.5) -> Answer:
@@ -66,7 +80,7 @@ def answer(prompts: Sequence[Prompt], face_mm: Array, *, reaction_s: float = 0.5
 def frames(
     badge: Badge,
     behind: NDArray[np.uint8],
-    course: Answer,
+    course: Moving,
     *,
     length_s: float,
     fps: float = 24.0,

@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.limits import MAX_GAP_S
+from moireid.verifier.live.pace import DONE_S, HERE, SOONEST_S, SPREAD_S, Pace
 from moireid.verifier.reasons import Level, Reason
 from moireid.verifier.timeline import Spans
 
@@ -38,6 +39,16 @@ WORDS = {
     "farther": "Take it farther from the camera",
     FACE: "Hold it across your face",
 }
+#: The same as somebody reads it aloud in a call.
+ALOUD = {
+    "left": "Please move the badge to your left, by a hand's length, and hold it still.",
+    "right": "Please move the badge to your right, by a hand's length, and hold it still.",
+    "up": "Please move the badge up a little, and hold it still.",
+    "down": "Please move the badge down a little, and hold it still.",
+    "nearer": "Please bring the badge nearer to the camera, and hold it still.",
+    "farther": "Please take the badge farther from the camera, and hold it still.",
+    FACE: "Please hold the badge across your face, and keep it there.",
+}
 #: One amount: sideways, upright, and as a ratio of distances.  It is half of what the prompt says, as people do not
 #: measure.  A laptop's picture is half as high as it is wide.
 SIDEWAYS_MM, UPRIGHT_MM, AMOUNT_RATIO = 100.0, 50.0, 1.12
@@ -46,20 +57,14 @@ SIDEWAYS_MM, UPRIGHT_MM, AMOUNT_RATIO = 100.0, 50.0, 1.12
 BEGUN = 0.25
 #: While the badge moves in the prompted direction, it may move across by at most this share of that.
 ASTRAY = 0.75
-#: A move begins at earliest and at latest this long after its prompt, and ends within `DONE_S`.  People need 0.2 s to
-#: react to what they see and half a second to read a word; the rest is for the delay of the picture.
-SOONEST_S, LATEST_S, DONE_S = 0.15, 2.0, 3.0
+#: A move takes at most this long from its beginning.
+MOST_MOVE_S = DONE_S - SOONEST_S
 #: Before a prompt the badge must rest for this long.
 REST_S = 0.5
-#: Time between two prompts, drawn at random between these: the least is enough to finish and rest.
-LEAST_GAP_S, MOST_GAP_S = 3.6, 6.4
 #: The badge must stay in front of the face for this long, and the next prompt comes later by this time.
 HOLD_S = 1.2
-#: Moves of a challenge, one of them across the face, and the least number that go sideways: without these, the fringes
-#: of most badges hardly move and cannot be judged.
-MOVES, SIDEWAYS = 6, 2
-#: Amounts per second that no hand reaches (1.5 m sideways), measured over at least the time of a camera's frame.
-MOST_SPEED, FRAME_S = 15.0, 1 / 24
+#: Amounts per second that no hand reaches (1.5 m sideways).
+MOST_SPEED = 15.0
 #: Frames needed to detect rest.
 MIN_FRAMES = 4
 
@@ -97,22 +102,22 @@ def place_of(page: Array, middle_mm: Array, image_px: tuple[int, int]) -> Array:
     return np.array([across[0] / SIDEWAYS_MM, -across[1] / UPRIGHT_MM, math.log(scale) / math.log(AMOUNT_RATIO)])
 
 
-def draw_prompts(start_s: float, chance: random.Random | None = None, *, moves: int = MOVES) -> list[Prompt]:
-    """A challenge: `moves` prompts, the first at `start_s` or somewhat later.
+def draw_prompts(start_s: float, chance: random.Random | None = None, *, pace: Pace = HERE) -> list[Prompt]:
+    """A challenge: prompts, the first at `start_s` or somewhat later.
 
     Parameters: chance: the random generator; None, except in tests: that of the system.
     Convention: moves lead at most one amount away from the middle along each axis, so the badge stays in view; all
-        allowed moves are equally likely; the one across the face is never the first.  A challenge with fewer than
-        `SIDEWAYS` moves to a side is drawn again.
+        allowed moves are equally likely; the one across the face is never the first.  A challenge with too few moves
+        to a side is drawn again.
     """
     chance = chance or secrets.SystemRandom()
-    asked = _drawn_moves(chance, moves)
-    while sum(_sideways(move) for move in asked) < SIDEWAYS:
-        asked = _drawn_moves(chance, moves)
-    at_s, prompts = start_s + chance.uniform(0, MOST_GAP_S - LEAST_GAP_S), list[Prompt]()
+    asked, (least_s, most_s) = _drawn_moves(chance, pace.moves), pace.gap_s
+    while sum(map(sideways, asked)) < pace.sideways:
+        asked = _drawn_moves(chance, pace.moves)
+    at_s, prompts = start_s + chance.uniform(0, most_s - least_s), list[Prompt]()
     for move in asked:
         prompts.append(Prompt(move, at_s))
-        at_s += chance.uniform(LEAST_GAP_S, MOST_GAP_S) + (HOLD_S if move == FACE else 0.0)
+        at_s += chance.uniform(least_s, most_s) + (HOLD_S if move == FACE and not pace.in_call else 0.0)
     return prompts
 
 
@@ -124,7 +129,8 @@ def _drawn_moves(chance: random.Random, moves: int) -> list[str]:
     return asked
 
 
-def _sideways(move: str) -> bool:
+def sideways(move: str) -> bool:
+    """Whether a move goes to a side."""
     return move != FACE and WAYS[move][0] == 0
 
 
@@ -154,23 +160,24 @@ def moved(place: Place, move: str) -> Place:
     return steps[0], steps[1], steps[2]
 
 
-def judge_challenge(course: Course, prompts: Sequence[Prompt]) -> tuple[Reason, ...]:
+def judge_challenge(course: Course, prompts: Sequence[Prompt], pace: Pace = HERE) -> tuple[Reason, ...]:
     """A finding for each prompt, in order.
 
     Convention: "fail" if the badge moved early, late, not at all, or elsewhere; "undecided" if it was not seen.
     """
-    return tuple(judge_prompt(course, prompt) for prompt in prompts)
+    return tuple(judge_prompt(course, prompt, pace) for prompt in prompts)
 
 
-def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array) -> Reason:
+def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array, pace: Pace = HERE) -> Reason:
     """Whether the badge was in view without a break from before the first prompt until the last one was followed.
 
     Otherwise an attacker could play pieces of an older clip as the prompts come: the phase is not tracked across a
     longer gap, and a hand cannot jump to another place.
     Parameters: frames_s (N,): times of all frames, also of those without the badge.
-    Convention: measured is the longest gap, s; "undecided" for a gap, "fail" for a jump.
+    Convention: measured is the longest gap, s; "undecided" for a gap, "fail" for a jump; in a call "undecided" for
+        both, as its picture stands still and jumps where the network falters.
     """
-    ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + LATEST_S) if prompts else (0.0, 0.0)
+    ends = (prompts[0].at_s - REST_S, prompts[-1].at_s + pace.latest_s) if prompts else (0.0, 0.0)
     within = (course.times_s >= ends[0]) & (course.times_s <= ends[1])
     if within.sum() < MIN_FRAMES:
         return Reason("unbroken", "undecided", None, MAX_GAP_S, "s", "The badge was not in view during the moves.")
@@ -179,10 +186,12 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array) -
     bounds = np.concatenate([[ends[0]], times])
     last = int(np.diff(bounds).argmax())
     longest = float(bounds[last + 1] - bounds[last])
-    speed = float((np.abs(np.diff(place, axis=0)).max(axis=1) / np.maximum(steps, FRAME_S)).max())
+    speed = float((np.abs(np.diff(place, axis=0)).max(axis=1) / np.maximum(steps, pace.frame_s)).max())
     if speed > MOST_SPEED:
         text = "The badge jumped from one place to another faster than a hand moves."
-        return Reason("unbroken", "fail", longest, MAX_GAP_S, "s", text)
+        if pace.in_call:
+            text += " A call does so where its line falters: begin again, with no other program that loads the line."
+        return Reason("unbroken", "undecided" if pace.in_call else "fail", longest, MAX_GAP_S, "s", text)
     if longest > MAX_GAP_S and not np.any((frames_s > bounds[last]) & (frames_s < bounds[last + 1])):
         text = f"No picture came for {longest:.1f} s during the moves; use a faster connection, and begin again."
         return Reason("unbroken", "undecided", longest, MAX_GAP_S, "s", text)
@@ -194,96 +203,96 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array) -
     )
 
 
-def judge_prompt(course: Course, prompt: Prompt) -> Reason:
+def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE) -> Reason:
     """Whether the badge rested before one prompt, and followed it in time; measured: reaction, s.
 
     Source: the limits above.
     """
     since = course.times_s - prompt.at_s
     before = (since >= -REST_S) & (since < SOONEST_S)
-    after = np.flatnonzero((since >= SOONEST_S) & (since <= DONE_S + (HOLD_S if prompt.move == FACE else 0.0)))
+    after = np.flatnonzero((since >= SOONEST_S) & (since <= pace.done_s + (HOLD_S if prompt.move == FACE else 0.0)))
     if before.sum() < MIN_FRAMES or len(after) < MIN_FRAMES:
         text = "the badge was not in view; keep it, with its four markers, in the picture"
-        return _finding(prompt, "undecided", None, text)
+        return _finding(prompt, "undecided", None, text, pace)
     rest = np.median(course.place[before], axis=0)
     if np.abs(course.place[before] - rest).max() > BEGUN:
         text = "the badge moved before it was asked; hold it still until the next prompt"
-        return _finding(prompt, "fail", None, text)
+        return _finding(prompt, "fail", None, text, pace)
     gone = course.place[after] - rest
     begun = np.flatnonzero(np.abs(gone).max(axis=1) > BEGUN)
     reaction = float(since[after[begun[0]]]) if len(begun) else None
-    if reaction is None or reaction > LATEST_S:
+    if reaction is None or reaction > pace.latest_s:
         words = "did not move" if reaction is None else f"moved {reaction:.1f} s after it"
-        return _finding(prompt, "fail", reaction, f"the badge {words}; it must move within {LATEST_S:g} s")
+        text = f"the badge {words}; it must move within {pace.latest_s:g} s"
+        return _finding(prompt, "fail", reaction, text, pace)
+    # Also where an answer may begin late, the move itself may take no longer than in a room: no detour is an answer.
+    after = after[since[after] <= reaction + MOST_MOVE_S + (HOLD_S if prompt.move == FACE else 0.0)]
     if prompt.move == FACE:
-        return _across_face(course, prompt, after, reaction)
+        return _across_face(course, prompt, after, reaction, pace)
     axis, sign = WAYS[prompt.move]
+    gone = gone[: len(after)]
     along, aside = sign * gone[:, axis], np.abs(np.delete(gone, axis, axis=1)).max(axis=1)
     there = np.flatnonzero((along >= 1.0) & (aside <= ASTRAY * along))
     back = np.flatnonzero(along <= -1.0)
     if not len(there) or (len(back) and back[0] < there[0]):
         way = "the other way" if len(back) else "elsewhere, or not far enough"
-        return _finding(prompt, "fail", reaction, f"the badge went {way}; go {_amount(prompt.move)} as asked and stop")
-    return _finding(prompt, "pass", reaction, f"followed after {reaction:.1f} s")
+        text = f"the badge went {way}; go {_amount(prompt.move)} as asked and stop"
+        return _finding(prompt, "fail", reaction, text, pace)
+    return _finding(prompt, "pass", reaction, f"followed after {reaction:.1f} s", pace)
 
 
-def _across_face(course: Course, prompt: Prompt, after: NDArray[np.int64], reaction: float) -> Reason:
+def over_s(prompt: Prompt, pace: Pace, found: Reason | None = None) -> float:
+    """The time after which what `judge_prompt` found of a prompt cannot change any more, s.
+
+    In a call that is as soon as it was followed, or the move that was begun has taken too long.
+    """
+    hold_s = HOLD_S if prompt.move == FACE else 0.0
+    if pace.in_call and found is not None and found.level == "pass":
+        return -math.inf
+    if pace.in_call and found is not None and isinstance(found.measured, float):
+        return prompt.at_s + min(found.measured + MOST_MOVE_S, pace.done_s) + hold_s
+    return prompt.at_s + pace.done_s + hold_s
+
+
+def _across_face(course: Course, prompt: Prompt, after: NDArray[np.int64], reaction: float, pace: Pace) -> Reason:
     """Whether the badge covered the face for `HOLD_S`, beginning soon after the prompt."""
     times = course.times_s[after]
     spans = Spans()
     for time_s in times[course.before_face[after]]:
         spans.add(float(time_s))
-    held = [end - start for start, end in spans.spans if start <= prompt.at_s + DONE_S]
+    by_s = prompt.at_s + min(pace.done_s, reaction + MOST_MOVE_S)
+    held = [end - start for start, end in spans.spans if start <= by_s]
     longest = max(held, default=0.0)
     if longest < HOLD_S:
         text = f"the badge was before the face for {longest:.1f} s; stay until the next prompt ({HOLD_S:g} s or more)"
-        return _finding(prompt, "fail", reaction, text)
-    return _finding(prompt, "pass", reaction, f"followed after {reaction:.1f} s, and held for {longest:.1f} s or more")
+        return _finding(prompt, "fail", reaction, text, pace)
+    return _finding(
+        prompt, "pass", reaction, f"followed after {reaction:.1f} s, and held for {longest:.1f} s or more", pace
+    )
 
 
 def _amount(move: str) -> str:
     return ("20 cm", "10 cm", "a hand's length")[WAYS[move][0]]
 
 
-def _finding(prompt: Prompt, level: Level, reaction: float | None, text: str) -> Reason:
-    return Reason("prompt", level, reaction, LATEST_S, "s", f"{WORDS[prompt.move]}: {text}.")
+def judge_delay(answers: Sequence[Reason]) -> Reason:
+    """Whether the answers of a call came after one delay: what reading aloud, the call and reacting take together.
 
-
-def replay_chance(*, moves: int = MOVES, slack_s: float = 0.0, draws: int = 200_000) -> float:
-    """Chance that a replay of the right answer to one challenge passes another challenge.
-
-    Both challenges must have the same moves, and the same times up to one shift, which the attacker may choose, and up
-    to the limits.  slack_s: how far a sender may lie about times (`clock`).
-    Convention: an upper bound: shift and reactions are the best ones in hindsight.
-    Source: the moves' part is summed over all challenges; the times' part is drawn `draws` times from a fixed seed.
+    Parameters: answers: findings of `judge_prompt`, of prompts that were followed.
+    Convention: measured is how much later the latest answer came than the soonest, s; "undecided" if that is too much.
     """
-    rng = np.random.default_rng(1)
-    gaps = rng.uniform(LEAST_GAP_S, MOST_GAP_S, (2, draws, moves - 1))
-    apart = np.cumsum(np.diff(gaps, axis=0)[0], axis=1)
-    apart = np.column_stack([np.zeros(draws), apart])
-    in_time = float(np.mean(np.ptp(apart, axis=1) <= LATEST_S - SOONEST_S + slack_s))
-    return in_time * same_moves_chance(moves)
+    took = [answer.measured for answer in answers if answer.level == "pass" and isinstance(answer.measured, float)]
+    if not took:
+        return Reason("delay", "undecided", None, SPREAD_S, "s", "No prompt was followed, so the delay is not known.")
+    apart = max(took) - min(took)
+    text = (
+        f"The answers came {min(took):.1f} to {max(took):.1f} s after the prompts, reading aloud and the call's delay "
+    )
+    if apart <= SPREAD_S:
+        return Reason("delay", "pass", apart, SPREAD_S, "s", text + "included.")
+    text += f"included. They may differ by {SPREAD_S:g} s; read each prompt as soon as it is shown, and begin again."
+    return Reason("delay", "undecided", apart, SPREAD_S, "s", text)
 
 
-def same_moves_chance(moves: int = MOVES) -> float:
-    """Chance that two challenges have the same moves: the sum of the squares of all challenges' probabilities.
-
-    Source: summed over places on the grid and moves to a side, without the challenges that are drawn again.
-    """
-    same, kept = 0.0, 0.0
-    for face_at in range(1, moves):
-        # For each place and number of moves to a side: the probability of reaching it, and the sum of squares.
-        sums = {((0, 0, 0), 0): (1.0, 1.0)}
-        for k in range(moves):
-            following: dict[tuple[Place, int], tuple[float, float]] = {}
-            for (place, sideways), (once, twice) in sums.items():
-                ways = [FACE] if k == face_at else allowed(place)
-                for move in ways:
-                    there = moved(place, move), min(sideways + _sideways(move), SIDEWAYS)
-                    before = following.get(there, (0.0, 0.0))
-                    following[there] = before[0] + once / len(ways), before[1] + twice / len(ways) ** 2
-            sums = following
-        enough = [value for (_, sideways), value in sums.items() if sideways == SIDEWAYS]
-        kept += sum(once for once, _ in enough) / (moves - 1)
-        same += sum(twice for _, twice in enough) / (moves - 1) ** 2
-    return same / kept**2
+def _finding(prompt: Prompt, level: Level, reaction: float | None, text: str, pace: Pace) -> Reason:
+    return Reason("prompt", level, reaction, pace.latest_s, "s", f"{WORDS[prompt.move]}: {text}.")

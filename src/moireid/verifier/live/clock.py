@@ -26,7 +26,9 @@ class BoundedClock:
     #: Whether the times are checked against our own clock.
     checked = True
 
-    def __init__(self) -> None:
+    def __init__(self, slack_s: float = SLACK_S) -> None:
+        """slack_s: how much later than the fastest frame one may come."""
+        self._slack_s = slack_s
         self._first_s: float | None = None
         self._offset_s, self._last_s = math.inf, -math.inf
         self.late = self.taken = 0
@@ -47,7 +49,7 @@ class BoundedClock:
             return None
         # A claimed time after the arrival is set to the arrival.
         time_s = min(claimed_s + self._offset_s, arrival_s)
-        if arrival_s - time_s > SLACK_S or time_s <= self._last_s:
+        if arrival_s - time_s > self._slack_s or time_s <= self._last_s:
             self.late += 1
             return None
         self.taken += 1

@@ -6,6 +6,9 @@
 due, and judge it when its time is over (`challenge`).
 4. At the end, judge invariant, identity, overlap, prompts and clock together, all on the same frames.
 
+In a call (`pace`) each prompt waits for the answer to the last one and for the badge to rest, and the call's tile is
+looked at, too (`tile`).
+
 Convention: events are JSON objects with a key "event": status, prompt, prompted, challenge, verdict.
 """
 
@@ -20,20 +23,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.live.challenge import (
-    DONE_S,
+    ALOUD,
+    BEGUN,
     FACE,
-    HOLD_S,
+    MIN_FRAMES,
+    REST_S,
     WORDS,
     Course,
     Prompt,
     draw_prompts,
     judge_challenge,
+    judge_delay,
     judge_prompt,
     judge_unbroken,
+    over_s,
     place_of,
 )
+from moireid.verifier.live.chance import likeliest_chance
 from moireid.verifier.live.clock import MOST_LATE, BoundedClock, StreamClock
-from moireid.verifier.picture import Frame, Picture
+from moireid.verifier.live.pace import CALL_SLACK_S, HERE, REST_WAIT_S, Pace
+from moireid.verifier.live.tile import TileWatch
+from moireid.verifier.picture import Frame, Picture, as_picture
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.claim import Claim, claim_reasons
@@ -57,19 +67,22 @@ class LiveCheck:
         claim: Claim,
         *,
         draw: Draw = draw_prompts,
+        pace: Pace = HERE,
         now: Callable[[], float] = time.monotonic,
         aside: Executor | None = None,
         clock: BoundedClock | StreamClock | None = None,
         watch: OverlapWatch | None = None,
     ) -> None:
         """Parameters: draw: makes the prompts of a challenge from its earliest start; now: our clock; both are replaced
-        in tests only; aside: as in `Verifier`; clock: None for a `BoundedClock`; watch: None for an `OverlapWatch`.
+        in tests only; pace: whether it is a call; aside: as in `Verifier`; clock, watch: None for a `BoundedClock` and
+        an `OverlapWatch`.
         Raises: SpecError if the badge cannot be read; MissingExtraError without the face detector.
         """
-        self._claim, self._draw, self._now = claim, draw, now
+        self._claim, self._draw, self._now, self._pace = claim, draw, now, pace
         self._middle_mm = marker_corners_mm(claim.badge.markers).mean(axis=(0, 1))
-        self._clock = clock or BoundedClock()
+        self._clock = clock or (BoundedClock(CALL_SLACK_S) if pace.in_call else BoundedClock())
         self._watch = watch or OverlapWatch()
+        self._tile = TileWatch() if pace.in_call else None
         self._aside = aside
         self._verifier = Verifier(claim, aside=aside)
         self._index = 0
@@ -92,6 +105,8 @@ class LiveCheck:
 
         Parameters: claimed_s, arrival_s: as `BoundedClock.place`.
         """
+        if self._tile is not None and self._tile.repeated(as_picture(luma).whole, arrival_s):
+            return []
         time_s = self._clock.place(claimed_s, arrival_s)
         if time_s is None or self.ended:
             return []
@@ -99,8 +114,16 @@ class LiveCheck:
         self._index += 1
         running = self._verifier.push(frame)
         self._watch.push(frame, self._verifier.in_view)
+        if self._tile is not None:
+            self._tile.push(frame)
         events = [self._status(running)] if running else []
         return events + self._challenged(frame)
+
+    def moved(self) -> Event:
+        """End the session as `finish`, because a call's tile is not where it was, or as large: who is in it now?"""
+        if self._tile is not None:
+            self._tile.moved = True
+        return self.finish()
 
     def finish(self) -> Event:
         """End the session: the verdict on all frames, or on those of the challenge if there was one."""
@@ -114,15 +137,15 @@ class LiveCheck:
         if self._prompts is not None:
             overlap = self._watch.judge(self._verifier.judged.tracker, chapters)
             asked = self._prompts[: self._judged]
-            reasons += overlap.reasons + judge_challenge(self._course(), asked)
-            reasons += (judge_unbroken(self._course(), asked, np.array(self._frames_s)),) if asked else ()
-        reasons += (self._whole(), self._in_time())
+            reasons += overlap.reasons + self._judge_prompts(asked)
+        reasons += (self._whole(), self._in_time()) + (self._tile.reasons() if self._tile else ())
         standing = self._claim.provenance.standing if self._claim.provenance else None
         tracked = sum(chapter.tracked + chapter.passed for chapter in chapters)
         return {
             "event": "verdict",
             "verdict": worst(list(reasons)),
             "challenged": self._prompts is not None,
+            "in_call": self._pace.in_call,
             "reasons": [reason.to_json() for reason in reasons],
             "claim_source": self._claim.provenance.source if self._claim.provenance else None,
             "registry": standing.to_json() if standing else None,
@@ -137,7 +160,7 @@ class LiveCheck:
             "event": "status",
             "time_s": round(running.time_s, 3),
             "verdict": running.verdict,
-            "reasons": [reason.to_json() for reason in running.reasons],
+            "reasons": [reason.to_json() for reason in running.reasons + (self._tile.reasons() if self._tile else ())],
             "tracked": running.tracked,
             "badge": bool(self._verifier.in_view),
             "face": self._watch.face is not None,
@@ -152,23 +175,63 @@ class LiveCheck:
         if self._prompts is None:
             return self._begin(now_s)
         self._note(frame)
-        events: list[Event] = []
-        if self._told < len(self._prompts) and now_s >= self._prompts[self._told].at_s:
-            # The prompt's time is the moment when it is shown: an earlier motion does not follow it.
-            prompt = Prompt(self._prompts[self._told].move, max(now_s, self._now()))
-            self._prompts[self._told] = prompt
-            self._told += 1
-            words = f"{WORDS[prompt.move]}{', and hold it there' if prompt.move == FACE else ''}."
-            events.append(
-                {"event": "prompt", "number": self._told, "of": len(self._prompts), "move": prompt.move, "text": words}
-            )
-        if self._judged < self._told and now_s > _over_s(self._prompts[self._judged]):
-            reason = judge_prompt(self._course(), self._prompts[self._judged])
-            self._judged += 1
-            events.append({"event": "prompted", "number": self._judged, "reason": reason.to_json()})
-            if reason.level != "pass" or self._judged == len(self._prompts):
-                events.append(self.finish())
+        if self._judged < self._told:
+            return self._judge_next(now_s)
+        late_s = now_s - self._prompts[self._told].at_s
+        if late_s < 0:
+            return []
+        if self._pace.in_call and not self._rests():
+            return [self.finish()] if late_s > REST_WAIT_S else []
+        return [self._show(now_s)]
+
+    def _rests(self) -> bool:
+        """Whether the badge has not moved for a while."""
+        since_s = self._frames_s[-1] - REST_S
+        last = [place for time_s, place in zip(self._times[-60:], self._places[-60:], strict=True) if time_s >= since_s]
+        return len(last) >= MIN_FRAMES and bool(np.abs(np.array(last) - np.median(last, axis=0)).max() <= BEGUN)
+
+    def _show(self, now_s: float) -> Event:
+        """Show the prompt that is due."""
+        assert self._prompts is not None
+        planned = self._prompts[self._told]
+        # The prompt's time is the moment when it is shown: an earlier motion does not follow it.
+        prompt = Prompt(planned.move, max(now_s, self._now()))
+        self._prompts[self._told] = prompt
+        self._told += 1
+        if self._pace.in_call:
+            self._put_off(prompt.at_s - planned.at_s)
+        hold = ", and hold it there" if prompt.move == FACE else ""
+        event = {"event": "prompt", "number": self._told, "of": len(self._prompts), "move": prompt.move}
+        return event | {"text": f"{WORDS[prompt.move]}{hold}.", "aloud": ALOUD[prompt.move]}
+
+    def _judge_next(self, now_s: float) -> list[Event]:
+        """Judge the prompt that is shown, once it is over."""
+        assert self._prompts is not None
+        prompt = self._prompts[self._judged]
+        if not self._pace.in_call and now_s <= over_s(prompt, self._pace):
+            return []
+        reason = judge_prompt(self._course(), prompt, self._pace)
+        if now_s <= over_s(prompt, self._pace, reason):
+            return []
+        self._judged += 1
+        events: list[Event] = [{"event": "prompted", "number": self._judged, "reason": reason.to_json()}]
+        if reason.level != "pass" or self._judged == len(self._prompts):
+            return [*events, self.finish()]
+        if self._pace.in_call:
+            self._put_off(now_s - prompt.at_s)
         return events
+
+    def _put_off(self, by_s: float) -> None:
+        """Let the prompts that were not shown yet come later."""
+        assert self._prompts is not None
+        self._prompts[self._told :] = [Prompt(one.move, one.at_s + by_s) for one in self._prompts[self._told :]]
+
+    def _judge_prompts(self, asked: list[Prompt]) -> tuple[Reason, ...]:
+        answers = judge_challenge(self._course(), asked, self._pace)
+        if not asked:
+            return answers
+        unbroken = judge_unbroken(self._course(), asked, np.array(self._frames_s), self._pace)
+        return (*answers, unbroken, *((judge_delay(answers),) if self._pace.in_call else ()))
 
     def _begin(self, now_s: float) -> list[Event]:
         """Draw the prompts once badge and face are both seen."""
@@ -205,6 +268,9 @@ class LiveCheck:
         asked = len(self._prompts or ())
         if asked and self._judged == asked:
             text = f"All {asked} prompts were made and answered."
+            if self._pace.in_call and asked == self._pace.moves:
+                tries = _rounded(1 / likeliest_chance(self._pace))
+                text += f" An older film would answer them in one of {tries:,} tries at most."
             return Reason("challenge", "pass", float(asked), float(asked), "prompts", text)
         why = "was left before its end" if asked else "did not begin, as badge and face were not seen at once"
         text = f"The challenge {why}; {self._judged} of {asked} prompts were answered. Begin again."
@@ -220,9 +286,11 @@ class LiveCheck:
             "connection is too slow for a live check, or the sender's clock is wrong; use a faster connection, or a "
             "smaller picture."
         )
-        return Reason("clock", "fail", share, MOST_LATE, "share", text)
+        # In a call the sender is the one who asks, and has nothing to gain from a lie about times.
+        return Reason("clock", "undecided" if self._pace.in_call else "fail", share, MOST_LATE, "share", text)
 
 
-def _over_s(prompt: Prompt) -> float:
-    """Time at which a prompt can be judged."""
-    return prompt.at_s + DONE_S + (HOLD_S if prompt.move == FACE else 0.0)
+def _rounded(count: float) -> int:
+    """Down to one digit and zeros."""
+    ten = 10 ** (len(str(int(count))) - 1)
+    return int(count // ten * ten)

@@ -14,6 +14,14 @@ from moireid.verifier.report.open_words import SHOW
 AGAIN = "Begin again, with the badge and the face in good light. If it comes out so again, do not take it for live."
 MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
 DISTRUST = "Do not take this for the badge. If you think that it is, begin again in better light, with another camera."
+PIN = "Pin the person in the call's program, so that their tile is large and stays where it is, and begin again."
+RECOGNISE = "Only the badge was checked: is the face {name}'s, and does it pass behind the badge as a face does?"
+#: What leaves a call's picture open, in the title.
+TILE = {
+    "tile": "the tile is too small",
+    "tile_moved": "the tile did not stay where it was",
+    "faces": "several people are in the tile",
+}
 #: What fails of the challenge alone, the weightiest first, and what that means.
 LIVE = {
     "prompt": (
@@ -37,8 +45,11 @@ def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) 
     found, document = sorted_findings(event["reasons"]), dict(event) | {"badge": {"name": name}}
     film = headline_of(document, known)
     if film.colour == "accept":
-        return _accepted(film, name, challenged=bool(event.get("challenged")))
+        return _accepted(film, name, challenged=bool(event.get("challenged")), in_call=bool(event.get("in_call")))
     if film.colour == "inconclusive":
+        poor = next((one for one in found.open if one["code"] in TILE), None)
+        if poor is not None:
+            return replace(film, title=f"Cannot tell: {TILE[poor['code']]}", text=poor["text"], advice=PIN)
         advice = MOVE if found.open and found.open[0]["code"] == "motion" else SHOW
         return replace(film, text="This check neither proves nor disproves the badge.", advice=advice)
     return _refused(film, found)
@@ -49,7 +60,10 @@ def shown(headline: Headline) -> dict[str, str]:
     return asdict(headline) | {"mark": headline.mark}
 
 
-def _accepted(film: Headline, name: str, *, challenged: bool) -> Headline:
+def _accepted(film: Headline, name: str, *, challenged: bool, in_call: bool) -> Headline:
+    if challenged and in_call:
+        text = f"{film.text} It was moved in this call now, as you asked: the prompts were drawn at random."
+        return replace(film, title=f"Genuine, live, and {name}'s", text=text, advice=RECOGNISE.format(name=name))
     if challenged:
         text = f"{film.text} It was held before this camera now: the prompts were drawn at random, and followed."
         return replace(

@@ -39,8 +39,8 @@ class Face:
     seen_s: float
 
 
-class FaceFollower:
-    """Follows one face over a film: the known one while it is seen, otherwise the largest.
+class FaceFinder:
+    """Finds the faces of a picture.
 
     Raises: MissingExtraError where dlib is not installed.
     Source: dlib's `get_frontal_face_detector` (histograms of oriented gradients, a linear classifier).
@@ -52,6 +52,35 @@ class FaceFollower:
         except ImportError as missing:
             raise missing_extra("finding faces", "dlib", "face") from missing
         self._detector = dlib.get_frontal_face_detector()
+
+    def all(self, luma: NDArray[np.uint8]) -> list[Box]:
+        """The faces of a whole picture, the largest first."""
+        return self.within(luma, (0, 0), min(1.0, SEARCH_PX / luma.shape[1]))
+
+    def within(self, luma: NDArray[np.uint8], corner: tuple[int, int], scale: float) -> list[Box]:
+        """The faces in a part of the picture, searched at another scale, the largest first."""
+        if min(luma.shape) * scale < 1:
+            return []
+        way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+        small = np.asarray(cv2.resize(luma, None, fx=scale, fy=scale, interpolation=way), np.uint8)
+        # 0: the detector does not enlarge the picture once more.
+        boxes, _, _ = self._detector.run(np.ascontiguousarray(small), 0, MIN_FACE_SCORE)
+        found = []
+        for one in sorted(boxes, key=lambda box: -box.area()):
+            sides = (one.left(), one.top(), one.right() + 1, one.bottom() + 1)
+            x0, y0, x1, y1 = (float(side / scale + corner[k % 2]) for k, side in enumerate(sides))
+            found.append((x0, y0, x1, y1))
+        return found
+
+
+class FaceFollower:
+    """Follows one face over a film: the known one while it is seen, otherwise the largest.
+
+    Raises: MissingExtraError where dlib is not installed.
+    """
+
+    def __init__(self) -> None:
+        self._finder = FaceFinder()
         self._face: Face | None = None
         self._due_s = -np.inf
         #: How often the face was searched, and how often it was found.
@@ -83,7 +112,7 @@ class FaceFollower:
             self._face = Face(found, time_s)
 
     def _anywhere(self, luma: NDArray[np.uint8]) -> Box | None:
-        return self._largest(luma, (0, 0), min(1.0, SEARCH_PX / luma.shape[1]))
+        return next(iter(self._finder.all(luma)), None)
 
     def _near(self, luma: NDArray[np.uint8], box: Box) -> Box | None:
         x0, y0, x1, y1 = box
@@ -91,19 +120,4 @@ class FaceFollower:
         half = AROUND_SIZES * size / 2
         left, top = max(int((x0 + x1) / 2 - half), 0), max(int((y0 + y1) / 2 - half), 0)
         part = luma[top : int((y0 + y1) / 2 + half), left : int((x0 + x1) / 2 + half)]
-        return self._largest(part, (left, top), FACE_PX / size)
-
-    def _largest(self, luma: NDArray[np.uint8], corner: tuple[int, int], scale: float) -> Box | None:
-        """The largest face in a part of the picture, searched at another scale."""
-        if min(luma.shape) * scale < 1:
-            return None
-        way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
-        small = np.asarray(cv2.resize(luma, None, fx=scale, fy=scale, interpolation=way), np.uint8)
-        # 0: the detector does not enlarge the picture once more.
-        boxes, _, _ = self._detector.run(np.ascontiguousarray(small), 0, MIN_FACE_SCORE)
-        if not boxes:
-            return None
-        one = max(boxes, key=lambda box: box.area())
-        sides = (one.left(), one.top(), one.right() + 1, one.bottom() + 1)
-        x0, y0, x1, y1 = (float(side / scale + corner[k % 2]) for k, side in enumerate(sides))
-        return x0, y0, x1, y1
+        return next(iter(self._finder.within(part, (left, top), FACE_PX / size)), None)

@@ -29,9 +29,10 @@ LIMITS = ProcessLimits(memory_bytes=1 << 30, cpu_s=600, file_bytes=0)
 
 @dataclass(frozen=True)
 class Start:
-    """Whose badge is to be seen."""
+    """Whose badge is to be seen, and whether in a call's tile."""
 
     found: Claimed
+    in_call: bool = False
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,9 @@ class Picture:
 
 @dataclass(frozen=True)
 class End:
-    """The end of the pictures, and the wish for the verdict."""
+    """The end of the pictures, and the wish for the verdict; moved: because a call's tile is not where it was."""
+
+    moved: bool = False
 
 
 def serve(talk: Talk) -> None:
@@ -62,16 +65,18 @@ def serve(talk: Talk) -> None:
     os.environ["OPENCV_IO_MAX_IMAGE_PIXELS"] = str(MOST_PIXELS)
     if isinstance(start := talk.next(), Start):
         try:
-            _session(talk, start.found)
+            _session(talk, start)
         except MoireIdError as error:
             talk.tell({"event": "error", "text": " ".join(str(error).split())})
 
 
-def _session(talk: Talk, found: Claimed) -> None:
+def _session(talk: Talk, start: Start) -> None:
     from moireid.verifier.live.challenge import Prompt
+    from moireid.verifier.live.pace import CALL, HERE
     from moireid.verifier.live.session import LiveCheck
     from moireid.verifier.session.claim import Claim
 
+    found = start.found
     prompts: Sequence[Prompt] = []
 
     def draw(start_s: float) -> list[Prompt]:
@@ -82,12 +87,15 @@ def _session(talk: Talk, found: Claimed) -> None:
         claim = Claim(
             found.badge, found.badge.id, as_built=found.as_built, provenance=found.provenance, seal=found.seal
         )
-        check = LiveCheck(claim, draw=draw, aside=aside)
+        check = LiveCheck(claim, draw=draw, pace=CALL if start.in_call else HERE, aside=aside)
         talk.tell({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:
             if isinstance(message, Picture):
                 luma = picture(message.jpeg)
+                if start.in_call and size is not None and luma is not None and luma.shape != size:
+                    talk.tell(check.moved())
+                    return
                 if luma is None or (size is not None and luma.shape != size):
                     text = "A picture could not be read; it must be a JPEG of an even size."
                     talk.tell({"event": "error", "text": text})
@@ -100,7 +108,7 @@ def _session(talk: Talk, found: Claimed) -> None:
                 prompts = message.prompts
                 check.ask(message.arrival_s)
             else:
-                talk.tell(check.finish())
+                talk.tell(check.moved() if message.moved else check.finish())
 
 
 def picture(body: bytes) -> Any:

@@ -9,6 +9,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
 from moireid.errors import MoireIdError
+from moireid.web.auth.guard import HEADERS
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
 from moireid.web.store.database import is_away
@@ -29,6 +30,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(RequestValidationError, _invalid)
     app.add_exception_handler(HTTPException, _http)
     app.add_exception_handler(ClientDisconnect, _gone)
+    app.add_exception_handler(Exception, _broken)
 
 
 async def _refused(request: Request, error: Exception) -> Response:
@@ -54,6 +56,12 @@ async def _http(request: Request, error: Exception) -> Response:
     code, text = WORDS.get(error.status_code, ("refused", str(error.detail)))
     headers = dict(error.headers) if error.headers else None
     return answer(request, Refusal(error.status_code, code, text, headers=headers))
+
+
+async def _broken(request: Request, _: Exception) -> Response:
+    # The server raises the error again after this answer, so its log has the whole story.  The answer passes no guard.
+    text = "Something went wrong inside moireid; the server's log says what."
+    return answer(request, Refusal(500, "system", text, headers=HEADERS))
 
 
 async def _gone(request: Request, _: Exception) -> Response:

@@ -30,6 +30,8 @@ NAVIGATION = (
     Place("/enroll", "Enroll", ("issuer",)),
     Place("/verify", "Verify", ("verifier",)),
     Place("/live", "Live", ("verifier",)),
+    Place("/call", "Call", ("verifier",)),
+    Place("/links", "Links", ("verifier",)),
     Place("/registry", "Registry", ("issuer", "verifier")),
     Place("/verdicts", "Verdicts", ("admin",)),
     Place("/help", "Help"),

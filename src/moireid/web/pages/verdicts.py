@@ -15,6 +15,14 @@ from moireid.web.studio import studio_of
 router = APIRouter(prefix="/verdicts", include_in_schema=False)
 Admin = Annotated[Visitor, require("admin")]
 SHOWN = 50
+#: Verdicts as people say them.
+WORDS = {
+    "accept": "accepted",
+    "reject": "rejected",
+    "inconclusive": "left open",
+    "found": "somebody's",
+    "nobody": "nobody's",
+}
 
 
 @router.get("")
@@ -26,4 +34,6 @@ def given(request: Request, visitor: Admin, before: Annotated[int | None, Query(
     holders = {one.claim: holder_of(studio.registry, one.claim) for one in found}
     rows = [(one, notes.get(one.token, ""), holders[one.claim]) for one in found[:SHOWN]]
     more = found[SHOWN - 1].number if len(found) > SHOWN else None
-    return render(request, "verdicts.html.j2", rows=rows, more=more, keep_days=studio.settings.keep_verdicts_days)
+    return render(
+        request, "verdicts.html.j2", rows=rows, words=WORDS, more=more, keep_days=studio.settings.keep_verdicts_days
+    )

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Form, Request
 from fastapi import Path as InPath
 from fastapi.responses import RedirectResponse, Response
 
@@ -20,6 +20,7 @@ from moireid.web.pages.player import course_of
 from moireid.web.pages.render import render
 from moireid.web.problems import Refusal
 from moireid.web.reports import circumstances_of, kept_file, pictures_told
+from moireid.web.samples import Sample, start_sample
 from moireid.web.studio import studio_of
 
 router = APIRouter(prefix="/verify", include_in_schema=False)
@@ -39,6 +40,13 @@ def form(request: Request, visitor: Verifier, claim: str = "") -> Response:
 async def begin(request: Request, visitor: Verifier) -> Response:
     """Take the film, and go to the page of its job."""
     job = await start_job(request, visitor, report=True)
+    return RedirectResponse(f"/verify/{job.id}", 303)
+
+
+@router.post("/sample")
+def sample(request: Request, visitor: Verifier, which: Annotated[Sample, Form()]) -> Response:
+    """Judge a film that comes with moireid, and go to the page of its job."""
+    job = start_sample(studio_of(request), visitor, which)
     return RedirectResponse(f"/verify/{job.id}", 303)
 
 

@@ -32,9 +32,12 @@ class Recorder {
   }
 
   check(event) {
-    if (this.chosen.files.length) return;
+    const [film] = this.chosen.files, most = Number(this.form.dataset.mostBytes);
+    if (film && film.size <= most) return;
     event.preventDefault();
-    this.chosen.setCustomValidity("Choose a film, or record one, before it can be measured.");
+    this.chosen.setCustomValidity(film
+      ? `This film has ${Math.ceil(film.size / 1048576)} MB; at most ${most / 1048576} MB are taken. Cut it, or film again.`
+      : "Choose a film, or record one, before it can be measured.");
     this.chosen.reportValidity();
   }
 

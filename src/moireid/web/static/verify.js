@@ -9,6 +9,7 @@ const bar = document.getElementById("bar");
 const button = form.querySelector("button");
 
 document.getElementById("drop-hint").hidden = false;
+video.multiple = true;
 for (const kind of ["dragover", "dragleave", "drop"]) {
   drop.addEventListener(kind, (event) => {
     event.preventDefault();
@@ -40,9 +41,20 @@ function fail(text) {
   button.disabled = false;
 }
 
+/** Why a film cannot be sent; empty where it can. */
+function tooLarge(film) {
+  const most = Number(form.dataset.mostBytes);
+  if (film.size <= most) return "";
+  return `${film.name} has ${Math.ceil(film.size / 1048576)} MB; at most ${most / 1048576} MB are taken. Cut it, or film again.`;
+}
+
 form.addEventListener("submit", (event) => {
   event.preventDefault();
   error.hidden = true;
+  const films = [...video.files];
+  if (films.length > 1) { judgeAll(form, films, tooLarge); return; }
+  const large = tooLarge(films[0]);
+  if (large) { fail(large); return; }
   sending.hidden = false;
   button.disabled = true;
   const request = new XMLHttpRequest();

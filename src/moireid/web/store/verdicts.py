@@ -53,10 +53,10 @@ verdicts = Table(
 class Given:
     """One verdict that was given.
 
-    at: UTC, ISO 8601; token: the id of whoever asked, "loopback" where the studio asks for none; kind: verify, identify
-    or live; film_sha256: of the film as it came, None of live pictures; claim: the claimed badge's id, None where
-    nobody was claimed; claim_source: "registry", "file" or None; read: the id that the film was found to show;
-    registry: the fingerprint and head that were asked; moireid: the version.
+    at: UTC, ISO 8601; token: the id of whoever asked, "loopback" where the studio asks for none; kind: verify,
+    identify, live, call or link; film_sha256: of the film as it came, None of live pictures; claim: the claimed badge's
+    id, None where nobody was claimed; claim_source: "registry", "file" or None; read: the id that the film was found to
+    show; registry: the fingerprint and head that were asked; moireid: the version.
     """
 
     number: int

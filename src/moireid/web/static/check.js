@@ -1,0 +1,66 @@
+// A check by pictures: a socket, pictures out, events in.  Pictures that cannot be sent in time are dropped, never queued.
+const QUALITY = 0.85, MOST_AHEAD = 5, MOST_WAIT_MS = 250, MOST_BUFFERED = 1 << 20, RATE_MS = 2000;
+export const LEAST_MS = 28;
+
+export class Check {
+  /** path: of the socket; hello: what is asked; on: functions by the names of events, and `lost`. */
+  constructor(path, hello, on) {
+    Object.assign(this, { on, sent: 0, taken: 0, last: -Infinity, over: false, counted: [], away: [] });
+    this.socket = new WebSocket((location.protocol === "https:" ? "wss://" : "ws://") + location.host + path);
+    this.socket.onopen = () => this.tell(hello);
+    this.socket.onmessage = (message) => this.heard(JSON.parse(message.data));
+    this.socket.onclose = () => {
+      if (this.over) return;
+      this.over = true;
+      on.lost("The connection was lost, or you may not use this; begin again.");
+    };
+    addEventListener("pagehide", () => this.socket.close());
+  }
+
+  heard(event) {
+    if (event.event === "taken") {
+      this.taken = event.frames;
+      this.away.shift();
+      this.counted.push(performance.now());
+    }
+    if (event.event === "verdict" || event.event === "error") this.over = true;
+    (this.on[event.event] || (() => {}))(event);
+  }
+
+  tell(message) {
+    if (this.socket.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  /** Send what the canvas shows, taken at `time` (ms), if there is room on the way. */
+  send(canvas, time) {
+    if (this.over || time - this.last < LEAST_MS || this.socket.readyState !== WebSocket.OPEN) return;
+    if (this.sent - this.taken >= MOST_AHEAD || this.socket.bufferedAmount > MOST_BUFFERED) return;
+    // A studio that is slow gets fewer pictures, and those in time.
+    if (this.away.length && performance.now() - this.away[0] > MOST_WAIT_MS) return;
+    this.last = time;
+    this.sent += 1;
+    this.away.push(performance.now());
+    canvas.toBlob((picture) => {
+      const clock = new DataView(new ArrayBuffer(8));
+      clock.setFloat64(0, time);
+      if (picture && this.socket.readyState === WebSocket.OPEN) this.socket.send(new Blob([clock.buffer, picture]));
+      else {
+        this.sent -= 1;
+        this.away.pop();
+      }
+    }, "image/jpeg", QUALITY);
+  }
+
+  /** Pictures a second that were taken in the last seconds; null as long as that is not known. */
+  rate() {
+    const now = performance.now();
+    if (!this.counted.length || now - this.counted[0] < RATE_MS) return null;
+    while (now - this.counted[0] > 2 * RATE_MS) this.counted.shift();
+    return this.counted.filter((at) => now - at < RATE_MS).length * 1000 / RATE_MS;
+  }
+
+  close() {
+    this.over = true;
+    this.socket.close();
+  }
+}

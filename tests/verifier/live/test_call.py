@@ -1,0 +1,183 @@
+"""A challenge in a call: answers come late, prompts wait for them, and tiles may be poor.
+
+Beside each test: the wrong implementation it catches.
+"""
+
+from __future__ import annotations
+
+import random
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+import cv2
+import numpy as np
+import pytest
+
+from kit.payloads import payload_for_name
+from kit.portrait import FACE_MM, portrait
+from moireid.badge import Badge
+from moireid.bench.live.call import Caller, Paused, coded
+from moireid.bench.live.film import answer, frames
+from moireid.bench.live.replays import course_of
+from moireid.designer import Request, design_badge
+from moireid.verifier.live.challenge import (
+    FACE,
+    Course,
+    Prompt,
+    draw_prompts,
+    judge_delay,
+    judge_prompt,
+    judge_unbroken,
+    over_s,
+    sideways,
+)
+from moireid.verifier.live.chance import likeliest_chance, same_moves_chance
+from moireid.verifier.live.pace import CALL, HERE, SPREAD_S, Pace
+from moireid.verifier.live.session import LiveCheck
+from moireid.verifier.live.tile import COUNT_S, LEAST_WIDTH_PX, TileWatch
+from moireid.verifier.picture import Frame
+from moireid.verifier.session.claim import Claim
+
+FPS = 24.0
+
+
+def course(moves: list[tuple[str, float]]) -> Course:
+    """What is seen of a badge that makes these moves at these times."""
+    made = [Prompt(*one) for one in moves]
+    return course_of(answer(made, FACE_MM, reaction_s=0.0), made, length_s=made[-1].at_s + 6.0)
+
+
+@pytest.mark.parametrize(
+    ("after_s", "here", "call"), [(1.0, "pass", "pass"), (5.0, "fail", "pass"), (6.3, "fail", "fail")]
+)
+def test_a_call_leaves_time_for_reading_and_for_its_way(after_s: float, here: str, call: str) -> None:
+    """Catches: a call in which nobody can answer in time; one that waits for ever."""
+    asked = Prompt("left", 3.0)
+    seen = course([("left", 3.0 + after_s)])
+    assert (judge_prompt(seen, asked, HERE).level, judge_prompt(seen, asked, CALL).level) == (here, call)
+
+
+def test_a_detour_is_no_answer_however_long_a_call_waits() -> None:
+    """Catches: a clip of many moves that finds the right one within the time that a call allows."""
+    asked = Prompt("up", 3.0)
+    assert judge_prompt(course([("up", 4.5)]), asked, CALL).level == "pass"
+    around = course([("left", 3.8), ("right", 5.4), ("up", 7.0)])
+    assert judge_prompt(around, asked, CALL).level == "fail"
+
+
+def test_a_prompt_of_a_call_is_over_once_it_was_followed() -> None:
+    """Catches: a call of nine prompts that takes two minutes; a wrong move that may be mended until time is over."""
+    asked, right, wrong = Prompt("left", 3.0), course([("left", 4.0)]), course([("right", 4.0)])
+    found = judge_prompt(right, asked, CALL)
+    assert found.level == "pass" and over_s(asked, CALL, found) < asked.at_s
+    found = judge_prompt(wrong, asked, CALL)
+    assert found.level == "fail" and over_s(asked, CALL, found) < asked.at_s + 4.5 < over_s(asked, CALL)
+    assert over_s(asked, HERE, judge_prompt(right, asked, HERE)) == over_s(asked, HERE)
+
+
+def test_answers_of_one_delay_pass_and_of_a_delay_that_jumps_stay_open() -> None:
+    """Catches: a delay that may be another at each answer, so that something can be made up meanwhile."""
+    asked = [Prompt("left", 3.0), Prompt("right", 10.0)]
+
+    def delays(first_s: float, second_s: float) -> str:
+        seen = course([("left", 3.0 + first_s), ("right", 10.0 + second_s)])
+        return judge_delay([judge_prompt(seen, one, CALL) for one in asked]).level
+
+    assert delays(2.0, 2.4) == delays(4.5, 4.9) == delays(1.0, 0.8 + SPREAD_S) == "pass"
+    assert delays(1.0, 1.3 + SPREAD_S) == "undecided"
+    assert judge_delay([]).level == "undecided"
+
+
+def test_two_lost_pictures_are_no_jump_and_a_jump_is_no_rejection() -> None:
+    """Catches: an honest person who is rejected because the line falters."""
+    asked = [Prompt(FACE, 3.0)]
+    seen = course([(FACE, 4.0)])
+    moving = int(np.argmin(np.abs(seen.times_s - 4.4)))
+    for lost, level in ((2, "pass"), (12, "undecided")):
+        place = seen.place.copy()
+        place[moving : moving + lost] = place[moving - 1]
+        assert judge_unbroken(replace(seen, place=place), asked, seen.times_s, CALL).level == level
+
+
+def test_the_stated_chance_is_that_of_the_draws_and_owes_nothing_to_times() -> None:
+    """Catches: a chance that is smaller than that of somebody who pauses a film until each prompt."""
+    chance = random.Random(3)
+    short = Pace(5, 2, *[getattr(CALL, name) for name in ("latest_s", "done_s", "gap_s", "frame_s", "in_call")])
+    seen = Counter(tuple(one.move for one in draw_prompts(0.0, chance, pace=short)) for _ in range(20_000))
+    same = sum(count * (count - 1) for count in seen.values()) / (20_000 * 19_999)
+    assert same_moves_chance(short) == pytest.approx(same, rel=0.1)
+    assert likeliest_chance(short) == pytest.approx(max(seen.values()) / 20_000, rel=0.3)
+    assert same_moves_chance(CALL) < likeliest_chance(CALL) < 1e-4
+    drawn = [draw_prompts(0.0, chance, pace=CALL) for _ in range(200)]
+    assert {len(one) for one in drawn} == {CALL.moves}
+    assert min(sum(sideways(prompt.move) for prompt in one) for one in drawn) == CALL.sideways
+
+
+def test_a_small_tile_and_two_people_in_it_are_named() -> None:
+    """Catches: a verdict on one of two people; a tile too small that is blamed on the person."""
+    one = portrait()
+    two = np.hstack([one[:, 320:960], one[:, 320:960]])
+    for picture, codes in ((one, []), (two, ["faces"]), (cv2.resize(one, (320, 180)), ["tile"])):
+        watch = TileWatch()
+        for k in range(4):
+            watch.push(Frame(k, k * COUNT_S, np.asarray(picture, np.uint8)))
+        assert [reason.code for reason in watch.reasons()] == codes
+        assert all(reason.level == "undecided" for reason in watch.reasons())
+    assert watch.reasons()[0].text.startswith("The tile is 320 px wide; enlarge it")
+    assert LEAST_WIDTH_PX > 320
+    assert not watch.repeated(one, 10.0) and watch.repeated(one.copy(), 10.04)
+    assert not watch.repeated(one, 10.2) and not watch.repeated(two, 10.21)
+    watch.moved = True
+    assert "tile_moved" in [reason.code for reason in watch.reasons()]
+
+
+MOVES = ("left", "right", FACE, "right", "left")
+
+
+def called(badge: Badge, who: Any, asked: tuple[str, ...], delay_s: float) -> list[dict[str, Any]]:
+    """The events of a call of these prompts over a line with so much delay, there and back, and 2 % of loss."""
+    now_s, chance = 0.0, random.Random(1)
+    prompts = [Prompt(move, 1.7 * k) for k, move in enumerate(asked)]
+    check = LiveCheck(
+        Claim(badge, badge.id),
+        draw=lambda at_s: [Prompt(one.move, at_s + one.at_s) for one in prompts],
+        pace=CALL,
+        now=lambda: now_s,
+    )
+    check.ask(0.0)
+    events: list[dict[str, Any]] = []
+    filmed = frames(badge, portrait(), who, length_s=60.0, fps=FPS)
+    for number, picture in enumerate(coded(filmed, 800, FPS, loss=0.02, chance=chance)):
+        now_s = number / FPS + delay_s / 2
+        told = check.push(picture, now_s, now_s + 0.03)
+        for event in told:
+            if event["event"] == "prompt":
+                who.hear(event["move"], now_s)
+        events += told
+        if check.ended:
+            return events
+    return [*events, check.finish()]
+
+
+@pytest.mark.slow
+def test_a_call_over_a_late_line_is_accepted(ada: Badge) -> None:
+    """Catches: prompts that do not wait for their answers; lost pictures that are taken for a badge at rest."""
+    events = called(ada, Caller(FACE_MM, 1.5, random.Random(2)), MOVES, 1.5)
+    kinds = [event["event"] for event in events if event["event"] != "status"]
+    assert kinds == ["challenge", *["prompt", "prompted"] * len(MOVES), "verdict"]
+    assert events[-1]["verdict"] == "accept" and events[-1]["in_call"], events[-1]["reasons"]
+    assert all(event["aloud"].startswith("Please") for event in events if event["event"] == "prompt")
+
+
+@pytest.mark.slow
+def test_a_film_that_is_paused_until_each_prompt_is_rejected(ada: Badge) -> None:
+    """Catches: a replay that passes because nobody counts its times."""
+    before = [Prompt(move, 3.0 + 4 * k) for k, move in enumerate(MOVES)]
+    other = ("left", FACE, "right", "right", "left")
+    assert called(ada, Paused(before, FACE_MM, 0.5), other, 0.5)[-1]["verdict"] == "reject"
+
+
+@pytest.fixture(scope="module")
+def ada() -> Badge:
+    return design_badge(Request("Ada Lovelace"), payload_for_name("Ada Lovelace"))
