@@ -18,29 +18,26 @@ from typing import Any
 
 from sqlalchemy import (
     Column,
-    Engine,
     Executable,
     Integer,
     LargeBinary,
     MetaData,
     Table,
     Text,
-    create_engine,
     delete,
-    event,
     func,
     insert,
     select,
     update,
 )
-from sqlalchemy.engine import URL
-from sqlalchemy.exc import SQLAlchemyError
 
-from moireid.errors import RegistryError
+from moireid.web.store.database import database_of
 
 FILE = "links.sqlite3"
 #: How long a link can be used, minutes; how long its result is kept, days; the most that one token may have waiting.
 LASTS_MIN, KEEP_DAYS, MOST_WAITING = 30.0, 7.0, 50
+#: A check that began so long ago, minutes, and has no end was broken off with its studio; none lasts so long.
+BROKEN_MIN = 10.0
 #: The most pictures of a check that are kept, where both agree.
 MOST_PICTURES = 12
 
@@ -102,7 +99,8 @@ class Link:
         if self.report is not None:
             return "done"
         if self.used_at is not None:
-            return "broken" if self.ended_at is not None else "running"
+            oldest = _text(datetime.now(UTC) - timedelta(minutes=BROKEN_MIN))
+            return "broken" if self.ended_at is not None or self.used_at < oldest else "running"
         if self.expires_at <= _text(datetime.now(UTC)):
             return "late"
         return "opened" if self.opened_at is not None else "waiting"
@@ -114,27 +112,19 @@ class Link:
 
 
 class Links:
-    """The links of one studio's folder; safe to use from any thread."""
+    """The links of one studio, or of several that share a database; safe to use from any thread."""
 
-    def __init__(self, folder: Path) -> None:
-        """Raises: RegistryError where the file cannot be made or read."""
-        self.path = folder / FILE
-        try:
-            self._engine: Engine = create_engine(URL.create("sqlite", database=str(self.path.absolute())))
-            event.listen(self._engine, "connect", lambda raw, _: raw.execute("PRAGMA secure_delete = ON"))
-            metadata.create_all(self._engine)
-            self.path.chmod(0o600)
-        except (OSError, SQLAlchemyError) as error:
-            raise self._broken(error) from error
-        # A check that was running when the studio stopped gives no verdict any more.
-        self._write(
-            update(links).where(links.c.used_at.is_not(None), links.c.ended_at.is_(None)).values(ended_at=_now())
-        )
+    def __init__(self, folder: Path, state: str | None = None) -> None:
+        """Parameters: state: the database that several studios share, None for the folder's own file.
+        Raises: RegistryError where the database cannot be made or read.
+        """
+        self._database = database_of(folder, FILE, state)
+        self._database.make(metadata)
         self._remove_old()
 
     def close(self) -> None:
         """Close the connections."""
-        self._engine.dispose()
+        self._database.close()
 
     def make(self, asked_by: str, asks: str, claim: str, *, ids: bool, wants_pictures: bool) -> tuple[str, Link] | None:
         """A new link: its secret, which can never be shown again, and what is kept; None where too many wait."""
@@ -206,23 +196,13 @@ class Links:
         self._write(delete(links).where(links.c.made_at < oldest))
 
     def _rows(self, query: Executable) -> list[dict[str, Any]]:
-        try:
-            with self._engine.connect() as connection:
-                return [dict(row._mapping) for row in connection.execute(query)]
-        except SQLAlchemyError as error:
-            raise self._broken(error) from error
+        with self._database.reading() as connection:
+            return [dict(row._mapping) for row in connection.execute(query)]
 
     def _write(self, statement: Executable) -> int:
         """Run a statement; gives the number of rows that it changed."""
-        try:
-            with self._engine.begin() as connection:
-                return int(connection.execute(statement).rowcount)
-        except SQLAlchemyError as error:
-            raise self._broken(error) from error
-
-    def _broken(self, error: Exception) -> RegistryError:
-        reason = str(getattr(error, "orig", None) or getattr(error, "strerror", None) or error)
-        return RegistryError(f"the links in {self.path} cannot be used ({reason}); give another folder with --data")
+        with self._database.writing() as connection:
+            return int(connection.execute(statement).rowcount)
 
 
 def _link(row: dict[str, Any]) -> Link:

@@ -56,7 +56,7 @@ class Studio:
             self._alone(undo)
             self.verdicts = Verdicts(settings.data, settings.keep_verdicts_days, settings.state)
             undo.callback(self.verdicts.close)
-            self.links = Links(settings.data)
+            self.links = Links(settings.data, settings.state)
             undo.callback(self.links.close)
             self.jobs = self._jobs(undo)
             self._dispatcher = self._cluster()

@@ -8,7 +8,8 @@ import re
 import threading
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime, timedelta
 from typing import Any
 
 import cv2
@@ -115,7 +116,7 @@ def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> No
     for path in ("", "/report", "/receipt", "/picture/0"):
         other = {"authorization": f"Bearer {asker.visit.tokens['admin']}"}
         assert asker.client.get(f"/links/{link.id}{path}", headers=other).status_code == 404
-    assert secret.encode() not in asker.visit.studio.links.path.read_bytes()
+    assert secret.encode() not in (asker.visit.studio.settings.data / links.FILE).read_bytes()
     given = asker.visit.studio.verdicts.given(1)[0]
     assert given.kind == "link" and given.token == link.asked_by and given.claim == ada.id
 
@@ -169,6 +170,14 @@ def test_a_full_house_or_another_site_uses_no_link_up(asker: Asker, monkeypatch:
         connection.send_json({"token": secret})
         assert connection.receive_json()["event"] == "ready"
     assert asker.newest().state == "broken" and "broken off" in asker.page().lower()
+
+
+def test_a_check_whose_studio_was_killed_is_broken_after_a_while(asker: Asker) -> None:
+    """Catches: one that runs for ever; one that another studio, as it starts, takes for broken."""
+    asker.make()
+    link, now = asker.newest(), datetime.now(UTC)
+    began = {minutes: f"{now - timedelta(minutes=minutes):%Y-%m-%dT%H:%M:%SZ}" for minutes in (1, 11)}
+    assert replace(link, used_at=began[1]).state == "running" and replace(link, used_at=began[11]).state == "broken"
 
 
 @pytest.mark.parametrize("wants", [False, True])
