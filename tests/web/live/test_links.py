@@ -98,12 +98,14 @@ def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker)
 
 
 def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> None:
-    """Catches: a link that works twice; a result that another token reads, or that tells more than the verdict; a
+    """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that tells more than the verdict; a
     receipt of another report; a secret that is stored.
     """
     secret = asker.make()
     event = asker.check(secret)
     assert event["event"] == "verdict" and event["verdict"] == "inconclusive"
+    # Who plays an old film would press Stop without the challenge.
+    assert [one["level"] for one in event["reasons"] if one["code"] == "challenge"] == ["undecided"]
     for told in (asker.check(secret)["text"], asker.look(secret)[1]["text"]):
         assert told.startswith("This link was used on ") and told.count(".") == 1
     link = asker.newest()

@@ -74,6 +74,11 @@ class Asked:
         """Whether the pictures are of a call's tile."""
         return self.kind == "call"
 
+    @property
+    def by_link(self) -> bool:
+        """Whether a stranger sends the pictures, and who asks is not there: that one must not leave the prompts out."""
+        return self.kind == "link"
+
 
 async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Asked]) -> None:
     """One session.  ask: makes of the browser's first message what is asked; raises Refusal or MoireIdError."""
@@ -127,7 +132,7 @@ async def _session(connection: WebSocket, asked: Asked) -> None:
     child = await run_in_threadpool(start, "moireid.web.live.worker:serve", LIMITS, within=reach())
     tasks: list[asyncio.Task[None]] = []
     try:
-        await run_in_threadpool(child.send, Start(asked.given, asked.in_call))
+        await run_in_threadpool(child.send, Start(asked.given, asked.in_call, required=asked.by_link))
         coming = asyncio.create_task(_pictures(connection, child, asked))
         going = asyncio.create_task(_events(connection, child, asked))
         tasks = [coming, going]
