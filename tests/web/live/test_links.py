@@ -207,3 +207,13 @@ def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agre
     removed = asker.client.post(f"/links/{link.id}/remove", headers=asker.headers, follow_redirects=False)
     assert removed.status_code == 303 and store.pictures(link) == []
     assert asker.look(secret)[0] == 404
+
+
+def test_a_link_that_is_removed_while_it_runs_keeps_no_picture(asker: Asker) -> None:
+    """Catches: pictures that are written for a link that is gone, so that nothing ever removes them."""
+    asker.make(pictures="true")
+    link, store = asker.newest(), asker.visit.studio.links
+    assert store.use(link, agreed=True)
+    store.remove(link)
+    store.note_end(link, {"verdict": "accept"}, [b"\xff\xd8 one"])
+    assert store.pictures(link) == []
