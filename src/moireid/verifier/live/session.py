@@ -76,7 +76,7 @@ class LiveCheck:
     ) -> None:
         """Parameters: draw: makes the prompts of a challenge from its earliest start; now: our clock; both are replaced
         in tests only; pace: whether it is a call; aside: as in `Verifier`; clock, watch: None for a `BoundedClock` and
-        an `OverlapWatch`; required: without a challenge the verdict is open, as whoever sends the pictures alone chooses.
+        an `OverlapWatch`; required: without a challenge the verdict is open.
         Raises: SpecError if the badge cannot be read; MissingExtraError without the face detector.
         """
         self._claim, self._draw, self._now, self._pace = claim, draw, now, pace
