@@ -112,3 +112,17 @@ def test_a_name_is_looked_up_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
         with pytest.raises(MediaError, match="within this machine"):
             Addresses("http://first.example/a.m3u8").open(f"http://other.example:{port}/a.ts")
         assert asked == ["other.example"] and server.asked == []  # type: ignore[attr-defined]
+
+
+def test_a_public_host_leads_nowhere_inside_later(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Catches: the own host's name that is led to this machine once its playlist was read (DNS rebinding)."""
+    (tmp_path / "a.ts").write_bytes(b"content")
+    with served(tmp_path) as server:
+        own = address(server, "a.ts")
+        stream = Addresses(own)
+        with monkeypatch.context() as outside:
+            outside.setattr("moireid.watch.fetching.public", lambda host: True)
+            stream.open(own).close()
+        with pytest.raises(MediaError, match="within this machine"):
+            stream.open(own)
+        assert server.asked == ["/a.ts"]  # type: ignore[attr-defined]

@@ -20,7 +20,9 @@ from moireid.errors import MediaError, MoireIdError
 from moireid.provenance import Barred
 from moireid.sandbox.seal import MEANS
 from moireid.verifier.session.result import report_schema
-from moireid.watch.order import Patience
+from moireid.watch.order import Order, Patience
+from moireid.watch.source import source_of
+from moireid.watch.watching import _started, harmless
 
 
 @pytest.fixture(scope="module")
@@ -248,3 +250,33 @@ def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> No
     assert watched(str(pipe), seconds=1.0, patience=Patience(8.0, 20.0, 1.0))["end"]["why"] == "asked"
     assert time.monotonic() - begun < 15
     hold.set()
+
+
+class Steering(Handler):
+    """Answers with words that set a terminal's title."""
+
+    def do_GET(self) -> None:
+        self.send_response(404, "gone\x1b]0;accepted\x07")
+        self.end_headers()
+
+
+def test_a_server_s_words_steer_no_terminal(tmp_path: Path) -> None:
+    """Catches: the reason of an answer, or an event of a decoder that was taken over, printed as it came."""
+    with served(tmp_path, Steering) as server, pytest.raises(MediaError, match="404 gone") as refused:
+        watched(address(server, "a.ts"))
+    assert str(refused.value).isprintable()
+    assert harmless({"a": ["b\x1b[2J", 1, None]}) == {"a": ["b [2J", 1, None]}
+
+
+def test_the_judge_learns_no_password(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a password that a decoder which was taken over can send to another host, in an address."""
+    sent: list[Order] = []
+
+    class Told:
+        def send(self, order: Order) -> None:
+            sent.append(order)
+
+    monkeypatch.setattr("moireid.watch.watching.start", lambda *given, **more: Told())
+    for typed in ("https://me:secret@host:8443/a.m3u8?b=c", "wheps://me:secret@host/room"):
+        _started(Order(source_of(typed), None))  # type: ignore[arg-type]
+    assert [order.source.text for order in sent] == ["https://host:8443/a.m3u8?b=c", "wheps://host/room"]

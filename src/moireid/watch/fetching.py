@@ -3,8 +3,8 @@
 Who gives an address means its host, wherever that is.  What a playlist or a redirect names is a stranger's word: it may
 name the same host and port, or a host of the public internet, and nothing within this machine or its network.
 
-Convention: a name is looked up once, and the connection goes to the address that was checked: a second answer could
-    name another.
+Convention: a name is looked up once for each connection, which goes to the address that was checked: a second answer
+    could name another.  A host that was public at first must stay so, else its owner could lead us inwards later.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ class Addresses:
 
     def __init__(self, first: str) -> None:
         self._first, self._origin = first, origin_of(first)
+        #: Whether the user's own host lay on the public internet as it was first asked.
+        self._outside = False
 
     def open(self, address: str) -> Stream:
         """A stream of bytes.  Raises: MediaError where the address may not be opened, or gives none."""
@@ -65,7 +67,9 @@ class Addresses:
         target = (parts.path or "/") + (f"?{parts.query}" if parts.query else "")
         scheme, host, port = origin_of(address)
         try:
-            connection = _connection(scheme, host, port, public=not own)
+            connection = _connection(scheme, host, port, public=not own or self._outside)
+            if own and public(connection.sock.getpeername()[0]):
+                self._outside = True
             connection.request(method, target, body, told)
             return connection.getresponse()
         except (OSError, http.client.HTTPException, ValueError) as error:

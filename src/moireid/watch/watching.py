@@ -9,16 +9,18 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit, urlunsplit
 
 from moireid.errors import MediaError, MoireIdError, SpecError
 from moireid.sandbox.limits import ProcessLimits
 from moireid.sandbox.process import Child, Ended, start
 from moireid.sandbox.reach import reach
 from moireid.watch.feeding import Feeder
-from moireid.watch.order import End, Event, Order, Signal
+from moireid.watch.order import HARMLESS, End, Event, Order, Signal
+from moireid.watch.source import Source
 from moireid.watch.whip import Door
 
 #: Of the judge: of 4K pictures some wait, and some are in the decoder.
@@ -67,8 +69,16 @@ def watch(order: Order, terms: Terms, stop: threading.Event, tell: Callable[[Eve
 def _started(order: Order) -> Child:
     films = [Path(order.source.text)] if order.source.kind == "file" else []
     child = start("moireid.watch.judge:serve", LIMITS, within=reach(read=films, network=order.source.ports))
-    child.send(order)
+    child.send(replace(order, source=_without_password(order.source)))
     return child
+
+
+def _without_password(source: Source) -> Source:
+    """What the judge learns of a source: where we ask the address ourselves, its password is not for the judge."""
+    if source.kind not in ("http", "whep"):
+        return source
+    parts = urlsplit(source.text)
+    return replace(source, text=urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2])))
 
 
 @contextmanager
@@ -106,6 +116,8 @@ def _heard(
             raise Ended("crash", f"gave no verdict within {VERDICT_S:.0f} s")
         if told is None:
             continue
+        if "event" in told:
+            told = harmless(told)
         if told.get("event") == "verdict":
             return _checked(told)
         if told.get("event") == "error":
@@ -118,6 +130,15 @@ def _heard(
             terms.answered(told["answer"])
         else:
             feeder.answer(told)
+
+
+def harmless(told: Any) -> Any:
+    """An event without signs that steer a terminal: its words may be a server's, or a decoder's that was taken over."""
+    if isinstance(told, dict):
+        return {name: harmless(value) for name, value in told.items()}
+    if isinstance(told, list):
+        return [harmless(value) for value in told]
+    return told.translate(HARMLESS) if isinstance(told, str) else told
 
 
 def _checked(told: dict[str, Any]) -> dict[str, Any]:

@@ -171,7 +171,9 @@ class Links:
         """The check is over.  report: its verdict's event, None where there is none; kept: JPEGs, if both agreed."""
         text = None if report is None else json.dumps(report, ensure_ascii=False, sort_keys=True)
         running = links.c.id == link.id, links.c.ended_at.is_(None)
-        self._write(update(links).where(*running).values(ended_at=_now(), report=text))
+        if self._write(update(links).where(*running).values(ended_at=_now(), report=text)) == 0:
+            # It was removed meanwhile, or has its end: pictures without a link would never be removed.
+            return
         for number, jpeg in enumerate(kept[:MOST_PICTURES]):
             self._write(insert(pictures).values(link=link.id, number=number, jpeg=jpeg))
 

@@ -21,7 +21,8 @@ from kit.portrait import portrait
 from kit.webbing import Visit, studio
 from moireid.badge import Badge
 from moireid.web import links
-from moireid.web.live.sockets import CLOCK, Asked
+from moireid.web.door.server import _server_of
+from moireid.web.live.sockets import CLOCK, MOST_BYTES, Asked, _headline
 
 ORIGIN = {"origin": "http://studio.test", "host": "studio.test"}
 SECRET = re.compile(r"/check#([\w-]{43})")
@@ -98,12 +99,14 @@ def test_a_look_or_a_preview_uses_nothing_up_and_the_asker_sees_it(asker: Asker)
 
 
 def test_a_check_is_told_once_to_the_asker_alone(asker: Asker, ada: Badge) -> None:
-    """Catches: a link that works twice; a result that another token reads, or that tells more than the verdict; a
-    receipt of another report; a secret that is stored.
+    """Catches: a link that works twice, or is passed without prompts; a result that another token reads, or that tells
+    more than the verdict; a receipt of another report; a secret that is stored.
     """
     secret = asker.make()
     event = asker.check(secret)
     assert event["event"] == "verdict" and event["verdict"] == "inconclusive"
+    # Who plays an old film would press Stop without the challenge.
+    assert [one["level"] for one in event["reasons"] if one["code"] == "challenge"] == ["undecided"]
     for told in (asker.check(secret)["text"], asker.look(secret)[1]["text"]):
         assert told.startswith("This link was used on ") and told.count(".") == 1
     link = asker.newest()
@@ -205,3 +208,42 @@ def test_pictures_are_kept_only_if_both_agree(asker: Asker, *, wants: bool, agre
     removed = asker.client.post(f"/links/{link.id}/remove", headers=asker.headers, follow_redirects=False)
     assert removed.status_code == 303 and store.pictures(link) == []
     assert asker.look(secret)[0] == 404
+
+
+def test_a_link_that_is_removed_while_it_runs_keeps_no_picture(asker: Asker) -> None:
+    """Catches: pictures that are written for a link that is gone, so that nothing ever removes them."""
+    asker.make(pictures="true")
+    link, store = asker.newest(), asker.visit.studio.links
+    assert store.use(link, agreed=True)
+    store.remove(link)
+    store.note_end(link, {"verdict": "accept"}, [b"\xff\xd8 one"])
+    assert store.pictures(link) == []
+
+
+def test_who_has_a_link_learns_nobody_else_s_badge(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: a link by which somebody without an account learns whose a badge is that they found."""
+    from moireid.provenance import Holder
+    from moireid.web.live.link_check import _asked
+
+    monkeypatch.setattr("moireid.web.live.sockets.holder_of", lambda *given: Holder("Grace Hopper"))
+    asked = _asked(asker.visit.studio, {"token": asker.make()})
+    reason = {"code": "identity", "level": "fail", "measured": None, "limit": None, "unit": "", "text": "Another."}
+    identity = {"verdict": "mismatch", "decoded_id": "bb" * 8}
+    event = {"verdict": "reject", "reasons": [reason], "claim_source": "registry", "identity": identity}
+    event |= {"invariant": {"verdict": "accept"}}
+    told = {kind: _headline(asker.visit.studio, event, replace(asked, kind=kind)) for kind in ("live", "link")}
+    assert "Grace Hopper" in told["live"]["title"] and "Grace" not in json.dumps(told["link"])
+    assert told["link"]["title"] == "Genuine, but another badge, not Ada Lovelace's"
+
+
+def test_strangers_fill_neither_the_memory_nor_all_connections(asker: Asker, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: messages of 16 MB, as servers take unasked; sockets without a word, which no request pushes out."""
+    assert MOST_BYTES + CLOCK.size < _server_of(asker.visit.app).config.ws_max_size < 4 * MOST_BYTES
+    monkeypatch.setattr("moireid.web.live.sockets.MOST_SILENT", 1)
+    path = "/check/socket"
+    with asker.client.websocket_connect(path, headers=ORIGIN) as silent:
+        with asker.client.websocket_connect(path, headers=ORIGIN) as second:
+            assert "running" in second.receive_json()["text"]
+        silent.send_json({"token": ""})
+        assert "none of this studio" in silent.receive_json()["text"]
+    assert "none of this studio" in asker.check("")["text"]

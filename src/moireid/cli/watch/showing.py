@@ -9,6 +9,7 @@ from contextlib import AbstractContextManager, contextmanager
 from typing import TYPE_CHECKING, Any
 
 from moireid.cli.common import say, show_json
+from moireid.watch.order import HARMLESS
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -17,8 +18,6 @@ Tell = Callable[[dict[str, Any]], None]
 COLOURS = {"accept": "green", "reject": "red", "inconclusive": "yellow"}
 #: Findings of a running verdict that are shown.
 MOST_FINDINGS = 4
-#: What no stranger's words may do to a terminal.
-HARMLESS = dict.fromkeys((*range(32), *range(127, 160)), " ")
 
 
 class JsonLines(AbstractContextManager[Tell]):

@@ -72,10 +72,11 @@ class LiveCheck:
         aside: Executor | None = None,
         clock: BoundedClock | StreamClock | None = None,
         watch: OverlapWatch | None = None,
+        required: bool = False,
     ) -> None:
         """Parameters: draw: makes the prompts of a challenge from its earliest start; now: our clock; both are replaced
         in tests only; pace: whether it is a call; aside: as in `Verifier`; clock, watch: None for a `BoundedClock` and
-        an `OverlapWatch`.
+        an `OverlapWatch`; required: without a challenge the verdict is open.
         Raises: SpecError if the badge cannot be read; MissingExtraError without the face detector.
         """
         self._claim, self._draw, self._now, self._pace = claim, draw, now, pace
@@ -83,7 +84,7 @@ class LiveCheck:
         self._clock = clock or (BoundedClock(CALL_SLACK_S) if pace.in_call else BoundedClock())
         self._watch = watch or OverlapWatch()
         self._tile = TileWatch() if pace.in_call else None
-        self._aside = aside
+        self._aside, self._required = aside, required
         self._verifier = Verifier(claim, aside=aside)
         self._index = 0
         self._asked_s: float | None = None
@@ -264,7 +265,7 @@ class LiveCheck:
         """Whether there was a challenge, and whether it was completed."""
         if self._asked_s is None:
             text = "No challenge was made, so it is not known when this was filmed."
-            return Reason("challenge", "note", None, None, "prompts", text)
+            return Reason("challenge", "undecided" if self._required else "note", None, None, "prompts", text)
         asked = len(self._prompts or ())
         if asked and self._judged == asked:
             text = f"All {asked} prompts were made and answered."

@@ -16,6 +16,8 @@ STOP_S = 5
 #: Connections that wait to be taken.  As many are taken at once, before the first of them can be ended: with those that
 #: the door lets stay they must be fewer than the files that a process may open, or each costs a page of log.
 BACKLOG = 128
+#: Bytes of a WebSocket's message: a picture has a megabyte, and anybody may open the socket behind a one-time link.
+MESSAGE_BYTES = 2 << 20
 
 
 def serve(app: FastAPI, bound: socket.socket) -> None:
@@ -37,6 +39,7 @@ def _server_of(app: FastAPI) -> uvicorn.Server:
         access_log=False,
         server_header=False,
         backlog=BACKLOG,
+        ws_max_size=MESSAGE_BYTES,
         timeout_graceful_shutdown=STOP_S,
     )
     return uvicorn.Server(config)

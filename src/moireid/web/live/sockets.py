@@ -19,7 +19,7 @@ import struct
 import time
 from collections import Counter
 from collections.abc import Callable, Mapping, MutableMapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -41,6 +41,9 @@ from moireid.web.studio import Studio, studio_of
 
 #: Sessions at a time in all, and with one token; seconds that one may last, and that it may send no message.
 MOST_SESSIONS, MOST_OF_ONE, SESSION_S, IDLE_S = 4, 3, 300.0, 30.0
+#: Sockets at a time that have not said what they ask: anybody may open the one behind a link, and the server pushes
+#: silent requests out for others, but no socket.
+MOST_SILENT = 64
 #: Bytes of a picture at most, letters of a message, and pictures a second.
 MOST_BYTES, MOST_LETTERS, MOST_RATE = 1 << 20, 1000, 60.0
 #: Time between two checks that a session is still allowed, s.
@@ -74,6 +77,11 @@ class Asked:
         """Whether the pictures are of a call's tile."""
         return self.kind == "call"
 
+    @property
+    def by_link(self) -> bool:
+        """Whether a stranger sends the pictures, and who asks is not there: that one must not leave the prompts out."""
+        return self.kind == "link"
+
 
 async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Asked]) -> None:
     """One session.  ask: makes of the browser's first message what is asked; raises Refusal or MoireIdError."""
@@ -81,8 +89,7 @@ async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Asked]
     studio = studio_of(connection)
     try:
         async with asyncio.timeout(SESSION_S):
-            first: MutableMapping[str, Any] = await asyncio.wait_for(connection.receive(), IDLE_S)
-            asked = await run_in_threadpool(ask, _message(first))
+            asked = await run_in_threadpool(ask, _message(await _first(connection)))
             await _in_its_place(connection, asked)
     except MoireIdError as error:
         await _refuse(connection, studio.sentence(error))
@@ -96,6 +103,18 @@ async def serve(connection: WebSocket, ask: Callable[[Mapping[str, Any]], Asked]
         # A visitor who has left, or already got a refusal, needs no closing.
         with contextlib.suppress(RuntimeError, WebSocketDisconnect):
             await connection.close()
+
+
+async def _first(connection: WebSocket) -> MutableMapping[str, Any]:
+    """The browser's first message.  Raises: Refusal where too many others have not sent theirs."""
+    silent: set[WebSocket] = studio_of(connection).__dict__.setdefault("live_silent", set())
+    if len(silent) >= MOST_SILENT:
+        raise Refusal(503, "busy", BUSY)
+    silent.add(connection)
+    try:
+        return await asyncio.wait_for(connection.receive(), IDLE_S)
+    finally:
+        silent.discard(connection)
 
 
 async def _in_its_place(connection: WebSocket, asked: Asked) -> None:
@@ -127,7 +146,7 @@ async def _session(connection: WebSocket, asked: Asked) -> None:
     child = await run_in_threadpool(start, "moireid.web.live.worker:serve", LIMITS, within=reach())
     tasks: list[asyncio.Task[None]] = []
     try:
-        await run_in_threadpool(child.send, Start(asked.given, asked.in_call))
+        await run_in_threadpool(child.send, Start(asked.given, asked.in_call, required=asked.by_link))
         coming = asyncio.create_task(_pictures(connection, child, asked))
         going = asyncio.create_task(_events(connection, child, asked))
         tasks = [coming, going]
@@ -217,8 +236,11 @@ async def _events(connection: WebSocket, child: Child, asked: Asked) -> None:
 
 def _headline(studio: Studio, event: dict[str, Any], asked: Asked) -> dict[str, str]:
     """The verdict in a line, by the names that the registry knows.  Raises: RegistryError as `holder_of`."""
-    read = holder_of(studio.registry, read_id(event))
-    known = Circumstances(datetime.now(UTC), read=read, standing=asked.found.provenance.standing)
+    known = Circumstances(datetime.now(UTC))
+    # Whoever has a link learns nothing of other people's badges: the asker's own page says whose was shown.
+    if not asked.by_link:
+        read = holder_of(studio.registry, read_id(event))
+        known = replace(known, read=read, standing=asked.found.provenance.standing)
     return shown(live_headline_of(event, asked.found.badge.name, known))
 
 

@@ -29,10 +29,11 @@ LIMITS = ProcessLimits(memory_bytes=1 << 30, cpu_s=600, file_bytes=0)
 
 @dataclass(frozen=True)
 class Start:
-    """Whose badge is to be seen, and whether in a call's tile."""
+    """Whose badge is to be seen, whether in a call's tile, and whether without a challenge the verdict is open."""
 
     found: Claimed
     in_call: bool = False
+    required: bool = False
 
 
 @dataclass(frozen=True)
@@ -87,7 +88,8 @@ def _session(talk: Talk, start: Start) -> None:
         claim = Claim(
             found.badge, found.badge.id, as_built=found.as_built, provenance=found.provenance, seal=found.seal
         )
-        check = LiveCheck(claim, draw=draw, pace=CALL if start.in_call else HERE, aside=aside)
+        pace = CALL if start.in_call else HERE
+        check = LiveCheck(claim, draw=draw, pace=pace, aside=aside, required=start.required)
         talk.tell({"event": "ready"})
         size, taken = None, 0
         while not check.ended and (message := talk.next()) is not None:
