@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import av
+import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
 
@@ -186,6 +187,11 @@ def test_pictures_of_another_size_begin_anew_and_never_hide_a_lie(
     lie = write_stream(tmp_path / "lie.ts", pictures("forged_reversed_1.0m")).read_bytes()
     poured(lie + truth, pipe)
     assert watched(str(pipe))["verdict"] == "reject"
+    # Half of what came showed no badge, in pictures of another size.
+    blank = [av.VideoFrame.from_ndarray(np.full((1080, 1920), 90, np.uint8), format="gray") for _ in range(150)]
+    poured(write_stream(tmp_path / "blank.ts", blank).read_bytes() + truth, pipe)
+    found = watched(str(pipe))
+    assert found["verdict"] == "inconclusive" and codes(found, "undecided") == {"cover"}
 
 
 @pytest.mark.slow

@@ -64,7 +64,10 @@ class Feeder:
         """Answer a wish."""
         wish = told.get("want")
         if wish == "open" and self._addresses is not None and len(self._streams) < MOST_OPEN:
-            self._aside(lambda: self._open(int(told["number"]), str(told["address"])))
+            # It counts from now on, so that a judge that was taken over cannot ask for many at once.
+            number = int(told["number"])
+            self._streams[number] = None
+            self._aside(lambda: self._open(number, str(told["address"])))
         elif wish == "read":
             self._aside(lambda: self._read(int(told["number"]), min(int(told["most"]), PIECE)))
         elif wish == "close":
@@ -100,6 +103,7 @@ class Feeder:
         try:
             self._streams[number] = self._addresses.open(address)
         except MediaError as refused:
+            self._streams.pop(number, None)
             error = str(refused)
         self.send(Data(number, b"", time.monotonic(), error))
 

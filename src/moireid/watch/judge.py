@@ -20,6 +20,7 @@ from moireid.sandbox.child import Talk
 from moireid.verifier.live.challenge import Prompt
 from moireid.verifier.live.stream import StreamCheck
 from moireid.verifier.picture import Picture
+from moireid.verifier.reasons import Reason
 from moireid.watch.decoding import pictures
 from moireid.watch.inbox import Inbox, Taken
 from moireid.watch.order import Data, End, Event, Order, Shot, Signal
@@ -110,7 +111,7 @@ class Watching:
         self._order, self._voice, self._inbox, self._aside = order, voice, inbox, aside
         self._check = self._anew()
         self._size: tuple[int, int] | None = None
-        self._sizes, self._taken, self._before = 0, 0, 0
+        self._sizes, self._taken, self._before, self._covered = 0, 0, 0, 0.0
         self._last_s, self._steps_s = math.nan, deque[float](maxlen=RATE_STEPS)
         self._peer: Any = None
         #: Whether a sender has described itself.
@@ -188,8 +189,21 @@ class Watching:
         self._voice.tell(
             {"event": "anew", "text": f"The pictures are now {size[1]} x {size[0]}; the check begins anew."}
         )
+        if before["verdict"] == "accept":
+            self._covered += before["cover"]["share"] * self._taken
         self._check, self._taken, self._before = self._anew(), 0, self._before + self._taken
         return True
+
+    def _of_all(self, event: Event) -> Event:
+        """The verdict held against all that came: pictures of another size that were not accepted are not covered."""
+        least, total = self._order.claim.cover_share, self._taken + self._before
+        share = (self._covered + event["cover"]["share"] * self._taken) / max(total, 1)
+        if event["verdict"] != "accept" or event["challenged"] or share >= least:
+            return event
+        text = f"The verdict is of {100 * share:.0f} % of the pictures, as they changed their size"
+        cover = Reason("cover", "undecided", share, least, "share", f"{text}; at least {100 * least:.0f} % are needed.")
+        others = [one for one in event["reasons"] if one["code"] != "cover"]
+        return event | {"verdict": "inconclusive", "reasons": [*others, cover.to_json()]}
 
     def _tell_end(self, end: End) -> None:
         """The verdict on what came; without any picture, why there is none."""
@@ -212,4 +226,4 @@ class Watching:
         if self._before:
             left_out.append(f"{self._before} pictures of another size, which came before")
         ended = {"why": end.why, "text": end.words}
-        self._voice.tell(event | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})
+        self._voice.tell(self._of_all(event) | {"input": film | {"reduced_by": 1}, "left_out": left_out, "end": ended})
