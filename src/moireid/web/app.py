@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import logging
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from importlib import resources
@@ -11,6 +13,7 @@ from fastapi.concurrency import run_in_threadpool
 from fastapi.responses import Response
 
 from moireid import __version__
+from moireid.errors import RegistryError
 from moireid.verifier.report.page import style as report_style
 from moireid.web.api import films as api
 from moireid.web.api import health as health_api
@@ -53,7 +56,19 @@ ROUTERS: tuple[APIRouter, ...] = (
     link_pages.router,
     link_check.router,
 )
+#: Time between two looks for links that are to be removed, s.
+FORGET_S = 3600.0
 KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+
+
+async def _forget(studio: Studio) -> None:
+    """Remove old links now and then: on a quiet studio nothing else would."""
+    while True:
+        await asyncio.sleep(FORGET_S)
+        try:
+            await run_in_threadpool(studio.links.remove_old)
+        except RegistryError as error:
+            logging.getLogger(__name__).error("%s", error)
 
 
 def create_app(settings: Settings) -> FastAPI:
@@ -66,9 +81,11 @@ def create_app(settings: Settings) -> FastAPI:
     @asynccontextmanager
     async def lifespan(app: FastAPI) -> AsyncIterator[None]:
         await run_in_threadpool(studio.start)
+        forgetting = asyncio.create_task(_forget(studio))
         try:
             yield
         finally:
+            forgetting.cancel()
             await run_in_threadpool(studio.stop)
             studio.close()
 

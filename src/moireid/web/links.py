@@ -120,7 +120,7 @@ class Links:
         """
         self._database = database_of(folder, FILE, state)
         self._database.make(metadata)
-        self._remove_old()
+        self.remove_old()
 
     def close(self) -> None:
         """Close the connections."""
@@ -128,7 +128,7 @@ class Links:
 
     def make(self, asked_by: str, asks: str, claim: str, *, ids: bool, wants_pictures: bool) -> tuple[str, Link] | None:
         """A new link: its secret, which can never be shown again, and what is kept; None where too many wait."""
-        self._remove_old()
+        self.remove_old()
         waits = links.c.asked_by == asked_by, links.c.used_at.is_(None), links.c.expires_at > _now()
         if self._rows(select(func.count().label("count")).where(*waits))[0]["count"] >= MOST_WAITING:
             return None
@@ -191,7 +191,8 @@ class Links:
         rows = self._rows(select(links).where(*where))
         return _link(rows[0]) if rows else None
 
-    def _remove_old(self) -> None:
+    def remove_old(self) -> None:
+        """Remove links that are older than `KEEP_DAYS`, with all that is kept of them."""
         oldest = _text(datetime.now(UTC) - timedelta(days=KEEP_DAYS))
         old = select(links.c.id).where(links.c.made_at < oldest)
         self._write(delete(pictures).where(pictures.c.link.in_(old)))

@@ -10,6 +10,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Any
 
 import cv2
@@ -181,6 +182,18 @@ def test_a_check_whose_studio_was_killed_is_broken_after_a_while(asker: Asker) -
     link, now = asker.newest(), datetime.now(UTC)
     began = {minutes: f"{now - timedelta(minutes=minutes):%Y-%m-%dT%H:%M:%SZ}" for minutes in (1, 11)}
     assert replace(link, used_at=began[1]).state == "running" and replace(link, used_at=began[11]).state == "broken"
+
+
+def test_old_links_are_removed_though_nobody_comes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Catches: results that are kept until somebody makes another link."""
+    monkeypatch.setattr("moireid.web.app.FORGET_S", 0.05)
+    with studio(tmp_path, work=False) as visit, TestClient(visit.app, base_url="http://studio.test"):
+        visit.studio.links.make("sam", "Sam", "00" * 8, ids=False, wants_pictures=False)
+        monkeypatch.setattr(links, "KEEP_DAYS", -1.0)
+        until = time.monotonic() + 5.0
+        while visit.studio.links.of_asker("sam", 5) and time.monotonic() < until:
+            time.sleep(0.02)
+        assert visit.studio.links.of_asker("sam", 5) == []
 
 
 @pytest.mark.parametrize("wants", [False, True])
