@@ -204,15 +204,19 @@ def test_times_that_go_back_are_told(film: Path, pipe: Path) -> None:
 
 @pytest.mark.slow
 def test_a_source_that_says_nothing_is_a_sentence(film: Path, pipe: Path) -> None:
-    """Catches: a wait without end, before the first picture and after one; a verdict that is lost with a stall."""
+    """Catches: a wait without end, for a writer, the first picture or a later one; a verdict that is lost."""
     hold = threading.Event()
     poured(b"", pipe, hold=hold)
     with pytest.raises(MediaError, match="gave no picture for 1 s"):
         watched(str(pipe), patience=Patience(1.0, 1.0, 1.0))
     hold.set()
-    hold = threading.Event()
-    poured(film.read_bytes(), pipe, hold=hold)
-    found = watched(str(pipe), patience=Patience(8.0, 1.5, 1.0))
+    for name in ("nobody", "another"):
+        os.mkfifo(pipe.with_name(name))
+    with pytest.raises(MediaError, match="gave no picture for 1 s"):
+        watched(str(pipe.with_name("nobody")), patience=Patience(1.0, 1.0, 1.0))
+    hold, another = threading.Event(), pipe.with_name("another")
+    poured(film.read_bytes(), another, hold=hold)
+    found = watched(str(another), patience=Patience(8.0, 1.5, 1.0))
     hold.set()
     assert found["end"]["why"] == "silent" and found["frames"]["tracked"] > 100 and found["verdict"] == "accept"
 
@@ -250,10 +254,11 @@ def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> No
     found = watched(str(pipe), tell=heed, stop=stop, patience=Patience(8.0, 20.0, 1.0))
     hold.set()
     assert found["end"]["why"] == "asked" and found["verdict"] == "accept"
-    hold = threading.Event()
-    poured(content, pipe, hold=hold)
+    hold, another = threading.Event(), pipe.with_name("another")
+    os.mkfifo(another)
+    poured(content, another, hold=hold)
     begun = time.monotonic()
-    assert watched(str(pipe), seconds=1.0, patience=Patience(8.0, 20.0, 1.0))["end"]["why"] == "asked"
+    assert watched(str(another), seconds=1.0, patience=Patience(8.0, 20.0, 1.0))["end"]["why"] == "asked"
     assert time.monotonic() - begun < 15
     hold.set()
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import os
 import queue
+import select
 import sys
 import threading
 import time
@@ -27,6 +28,8 @@ from moireid.watch.whep import Asking
 
 #: Streams that the judge may have open: HLS has a playlist, a picture's and a sound's piece.
 MOST_OPEN = 8
+#: Time between two looks whether a pipe is still waited for, s.
+LOOK_S = 0.25
 
 
 class Feeder:
@@ -117,6 +120,11 @@ class Feeder:
 
     def _some(self, number: int, most: int) -> bytes:
         if self._pipe is not None:
+            # A pipe into which nobody has written yet would seem to be at its end; and a read that waits would take
+            # what is written for the next reader.
+            while not select.select([self._pipe], [], [], LOOK_S)[0]:
+                if self._over.is_set():
+                    return b""
             content = os.read(self._pipe.fileno(), most)
             self._digest.update(content)
             return content
@@ -144,7 +152,10 @@ def _pipe(source: Source) -> BinaryIO:
     """The pipe, opened for its bytes."""
     if source.text != "-":
         try:
-            return open(source.text, "rb", buffering=0)
+            # Without waiting: who will write into it may not be there yet, and the judge tells how long that may take.
+            opened = os.open(source.text, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+            os.set_blocking(opened, True)
+            return open(opened, "rb", buffering=0)
         except OSError as error:
             raise MediaError(f"pipe {source.shown} cannot be read ({error.strerror}); check its rights") from error
     if sys.stdin is None or sys.stdin.buffer.isatty():
