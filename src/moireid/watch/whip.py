@@ -50,11 +50,8 @@ class Door:
 
     def __init__(self, source: Source, token: str | None, feeder: Feeder) -> None:
         parts = urlsplit(source.text)
-        self._host, port, self._path = (
-            parts.hostname or "",
-            PORT if parts.port is None else parts.port,
-            parts.path or "/",
-        )
+        self._host, self._path = parts.hostname or "", parts.path or "/"
+        port = PORT if parts.port is None else parts.port
         self._secret, self._feeder = token or secrets.token_urlsafe(16), feeder
         #: The token that was drawn; None where it was given.
         self.token = None if token else self._secret
