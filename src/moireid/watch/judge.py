@@ -196,9 +196,11 @@ class Watching:
 
     def _of_all(self, event: Event) -> Event:
         """The verdict held against all that came: pictures of another size that were not accepted are not covered."""
+        if event["verdict"] != "accept" or event["challenged"]:
+            return event
         least, total = self._order.claim.cover_share, self._taken + self._before
-        share = (self._covered + event["cover"]["share"] * self._taken) / max(total, 1)
-        if event["verdict"] != "accept" or event["challenged"] or share >= least:
+        share = (self._covered + event["cover"]["share"] * self._taken) / total
+        if share >= least:
             return event
         text = f"The verdict is of {100 * share:.0f} % of the pictures, as they changed their size"
         cover = Reason("cover", "undecided", share, least, "share", f"{text}; at least {100 * least:.0f} % are needed.")
