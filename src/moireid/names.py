@@ -1,12 +1,15 @@
-"""Letters of a name that nobody sees: with them one name passes for another.
+"""Names: letters of them that nobody sees, and the line below a name that tells namesakes apart.
 
-Allowed are the few that a script or a picture letter is spelled with: joiners where RFC 5892 has them (Persian, Indic
-scripts), variation selectors of Mongolian, and both after signs such as emoji.
+With hidden letters one name passes for another.  Allowed are the few that a script or a picture letter is spelled
+with: joiners where RFC 5892 has them (Persian, Indic scripts), variation selectors of Mongolian, and both after signs
+such as emoji.
 """
 
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Mapping
+from typing import Any
 
 #: Code points that are drawn as nothing (Default_Ignorable_Code_Point of Unicode), first and last of each range.
 INVISIBLE = (
@@ -80,3 +83,36 @@ def _joins(name: str, place: int) -> bool:
     except (idna.IDNAError, ValueError):
         # Letters that its tables do not have: nothing says that the joiner belongs there.
         return False
+
+
+def line_of(print_data: Mapping[str, Any] | None) -> str | None:
+    """The first line below the name on a badge, which tells people of one name apart; None where there is none.
+
+    Parameters: print_data: `Badge.print`, whose key "lines" holds the lines from above to below.
+    """
+    lines = (print_data or {}).get("lines")
+    first = lines[0] if isinstance(lines, list | tuple) and lines else None
+    return unicodedata.normalize("NFC", first).strip() or None if isinstance(first, str) else None
+
+
+def named_by(claim: str) -> list[tuple[str, str]]:
+    """Every way to read a claim such as "Ana Silva, Reporter" as a name and the line below it, one a comma."""
+    whole = unicodedata.normalize("NFC", claim)
+    places = [k for k, letter in enumerate(whole) if letter == ","]
+    pairs = [(whole[:k].strip(), whole[k + 1 :].strip()) for k in places]
+    return [(name, line) for name, line in pairs if name and line]
+
+
+def told_apart(badge_id: str, line: str | None) -> str:
+    """An id with the line on its badge, for a list of namesakes."""
+    return badge_id if line is None else f"{badge_id} ({line[:60]})"
+
+
+def by_line(people: list[tuple[str, str | None]]) -> str:
+    """The end of a sentence that tells how to claim one of several people by their lines; empty where none has one
+    that the others lack.
+
+    Parameters: people: name and line of each.
+    """
+    alone = [f"{name}, {line}" for name, line in people if line and people.count((name, line)) == 1]
+    return f", or the name with the line below it, such as {alone[0][:140]!r}" if alone else ""

@@ -194,7 +194,7 @@ def test_lists_that_cannot_be_used_are_refused_whole(text, words, tmp_path):
 def test_cells_that_are_empty_are_no_part_of_a_name(tmp_path):
     """Catches: a list refused for the empty columns that a spreadsheet writes behind the last one."""
     people = listed(tmp_path / "people.csv", 'name\n"Lovelace, Ada",,\n,,\nGrace,\n')
-    assert [person.name for person in read_people(people)] == ["Lovelace, Ada", "Grace"]
+    assert [person.name for person in read_people(people).people] == ["Lovelace, Ada", "Grace"]
 
 
 def test_the_mask_of_an_event_is_no_single_badges(tmp_path):

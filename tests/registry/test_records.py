@@ -174,6 +174,28 @@ def test_two_people_of_one_name(registry):
     assert registry.find("f0f0f0").id == "f0f0f0"
 
 
+def test_people_of_one_name_are_chosen_by_their_lines(registry):
+    """Catches: lines that are not listed, a claim by line that finds nobody, the wrong one, or one of two; a comma
+    within a name; somebody whose very name is another's name and line taken for that one."""
+    lines = {"0a0a0a": "Reporter", "0b0b0b": "Editor", "0c0c0c": "Editor", "0d0d0d": None}
+    for badge_id, line in lines.items():
+        badge = badge_of("Silva, Ana", bytes.fromhex(badge_id))
+        registry.enroll(replace(badge, print={"lines": [line]}) if line else badge)
+    with pytest.raises(RegistryError, match=r"0a0a0a \(Reporter\), .* such as 'Silva, Ana, Reporter'"):
+        registry.find("Silva, Ana")
+    assert registry.find("Silva, Ana, Reporter").id == "0a0a0a" and registry.find("0a0a0a").line == "Reporter"
+    with pytest.raises(RegistryError, match="2 people") as caught:
+        registry.find("Silva, Ana, Editor")
+    assert caught.value.details["ids"] == ["0b0b0b", "0c0c0c"]
+    for nobody in ("Silva, Ana, reporter", "Silva, Reporter", "Silva"):
+        with pytest.raises(RegistryError, match="nobody named"):
+            registry.find(nobody)
+    registry.enroll(badge_of("Silva, Ana, Reporter", bytes.fromhex("0e0e0e")))
+    with pytest.raises(RegistryError, match="2 people") as caught:
+        registry.find("Silva, Ana, Reporter")
+    assert caught.value.details["ids"] == ["0a0a0a", "0e0e0e"]
+
+
 def test_many_people_of_one_name_are_counted_not_all_listed(registry):
     """Catches: a message of a thousand ids; and a count that is off by one."""
     for number in range(claims.LISTED + 3):

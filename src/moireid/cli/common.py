@@ -129,6 +129,11 @@ def say(message: str) -> None:
     click.echo(message, err=True)
 
 
+def counted(count: int, thing: str) -> str:
+    """A number and its thing, in the plural where it needs one: "1 badge", "2 badges"."""
+    return f"{count} {thing}" if count == 1 else f"{count} {thing}s"
+
+
 def tell_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
     """Say on stderr which of the two mounts was not made and why, and which old files were taken away."""
     names = {"printed": "3D-printed mount", "acrylic": "acrylic stack"}

@@ -3,17 +3,38 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import progress_bar, say, show_json, tell_mount
+from moireid.cli.common import counted, progress_bar, say, show_json, tell_mount
 
 if TYPE_CHECKING:
+    from moireid.badge import Badge
     from moireid.designer import Request
+    from moireid.designer.people import Designed
+    from moireid.fabrication import Event
     from moireid.fabrication.process import MountFigures
     from moireid.registry import Registry
+
+
+@dataclass(frozen=True)
+class _Order:
+    """What is made of a list, and how to tell of it; guessed: what was taken on reading the list, None if nothing."""
+
+    people_csv: Path
+    request: Request
+    folder: Path
+    measured_scale: tuple[float, float]
+    mount: str
+    figures: MountFigures
+    overwrite: bool
+    as_json: bool
+    expires: str | None
+    guessed: str | None
 
 
 def print_people(
@@ -34,67 +55,105 @@ def print_people(
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
     """
-    from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes
     from moireid.designer.drawn import nobody
-    from moireid.designer.people import badges_of, design_people, read_people, without_held
-    from moireid.fabrication.event import print_event
-    from moireid.fabrication.page.lettering import missing_note
+    from moireid.designer.people import badges_of, design_people, read_people
+    from moireid.fabrication.page.lettering import name_note
     from moireid.fabrication.parts import plan_parts
 
-    source, holder_of = str(people_csv), nobody if registry_url is not None else None
+    holder_of = nobody if registry_url is not None else None
     # An impossible wish is refused before a registry is made for it.
-    designed = list(design_people(read_people(people_csv), request, holder_of=holder_of, source=source))
+    listed = read_people(people_csv)
+    designed = list(
+        design_people(listed.people, request, holder_of=holder_of, source=str(people_csv), name_note=name_note)
+    )
     plan_parts(badges_of(designed)[0], mount, figures)
-
-    def work(registry: Registry | None) -> None:
-        badges = badges_of(without_held(designed, request, registry.by_id) if registry else designed)
-        shorter = dict.fromkeys(one.note for one in designed if one.note)
-        alike = alike_in_list_notes(badges) + (look_alike_notes(badges, registry) if registry else [])
-        notes = [note for note in (missing_note(badges), *shorter, *derived_notes(badges), *alike) if note]
-        for note in notes:
-            say(f"note: {note}")
-        issue = (lambda: registry.enroll_many(badges, told=True, expires=expires)) if registry else None
-        with progress_bar("making badges") as progress:
-            event = print_event(
-                badges,
-                folder,
-                measured_scale=measured_scale,
-                mount=mount,
-                figures=figures,
-                overwrite=overwrite,
-                kept=[people_csv],
-                before_moving=issue,
-                progress=progress,
-                processes=os.cpu_count() or 1,
-            )
-        tell_mount(event.left_out, event.removed)
-        if as_json:
-            people = [
-                {"name": badge.name, "id": badge.id, "folder": str(place)}
-                for badge, place in zip(badges, event.folders, strict=True)
-            ]
-            files = {"badges.pdf": str(event.sheets), "summary.csv": str(event.summary)}
-            files |= {name: str(path) for name, path in event.mount.items()}
-            counts = {"sheets": event.sheet_count, "boards_to_a_sheet": event.boards_to_a_sheet}
-            told: dict[str, Any] = {"mount_mass_g": event.mount_mass_g, "mount_figures": event.mount_figures}
-            told |= {"left_out": event.left_out, "removed": [str(path) for path in event.removed]}
-            told |= {"people": people, "files": files, "issued": registry is not None, "notes": notes}
-            show_json(told | counts)
-            return
-        click.echo(f"{len(badges)} badges on {event.sheet_count} sheets, {event.boards_to_a_sheet} to a sheet:")
-        click.echo(f"  {event.sheets}\n  {event.summary}\n  {event.folders[0]} and so on, a folder for each person")
-        if event.mount:
-            click.echo(f"One mount for all, to be made {len(badges)} times:")
-            for path in event.mount.values():
-                click.echo(f"  {path}")
-        if badges[0].lens.kind == "mask":
-            click.echo(f"The last page of badges.pdf is the mask: print it {len(badges)} times, on clear film.")
-        click.echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")
-
+    scale, note = measured_scale, listed.note
+    order = _Order(people_csv, request, folder, scale, mount, figures, overwrite, as_json, expires, note)
     if registry_url is None:
-        work(None)
+        _make(order, designed, None)
         return
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=True, actor=actor) as registry:
-        work(registry)
+        _make(order, designed, registry)
+
+
+def _make(order: _Order, designed: list[Designed], registry: Registry | None) -> None:
+    """Make and issue the badges of a list, and tell of them."""
+    from moireid.designer.people import badges_of, without_held
+    from moireid.fabrication.event import print_event
+
+    badges = badges_of(without_held(designed, order.request, registry.by_id) if registry else designed)
+    notes = _notes(order, designed, badges, registry)
+    for note in notes:
+        say(f"note: {note}")
+    issue = (lambda: registry.enroll_many(badges, told=True, expires=order.expires)) if registry else None
+    with progress_bar("making badges") as progress:
+        event = print_event(
+            badges,
+            order.folder,
+            measured_scale=order.measured_scale,
+            mount=order.mount,
+            figures=order.figures,
+            overwrite=order.overwrite,
+            kept=[order.people_csv],
+            before_moving=issue,
+            progress=progress,
+            processes=os.cpu_count() or 1,
+        )
+    tell_mount(event.left_out, event.removed)
+    if order.as_json:
+        show_json(_document(event, badges, notes) | {"issued": registry is not None})
+    else:
+        _tell(event, badges)
+
+
+def _notes(
+    order: _Order, designed: Sequence[Designed], badges: Sequence[Badge], registry: Registry | None
+) -> list[str]:
+    """What there is to say of a list: guesses, names that are printed in part, namesakes and look-alikes."""
+    from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes
+
+    set_in_part = [f"row {one.person.row}: {one.name_note}" for one in designed if one.name_note]
+    shorter = dict.fromkeys(one.note for one in designed if one.note)
+    alike = alike_in_list_notes(badges) + (look_alike_notes(badges, registry) if registry else [])
+    return [note for note in (order.guessed, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
+
+
+def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[str, Any]:
+    """What `--json` prints, but for whether the badges were issued."""
+    from moireid.names import line_of
+
+    people = [
+        {"name": badge.name, "line": line_of(badge.print), "id": badge.id, "folder": str(place)}
+        for badge, place in zip(badges, event.folders, strict=True)
+    ]
+    files = {"badges.pdf": str(event.sheets), "summary.csv": str(event.summary)}
+    return {
+        "mount_mass_g": event.mount_mass_g,
+        "mount_figures": event.mount_figures,
+        "left_out": event.left_out,
+        "removed": [str(path) for path in event.removed],
+        "people": people,
+        "files": files | {name: str(path) for name, path in event.mount.items()},
+        "notes": notes,
+        "sheets": event.sheet_count,
+        "boards_to_a_sheet": event.boards_to_a_sheet,
+    }
+
+
+def _tell(event: Event, badges: Sequence[Badge]) -> None:
+    """Say what was made, and what to do with it."""
+    count, alone = len(badges), len(badges) == 1
+    sheets, most = counted(event.sheet_count, "sheet"), event.boards_to_a_sheet
+    click.echo(f"{counted(count, 'badge')} on {sheets}" + (":" if alone else f", {most} to a sheet:"))
+    folders = "" if alone else " and so on, a folder for each person"
+    click.echo(f"  {event.sheets}\n  {event.summary}\n  {event.folders[0]}{folders}")
+    if event.mount:
+        click.echo("The mount:" if alone else f"One mount for all, to be made {count} times:")
+        for path in event.mount.values():
+            click.echo(f"  {path}")
+    if badges[0].lens.kind == "mask":
+        times = "once" if alone else f"{count} times"
+        click.echo(f"The last page of badges.pdf is the mask: print it {times}, on clear film.")
+    click.echo("Print badges.pdf at 100 %; each folder's assembly.pdf says how to go on.")

@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     "--people",
     "people_csv",
     type=click.Path(path_type=Path),
-    help="Instead of NAME: a CSV file with the column name, and payload if you like. Makes all badges of an event.",
+    help="Instead of NAME: a list (CSV) with the column name, and line (below the name) and payload if you like. Makes all badges of an "
+    "event.",
 )
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
@@ -207,6 +208,7 @@ def print_command(
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
     from moireid.fabrication.package import file_names
+    from moireid.fabrication.page.lettering import name_note
     from moireid.fabrication.parts import plan_parts
     from moireid.fabrication.process import mount_figures
     from moireid.files import planned
@@ -273,6 +275,7 @@ def print_command(
 
     # A wish that cannot be is refused before a registry is made for it.
     trial = drawn_badge(request, chosen, nobody if registry_url is not None else None)
+    name_note(trial.badge.name)
     parts = plan_parts(trial.badge, kind, figures)
     order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json, expires)
     if registry_url is None:
@@ -316,12 +319,12 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
     from moireid.designer import explain as explain_badge
     from moireid.designer.drawn import drawn_badge
     from moireid.fabrication.package import print_badge
-    from moireid.fabrication.page.lettering import missing_note
+    from moireid.fabrication.page.lettering import name_note
 
     drawn = drawn_badge(order.request, order.payload, registry.by_id if registry else None)
     badge = drawn.badge
     alike = look_alike_notes([badge], registry) if registry else []
-    notes = [note for note in (missing_note([badge]), drawn.note, *derived_notes([badge]), *alike) if note]
+    notes = [note for note in (name_note(badge.name), drawn.note, *derived_notes([badge]), *alike) if note]
     for note in notes:
         say(f"note: {note}")
     issue = (lambda: registry.enroll(badge, told=True, expires=order.expires)) if registry else None

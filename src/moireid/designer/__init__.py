@@ -6,6 +6,7 @@ layout.py    where markers and gratings lie on the page
 grid.py      how a grating is cut into rows and cells
 link.py      the link budget: will the whole payload be read?
 design.py    the choice of beat frequencies, and the Badge
+lists.py     a list's cells, as spreadsheets save them
 people.py    a list of people, and the badge of each
 drawn.py     the badge with a given identity, or with a drawn one that nobody else has
 chart.py     the pitch test sheet

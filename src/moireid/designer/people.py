@@ -5,41 +5,61 @@ Convention: rows are counted as a spreadsheet does, so the first person stands i
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from moireid.badge import Badge
-from moireid.designer.drawn import HolderOf, drawn_badge
+from moireid.designer.drawn import Drawn, HolderOf, drawn_badge
+from moireid.designer.lists import read_list, unreadable
 from moireid.designer.payload import payload_from_hex
 from moireid.designer.request import Request, clean_name
 from moireid.errors import MoireIdError, SpecError
+from moireid.names import line_of
 
 MOST_PEOPLE = 10_000
+#: What a font says to a name: None where it prints all of it, else what it leaves out; it raises where nothing is left.
+NameNote = Callable[[str], str | None]
 
 
 @dataclass(frozen=True)
 class Person:
-    """One row of a list: its number, and name and payload as given (payload empty where none is)."""
+    """One row of a list: its number, name and payload as given (empty where none is), and all cells by column."""
 
     row: int
     name: str
     payload: str
+    cells: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def line(self) -> str:
+        """The line below the name, empty where none is given: the column line, or else role."""
+        return self.cells.get("line") or self.cells.get("role") or ""
+
+
+@dataclass(frozen=True)
+class PeopleList:
+    """The people of a list; note: what was guessed on reading it, None where nothing was."""
+
+    people: tuple[Person, ...]
+    note: str | None = None
 
 
 @dataclass(frozen=True)
 class Designed:
-    """A person and either the badge, or why there is none; note: what there is to say of the badge."""
+    """A person and either the badge, or why there is none.
+
+    note: what there is to say of the badge; name_note: what its print leaves out of the name.
+    """
 
     person: Person
     badge: Badge | None = None
     fault: SpecError | None = None
     note: str | None = None
+    name_note: str | None = None
 
 
-def read_people(people_csv: Path) -> list[Person]:
+def read_people(people_csv: Path) -> PeopleList:
     """The people of a CSV file.
 
     Raises: SpecError as `parse_people`, and where the file cannot be read.
@@ -47,71 +67,44 @@ def read_people(people_csv: Path) -> list[Person]:
     try:
         data = people_csv.read_bytes()
     except OSError as error:
-        raise _unreadable(str(people_csv), error.strerror) from error
+        raise unreadable(str(people_csv), error.strerror) from error
     return parse_people(data, source=str(people_csv))
 
 
-def parse_people(data: bytes, *, source: str = "the list") -> list[Person]:
-    """The people of the bytes of a CSV file in UTF-8; `source` names it in messages.
+def parse_people(data: bytes, *, source: str = "the list") -> PeopleList:
+    """The people of the bytes of a CSV file; `source` names it in messages.
 
-    Raises: SpecError where it is no such file, lacks the column name, has a column twice, holds a row with more cells
-        than its first line, or names nobody or too many.
+    Raises: SpecError as `lists.read_list`, and where the list names nobody or too many.
     """
-    try:
-        # Not splitlines: it would split a name that contains a line separator into two people.
-        text = io.StringIO(data.decode("utf-8-sig"), newline="")
-        rows = list(csv.reader(text, strict=True))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise _unreadable(source, f"no CSV in UTF-8: {error}") from error
-    header = [cell.strip().lower() for cell in rows[0]] if rows else []
-    if "name" not in header:
-        raise SpecError(
-            f"list {source} has no column name; its first line must be 'name' or 'name,payload', got "
-            f"{','.join(header)[:60]!r}"
-        )
-    for column in ("name", "payload"):
-        if header.count(column) > 1:
-            raise SpecError(f"list {source} has {header.count(column)} columns {column}; leave one of them")
-    place = {column: header.index(column) for column in ("name", "payload") if column in header}
-    people = []
-    for number, row in enumerate(rows[1:], start=2):
-        if not any(cell.strip() for cell in row):
-            continue
-        # A name with a comma but without quotes would be cut at the comma.
-        if any(cell.strip() for cell in row[len(header) :]):
-            raise SpecError(
-                f"row {number} of {Path(source).name} has {len(row)} cells, and the first line {len(header)}; put "
-                'quotes about a name with a comma in it, as in "Doe, Jane"'
-            )
-        cells = {column: row[k].strip() if k < len(row) else "" for column, k in place.items()}
-        people.append(Person(number, cells["name"], cells.get("payload", "")))
+    listed = read_list(data, source=source)
+    people = [Person(row, cells["name"], cells.get("payload", ""), cells) for row, cells in listed.rows]
     if not 1 <= len(people) <= MOST_PEOPLE:
-        raise SpecError(f"list {source} names {len(people)} people; 1 to {MOST_PEOPLE} can be printed at once")
-    return people
+        raise SpecError(f"{source} names {len(people)} people; 1 to {MOST_PEOPLE} can be printed at once")
+    return PeopleList(tuple(people), listed.note)
 
 
 def design_people(
-    people: Iterable[Person], request: Request, *, holder_of: HolderOf | None = None, source: str = "the list"
+    people: Iterable[Person],
+    request: Request,
+    *,
+    holder_of: HolderOf | None = None,
+    source: str = "the list",
+    name_note: NameNote = lambda name: None,
 ) -> Iterator[Designed]:
     """A badge for each person, in order, or the fault of that row.
 
     An identity that the list does not give is drawn, once: going through the list again draws others.  If two rows have
-    the same identity, the later one is at fault; two rows of one name are a note.  `holder_of`: as for `drawn_badge`.
+    the same identity, the later one is at fault; two rows of one name and one line are a note.
+
+    Parameters: holder_of: as for `drawn_badge`; name_note: what fonts say to a name, `fabrication`'s word.
     """
     rows: dict[str, int] = {}
-    names: dict[str, int] = {}
-    family = request.family or "spacing"
+    names: dict[tuple[str, str | None], int] = {}
     for person in people:
         where = f"row {person.row} of {Path(source).name} ({person.name[:40]!r})"
         try:
-            named = replace(request, name=clean_name(person.name))
-            if person.payload:
-                drawn = drawn_badge(named, payload_from_hex(person.payload, family=family), None)
-            else:
-                drawn = drawn_badge(named, None, holder_of)
-                # Of 24 bits two people of a long list draw the same now and then.
-                while drawn.badge.id in rows:
-                    drawn = drawn_badge(named, None, holder_of)
+            told = name_note(clean_name(person.name))
+            drawn = _drawn(person, request, holder_of, rows)
         except MoireIdError as error:
             fault = SpecError(f"{where}: {error}")
             fault.__cause__ = error
@@ -127,9 +120,44 @@ def design_people(
             yield Designed(person, fault=fault)
             continue
         rows[badge_id] = person.row
-        twin = names.setdefault(badge.name, person.row)
-        alike = f"rows {twin} and {person.row} bear the name {badge.name[:40]!r}, and each gets a badge of its own"
-        yield Designed(person, badge, note=drawn.note if twin == person.row else alike)
+        twin = names.setdefault((badge.name, line_of(badge.print)), person.row)
+        note = drawn.note if twin == person.row else _alike(twin, person, badge)
+        yield Designed(person, badge, note=note, name_note=told)
+
+
+def _drawn(person: Person, request: Request, holder_of: HolderOf | None, taken: Mapping[str, int]) -> Drawn:
+    """The badge of one row, of an identity that no row before has where one is drawn.  Raises: as `drawn_badge`."""
+    wish = wish_of(person, request)
+    if person.payload:
+        chosen = payload_from_hex(person.payload, family=request.family or "spacing")
+        return with_line(drawn_badge(wish, chosen, None), person)
+    drawn = drawn_badge(wish, None, holder_of)
+    # Of 24 bits two people of a long list draw the same now and then.
+    while drawn.badge.id in taken:
+        drawn = drawn_badge(wish, None, holder_of)
+    return with_line(drawn, person)
+
+
+def wish_of(person: Person, request: Request) -> Request:
+    """The request for one person of a list.  Raises: SpecError as `clean_name`."""
+    return replace(request, name=clean_name(person.name))
+
+
+def with_line(drawn: Drawn, person: Person) -> Drawn:
+    """The same, with the line below the name in the badge's print data."""
+    if not person.line:
+        return drawn
+    line = clean_name(person.line)
+    return replace(drawn, badge=replace(drawn.badge, print=(drawn.badge.print or {}) | {"lines": [line]}))
+
+
+def _alike(twin: int, person: Person, badge: Badge) -> str:
+    line = line_of(badge.print)
+    also = f" and the line {line[:40]!r}" if line else ""
+    return (
+        f"rows {twin} and {person.row} bear the name {badge.name[:40]!r}{also}, so their ids alone tell them apart; a "
+        "column line, such as what each does, is printed below the name and tells them apart too"
+    )
 
 
 def without_held(designed: Iterable[Designed], request: Request, holder_of: HolderOf) -> Iterator[Designed]:
@@ -138,7 +166,8 @@ def without_held(designed: Iterable[Designed], request: Request, holder_of: Hold
         if one.badge is None or one.person.payload or holder_of(one.badge.id or "") is None:
             yield one
         else:
-            yield replace(one, badge=drawn_badge(replace(request, name=one.badge.name), None, holder_of).badge)
+            drawn = with_line(drawn_badge(wish_of(one.person, request), None, holder_of), one.person)
+            yield replace(one, badge=drawn.badge)
 
 
 def badges_of(designed: Iterable[Designed]) -> list[Badge]:
@@ -150,7 +179,3 @@ def badges_of(designed: Iterable[Designed]) -> list[Badge]:
         assert one.badge is not None
         badges.append(one.badge)
     return badges
-
-
-def _unreadable(source: str, why: str | None) -> SpecError:
-    return SpecError(f"list {source} cannot be read ({why}); give a CSV file with a column name")

@@ -30,6 +30,7 @@ from moireid.fabrication.page.pdf import DEFAULT_DPI, Sheet, draw_board, draw_ma
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
+from moireid.names import line_of
 from moireid.profiles import PAPERS_MM, Printer
 
 #: Between boards stand the crop marks of both, in line with each other, so they share the room.
@@ -276,7 +277,7 @@ def _summary(names: list[str], badges: Sequence[Badge], parts: Parts) -> str:
     mount = " or ".join(filter(None, made)) or "none"
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["number", "name", "id", "folder", "mount"])
+    writer.writerow(["number", "name", "id", "folder", "mount", "line"])
     for number, (name, badge) in enumerate(zip(names, badges, strict=True), start=1):
-        writer.writerow([number, _plain(badge.name), badge.id, name, mount])
+        writer.writerow([number, _plain(badge.name), badge.id, name, mount, _plain(line_of(badge.print) or "")])
     return out.getvalue()

@@ -30,7 +30,7 @@ def claimed(registry: Registry, claim: str) -> Claimed:
     registry : Registry
         An open registry.
     claim : str
-        A name, matched exactly after Unicode NFC, or an id in hex digits.
+        A name, matched exactly after Unicode NFC, "NAME, LINE" with the line below it, or an id in hex digits.
 
     Returns
     -------

@@ -1,16 +1,21 @@
 """From a claim, a name or an id, to the one record it means.
 
-Convention: names are compared exactly after Unicode NFC, ids in lower case; nothing else is folded or trimmed.
+Convention: names and the lines below them are compared exactly after Unicode NFC, ids in lower case; nothing else is
+folded or trimmed.  "Ana Silva, Reporter" means the person of that whole name, and whoever is named Ana Silva and has
+the line Reporter; where both exist, neither is taken.
 """
 
 from __future__ import annotations
 
+import json
 import unicodedata
 from collections.abc import Callable
 
 from sqlalchemy import or_
 
 from moireid.errors import RegistryError
+from moireid.names import by_line, line_of, named_by, told_apart
+from moireid.registry.canonical import unpack
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.record import storable
 from moireid.registry.schema import badges, select_records
@@ -27,8 +32,15 @@ def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) 
     name = unicodedata.normalize("NFC", claim)
     matches = []
     if storable(name):
-        means = or_(badges.c.name_nfc == name, badges.c.id == as_id(claim))
-        matches = rows(select_records().where(means).order_by(badges.c.id))
+        pairs = named_by(name)
+        names = [name, *(first for first, _ in pairs)]
+        means = or_(badges.c.name_nfc.in_(names), badges.c.id == as_id(claim))
+        found = rows(select_records().where(means).order_by(badges.c.id))
+        matches = [
+            row
+            for row in found
+            if row.name_nfc == name or row.id == as_id(claim) or (row.name_nfc, row_line(row)) in pairs
+        ]
     if not matches:
         raise RegistryError(
             f"nobody named {name[:80]!r} and no such id is in registry {shown}; `moireid registry list` shows who is",
@@ -48,14 +60,29 @@ def as_id(claim: str) -> str:
 def _ambiguous(claim: str, name: str, matches: list[AnyRow]) -> RegistryError:
     """The error that lists the several records which a claim may mean."""
     ids = [row.id for row in matches]
-    named = [row.id for row in matches if row.name_nfc == name]
-    listed = ", ".join(named[:LISTED]) + (f" and {len(named) - LISTED} more" if len(named) > LISTED else "")
-    of_id = [row for row in matches if row.id not in named]
+    of_id = [row for row in matches if row.id == as_id(claim) and row.name_nfc != name]
+    others = [row for row in matches if row not in of_id]
+    named = [row.id for row in others]
+    listed = ", ".join(told_apart(row.id, row_line(row)) for row in others[:LISTED])
+    listed += f" and {len(named) - LISTED} more" if len(named) > LISTED else ""
+    also = by_line([(row.name_nfc, row_line(row)) for row in others])
     if not of_id:
         message = f"{len(named)} people are named {name[:80]!r}, with ids {listed}; claim one of these ids"
+        message += also
     else:
         message = (
             f"{name[:80]!r} is the id of {of_id[0].name_nfc!r} and also the name on {listed}; "
             f"claim the name {of_id[0].name_nfc!r}, or the id {named[0]}"
         )
-    return RegistryError(message, claim=claim, ids=ids)
+    return RegistryError(message, claim=claim, ids=ids, by_line=also)
+
+
+def row_line(row: AnyRow) -> str | None:
+    """The line below the name on a row's badge, as its document has it; None where there is none, or no such document.
+
+    Whether the authority signed it is checked when the one row that is meant is read.
+    """
+    try:
+        return line_of(json.loads(unpack(row.badge)).get("print"))
+    except (ValueError, AttributeError):
+        return None

@@ -14,7 +14,7 @@ from typing import Any
 
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
-from moireid.names import hidden_words
+from moireid.names import hidden_words, line_of
 from moireid.provenance import Barred
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack, utc_now
 from moireid.registry.engine import AnyRow
@@ -111,6 +111,12 @@ class Record:
                 id=self.id,
             ) from error
 
+    @cached_property
+    def line(self) -> str | None:
+        """The line below the name on the badge, which tells people of one name apart; None where there is none."""
+        # Few records have one, and reading each document of a long list would take minutes.
+        return line_of(json.loads(self.badge_json).get("print")) if '"lines"' in self.badge_json else None
+
     def barred(self, today: str | None = None) -> Barred | None:
         """Tell why the badge does not count.
 
@@ -144,11 +150,12 @@ class Record:
         Returns
         -------
         dict
-            Id, name, and the times of issue, revocation, suspension and expiry.
+            Id, name, the line below it, and the times of issue, revocation, suspension and expiry.
         """
         return {
             "id": self.id,
             "name": self.name,
+            "line": self.line,
             "issued_at": self.issued_at,
             "revoked_at": self.revoked_at,
             "revoked_reason": self.revoked_reason,

@@ -23,11 +23,19 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
 from moireid.designer.request import clean_name
-from moireid.errors import SpecError
+from moireid.errors import FabricationError, SpecError
 from moireid.fabrication.event import folder_name, print_event
 from moireid.fabrication.page import lettering, preview
 from moireid.fabrication.page.artwork import font_file
-from moireid.fabrication.page.lettering import font_for, font_letters, lines_for, missing_note, name_picture, printable
+from moireid.fabrication.page.lettering import (
+    font_for,
+    font_letters,
+    lines_for,
+    name_note,
+    name_picture,
+    printable,
+    set_name,
+)
 from moireid.fabrication.page.pdf import write_badge_pdf
 
 #: Names that a plain row of glyphs would spell wrong, though the badge's own font has their letters.
@@ -44,10 +52,12 @@ def badge() -> Badge:
 @pytest.fixture
 def only_own_font(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """A machine that has no fonts of its own."""
-    lettering._first_with.cache_clear()
+    for cached in (lettering._first_with, lettering.set_name):
+        cached.cache_clear()
     monkeypatch.setattr(lettering, "system_fonts", lambda: ())
     yield
-    lettering._first_with.cache_clear()
+    for cached in (lettering._first_with, lettering.set_name):
+        cached.cache_clear()
 
 
 def between_markers(badge: Badge, folder: Path) -> tuple[np.ndarray, str]:
@@ -78,7 +88,7 @@ def test_scripts_that_join_or_turn_round_are_laid_out_by_a_shaper(
     """Catches: the id in place of a name that could be set; letters in the order of the file, which spell another
     word; a picture turned upside down, in negative, or over the markers."""
     named = replace(badge, name=name)
-    assert font_for(name) == font_file(bold=True) and missing_note([named]) is None
+    assert font_for(name) == font_file(bold=True) and name_note(name) is None
     drawn, words = between_markers(named, tmp_path)
     assert words.count(f"moireid {badge.id}") == 1
     dark = drawn < 128
@@ -110,17 +120,34 @@ def test_letters_are_set_from_right_to_left_and_joined() -> None:
     assert (word[-first.shape[0] :, -first.shape[1] :] == first).all()
 
 
-@pytest.mark.parametrize("name", ["山田太郎", NOWHERE, "Ada 山田"])
-def test_a_name_that_no_font_has_is_told_and_left_to_the_id(
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("Ada \U0001f469\u200d\U0001f4bb Lovelace", "Ada Lovelace"),
+        ("Ada 山田", "Ada"),
+        ("محمد \U0001f389", "محمد"),
+        (f"{NOWHERE}Zoë \U0001f1eb\U0001f1f7\ufe0f", "Zoë"),
+    ],
+)
+def test_what_no_font_has_is_left_out_and_told(
+    badge: Badge, name: str, words: str, only_own_font: None, tmp_path: Path
+) -> None:
+    """Catches: boxes, the id in a name's place, joiners that stay behind, a name cut without a word."""
+    note = name_note(name)
+    assert set_name(name).words == words and note is not None and repr(name) in note and repr(words) in note
+    drawn, said = between_markers(replace(badge, name=name), tmp_path)
+    plain, _ = between_markers(replace(badge, name=words), tmp_path)
+    assert (drawn == plain).all() and badge.id is not None and said.count(badge.id) == 1
+
+
+@pytest.mark.parametrize("name", ["山田太郎", "\U0001f389\U0001f469\u200d\U0001f4bb", "\U0001f389 -"])
+def test_a_name_of_which_nothing_is_left_is_refused(
     badge: Badge, name: str, only_own_font: None, tmp_path: Path
 ) -> None:
-    """Catches: boxes in place of letters, or a badge without a name that nobody is told of."""
-    named = replace(badge, name=name)
-    _, words = between_markers(named, tmp_path)
-    assert words.replace("\r\n", " ").count("moireid") == 2 and badge.id is not None and words.count(badge.id) == 2
-    note = missing_note([named, badge, replace(badge, name="李")])
-    assert note is not None and repr(name) in note and "1 more" in note and "install" in note
-    assert missing_note([badge]) is None
+    """Catches: a badge that bears an id, a dash or nothing in place of its name."""
+    for refuse in (lambda: name_note(name), lambda: between_markers(replace(badge, name=name), tmp_path)):
+        with pytest.raises(FabricationError, match="no font on this machine has a letter"):
+            refuse()
 
 
 def test_letters_that_the_machine_s_own_fonts_have_are_taken_from_there(
@@ -133,19 +160,21 @@ def test_letters_that_the_machine_s_own_fonts_have_are_taken_from_there(
     (tmp_path / "Aaa-Sans-Bold.ttf").write_bytes(b"no font")
     (tmp_path / "deep/Machine-Sans.ttf").write_bytes(font_file().read_bytes())
     monkeypatch.setattr(lettering, "FONT_FOLDERS", (str(tmp_path), str(tmp_path / "absent")))
-    for cached in (lettering.system_fonts, lettering._first_with):
+    for cached in (lettering.system_fonts, lettering._first_with, lettering.set_name):
         cached.cache_clear()
     try:
         assert font_for("A" + lacking) == tmp_path / "deep/Machine-Sans.ttf"
         assert font_for(lacking + "\U000e0f00") is None
     finally:
-        for cached in (lettering.system_fonts, lettering._first_with):
+        for cached in (lettering.system_fonts, lettering._first_with, lettering.set_name):
             cached.cache_clear()
 
 
 def test_the_preview_shows_the_name_as_the_page_does(badge: Badge, only_own_font: None) -> None:
     """Catches: a preview that promises another name than is printed."""
-    pictures = [np.asarray(preview.draw_preview(replace(badge, name=name))) for name in ("محمد", "שלום", "山田", "李")]
+    pictures = [
+        np.asarray(preview.draw_preview(replace(badge, name=name))) for name in ("محمد", "שלום", "Bo 山田", "Bo 李")
+    ]
     top = [picture[60:160, 200:-200] for picture in pictures]
     assert (top[0] != top[1]).any() and (top[1] != top[2]).any() and (top[2] == top[3]).all()
     assert all((picture < 100).any() for picture in top)
@@ -219,10 +248,18 @@ def test_a_list_of_hostile_names_is_refused_by_row_or_printed(tmp_path: Path) ->
 
 def test_the_command_tells_of_a_name_that_it_cannot_set(tmp_path: Path, only_own_font: None) -> None:
     """Catches: a note on stdout, where JSON goes; no note at all; a name that is changed in badge.json."""
-    arguments = ["print", "山田太郎", "--mount", "none", "--json", "--out", str(tmp_path / "a")]
+    arguments = ["print", "Ada 山田太郎", "--mount", "none", "--json", "--out", str(tmp_path / "a")]
     outcome = CliRunner().invoke(moireid, arguments)
     assert outcome.exit_code == 0, outcome.output
-    assert "note: no font" in outcome.stderr and json.loads(outcome.stdout)["name"] == "山田太郎"
+    assert "note: the print leaves out" in outcome.stderr and json.loads(outcome.stdout)["name"] == "Ada 山田太郎"
+    people = tmp_path / "people.csv"
+    people.write_text("name\nAda 山\nBo\n山\n", encoding="utf-8")
+    outcome = CliRunner().invoke(moireid, ["print", "--people", str(people), "--out", str(tmp_path / "b")])
+    assert outcome.exit_code == 2 and "row 4 of people.csv" in outcome.stderr and not (tmp_path / "b").exists()
+    people.write_text("name\nBo\nAda 山\n", encoding="utf-8")
+    outcome = CliRunner().invoke(moireid, ["print", "--people", str(people), "--out", str(tmp_path / "b"), "--json"])
+    assert any(note.startswith("row 3: the print leaves out") for note in json.loads(outcome.stdout)["notes"])
+    assert json.loads((tmp_path / "a/badge.json").read_text(encoding="utf-8"))["name"] == "Ada 山田太郎"
 
 
 def test_the_same_name_gives_the_same_bytes_in_another_process(badge: Badge, tmp_path: Path) -> None:

@@ -56,7 +56,8 @@ def registry_list(registry_url: str | None, as_json: bool) -> None:
         for record in registry.records():
             barred = record.barred()
             state = f"  {barred.code} {barred.at}" if barred else ""
-            click.echo(f"{record.id}  {record.issued_at}  {record.name}{state}")
+            line = f", {record.line}" if record.line else ""
+            click.echo(f"{record.id}  {record.issued_at}  {record.name}{line}{state}")
 
 
 @registry_group.command("show")
@@ -67,7 +68,8 @@ def registry_list(registry_url: str | None, as_json: bool) -> None:
 def registry_show(claim: str, registry_url: str | None, as_json: bool) -> None:
     """Show one person's record.
 
-    Give the name exactly as it was entered, or the badge's id.
+    Give the name exactly as it was entered, or the badge's id. Of people of one name, give "NAME, LINE" with the line
+    below it.
     """
     import json
 

@@ -2,8 +2,9 @@
 
 PDF text is drawn letter by letter in the order given.  With the font that comes with the program this is right for
 Latin, Greek and Cyrillic.  Other scripts join, stack or reorder their letters.  Such names are laid out by Pillow's
-shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture.  Where no font here
-has all letters, the page shows the id instead of empty boxes, and the user gets a note.
+shaper (Raqm) with a font of this machine that has every letter, and go on the page as a picture.  What no font here
+has, such as emoji, is left out, and the user is told; a name of which nothing is left is refused.  The id never stands
+in a name's place, and the badge keeps the whole name: it is the one that is claimed.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ import math
 import os
 import textwrap
 import unicodedata
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont, features
 
-from moireid.badge import Badge
+from moireid.errors import FabricationError
 from moireid.fabrication.page.artwork import font_file
 
 #: Where systems keep their fonts.
@@ -35,7 +37,8 @@ FONT_FOLDERS = (
 #: Fonts with one of these words in their file name are not made for a name that is read from afar.
 _UNFIT = ("italic", "oblique", "mono", "light", "thin", "condensed", "narrow", "emoji", "math")
 #: Joiners and variation selectors only steer a shaper; a font needs no letter for them.
-_SILENT = frozenset("\u200c\u200d\ufe0e\ufe0f ")
+_JOINERS = "\u200c\u200d\ufe0e\ufe0f"
+_SILENT = frozenset(_JOINERS + " ")
 #: Dots per inch of a name that is set as a picture.
 PICTURE_DPI = 1200
 MOST_LINES, LINE_HEIGHT = 6, 1.25
@@ -74,16 +77,72 @@ def font_for(words: str) -> Path | None:
     return _first_with(needed)
 
 
-def missing_note(badges: Sequence[Badge]) -> str | None:
-    """One sentence for the user about names that cannot be set here; None where all can."""
-    names = [badge.name for badge in badges if badge.name and not font_for(badge.name)]
-    if not names:
+@dataclass(frozen=True)
+class SetName:
+    """How a name is printed: its words, their font, and the letters that no font here has, which are left out."""
+
+    words: str
+    font: Path | None
+    left_out: tuple[str, ...] = ()
+
+
+@lru_cache(maxsize=1024)
+def set_name(name: str) -> SetName:
+    """How a name is printed on this machine; without words where no font has a letter or digit of it."""
+    if (font := font_for(name)) is not None:
+        return SetName(name, font)
+    has = _most_of(name)
+    # A joiner or a variation selector goes with the letter before it.
+    kept, before = [], True
+    for letter in name:
+        before = before if letter in _SILENT - {" "} else has(letter)
+        kept.append(letter if before else "")
+    words = " ".join("".join(kept).strip(_JOINERS).split())
+    missing = tuple(dict.fromkeys(letter for letter in name if letter not in _SILENT and not has(letter)))
+    if not any(unicodedata.category(letter)[0] in "LN" for letter in words):
+        return SetName("", None, missing)
+    return SetName(words, font_for(words), missing)
+
+
+def name_note(name: str) -> str | None:
+    """One sentence about what the print leaves out of a name; None where it shows all of it.
+
+    Raises: FabricationError where no font of this machine has a letter of it.
+    """
+    found = set_name(name)
+    if not found.left_out:
         return None
-    whose = repr(names[0]) + (f" and {len(names) - 1} more names" if len(names) > 1 else "")
+    lacking = _told(found.left_out)
+    if found.font is None:
+        raise FabricationError(
+            f"no font on this machine has a letter of the name {name[:80]!r} ({lacking}), so the badge would bear no "
+            "name; install a font for its script (such as Noto Sans), or give the name in other letters"
+        )
     return (
-        f"no font on this machine has every letter of {whose}, so the badge shows its id in place of the name; install "
-        "one for the script (such as Noto Sans) or give the name in other letters"
+        f"the print leaves out of {name[:80]!r} what no font on this machine has ({lacking}), and shows "
+        f"{found.words[:80]!r}; claims go on naming the whole name"
     )
+
+
+def _most_of(name: str) -> Callable[[str], bool]:
+    """Tells which letters are printed: those that plain text or a shaper can set in the font that has most of them."""
+    if not features.check("raqm"):
+        return printable
+    needed = frozenset(ord(letter) for letter in name if letter not in _SILENT)
+    fonts = (font_file(bold=True), *system_fonts())
+    best = max(fonts, key=lambda font: len(needed & font_letters(font)))
+    return lambda letter: letter in _SILENT or ord(letter) in font_letters(best)
+
+
+def _told(letters: tuple[str, ...]) -> str:
+    """Letters as they are, signs such as emoji by their Unicode names."""
+    names = [
+        letter
+        if unicodedata.category(letter).startswith("L")
+        else unicodedata.name(letter, f"U+{ord(letter):04X}").lower()
+        for letter in letters
+    ]
+    return ", ".join(names[:3]) + (f" and {len(names) - 3} more" if len(names) > 3 else "")
 
 
 def lines_for(

@@ -38,10 +38,11 @@ from moireid.fabrication.page.artwork import (
 from moireid.fabrication.page.lettering import (
     LINE_HEIGHT,
     PICTURE_DPI,
-    font_for,
     lines_for,
+    name_note,
     name_picture,
     printable,
+    set_name,
 )
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
@@ -304,17 +305,19 @@ def _write_name(sheet: Sheet, badge: Badge) -> None:
     room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
     middle = (centers[0][0] + centers[1][0]) / 2
     label = f"moireid {badge.id}"
-    font = font_for(badge.name)
-    if font and not printable(badge.name):
-        grey = name_picture(badge.name, font, room_mm, NAME_POINTS, PICTURE_DPI)
+    # It refuses a name of which nothing can be printed.
+    name_note(badge.name)
+    name = set_name(badge.name)
+    if name.font and not printable(name.words):
+        grey = name_picture(name.words, name.font, room_mm, NAME_POINTS, PICTURE_DPI)
         # A printer would screen grey edges into dots of its own.
         picture = grey.point([0] * 128 + [255] * 128)
         x, y = sheet.place(middle, centers[0][1])
         dot_mm = Printer(PICTURE_DPI).dot_mm
         corner = (x - picture.width / 2 * dot_mm, y - picture.height / 2 * dot_mm)
         sheet.picture(picture, corner, dot_mm)
-    else:
-        _write_lines(sheet, badge.name if font else label, (middle, centers[0][1]), room_mm, NAME_POINTS, BOLD)
+    elif name.words:
+        _write_lines(sheet, name.words, (middle, centers[0][1]), room_mm, NAME_POINTS, BOLD)
     _write_lines(sheet, label, (middle, centers[3][1]), room_mm, SMALL_POINTS + 1, REGULAR)
 
 

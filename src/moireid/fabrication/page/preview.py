@@ -10,7 +10,7 @@ from PIL import Image, ImageDraw, ImageOps
 
 from moireid.badge import Badge, Cell, Grating, Lens
 from moireid.fabrication.page.artwork import font_file, marker_squares
-from moireid.fabrication.page.lettering import font_for, name_picture
+from moireid.fabrication.page.lettering import name_picture, set_name
 from moireid.files import whole_file
 from moireid.lenticule import landing_mm
 from moireid.optics import slab_shift_mm
@@ -79,11 +79,13 @@ def _write_names(picture: Image.Image, badge: Badge) -> None:
     board, centers, half = badge.outline_mm, badge.markers.centers_mm, badge.markers.size_mm / 2
     room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
     label = f"moireid {badge.id}" if badge.id else "moireid"
-    own = font_for(badge.name) if badge.name else None
+    name = set_name(badge.name)
     for words, center, points, font in (
-        (badge.name if own else label, centers[0], 20.0, own or font_file(bold=True)),
+        (name.words, centers[0], 20.0, name.font or font_file(bold=True)),
         (label, centers[3], 8.0, font_file()),
     ):
+        if not words:
+            continue
         letters = name_picture(words, font, room_mm, points, PX_PER_MM * 25.4)
         corner = [
             round(place - size / 2)

@@ -1,12 +1,13 @@
 """The content of a bundle: an SQLite database, so that a look-up among many people reads a handful of pages.
 
-people    name, its skeletons (`look_alikes`), sealed identity, layout, measured figures, and what bars the badge
+people    name and its skeletons (`look_alikes`), the line below it, sealed identity, layout, measured figures, and what
+          bars the badge
 layouts   a specimen of each layout: a badge of nobody
 about     the checkpoint; the hashes of all log entries, 32 bytes each
 rotations the log entries, as JSON, that gave the log another key
 
-What is not in it: identities in the clear, lines, times of issue, and whose each log entry is.  The measured figures
-are: whoever has a film of a badge could measure them too, and without them a verifier knows no copy.
+What is not in it: identities in the clear, printed lines, times of issue, and whose each log entry is.  The measured
+figures are: whoever has a film of a badge could measure them too, and without them a verifier knows no copy.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ CREATE TABLE layouts (number INTEGER PRIMARY KEY, badge TEXT NOT NULL);
 CREATE TABLE people (
     number INTEGER PRIMARY KEY, name TEXT NOT NULL, skeleton TEXT NOT NULL, folded TEXT NOT NULL,
     salt BLOB NOT NULL, seal BLOB NOT NULL, layout INTEGER NOT NULL, as_built TEXT, revoked_at TEXT,
-    revoked_reason TEXT, suspended_at TEXT, suspended_reason TEXT, expires TEXT, compromised_since TEXT
+    revoked_reason TEXT, suspended_at TEXT, suspended_reason TEXT, expires TEXT, compromised_since TEXT, line TEXT
 );
 """
 _INDEXES = """
@@ -42,7 +43,7 @@ CREATE INDEX people_by_folded ON people (folded);
 #: Skeleton and folded skeleton of a name.
 Looks = tuple[str, str]
 #: Columns that bundles of before do not have.
-_LATER = ("suspended_at", "suspended_reason", "expires", "compromised_since")
+_LATER = ("suspended_at", "suspended_reason", "expires", "compromised_since", "line")
 _COLUMNS = ", ".join(("name", "salt", "seal", "layout", "as_built", "revoked_at", "revoked_reason", *_LATER))
 
 
@@ -60,6 +61,7 @@ class Person:
     suspended_reason: str | None = None
     expires: str | None = None
     compromised_since: str | None = None
+    line: str | None = None
 
     @property
     def barred(self) -> Barred | None:
@@ -98,7 +100,7 @@ def made_content(
                 database.executemany("INSERT INTO rotations VALUES (?)", turned)
                 database.executemany("INSERT INTO layouts VALUES (?, ?)", enumerate(layouts))
                 database.executemany(
-                    f"INSERT INTO people (skeleton, folded, {_COLUMNS}) VALUES ({', '.join('?' * 13)})",
+                    f"INSERT INTO people (skeleton, folded, {_COLUMNS}) VALUES ({', '.join('?' * 14)})",
                     map(_row, people),
                 )
                 database.executescript(_INDEXES)

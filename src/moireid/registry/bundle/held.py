@@ -20,6 +20,7 @@ from types import TracebackType
 from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
+from moireid.names import by_line, named_by
 from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.bundle.content import Content, Person
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
@@ -137,7 +138,8 @@ class Bundle:
         Parameters
         ----------
         claim : str
-            A name, matched exactly after Unicode NFC; or an id in hex digits, which is tried on every seal.
+            A name, matched exactly after Unicode NFC, or "NAME, LINE" with the line below it; or an id in hex digits,
+            which is tried on every seal.
 
         Returns
         -------
@@ -150,11 +152,13 @@ class Bundle:
             Where it means nobody, or several people.
         """
         name = unicodedata.normalize("NFC", claim)
-        found = self._content.named(name) or self._of_id(claim.lower())
+        found = self._content.named(name)
+        found += [one for first, line in named_by(name) for one in self._content.named(first) if one.line == line]
+        found = found or self._of_id(claim.lower())
         if len(found) > 1:
             raise RegistryError(
                 f"{len(found)} people are named {name[:80]!r}, and a bundle keeps their ids sealed; claim the id that "
-                "the person or the registry gave you",
+                f"the person or the registry gave you{by_line([(one.name, one.line) for one in found])}",
                 claim=claim,
                 ids=[],
             )

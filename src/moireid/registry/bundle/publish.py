@@ -107,6 +107,7 @@ def _bare(record: Record, layout: int) -> Person:
         record.suspended_reason,
         record.expires,
         record.compromised_since,
+        record.line,
     )
 
 

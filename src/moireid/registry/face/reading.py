@@ -41,7 +41,8 @@ class Reading:
         Parameters
         ----------
         claim : str
-            A name, matched exactly after Unicode NFC, or an id in hex digits of any case.
+            A name, matched exactly after Unicode NFC, "NAME, LINE" with the line below it, or an id in hex digits of
+            any case.
 
         Returns
         -------

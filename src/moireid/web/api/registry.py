@@ -30,6 +30,7 @@ class Held(BaseModel):
 
     id: str | None
     name: str
+    line: str | None = Field(description="The line below the name on the badge, which tells namesakes apart.")
     issued_at: str
     revoked_at: str | None
     revoked_reason: str | None

@@ -103,8 +103,9 @@ def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Claimed:
                 text += f" The name looks like {' and '.join(told)}, but is written in other letters."
             raise Refusal(404, "no_claim", text) from error
         if known and not ids:
+            count, by = len(known), error.details.get("by_line", "")  # type: ignore[arg-type]
             text = (
-                f"{len(known)} badges are meant by {claim[:80]!r}; claim the id that the person or an issuer gave you."  # type: ignore[arg-type]
+                f"{count} badges are meant by {claim[:80]!r}; claim the id that the person or an issuer gave you{by}."
             )
             raise Refusal(409, "ambiguous", text) from error
         if known:

@@ -18,6 +18,7 @@ from typing import Any
 from moireid.designer.drawn import drawn_badge
 from moireid.designer.people import Designed, badges_of, design_people, parse_people
 from moireid.errors import SpecError
+from moireid.fabrication.page.lettering import name_note
 from moireid.idcodes import is_name_derived
 from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
@@ -88,7 +89,7 @@ def issue_event(
     wanted, folder = Wish.model_validate(wish), Path("event")
     with _registry(registry_url, keys, signer, actor) as registry:
         people, request = parse_people(people_csv.read_bytes()), wanted.request("Everybody")
-        badges = badges_of(design_people(people, request, holder_of=registry.by_id))
+        badges = badges_of(design_people(people.people, request, holder_of=registry.by_id, name_note=name_note))
         event = print_event(
             badges,
             folder,
@@ -123,26 +124,27 @@ def _registry(url: str, keys: str, signer: str | None, actor: str) -> Registry:
     return open_registry(url, create=False, actor=actor)
 
 
-def understood(people_csv: bytes, wish: Wish, registry: Registry) -> list[dict[str, Any]]:
+def understood(people_csv: bytes, wish: Wish, registry: Registry) -> tuple[list[dict[str, Any]], str | None]:
     """How a list was understood, row by row: row, name, id (None where there is a fault, or it will be drawn), fault,
-    note.
+    note, line; and what was guessed on reading it, if anything.
 
     Raises: SpecError where the list as a whole cannot be read, or names too many.
     """
-    people = parse_people(people_csv)
+    found = parse_people(people_csv)
+    people = found.people
     if len(people) > MOST_AT_AN_EVENT:
         raise SpecError(
             f"the list names {len(people)} people, and {MOST_AT_AN_EVENT} can be issued from a page at once; split it, "
             "or use the command print-your-badge"
         )
-    designed = list(design_people(people, wish.request("Everybody"), holder_of=registry.by_id))
+    designed = list(design_people(people, wish.request("Everybody"), holder_of=registry.by_id, name_note=name_note))
     names = [one.badge.name for one in designed if one.badge]
     alike = {
         name: [f"{other.name} ({other.id})" for other in found] for name, found in registry.look_alikes(names).items()
     }
     for name, other in alike_within(names):
         alike.setdefault(name, []).append(f"{other}, who is in this list")
-    return [_row(one, registry, alike.get(one.badge.name, []) if one.badge else []) for one in designed]
+    return [_row(one, registry, alike.get(one.badge.name, []) if one.badge else []) for one in designed], found.note
 
 
 def _row(one: Designed, registry: Registry, alike: list[str]) -> dict[str, Any]:
@@ -151,7 +153,7 @@ def _row(one: Designed, registry: Registry, alike: list[str]) -> dict[str, Any]:
     An identity that is drawn is drawn anew when the list is issued, so it is not told here.
     """
     row, name, badge, fault = one.person.row, one.person.name, one.badge, str(one.fault) if one.fault else None
-    notes = [one.note] if one.note else []
+    notes = [note for note in (one.note, one.name_note) if note]
     notes += [f"looks like {other}, in other letters or case" for other in alike[:1]]
     holder = registry.by_id(badge.id or "") if badge is not None else None
     if holder is not None and holder.revoked_at is not None:
@@ -166,7 +168,14 @@ def _row(one: Designed, registry: Registry, alike: list[str]) -> dict[str, Any]:
     if badge is not None and is_name_derived(badge):
         notes.append("made from the name, so anybody who knows it can print this badge")
     told = badge.id if badge is not None and one.person.payload and not fault else None
-    return {"row": row, "name": name, "id": told, "fault": fault, "note": "; ".join(notes) or None}
+    return {
+        "row": row,
+        "name": name,
+        "line": one.person.line,
+        "id": told,
+        "fault": fault,
+        "note": "; ".join(notes) or None,
+    }
 
 
 def _pack(folder: Path, top: str) -> None:

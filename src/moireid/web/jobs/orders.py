@@ -18,7 +18,7 @@ from moireid.designer.drawn import drawn_badge
 from moireid.designer.link import LinkBudget
 from moireid.designer.request import clean_name, parse_range_m
 from moireid.errors import RegistryError, SpecError
-from moireid.fabrication.page.lettering import missing_note
+from moireid.fabrication.page.lettering import name_note
 from moireid.fabrication.parts import plan_parts
 from moireid.idcodes import is_name_derived
 from moireid.registry import Record, Registry
@@ -95,8 +95,8 @@ class Checked:
 
     rows: as `print-your-badge --explain`; links: link budget at each end of the range; holder: who already has this
     same badge; namesakes: other badges issued to the name; look_alikes: badges of people whose names look like it;
-    files: names in the package; left_out: which of the two mounts cannot be made, and why; note: about a name that no
-    font can set; name_derived: whether everyone who knows the name can print this badge.
+    files: names in the package; left_out: which of the two mounts cannot be made, and why; note: about letters of a
+    name that no font has; name_derived: whether everyone who knows the name can print this badge.
     """
 
     badge: Badge
@@ -139,7 +139,7 @@ def checked(order: Order, registry: Registry) -> Checked:
         registry.look_alikes([badge.name]).get(badge.name, []),
         parts.files,
         parts.left_out,
-        missing_note([badge]),
+        name_note(badge.name),
         is_name_derived(badge),
     )
 

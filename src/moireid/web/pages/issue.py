@@ -7,6 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Request
 from fastapi.responses import RedirectResponse, Response
 
+from moireid.designer.lists import decoded
 from moireid.errors import MoireIdError
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.forms import Fields, form_fields
@@ -57,16 +58,26 @@ def event(request: Request, sent: Sent, visitor: Issuer) -> Response:
     """Show how the list was understood; or issue all badges, if no row has a fault."""
     studio = studio_of(request)
     data = sent.files.get("people_file") or sent.texts.get("people", "").encode("utf-8", "replace")
-    text = data.decode("utf-8-sig", "replace")
+    text = ""
     try:
+        text, _ = decoded(data)
         wish: Wish = read_fields(Wish, sent.texts)
-        rows = understood(data, wish, studio.registry)
+        rows, guessed = understood(data, wish, studio.registry)
         faults = sum(row["fault"] is not None for row in rows)
         if sent.texts.get("do") == "issue" and not faults:
             return RedirectResponse(f"/issue/jobs/{start_event(studio, data, wish, visitor).id}", 303)
     except MoireIdError as error:
         return _event(request, sent.texts, text, status=422, problem=studio.sentence(error))
-    return _event(request, sent.texts, text, status=422 if faults else 200, rows=rows, faults=faults, sound=not faults)
+    return _event(
+        request,
+        sent.texts,
+        text,
+        status=422 if faults else 200,
+        rows=rows,
+        faults=faults,
+        guessed=guessed,
+        sound=not faults,
+    )
 
 
 @router.get("/issue/jobs/{job_id}")
@@ -94,5 +105,12 @@ def _page(request: Request, given: dict[str, str], *, status: int = 200, **shown
 
 
 def _event(request: Request, given: dict[str, str], people: str, *, status: int = 200, **shown: object) -> Response:
-    context = {"rows": [], "faults": 0, "sound": False, "problem": None, "mount_default": "none"} | shown
+    context = {
+        "rows": [],
+        "faults": 0,
+        "guessed": None,
+        "sound": False,
+        "problem": None,
+        "mount_default": "none",
+    } | shown
     return render(request, "event.html.j2", status=status, given=given, people=people, most=MOST_AT_AN_EVENT, **context)

@@ -1,0 +1,178 @@
+"""The cells of a list, as spreadsheets save it: its encoding, its separator, its rows.
+
+What is certain is read; a guess is read and told; the rest is refused with its row.  A name in the wrong letters would
+be printed and enrolled, and nobody could claim it.
+
+Convention: rows are counted as a spreadsheet does, so the first line is row 1 and the first person stands in row 2.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from moireid.errors import SpecError
+
+SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs", "|": "bars"}
+#: How files begin that are no text, though a spreadsheet opens them.
+WORKBOOKS = {b"PK\x03\x04": "a workbook (such as .xlsx or .ods)", b"\xd0\xcf\x11\xe0": "an Excel workbook (.xls)"}
+#: Taken where a list is not Unicode: Excel saves "CSV" so in western Europe and America.
+WESTERN = "cp1252"
+#: Signs within and at the end of words that names and offices do have.
+GOOD_SIGNS, CLOSING = "’‘´·–—®™©", "”“»…"
+SAVE_AS = "save it as “CSV UTF-8”"
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A list as it was read.
+
+    columns: the first line's cells, in lower case; rows: each person's number and cells, by column; note: what was
+    taken where the file does not say it, one sentence, None where nothing was guessed.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[int, Mapping[str, str]], ...]
+    note: str | None = None
+
+
+def read_list(data: bytes, *, source: str = "the list", needed: str = "name") -> Listed:
+    """The rows of a list's bytes; `source` names it in messages, and its columns hold `needed`.
+
+    Raises: SpecError with the row, where it is no such list, has a column twice, or holds a row that does not fit.
+    """
+    text, note = decoded(data, source)
+    rows, separator = _rows(text, source, needed)
+    columns = tuple(cell.strip().lower() for cell in rows[0])
+    for column in columns:
+        if column and columns.count(column) > 1:
+            raise SpecError(f"{source} has {columns.count(column)} columns {column}; leave one of them")
+    people = []
+    for number, row in enumerate(rows[1:], start=2):
+        if any(cell.strip() for cell in row):
+            _check_row(row, number, columns, separator, source)
+            cells = [cell.strip() for cell in row] + [""] * (len(columns) - len(row))
+            people.append((number, {column: cells[k] for k, column in enumerate(columns)}))
+    return Listed(columns, tuple(people), _with_example(note, people))
+
+
+def decoded(data: bytes, source: str = "the list") -> tuple[str, str | None]:
+    """The text of a list's bytes, and what to say where its encoding is a guess.
+
+    Raises: SpecError where it is a workbook, or no encoding that is known here.
+    """
+    for begin, what in WORKBOOKS.items():
+        if data.startswith(begin):
+            raise unreadable(source, f"it is {what}, no text; {SAVE_AS}")
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) or b"\0" in data[:200]:
+        return _utf16(data, source), None
+    try:
+        return data.decode("utf-8-sig"), None
+    except UnicodeDecodeError:
+        pass
+    try:
+        text = data.decode(WESTERN)
+    except UnicodeDecodeError as error:
+        row = data[: error.start].count(b"\n") + 1
+        raise unreadable(source, f"row {row} is neither UTF-8 nor Windows-1252; {SAVE_AS}") from error
+    for row, line in enumerate(text.splitlines(), start=1):
+        if strange := _strange(line):
+            raise unreadable(
+                source,
+                f"row {row} is not UTF-8, and as Windows-1252 it has {strange!r} within a word, which no name has; "
+                f"{SAVE_AS}",
+            )
+    return text, f"{source} is not UTF-8 and was read as Windows-1252"
+
+
+def _utf16(data: bytes, source: str) -> str:
+    """Text of two bytes a letter, as spreadsheets save "Unicode text"; without a mark, where the zeros stand tells."""
+    marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+    encoding = "utf-16" if marked else "utf-16-be" if data[:200:2].count(0) > data[1:200:2].count(0) else "utf-16-le"
+    try:
+        return data.decode(encoding)
+    except UnicodeDecodeError as error:
+        raise unreadable(source, f"it begins as UTF-16 and is cut or damaged; {SAVE_AS}") from error
+
+
+def _strange(line: str) -> str | None:
+    """A sign between two letters that is none: an old encoding's letter read as Windows-1252."""
+    for before, sign, after in zip(line, line[1:], line[2:] + " ", strict=False):
+        odd = ord(sign) > 127 and not sign.isalpha() and sign not in GOOD_SIGNS
+        ends = (after.isspace() or after in SEPARATORS) and sign not in CLOSING
+        if odd and before.isalpha() and (after.isalpha() or ends):
+            return sign
+    return None
+
+
+def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
+    """All rows, and the separator that the first line tells.  Raises: SpecError where it tells none."""
+    stated = text[4] if text[:4].lower() == "sep=" and text[4:5] in SEPARATORS else None
+    # Excel's own line of one separator is no row of the sheet.
+    text = text.partition("\n")[2] if stated else text
+    # Not splitlines: it would split a name that contains a line separator into two people.
+    first = text.partition("\n")[0].rstrip("\r")
+    heads = {mark: _head(first, mark) for mark in ([stated] if stated else SEPARATORS)}
+    fitting = [mark for mark, head in heads.items() if needed in head]
+    if not fitting:
+        raise SpecError(
+            f"row 1 of {source} has no column {needed}; it must be '{needed}' or '{needed},line', got {first[:60]!r}; "
+            "write it above the first person"
+        )
+    separator = max(fitting, key=lambda mark: len(heads[mark]))
+    rows: list[list[str]] = []
+    try:
+        for row in csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True):
+            rows.append(row)
+    except csv.Error as error:
+        raise unreadable(source, f"row {len(rows) + 1}: {error}; check its quotes") from error
+    return rows, separator
+
+
+def _head(line: str, mark: str) -> list[str]:
+    """The first line's cells by one separator; none where it cannot be split so."""
+    try:
+        return [cell.strip().lower() for cell in next(csv.reader([line], delimiter=mark, strict=True), [])]
+    except csv.Error:
+        return []
+
+
+def _check_row(row: list[str], number: int, columns: tuple[str, ...], separator: str, source: str) -> None:
+    """Raise SpecError where a row has more cells than columns, another separator, or letters that were lost."""
+    where = f"row {number} of {Path(source).name}"
+    # A name with a comma but without quotes would be cut at the comma.
+    if any(cell.strip() for cell in row[len(columns) :]):
+        raise SpecError(
+            f"{where} has {len(row)} cells, and the first line {len(columns)}; put quotes about a name with "
+            f'{SEPARATORS[separator][:-1]}s in it, as in "Doe{separator} Jane"'
+        )
+    whole = separator.join(row)
+    if "\ufffd" in whole:
+        raise SpecError(f"{where} has a letter that was lost on the way (\ufffd); write it anew, and {SAVE_AS}")
+    # A list whose first line is one word tells no separator.
+    other = next((mark for mark in ";\t|" if mark != separator and mark in whole), None)
+    if other and len(columns) == 1:
+        raise SpecError(
+            f"{where} is split by {SEPARATORS[other]}, and the first line is one column; name its columns too, as in "
+            f"'name{other}line'"
+        )
+
+
+def _with_example(note: str | None, people: list[tuple[int, dict[str, str]]]) -> str | None:
+    """A note with the first row in which the guess shows."""
+    if note is None:
+        return None
+    for number, cells in people:
+        for cell in cells.values():
+            if not cell.isascii():
+                return f"{note}: row {number} then has {cell[:60]!r}; if that is wrong, {SAVE_AS}"
+    return note
+
+
+def unreadable(source: str, why: str | None) -> SpecError:
+    """The error of a list that cannot be used as a whole."""
+    return SpecError(f"{source} cannot be read ({why}); give a CSV file with a column name")

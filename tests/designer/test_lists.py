@@ -1,0 +1,82 @@
+"""Lists as spreadsheets save them.  Beside each test: the wrong implementation it catches."""
+
+from __future__ import annotations
+
+import pytest
+
+from moireid.designer.lists import read_list
+from moireid.designer.people import Person, design_people, parse_people
+from moireid.designer.request import Request
+from moireid.errors import SpecError
+from moireid.names import line_of
+
+ROWS = "Name;Line\r\nZoë Müller;Reporter, Example News\r\n\r\n“Bo” O’Neil;\r\n"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("mark", [";", "\t", "|", ","])
+def test_encodings_and_separators_of_spreadsheets_are_read(encoding: str, mark: str) -> None:
+    """Catches: a separator or an encoding that makes one column of a list; rows that are counted without empty ones."""
+    text = ROWS.replace("Reporter, Example News", '"Reporter, Example News"').replace(";", mark)
+    listed = read_list(text.encode(encoding))
+    assert [(row, cells["name"], cells["line"]) for row, cells in listed.rows] == [
+        (2, "Zoë Müller", "Reporter, Example News"),
+        (4, "“Bo” O’Neil", ""),
+    ]
+    assert listed.note is None
+
+
+def test_a_line_that_names_the_separator_is_no_row() -> None:
+    """Catches: Excel's own first line read as the columns, or counted as a row of the sheet."""
+    assert [row for row, _ in read_list(b"sep=;\r\nname;line\r\nAda;Speaker\r\n").rows] == [2]
+
+
+def test_windows_1252_is_taken_and_told() -> None:
+    """Catches: a guess that nobody hears of; one that is told without a name to judge it by."""
+    listed = read_list(ROWS.encode("cp1252"), source="people.csv")
+    assert listed.rows[0][1]["name"] == "Zoë Müller"
+    assert listed.note and "Windows-1252" in listed.note and "row 2 then has 'Zoë Müller'" in listed.note
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [
+        ("name\nAda\nJosé Silva\n".encode("cp850"), "row 3 is not UTF-8"),
+        ("name\nAda\n山田\n".encode("shift-jis"), "row 3 is not UTF-8"),
+        (b"name\nAda\n\x81\x8d\n", "row 3 is neither UTF-8 nor Windows-1252"),
+        (b"PK\x03\x04 and more", "a workbook"),
+        (b"Ada Lovelace\nBo\n", "row 1 of the list has no column name"),
+        (b"name\nAda\nBo;Reporter\n", "row 3 of the list is split by semicolons"),
+        ("name\nAda\nZo\ufffd\n".encode(), "row 3 of the list has a letter that was lost"),
+        (b'name;line\nAda;x\nBo;"y\n', "row 3"),
+        (b"name;line\nAda;x;y\n", "row 2 of the list has 3 cells"),
+        ("name\nAda".encode("utf-16")[:-1], "UTF-16 and is cut"),
+    ],
+)
+def test_what_cannot_be_read_is_refused_with_its_row(data: bytes, words: str) -> None:
+    """Catches: letters of another encoding on a badge, a role taken for a part of the name, a bare traceback."""
+    with pytest.raises(SpecError, match=words):
+        read_list(data)
+
+
+def test_namesakes_are_told_apart_by_their_lines() -> None:
+    """Catches: a line that is read and lost; a warning about people who are told apart, or none about twins."""
+    people = parse_people(b"name,role\nAna Silva,Reporter\nAna Silva,Editor\nAna Silva,Editor\n").people
+    told = list(design_people(people, Request("Everybody")))
+    assert [line_of(one.badge.print) for one in told if one.badge] == ["Reporter", "Editor", "Editor"]
+    assert [one.note for one in told[:2]] == [None, None]
+    assert told[2].note and told[2].note.startswith("rows 3 and 4 bear the name 'Ana Silva' and the line 'Editor'")
+
+
+def test_a_note_or_fault_of_a_name_stands_at_its_row() -> None:
+    """Catches: a warning for the whole list alone; a refusal that tells no row."""
+
+    def said(name: str) -> str | None:
+        if name == "Eve":
+            raise SpecError("no font")
+        return "a letter is left out" if name == "Bo" else None
+
+    people = [Person(row, name, "") for row, name in enumerate(("Ada", "Bo", "Eve"), start=2)]
+    told = list(design_people(people, Request("Everybody"), name_note=said))
+    assert [one.name_note for one in told] == [None, "a letter is left out", None]
+    assert str(told[2].fault) == "row 4 of the list ('Eve'): no font"
