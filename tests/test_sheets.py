@@ -8,7 +8,7 @@ from typing import get_args
 import pytest
 
 from moireid.badge import Lens, badge_from_json
-from moireid.cli.print_cmd import print_command
+from moireid.cli.printing.print_cmd import print_command
 from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 from moireid.lenticule import trace_law

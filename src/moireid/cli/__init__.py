@@ -2,7 +2,7 @@
 
 main.py        the group `moireid`, and `print-your-badge`
 common.py      exit codes, errors, JSON, progress
-print_cmd.py   print-your-badge, moireid print; people.py: of many people
+printing/      print-your-badge, moireid print; people.py: of many people
 issue_notes.py what an issuer is told of identities and names
 enroll_cmd.py  enroll
 registry/      registry init / list / show and so on

@@ -19,7 +19,7 @@ from moireid.cli.evaluate_cmd import evaluate_command
 from moireid.cli.film_set_cmd import film_set_command
 from moireid.cli.generator_cmd import generator_group
 from moireid.cli.pitch_cmd import calibrate_command, pitch_test_command
-from moireid.cli.print_cmd import print_command
+from moireid.cli.printing.print_cmd import print_command
 from moireid.cli.registry import registry_group
 from moireid.cli.serve_cmd import serve_command, token_group
 from moireid.cli.simulate_cmd import simulate_command

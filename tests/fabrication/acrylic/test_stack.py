@@ -13,7 +13,7 @@ import pytest
 import trimesh
 
 from moireid.badge import Badge
-from moireid.cli.print_cmd import print_command
+from moireid.cli.printing.print_cmd import print_command
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication import package, parts
 from moireid.fabrication.acrylic import stack

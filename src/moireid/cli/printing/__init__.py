@@ -1,0 +1,4 @@
+"""Badges made by the command line.
+
+print_cmd.py     print-your-badge, moireid print
+"""
