@@ -2,6 +2,7 @@
 
 request.py   what a person asks for
 payload.py   the payload: given, or drawn by chance
+formats.py   sizes that holders are made for, each with its sheet and range
 layout.py    where markers and gratings lie on the page
 grid.py      how a grating is cut into rows and cells
 link.py      the link budget: will the whole payload be read?

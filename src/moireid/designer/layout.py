@@ -1,8 +1,9 @@
 """Where markers and gratings lie on the page.
 
-The board stands in the middle of the page, so the page's centre is also the badge's centre.  Four markers stand in its
-corners, and the name between the upper ones.  The gratings fill the field between the upper and the lower pair, from
-edge to edge, because a wider grating separates beat frequencies better.  On a badge of two axes the left half of the
+The board stands in the middle of the page, so the page's centre is also the badge's centre.  A board that is too wide
+for the paper lies on the paper turned.  Four markers stand in its corners, and the name between the upper ones.  The
+gratings fill the field between the upper and the lower pair, from edge to edge, because a wider grating separates beat
+frequencies better; a template may leave more room above and below it.  On a badge of two axes the left half of the
 field senses x, and the right half y.
 """
 
@@ -20,7 +21,6 @@ MARKER_MM_PER_BOARD_MM = 26.0 / 146.0
 DICTIONARY = "DICT_4X4_50"
 #: White around a marker, in modules: OpenCV asks for one; the sixth part of a 4x4 marker is a module.
 QUIET_MODULES = 1.05
-MARGIN_MM = 5.0
 #: Paper left around the board for crop marks and scale bars.
 PAPER_MARGIN_MM = 12.0
 
@@ -46,29 +46,21 @@ def lay_out(request: Request) -> Layout:
     """Place everything.  Raises: DesignError where the board does not fit the paper, or holds no grating."""
     if request.paper not in PAPERS_MM:
         raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
-    page_mm = PAPERS_MM[request.paper]
     width, height = request.size_mm
-    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in page_mm)
-    if width > room[0] or height > room[1]:
-        raise DesignError(
-            f"a board of {width:g} x {height:g} mm does not fit {request.paper}; at most {room[0]:g} x {room[1]:g} mm "
-            "leave room for crop marks",
-            size_mm=(min(width, room[0]), min(height, room[1])),
-        )
-    marker_mm = round(MARKER_MM_PER_BOARD_MM * min(width, height), 2)
-    x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
-    board: Rect = (x0, y0, x0 + width, y0 + height)
-    quiet_mm = QUIET_MODULES * marker_mm / 6
-    top, bottom = y0 + MARGIN_MM + marker_mm + quiet_mm, board[3] - MARGIN_MM - marker_mm - quiet_mm
+    page_mm, board = _on_paper(request.paper, width, height)
+    frame = request.frame
+    marker_mm = frame.marker_mm or round(MARKER_MM_PER_BOARD_MM * min(width, height), 2)
+    least_mm = frame.margin_mm + marker_mm + QUIET_MODULES * marker_mm / 6
+    top, bottom = board[1] + max(least_mm, frame.head * height), board[3] - max(least_mm, frame.foot * height)
     if bottom - top < MIN_FIELD_MM or width < 3 * marker_mm:
         raise DesignError(
             f"a board of {width:g} x {height:g} mm leaves no room for the fringes; give at least "
             f"{SMALL_BOARD_MM[0]:g}x{SMALL_BOARD_MM[1]:g}",
             size_mm=SMALL_BOARD_MM,
         )
-    left, right = board[0] + MARGIN_MM, board[2] - MARGIN_MM
+    left, right = board[0] + frame.margin_mm, board[2] - frame.margin_mm
     field: Rect = (round(left, 3), round(top, 3), round(right, 3), round(bottom, 3))
-    inset = MARGIN_MM + marker_mm / 2
+    inset = frame.margin_mm + marker_mm / 2
     centers = (
         (board[0] + inset, board[1] + inset),
         (board[2] - inset, board[1] + inset),
@@ -77,6 +69,21 @@ def lay_out(request: Request) -> Layout:
     )
     markers = Markers(DICTIONARY, marker_mm, (0, 1, 2, 3), centers)
     return Layout(page_mm, board, _fields(field, request.axes), markers)
+
+
+def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, float], Rect]:
+    """The page, standing or else turned, and the board in its middle.  Raises: DesignError where it fits neither."""
+    standing = PAPERS_MM[paper]
+    for page_mm in (standing, standing[::-1]):
+        if width <= page_mm[0] - 2 * PAPER_MARGIN_MM + 1e-9 and height <= page_mm[1] - 2 * PAPER_MARGIN_MM + 1e-9:
+            x0, y0 = (page_mm[0] - width) / 2, (page_mm[1] - height) / 2
+            return page_mm, (x0, y0, x0 + width, y0 + height)
+    room = tuple(round(side - 2 * PAPER_MARGIN_MM, 3) for side in standing)
+    raise DesignError(
+        f"a board of {width:g} x {height:g} mm does not fit {paper}; at most {room[0]:g} x {room[1]:g} mm, or "
+        f"{room[1]:g} x {room[0]:g} on the paper turned, leave room for crop marks",
+        size_mm=(min(width, room[0]), min(height, room[1])),
+    )
 
 
 def _fields(field: Rect, axes: str) -> tuple[tuple[str, Rect], ...]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 import unicodedata
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from moireid.errors import SpecError
 from moireid.names import JOINERS, hidden_words
 
+#: White at the edges of the published board.
+MARGIN_MM = 5.0
 #: A longer name does not fit on a badge, and is too long to type as a claim.
 NAME_LIMIT = 200
 #: Printers are off by some tenths of a percent; 5 % means that the page was fitted to the paper, and must be reprinted.
@@ -16,6 +18,26 @@ MAX_SCALE_OFF = 0.05
 #: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
 #: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
 UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What stands around the fringes.
+
+    Parameters
+    ----------
+    margin_mm : float
+        White at the board's edges, mm.
+    marker_mm : float, optional
+        Side of a marker's black square, mm; None for the prototype's share of the board's smaller side.
+    head, foot : float
+        Shares of the board's height above and below the fringes; less than the markers need is as much as they need.
+    """
+
+    margin_mm: float = MARGIN_MM
+    marker_mm: float | None = None
+    head: float = 0.0
+    foot: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -48,6 +70,8 @@ class Request:
         Thickness of that spacer, mm.
     lens_thickness_mm : float, optional
         Thickness of the lens sheet by a calliper, mm; None for that of its label.
+    frame : Frame
+        Margin, markers, and the room above and below the fringes.
     """
 
     name: str
@@ -62,6 +86,7 @@ class Request:
     front: str = "lens"
     gap_mm: float = 1.5
     lens_thickness_mm: float | None = None
+    frame: Frame = field(default_factory=Frame)
 
 
 def clean_name(name: str) -> str:

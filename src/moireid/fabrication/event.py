@@ -31,7 +31,7 @@ from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
 from moireid.names import line_of
-from moireid.profiles import PAPERS_MM, Printer
+from moireid.profiles import Printer
 
 #: Between boards stand the crop marks of both, in line with each other, so they share the room.
 MARK_MM = 3.0
@@ -93,7 +93,7 @@ def places_mm(badge: Badge) -> list[tuple[float, float]]:
     """
     x0, y0, x1, y1 = badge.outline_mm
     size = (x1 - x0, y1 - y0)
-    paper = PAPERS_MM[str((badge.print or {}).get("paper", "a4"))]
+    paper = badge.page_mm
     before, after = (LEFT_MM, TOP_MM), (RIGHT_MM, BOTTOM_MM)
     starts, counts = [], []
     for k in (0, 1):

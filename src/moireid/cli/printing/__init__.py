@@ -1,4 +1,5 @@
 """Badges made by the command line.
 
 print_cmd.py     print-your-badge, moireid print
+wear_options.py  its options about size and looks
 """

@@ -21,6 +21,7 @@ from moireid.cli.common import (
     status_line,
     tell_mount,
 )
+from moireid.cli.printing.wear_options import Wear, wear_options
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:
@@ -56,13 +57,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="How lines carry the identity: by their places, or by their pitch.",
 )
-@click.option(
-    "--lens",
-    default="50lpi",
-    show_default=True,
-    metavar="LABEL|FILE",
-    help="The lenticular sheet: a label below, or a lens profile (.json) of moireid calibrate.",
-)
+@wear_options
 @click.option(
     "--lens-thickness",
     "lens_thickness_mm",
@@ -90,22 +85,11 @@ if TYPE_CHECKING:
 )
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size.")
 @click.option(
-    "--range",
-    "range_text",
-    default="0.8-2.5",
-    show_default=True,
-    metavar="M-M",
-    help="Nearest and farthest camera, in metres.",
-)
-@click.option(
     "--axes",
     type=click.Choice(["x", "xy"]),
     default="x",
     show_default=True,
     help="Motion that the fringes show: sideways, or also up and down.",
-)
-@click.option(
-    "--size", "size_text", default="146x160", show_default=True, metavar="WxH", help="Size of the badge, in mm."
 )
 @click.option(
     "--form",
@@ -163,15 +147,12 @@ def print_command(
     payload: str | None,
     key_file: Path | None,
     code: str,
-    lens: str,
     lens_thickness_mm: float | None,
     front: str,
     gap_mm: float | None,
     printer_dpi: int,
     paper: str,
-    range_text: str,
     axes: str,
-    size_text: str,
     form: str,
     scale_text: str | None,
     mount: str | None,
@@ -183,6 +164,7 @@ def print_command(
     overwrite: bool,
     actor: str | None,
     as_json: bool,
+    wear: Wear,
 ) -> None:
     """Make a badge for NAME, ready to print.
 
@@ -206,10 +188,9 @@ def print_command(
     40lpi-2mm     25, for depth    100lpi-14mil  42 degrees
     """
     from moireid.designer import Request, payload_from_hex, payload_from_key
-    from moireid.designer.request import clean_name, parse_range_m, parse_scale, parse_size_mm
+    from moireid.designer.request import clean_name, parse_scale
     from moireid.fabrication.package import file_names
     from moireid.fabrication.page.lettering import name_note
-    from moireid.fabrication.parts import plan_parts
     from moireid.fabrication.process import mount_figures
     from moireid.files import planned
 
@@ -231,20 +212,18 @@ def print_command(
             "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip or stand with "
             "them, or leave them out"
         )
-    request = Request(
+    wish = Request(
         clean_name("Everybody" if name is None else name),
-        lens,
-        printer_dpi,
-        paper,
-        parse_range_m(range_text),
-        parse_size_mm(size_text),
-        code,
-        axes,
-        form,
-        front,
-        Request.gap_mm if gap_mm is None else gap_mm,
-        lens_thickness_mm,
+        printer_dpi=printer_dpi,
+        paper=paper,
+        family=code,
+        axes=axes,
+        form=form,
+        front=front,
+        gap_mm=Request.gap_mm if gap_mm is None else gap_mm,
+        lens_thickness_mm=lens_thickness_mm,
     )
+    request = wear.fit(wish)
     measured_scale = parse_scale(scale_text) if scale_text else (1.0, 1.0)
     figures = mount_figures(pairs)
     if people_csv is not None:
@@ -276,7 +255,9 @@ def print_command(
     # A wish that cannot be is refused before a registry is made for it.
     trial = drawn_badge(request, chosen, nobody if registry_url is not None else None)
     name_note(trial.badge.name)
-    parts = plan_parts(trial.badge, kind, figures)
+    kind, parts, note = wear.parts(trial.badge, mount, figures)
+    if note:
+        say(f"note: {note}")
     order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json, expires)
     if registry_url is None:
         _print_one(order, None)

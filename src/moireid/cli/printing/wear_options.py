@@ -1,0 +1,115 @@
+"""The options of `print-your-badge` about size and looks, gathered into one `Wear`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from moireid.errors import FabricationError, SpecError
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.designer import Request
+    from moireid.fabrication.parts import Parts
+    from moireid.fabrication.process import MountFigures
+
+#: Names of `designer.formats.FORMATS`, written again because importing that room takes time that `--help` has not.
+FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
+ORIENTATIONS = ("landscape", "portrait")
+
+
+@dataclass(frozen=True)
+class Wear:
+    """What was asked for; None where nothing was."""
+
+    format_name: str | None
+    orientation: str | None
+    size_text: str | None
+    lens: str | None
+    range_text: str | None
+
+    def fit(self, request: Request) -> Request:
+        """The request in that format or size, with lens and range as given or else as suit it.
+
+        Raises: SpecError for options that contradict each other; DesignError where nothing works.
+        """
+        from dataclasses import replace
+
+        from moireid.designer.formats import in_format
+        from moireid.designer.request import parse_range_m, parse_size_mm
+
+        range_m = parse_range_m(self.range_text) if self.range_text else None
+        if self.format_name is None and self.orientation is None:
+            size_mm = parse_size_mm(self.size_text) if self.size_text else request.size_mm
+            return replace(request, size_mm=size_mm, lens=self.lens or request.lens, range_m=range_m or request.range_m)
+        if self.size_text is not None:
+            raise SpecError("--size is for a badge of no format; give it without --format and --orientation")
+        name = self.format_name or "board"
+        return in_format(request, name, orientation=self.orientation, lens=self.lens, range_m=range_m)
+
+    def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[str, Parts, str | None]:
+        """The mount's kind, its parts, and a note where a format gets no mount by itself, as none can be made.
+
+        Raises: FabricationError where a mount that was asked for cannot be made.
+        """
+        from moireid.fabrication.parts import plan_parts
+
+        if mount is not None or self.format_name in (None, "board"):
+            kind = mount or "lanyard"
+            return kind, plan_parts(badge, kind, figures), None
+        try:
+            return "lanyard", plan_parts(badge, "lanyard", figures), None
+        except FabricationError:
+            from moireid.designer.formats import format_named
+
+            holder = format_named(self.format_name or "board").words
+            note = f"no mount is made for {self.format_name}; the badge goes into {holder}"
+            return "none", plan_parts(badge, "none", figures), note
+
+
+def wear_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command these options; it takes them as the argument `wear`."""
+
+    @wraps(command)
+    def gathered(*args: Any, **given: Any) -> Any:
+        wear = Wear(**{name: given.pop(name) for name in Wear.__dataclass_fields__})
+        return command(*args, wear=wear, **given)
+
+    options = [
+        click.option(
+            "--format",
+            "format_name",
+            type=click.Choice(FORMATS),
+            show_default="board",
+            help="Size that holders are made for, with a sheet and a range that suit it; webcam is for calls.",
+        ),
+        click.option(
+            "--orientation",
+            type=click.Choice(ORIENTATIONS),
+            show_default="landscape; the board's is portrait",
+            help="Whether the badge lies or stands.",
+        ),
+        click.option(
+            "--size", "size_text", show_default="146x160", metavar="WxH", help="Size in mm, where no format is given."
+        ),
+        click.option(
+            "--lens",
+            show_default="50lpi, or the format's",
+            metavar="LABEL|FILE",
+            help="The lenticular sheet: a label below, or a lens profile (.json) of moireid calibrate.",
+        ),
+        click.option(
+            "--range",
+            "range_text",
+            show_default="0.8-2.5, or the format's",
+            metavar="M-M",
+            help="Nearest and farthest camera, in metres.",
+        ),
+    ]
+    for option in reversed(options):
+        gathered = option(gathered)
+    return gathered

@@ -1,0 +1,111 @@
+"""Formats that people have holders for: the board's size, the sheet that suits it, and from how far it is read.
+
+Small boards take finer sheets: a cell then still lies under enough lenses, and a thin sheet fits the holder.  Its
+fringes move less, so it asks for a little more motion.
+
+The frame of a format says how wide its white margin is and how large its markers are.  Where head and foot begin is up
+to a template (`moireid.looks`), within what markers and fringes need.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from moireid.designer.design import design_badge
+from moireid.designer.request import Frame, Request
+from moireid.errors import DesignError, SpecError
+
+Orientation = Literal["landscape", "portrait"]
+ORIENTATIONS: tuple[Orientation, ...] = ("landscape", "portrait")
+#: The shortest identity of a code family, bytes.
+_TRIAL_BYTES = {"spacing": 8, "pitch": 3}
+
+
+@dataclass(frozen=True)
+class Format:
+    """One format.
+
+    size_mm: width and height as it is named; lens: label of the sheet; range_m: from where to where it is to be read;
+    corner_mm: radius of the corners as cut, 0 for a board of its own; words: for people, with the holder that fits.
+    """
+
+    size_mm: tuple[float, float]
+    lens: str
+    range_m: tuple[float, float]
+    frame: Frame
+    corner_mm: float
+    words: str
+
+
+#: Sizes: cards by ISO/IEC 7810, paper by ISO 216, and the pouch of 4 x 3 inches that conferences buy.  Markers are as
+#: large as the far end asks for (14 px in 1080p), and no larger.
+FORMATS = {
+    "cr80": Format((85.6, 54.0), "75lpi-18mil", (0.2, 0.8), Frame(3.0, 8.5), 3.18, "a card holder"),
+    "a7": Format((105.0, 74.0), "75lpi-18mil", (0.3, 1.1), Frame(4.0, 11.0), 3.0, "an A7 pouch"),
+    "4x3in": Format((101.6, 76.2), "75lpi-18mil", (0.3, 1.1), Frame(4.0, 11.0), 3.0, "a pouch of 4 x 3 inches"),
+    "a6": Format((148.0, 105.0), "62lpi-27mil", (0.4, 1.5), Frame(5.0, 15.0), 4.0, "an A6 pouch"),
+    "a5": Format((210.0, 148.0), "50lpi", (0.6, 2.0), Frame(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"),
+    # For a laptop's camera of 720p, which has two thirds of the pixels that designs count on: all must suffice for
+    # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 20 px followed.
+    "webcam": Format((150.0, 120.0), "50lpi", (0.4, 0.9), Frame(4.0, 22.0), 4.0, "a hand or a stand, for calls"),
+    "board": Format((146.0, 160.0), "50lpi", (0.8, 2.5), Frame(), 0.0, "a board of its own, for cameras farther away"),
+}
+
+
+def format_named(name: str) -> Format:
+    """The format of that name.  Raises: SpecError, with the known names, if there is none."""
+    if name.lower() not in FORMATS:
+        raise SpecError(f"format {name!r} is not known; choose one of {', '.join(FORMATS)}")
+    return FORMATS[name.lower()]
+
+
+def turned(size_mm: tuple[float, float], orientation: str | None) -> tuple[float, float]:
+    """The size lying (landscape) or standing (portrait); as it is where the orientation is None."""
+    if orientation is None:
+        return size_mm
+    if orientation not in ORIENTATIONS:
+        raise SpecError(f"orientation {orientation!r} is not known; choose landscape or portrait")
+    short, long = sorted(size_mm)
+    return (long, short) if orientation == "landscape" else (short, long)
+
+
+def in_format(
+    request: Request,
+    name: str,
+    *,
+    orientation: str | None = None,
+    lens: str | None = None,
+    range_m: tuple[float, float] | None = None,
+) -> Request:
+    """The request in a format.
+
+    Parameters: lens, range_m: what the user gave; None for the format's own, the range as far as this board can be read
+        with this sheet and paper.
+    Raises: SpecError for an unknown format or orientation; DesignError where no range works.
+    """
+    form = format_named(name)
+    request = replace(request, size_mm=turned(form.size_mm, orientation), lens=lens or form.lens)
+    request = replace(request, frame=replace(form.frame, head=request.frame.head, foot=request.frame.foot))
+    if range_m is not None:
+        return replace(request, range_m=range_m)
+    return within_reach(replace(request, range_m=form.range_m))
+
+
+def within_reach(request: Request) -> Request:
+    """The request with its range cut to what the design allows for its shortest identity.
+
+    Raises: DesignError where no part of the range works.
+    """
+    payload = bytes(_TRIAL_BYTES.get(request.family or "spacing", 8))
+    try:
+        design_badge(request, payload)
+    except DesignError as error:
+        near_m, far_m = error.details.get("near_m"), error.details.get("far_m")
+        if not isinstance(near_m, float) or not isinstance(far_m, float):
+            raise
+        near_m, far_m = max(request.range_m[0], near_m), min(request.range_m[1], far_m)
+        if near_m >= far_m:
+            raise
+        request = replace(request, range_m=(near_m, far_m))
+    return request

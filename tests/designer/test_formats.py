@@ -1,0 +1,120 @@
+"""Formats: sizes that holders are made for, each with a sheet and a range at which it can be read."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from moireid.badge import Badge
+from moireid.cli.main import moireid
+from moireid.cli.printing import wear_options
+from moireid.designer import Request, design_badge
+from moireid.designer.design import DESIGN_FOCAL_PX, MIN_MARKER_PX, link_budgets
+from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned, within_reach
+from moireid.designer.request import Frame
+from moireid.errors import DesignError, SpecError
+from moireid.fabrication.event import places_mm
+from moireid.profiles import PAPERS_MM
+
+PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
+#: A laptop's camera has 720 lines where designs count on 1080.
+WEBCAM_SHARE = 720 / 1080
+EACH = list(itertools.product(FORMATS, ORIENTATIONS, PAPERS_MM))
+
+
+@pytest.fixture(scope="module", params=EACH, ids=lambda case: "-".join(case))
+def case(request: pytest.FixtureRequest) -> tuple[str, str, Badge]:
+    name, orientation, paper = request.param
+    wish = in_format(Request("Ada", paper=paper), name, orientation=orientation)
+    return name, orientation, design_badge(wish, PAYLOAD)
+
+
+def test_a_format_has_its_size_and_lies_whole_on_the_paper(case: tuple[str, str, Badge]) -> None:
+    """Catches: width and height exchanged, a board over the paper's edge, no room for crop marks."""
+    name, orientation, badge = case
+    x0, y0, x1, y1 = badge.outline_mm
+    sides = (x1 - x0, y1 - y0)
+    assert sorted(sides) == pytest.approx(sorted(FORMATS[name].size_mm))
+    assert (sides[0] > sides[1]) == (orientation == "landscape")
+    assert min(x0, y0, badge.page_mm[0] - x1, badge.page_mm[1] - y1) >= 12 - 1e-9
+    for left, top in places_mm(badge):
+        assert left >= 7 and top >= 7 and left + sides[0] <= badge.page_mm[0] and top + sides[1] <= badge.page_mm[1]
+
+
+def test_a_format_is_read_over_its_range_by_the_link_budget(case: tuple[str, str, Badge]) -> None:
+    """Catches: a range that the markers or cells do not carry, as seen by the camera that the format is for."""
+    name, _, badge = case
+    assert badge.range_m is not None
+    share = WEBCAM_SHARE if name == "webcam" else 1.0
+    far = share * DESIGN_FOCAL_PX / (1000 * badge.range_m[1])
+    assert badge.markers.size_mm * far >= MIN_MARKER_PX
+    cells = [cell.rect_mm for grating in badge.gratings for cell in grating.cells]
+    assert min(min(rect[2] - rect[0], rect[3] - rect[1]) for rect in cells) * far >= 4.0
+    assert min(link.decode_probability for _, link in link_budgets(badge)) > 0.999
+    # Room for one step to either side, and not merely a point.
+    assert badge.range_m[1] >= 2 * badge.range_m[0]
+    assert badge.range_m == (FORMATS[name].range_m if name != "board" else badge.range_m)
+
+
+def test_markers_of_a_format_keep_their_white_and_their_distance(case: tuple[str, str, Badge]) -> None:
+    """Catches: a marker at the cut edge, or one that touches the fringes."""
+    _, _, badge = case
+    module, half = badge.markers.size_mm / 6, badge.markers.size_mm / 2
+    board, rect = badge.outline_mm, badge.gratings[0].rect_mm
+    for x, y in badge.markers.centers_mm:
+        to_edge = min(x - board[0], board[2] - x, y - board[1], board[3] - y) - half
+        assert to_edge >= module
+        assert max(rect[1] - y, y - rect[3]) - half >= 1.049 * module
+
+
+def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() -> None:
+    """Catches: a promise beyond the far end, and a user's own wish that is bent in silence."""
+    tall = replace(Request("A"), frame=Frame(head=0.4))
+    cut = in_format(tall, "board", orientation="landscape")
+    assert cut.range_m[0] == 0.8 and 2.0 < cut.range_m[1] < 2.5
+    with pytest.raises(DesignError, match="too small"):
+        design_badge(in_format(tall, "board", orientation="landscape", range_m=(0.8, 2.5)), PAYLOAD)
+    with pytest.raises(DesignError, match="leaves no room"):
+        within_reach(replace(tall, size_mm=(40.0, 40.0)))
+    assert within_reach(Request("A")) == Request("A")
+
+
+def test_a_user_may_choose_lens_and_range_of_a_format() -> None:
+    """Catches: a format that overrules what the user gave."""
+    wish = in_format(Request("A"), "a6", lens="50lpi", range_m=(0.5, 1.0))
+    assert (wish.lens, wish.range_m, wish.size_mm) == ("50lpi", (0.5, 1.0), (148.0, 105.0))
+    assert in_format(Request("A"), "A7").lens == FORMATS["a7"].lens
+
+
+def test_the_board_is_todays_default() -> None:
+    """Catches: a format of the default's name that is another badge."""
+    assert design_badge(in_format(Request("A"), "board"), PAYLOAD) == design_badge(Request("A"), PAYLOAD)
+
+
+def test_what_is_no_format_is_refused_with_those_that_are() -> None:
+    with pytest.raises(SpecError, match="'a4' is not known; choose one of cr80, a7"):
+        in_format(Request("A"), "a4")
+    with pytest.raises(SpecError, match="choose landscape or portrait"):
+        turned((1.0, 2.0), "upright")
+    with pytest.raises(DesignError, match=r"at most 186 x 273 mm, or 273 x 186 on the paper turned"):
+        design_badge(Request("A", size_mm=(280.0, 100.0)), PAYLOAD)
+
+
+def test_the_command_knows_every_format_and_prints_one(tmp_path: Path) -> None:
+    """Catches: a format that the command leaves out, and a lens or range of another one."""
+    assert (tuple(FORMATS), ORIENTATIONS) == (wear_options.FORMATS, wear_options.ORIENTATIONS)
+    asked = ["print", "Ada", "--out", str(tmp_path), "--format", "cr80", "--orientation", "portrait", "--json"]
+    done = CliRunner().invoke(moireid, asked)
+    assert done.exit_code == 0, done.output
+    document = json.loads((tmp_path / "badge.json").read_text())
+    x0, y0, x1, y1 = document["board"]["rect_mm"]
+    assert math.isclose(x1 - x0, 54.0) and math.isclose(y1 - y0, 85.6)
+    assert document["range_m"] == [0.2, 0.8] and document["print"]["lens"] == "75lpi-18mil"
+    refused = CliRunner().invoke(moireid, [*asked, "--size", "60x66", "--overwrite"])
+    assert refused.exit_code == 2 and "without --format" in refused.output
