@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     "--people",
     "people_csv",
     type=click.Path(path_type=Path),
-    help="Instead of NAME: a list (CSV) with the column name, and line (below the name) and payload if you like. Makes all badges of an "
-    "event.",
+    help="Instead of NAME: a list (CSV) with the column name, and line (below the name) and payload if you like. Makes "
+    "all badges of an event.",
 )
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
