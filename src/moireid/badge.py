@@ -2,7 +2,8 @@
 
 Convention: lengths in mm; page coordinates are those of the PDF page, origin top left, x right, y down.
 Looking at the badge, z points into the page, so a camera in front of it has a negative z.
-A `rect` is (x0, y0, x1, y1) with x0 < x1 and y0 < y1.
+A `rect` is (x0, y0, x1, y1) with x0 < x1 and y0 < y1; those of a grating whose axis is an angle, and of its cells, lie
+in the grating's own frame (`moireid.turned`).
 
 The JSON form is `badge.json`, format 1; its JSON Schema is shipped as `moireid/schema/badge.schema.json`.
 Unknown keys are ignored, so that later versions may add some.
@@ -18,15 +19,19 @@ from dataclasses import asdict, dataclass, field
 from functools import cache
 from importlib import resources
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from moireid.errors import SpecError
+from moireid.turned import Axis, OwnFrame, axis_from_json, bounds_of, own_frame, own_rect
+from moireid.turned import Rect as Rect
+
+if TYPE_CHECKING:
+    from moireid.turned import Array
 
 FORMAT = 1
 #: Least step of beat frequency, cycles per mm: a smaller one could not be read from any board, so every beat would
 #: pass.
 MIN_STEP_PER_MM = 1e-5
-Rect = tuple[float, float, float, float]
 Point = tuple[float, float]
 
 
@@ -107,10 +112,16 @@ class Code:
 
 @dataclass(frozen=True)
 class Grating:
-    """Printed lines under one piece of lens sheet; axis: its fringes respond to motion in this direction."""
+    """Printed lines under one piece of lens sheet.
+
+    axis: the direction that its fringes sense, across its lines: "x", "y", or an angle in degrees from 0 to below 180,
+    from x towards y.  With an angle, `rect_mm` and those of the cells lie in the grating's own frame.
+
+    Convention: `moireid.turned`.
+    """
 
     rect_mm: Rect
-    axis: Literal["x", "y"]
+    axis: Axis
     pitch_mm: float
     family: str
     cells: tuple[Cell, ...]
@@ -142,7 +153,7 @@ class Badge:
     lens : Lens
         The lenticular sheet or the line mask in front.
     gratings : tuple of Grating
-        The printed lines, one or two gratings.
+        The printed lines, one grating for each direction that they sense.
     markers : Markers
         The four corner markers.
     payload_bits : int, optional
@@ -174,6 +185,18 @@ class Badge:
     def outline_mm(self) -> Rect:
         """The board that is cut out of the page; the whole page if none is given."""
         return self.board_mm or (0.0, 0.0, *self.page_mm)
+
+    def frame_of(self, grating: Grating) -> OwnFrame:
+        """The own frame of one of its gratings (`moireid.turned`)."""
+        return own_frame(grating.axis, self.page_mm)
+
+    def corners_of(self, grating: Grating) -> Array:
+        """The four corners of one of its gratings on the page, (4, 2), mm."""
+        return self.frame_of(grating).corners_mm(own_rect(grating.axis, grating.rect_mm))
+
+    def bounds_of(self, grating: Grating) -> Rect:
+        """The upright rectangle of the page that holds one of its gratings."""
+        return bounds_of(self.corners_of(grating))
 
     def to_json(self) -> str:
         """Give the text of a badge.json file.
@@ -295,7 +318,7 @@ def _grating(entry: dict[str, Any]) -> Grating:
         code = Code(**(given | floats | {"roles": tuple(given["roles"])}))
     return Grating(
         tuple(map(float, entry["rect_mm"])),  # type: ignore[arg-type]
-        entry["axis"],
+        axis_from_json(entry["axis"]),
         float(entry["pitch_mm"]),
         entry["family"],
         cells,
@@ -367,9 +390,11 @@ def _check_geometry(badge: Badge, source: str) -> None:
     if badge.board_mm:
         _check_rect(badge.board_mm, page, "board.rect_mm", source)
     for g, grating in enumerate(badge.gratings):
-        _check_rect(grating.rect_mm, page, f"gratings.{g}.rect_mm", source)
+        rect = grating.rect_mm
+        _check_rect(rect, (-math.inf, -math.inf, math.inf, math.inf), f"gratings.{g}.rect_mm", source)
+        _check_rect(badge.bounds_of(grating), page, f"gratings.{g}.rect_mm on the page", source)
         for c, cell in enumerate(grating.cells):
-            _check_rect(cell.rect_mm, grating.rect_mm, f"gratings.{g}.cells.{c}.rect_mm", source)
+            _check_rect(cell.rect_mm, rect, f"gratings.{g}.cells.{c}.rect_mm", source)
         if grating.code and abs(grating.code.frequency_step_per_mm) < MIN_STEP_PER_MM:
             raise SpecError(
                 f"{source}: gratings.{g}.code.frequency_step_per_mm={grating.code.frequency_step_per_mm:g} is too "

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, Grating
 from moireid.profiles import Printer
+from moireid.turned import own_rect
 
 Array = NDArray[np.float64]
 #: Figures listed for each cell on the printer's dots.
@@ -45,7 +46,7 @@ def nearest_dot(place_mm: Array, dot_mm: float) -> Array:
 
 def line_edges_mm(grating: Grating, cell: Cell) -> Array:
     """Begin and end of every complete dark line of a cell along the grating's axis, (lines, 2), page mm."""
-    low, high = (cell.rect_mm[0], cell.rect_mm[2]) if grating.axis == "x" else (cell.rect_mm[1], cell.rect_mm[3])
+    low, _, high, _ = own_rect(grating.axis, cell.rect_mm)
     first, last = math.ceil((low - cell.edge_mm) / cell.pitch_mm), math.floor((high - cell.edge_mm) / cell.pitch_mm)
     begins = cell.edge_mm + np.arange(first, last + 1) * cell.pitch_mm
     edges = np.column_stack([begins, begins + cell.duty * cell.pitch_mm])

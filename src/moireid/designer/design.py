@@ -27,6 +27,7 @@ from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 from moireid.optics import rear_pitch_for_beat_mm
 from moireid.profiles import Printer, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
+from moireid.turned import own_rect
 
 #: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
 DESIGN_FOCAL_PX = 1450.0
@@ -176,7 +177,7 @@ def _blank_grating(
         reference_level=None if spacing else level,
         phase_levels=PHASE_LEVELS if spacing else None,
     )
-    return Grating(rect, "x" if axis == "x" else "y", pitch_mm, family, cells, code)
+    return Grating(rect, axis, pitch_mm, family, cells, code)
 
 
 def _reference_pitch_mm(grating: Grating, cells: tuple[Cell, ...]) -> float:
@@ -211,7 +212,8 @@ def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int
 
 def _fringe_length_mm(layout: Layout) -> float:
     """Length along which the fringes of the shortest field run."""
-    return min(rect[2] - rect[0] if axis == "x" else rect[3] - rect[1] for axis, rect in layout.fields_mm)
+    fields = (own_rect(axis, rect) for axis, rect in layout.fields_mm)
+    return min(high - low for low, _, high, _ in fields)
 
 
 def _check_range(request: Request, layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> None:
@@ -296,8 +298,8 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     code = grating.code
     if code is None or badge.range_m is None:
         raise SpecError(f"{badge.name!r} carries no code or names no range; give a badge that design_badge made")
-    along = 0 if grating.axis == "x" else 1
-    length_mm = grating.rect_mm[along + 2] - grating.rect_mm[along]
+    low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
+    length_mm = high - low
     middle = grating.cells[code.reference_cell]
     beats = [
         1.0 / badge.lens.pitch_mm - 1.0 / cell.pitch_mm

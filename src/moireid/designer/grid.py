@@ -10,6 +10,7 @@ from moireid.badge import Cell, Rect
 from moireid.designer.layout import Layout
 from moireid.idcodes.spacing import CELLS_PER_BYTE
 from moireid.idcodes.words import CHECK_BYTES, MAX_WORD_BYTES
+from moireid.turned import Axis, own_rect
 
 DUTY = 0.5
 #: Payload and check may take up to this share of the word; the rest is parity.
@@ -61,10 +62,8 @@ def _grid(layout: Layout, rows: int, columns: int) -> Grid:
     """A grid with `columns` cells in the first field's rows, like cells in the others'."""
     counts, sides = [], []
     for axis, rect in layout.fields_mm:
-        along, across = (
-            (rect[2] - rect[0], rect[3] - rect[1]) if axis == "x" else (rect[3] - rect[1], rect[2] - rect[0])
-        )
-        first = layout.fields_mm[0][1]
+        low, top, high, bottom = own_rect(axis, rect)
+        along, across, first = high - low, bottom - top, layout.fields_mm[0][1]
         count = max(3, round(columns * along / (first[2] - first[0])))
         counts.append(count)
         sides += [along / count, across / rows]
@@ -72,10 +71,10 @@ def _grid(layout: Layout, rows: int, columns: int) -> Grid:
 
 
 def cells_and_roles(
-    rect: Rect, axis: str, grid: Grid, pitch_mm: float, field: int = 0
+    rect: Rect, axis: Axis, grid: Grid, pitch_mm: float, field: int = 0
 ) -> tuple[tuple[Cell, ...], tuple[Role, ...]]:
     """The cells of a field, row by row, and their roles; the identity is written into them later."""
-    low, top, high, bottom = rect if axis == "x" else (rect[1], rect[0], rect[3], rect[2])
+    low, top, high, bottom = own_rect(axis, rect)
     cells: list[Cell] = []
     roles: list[Role] = []
     columns = grid.columns[field]
@@ -85,7 +84,6 @@ def cells_and_roles(
         count = 1 if row in uniform else columns
         for k in range(count):
             x0, x1 = (low + (high - low) * (k + j) / count for j in (0, 1))
-            place: Rect = (x0, y0, x1, y1) if axis == "x" else (y0, x0, y1, x1)
-            cells.append(Cell(place, pitch_mm, 0.0, DUTY))
+            cells.append(Cell(own_rect(axis, (x0, y0, x1, y1)), pitch_mm, 0.0, DUTY))
             roles.append("phase" if count > 1 else "reference" if row == grid.rows // 2 else "beat")
     return tuple(cells), tuple(roles)

@@ -4,7 +4,7 @@ The board stands in the middle of the page, so the page's centre is also the bad
 for the paper lies on the paper turned.  Four markers stand in its corners, and the name between the upper ones.  The
 gratings fill the field between the upper and the lower pair, from edge to edge, because a wider grating separates beat
 frequencies better; a template may leave more room above and below it.  On a badge of two axes the left half of the
-field senses x, and the right half y.
+field senses x, and the right half y; three gratings lie as `turned_fields` says.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ from dataclasses import dataclass
 
 from moireid.badge import Markers, Rect
 from moireid.designer.request import Request
+from moireid.designer.turned_fields import Room, three_fields
 from moireid.errors import DesignError
 from moireid.profiles import PAPERS_MM
+from moireid.turned import Axis
 
 #: The published prototype's marker is 26 mm on a 146 mm board; other boards keep the proportion.
 MARKER_MM_PER_BOARD_MM = 26.0 / 146.0
@@ -25,8 +27,10 @@ QUIET_MODULES = 1.05
 PAPER_MARGIN_MM = 12.0
 
 
-#: Paper between the two sheets of a badge of two axes.
+#: Paper between the sheets of a badge of several axes.
 GAP_MM = 4.0
+#: Paper between a field in the middle column and the box of the name, and half the height of the id with its paper.
+NAME_MM, ID_MM = 1.0, 3.5
 MIN_FIELD_MM = 12.0
 #: A small board of good proportion that can be read from some distance; narrower ones can be made if they are tall.
 SMALL_BOARD_MM = (60.0, 66.0)
@@ -34,11 +38,11 @@ SMALL_BOARD_MM = (60.0, 66.0)
 
 @dataclass(frozen=True)
 class Layout:
-    """Rectangles in page coordinates, mm; fields: one a grating, with its axis."""
+    """Rectangles in page coordinates, mm; fields: one a grating, with its axis, in that axis's own frame."""
 
     page_mm: tuple[float, float]
     board_mm: Rect
-    fields_mm: tuple[tuple[str, Rect], ...]
+    fields_mm: tuple[tuple[Axis, Rect], ...]
     markers: Markers
 
 
@@ -68,6 +72,13 @@ def lay_out(request: Request) -> Layout:
         (board[0] + inset, board[3] - inset),
     )
     markers = Markers(DICTIONARY, marker_mm, (0, 1, 2, 3), centers)
+    if request.axes == "hex":
+        side, middle = (right - left) / 2, (board[1] + board[3]) / 2
+        # Between the markers there is room up to the name and down to the id, unless a template takes it.
+        upper = top if frame.head * height > least_mm else board[1] + frame.margin_mm + marker_mm + NAME_MM
+        lower = bottom if frame.foot * height > least_mm else centers[3][1] - ID_MM
+        cross = Room(side, width / 2 - least_mm, middle - top, middle - min(top, upper), max(bottom, lower) - middle)
+        return Layout(page_mm, board, three_fields(cross, GAP_MM, page_mm), markers)
     return Layout(page_mm, board, _fields(field, request.axes), markers)
 
 
@@ -86,12 +97,12 @@ def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, flo
     )
 
 
-def _fields(field: Rect, axes: str) -> tuple[tuple[str, Rect], ...]:
+def _fields(field: Rect, axes: str) -> tuple[tuple[Axis, Rect], ...]:
     """The field as one grating, or as two halves of either axis."""
     if axes == "x":
         return (("x", field),)
     if axes != "xy":
-        raise DesignError(f"axes {axes!r} is not possible; choose x or xy")
+        raise DesignError(f"axes {axes!r} is not possible; choose x, xy or hex")
     middle = (field[0] + field[2]) / 2
     left: Rect = (field[0], field[1], round(middle - GAP_MM / 2, 3), field[3])
     right: Rect = (round(middle + GAP_MM / 2, 3), field[1], field[2], field[3])

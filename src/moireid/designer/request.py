@@ -61,7 +61,8 @@ class Request:
     family : str, optional
         "pitch" or "spacing"; None for the one that carries a payload of the given length.
     axes : str
-        Directions that the fringes sense: "x" (across the page), or "xy" for two gratings.
+        Directions that the fringes sense: "x" (across the page), "xy" for two gratings, or "hex" for three at 0, 60 and
+        120 degrees.
     form : str
         Of the printed lines, one of `moireid.profiles.FORMS`.
     front : str

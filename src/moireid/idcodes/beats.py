@@ -10,6 +10,7 @@ from moireid.badge import Cell, Code, Grating
 from moireid.errors import CodeError
 from moireid.idcodes.family import CellReading
 from moireid.optics import rear_pitch_for_beat_mm
+from moireid.turned import own_rect
 
 #: A reading is unclear if it is further than this from every level, in steps, or if its error bar is larger.
 UNCLEAR_BEYOND_STEPS = 0.35
@@ -36,8 +37,8 @@ def line_up(cell: Cell, grating: Grating, pitch_mm: float, shift: float = 0.0) -
 
     With this common line the fringes of all uniform cells meet in the middle of a badge built without twist.
     """
-    low, high = (0, 2) if grating.axis == "x" else (1, 3)
-    middle_mm = (grating.rect_mm[low] + grating.rect_mm[high]) / 2
+    low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
+    middle_mm = (low + high) / 2
     return replace(cell, pitch_mm=pitch_mm, edge_mm=middle_mm + (shift - cell.duty / 2) * pitch_mm)
 
 

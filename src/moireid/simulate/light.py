@@ -26,6 +26,7 @@ from moireid.badge import Lens
 from moireid.errors import SpecError
 from moireid.lenticule import trace_mm
 from moireid.optics import passed_share, slab_shift_mm
+from moireid.turned import OwnFrame
 
 Array = NDArray[np.float64]
 #: The light on the page is kept at this many places across one lens pitch: every 2 um for 0.5 mm.
@@ -215,14 +216,13 @@ def _profile(lens: Lens, tan_x: Array, tan_y: Array, power: Array) -> Array:
     return bins * BINS / straight_share(lens.refractive_index)
 
 
-def turned_light(light: Light, axis: str, twist_rad: float, offset_mm: float) -> Light:
-    """The light in the frame of a twisted sheet of that axis: across its lenses, along them, in depth.
+def turned_light(light: Light, frame: OwnFrame, twist_rad: float, offset_mm: float) -> Light:
+    """The light in the frame of a twisted sheet over a grating of that frame: across its lenses, along them, in depth.
 
-    Convention: twist from across towards along, as `mitsuba.sheet.turned_for` gives it; across counts from the axis of
-        lenticule 0.
+    Convention: twist from x towards y; across counts from the axis of lenticule 0.
     Source: rotation about the view axis.
     """
     x, y, z = light.place_mm
-    across, along = (x, y) if axis == "x" else (y, x)
-    cosine, sine = math.cos(twist_rad), math.sin(twist_rad)
+    across, along = frame.directions((x, y)).tolist()
+    cosine, sine = math.cos(twist_rad), frame.handed * math.sin(twist_rad)
     return replace(light, place_mm=(across * cosine + along * sine - offset_mm, along * cosine - across * sine, z))

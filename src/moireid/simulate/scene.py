@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge, Lens, Rect
+from moireid.badge import Badge, Grating, Lens, Rect
 from moireid.sheets import sheet_lens
 from moireid.simulate.cameras import Camera
 from moireid.simulate.light import Light
 from moireid.simulate.motion import Poses
+from moireid.turned import own_rect
 
 __all__ = ["Build", "Camera", "Instant", "Need", "Scene"]
 
@@ -26,9 +27,11 @@ class Build:
     Parameters
     ----------
     lens_offset_mm : float
-        How far the sheet is moved along the fringes' axis, mm; positive for +x (or +y on a "y" grating).
+        How far each sheet is moved along its fringes' axis, mm; positive for +x on an "x" grating.
     twist_rad : float
-        How far the sheet is turned about the view axis, rad; positive from x towards y.
+        How far each sheet is turned about the view axis, rad; positive from x towards y.
+    laid : tuple of (float, float)
+        Offset and twist of each grating's own piece of sheet, beyond those of all, as pieces are laid one by one.
     print_scale : float
         Printed over nominal width, about the board's centre.
     lens_scale : float
@@ -54,6 +57,12 @@ class Build:
     bow_radius_m: float = math.inf
     pitch_jitter: float = 0.0
     print_aspect: float = 1.0
+    laid: tuple[tuple[float, float], ...] = ()
+
+    def sheet(self, grating: int) -> tuple[float, float]:
+        """Offset, mm, and twist, rad, of the piece of sheet over a grating, by its number."""
+        offset_mm, twist_rad = self.laid[grating] if self.laid else (0.0, 0.0)
+        return self.lens_offset_mm + offset_mm, self.twist_rad + twist_rad
 
     @property
     def print_scales(self) -> tuple[float, float]:
@@ -199,8 +208,14 @@ class Scene:
         (cx, cy), (x, y) = self.board_centre_mm, self.printed_half_mm
         if self.need.page:
             return np.array([[-x, -y, x, y, 0.0]])
-        rects = np.array([grating.rect_mm for grating in self.badge.gratings]) - (cx, cy, cx, cy)
+        rects = np.array([self.badge.bounds_of(grating) for grating in self.badge.gratings]) - (cx, cy, cx, cy)
         return np.column_stack([rects, np.full(len(rects), -self.height_mm)])
+
+    def own_rect_mm(self, grating: Grating, rect_mm: Rect) -> Rect:
+        """A rectangle of a grating or of its cell in own order, counted from the board's centre, mm."""
+        first, second = self.badge.frame_of(grating).places(self.board_centre_mm).tolist()
+        low, top, high, bottom = own_rect(grating.axis, rect_mm)
+        return low - first, top - second, high - first, bottom - second
 
     @property
     def board_half_mm(self) -> tuple[float, float]:

@@ -102,7 +102,7 @@ def page_homographies(scene: Scene, poses: Poses) -> Array:
 def take_of(scene: Scene, poses: Poses, fps: float, seed: int) -> Take:
     """What effects may know of a film, before any of them."""
     camera = scene.camera
-    rects = np.array([grating.rect_mm for grating in scene.badge.gratings])
+    rects = np.array([scene.badge.bounds_of(grating) for grating in scene.badge.gratings])
     (x0, y0), (x1, y1) = rects[:, :2].min(axis=0), rects[:, 2:].max(axis=0)
     pages = page_homographies(scene, poses)
     if camera.mirror:

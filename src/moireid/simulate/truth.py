@@ -9,7 +9,8 @@ phase_rad: of the fringes as shown, forged or not, at the board's centre.  Where
     table of the law (63 degrees).
 label: "genuine", or "forged:KIND".
 shown_x, shown_y: parallax coordinates from which the fringes at the board's centre are shown; the true ones if genuine.
-phase_other_rad: as phase_rad, for the first grating of the other axis; nan where the badge has none.
+phase_other_rad, phase_third_rad: as phase_rad, for the first grating of a second and of a third axis; nan where the
+    badge has none.
 sheet_gain: how far the traced sheet moves fringes near the axis, over the badge's own; then what makes it so and what
     else it does, the same in every row: sheet_thickness_mm, air_gap_mm, bow_per_m (one over the radius), lens_scale,
     pitch_jitter and print_aspect, as in `scene.Build`.
@@ -31,6 +32,8 @@ from moireid.simulate.motion import Poses
 from moireid.simulate.scene import Scene
 
 Array = NDArray[np.float64]
+#: Axes whose phase is told.
+MOST_AXES = 3
 TRUTH_COLUMNS = (
     "frame",
     "time_s",
@@ -60,6 +63,7 @@ TRUTH_COLUMNS = (
     "lens_scale",
     "pitch_jitter",
     "print_aspect",
+    "phase_third_rad",
 )
 
 
@@ -73,17 +77,18 @@ def shown_phase_rad(scene: Scene, grating: Grating, shown_mm: Array, sight_mm: A
         the shown place.  Where both places are equal, this is the law for the page's plane.
     """
     lens, pitch = scene.lens, grating.pitch_mm
-    axis = 0 if grating.axis == "x" else 1
+    frame = scene.badge.frame_of(grating)
     crossing = scene.height_mm * sight_mm[:2] / abs(sight_mm[2])
     tangents = (crossing - shown_mm[:2]) / (abs(shown_mm[2]) - scene.height_mm) - field
     if np.abs(tangents).max() > MAX_TANGENT:
         return math.nan
     lines = 1 / pitch - 1 / lens.pitch_mm
-    view = float(view_law(lens, pitch).phase_rad(tangents[axis], tangents[1 - axis]))
+    (across, along), beside = frame.directions(tangents), float(frame.directions(crossing)[0])
+    view = float(view_law(lens, pitch).phase_rad(across, along))
     if scene.build.air_gap_mm:
         bare, apart = (effective_gap_mm(lens, pitch, air) for air in (0.0, scene.build.air_gap_mm))
-        view += 2 * math.pi * (apart - bare) * float(tangents[axis]) / pitch
-    return view + 2 * math.pi * lines * float(crossing[axis])
+        view += 2 * math.pi * (apart - bare) * float(across) / pitch
+    return view + 2 * math.pi * lines * beside
 
 
 class Truth:
@@ -96,7 +101,8 @@ class Truth:
         build, gain = scene.build, moved / effective_gap_mm(badge.lens, pitch_mm)
         figures = gain, scene.lens.thickness_mm, build.air_gap_mm, 1 / build.bow_radius_m, build.lens_scale
         self._sheet = [f"{value:.6f}" for value in (*figures, build.pitch_jitter, build.print_aspect)]
-        self._gratings = [badge.gratings[0], *[g for g in badge.gratings if g.axis != badge.gratings[0].axis][:1]]
+        of_axis = {grating.axis: grating for grating in reversed(badge.gratings)}
+        self._gratings = [of_axis[axis] for axis in dict.fromkeys(g.axis for g in badge.gratings)][:MOST_AXES]
         self._writer = csv.writer(stream, lineterminator="\n")
         self._writer.writerow(TRUTH_COLUMNS)
 
@@ -105,7 +111,8 @@ class Truth:
         camera = pose.camera_mm[0]
         centre = np.zeros(2) if field is None else field[field.shape[0] // 2, field.shape[1] // 2]
         parallax, shown = camera[:2] / abs(camera[2]), shown_mm[:2] / abs(shown_mm[2]) + centre
-        phases = [shown_phase_rad(self._scene, g, shown_mm, sight_mm, centre) for g in self._gratings] + [math.nan]
+        phases = [shown_phase_rad(self._scene, g, shown_mm, sight_mm, centre) for g in self._gratings]
+        phases += [math.nan] * (MOST_AXES - len(phases))
         figures = [*camera, *pose.rotation[0].ravel(), *parallax, phases[0]]
         after = [*shown, phases[1]]
         self._writer.writerow(
@@ -116,5 +123,6 @@ class Truth:
                 self._label,
                 *(f"{value:.6f}" for value in after),
                 *self._sheet,
+                f"{phases[2]:.6f}",
             ]
         )

@@ -321,8 +321,8 @@ MIN_CELL_CHANGE_CONTRASTS2 = 0.005
 #: Office paper grows by up to these shares for 20 % of relative humidity, along and across its fibre.  Set by hand:
 #: some 0.1 % in the mean; fibres swell in width far more than in length (Lindner, Factors affecting the hygroexpansion
 #: of paper, 2018; Salmen, Fellers and Htun 1985), by half as much again as that and by half as much.  Sheets of A4 and
-#: letter are cut with the fibre along their height, so fringes of axis x lie across it.
-PAPER_GROWTH_SHARE = {"y": 0.0005, "x": 0.0015}
+#: letter are cut with the fibre along their height; so along x, across the fibre, and along y.
+PAPER_GROWTH_SHARE = (0.0015, 0.0005)
 #: The lens sheet grows with warmth.  Makers' data: PMMA 7.0 to 7.7, PETG 6.8, PET 6 to 7, all times 1e-5 a kelvin.  A
 #: badge is enrolled indoors and worn outdoors: 20 K.  Water adds little to PET and PETG in that time.
 SHEET_GROWTH_PER_K, WEATHER_K = 7e-5, 20.0

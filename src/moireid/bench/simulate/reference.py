@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
+from moireid.turned import own_rect
 
 Array = NDArray[np.float64]
 #: Sight lines of a pixel: a Fibonacci number, for which the golden lattice is even in both directions.
@@ -94,8 +95,9 @@ def see(setup: Setup, origin: Array, way: Array) -> tuple[Array, NDArray[np.bool
     x0, y0, x1, y1 = setup.badge.outline_mm
     middle = np.array([(x0 + x1) / 2, (y0 + y1) / 2])
     for grating in setup.badge.gratings:
-        rect = np.array(grating.rect_mm) - np.tile(middle, 2)
-        on = (way[:, 2] > 0) & np.all((top[:, :2] >= rect[:2]) & (top[:, :2] <= rect[2:]), axis=1)
+        rect = np.array(own_rect(grating.axis, grating.rect_mm))
+        place = setup.badge.frame_of(grating).places(top[:, :2] + middle)
+        on = (way[:, 2] > 0) & np.all((place >= rect[:2]) & (place <= rect[2:]), axis=1)
         if not on.any():
             continue
         landed, out = _through_sheet(setup, grating, top[on], way[on])
@@ -107,7 +109,8 @@ def see(setup: Setup, origin: Array, way: Array) -> tuple[Array, NDArray[np.bool
 def _through_sheet(setup: Setup, grating: Grating, top: Array, way: Array) -> tuple[Array, NDArray[np.bool_]]:
     """Where rays land on the page, (N, 2) mm, NaN where something stops them; and which leave by another lens."""
     lens = setup.badge.lens
-    turn = setup.twist_rad + (0.0 if grating.axis == "x" else math.pi / 2)
+    (x, y), _ = setup.badge.frame_of(grating).rows
+    turn = setup.twist_rad + math.atan2(y, x)
     across = np.array([math.cos(turn), math.sin(turn), 0.0])
     pitch = lens.pitch_mm * setup.lens_scale
     counted = top @ across - setup.lens_offset_mm
@@ -176,11 +179,11 @@ def refract(way: Array, normal: Array, index: float) -> Array:
 def _ink_or_paper(setup: Setup, grating: Grating, middle: Array, landed: Array) -> Array:
     """Radiance at places of the printed page (N, 2), board mm; what no ray reaches is dark."""
     page = landed / setup.print_scales + middle
-    across = page[:, 0] if grating.axis == "x" else page[:, 1]
+    across, along = setup.badge.frame_of(grating).places(page).T
     radiance = np.where(np.isnan(across), setup.ink, setup.paper)
     for cell in grating.cells:
-        x0, y0, x1, y1 = cell.rect_mm
-        within = (page[:, 0] >= x0) & (page[:, 0] < x1) & (page[:, 1] >= y0) & (page[:, 1] < y1)
+        low, top, high, bottom = own_rect(grating.axis, cell.rect_mm)
+        within = (across >= low) & (across < high) & (along >= top) & (along < bottom)
         lines = np.mod(across[within] - cell.edge_mm, cell.pitch_mm)
         radiance[within] = np.where(lines < cell.duty * cell.pitch_mm, setup.ink, setup.paper)
     return radiance

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid import optics
+from moireid.simulate.analytic.page import printed_scales
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.scene import Instant, Scene
 
@@ -88,15 +89,16 @@ def strips_of(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) ->
     """
     x, y = _places(scene, instant, box)
     found = []
-    middle, scales = scene.board_centre_mm, scene.build.print_scales
     for place, grating in enumerate(scene.badge.gratings):
-        axis = 0 if grating.axis == "x" else 1
-        across, along = (x, y) if axis == 0 else (y, x)
+        frame, (scales, shear) = scene.badge.frame_of(grating), printed_scales(scene, grating)
+        across, along = np.moveaxis(frame.directions(np.stack([x, y], axis=-1)), -1, 0)
+        across, along = across + shear[0] * along, along + shear[1] * across
+        eye = float(frame.directions(instant.shown_from_mm[:2])[0]), float(instant.shown_from_mm[2])
         for number, cell in enumerate(grating.cells):
             if grating.code is None or grating.code.roles[number] != "phase":
-                rect = (np.array(cell.rect_mm) - np.tile(middle, 2)) * np.tile(scales, 2)
-                sides = rect[[axis, axis + 2]], rect[[1 - axis, 3 - axis]]
-                carrier = _carrier(scene, cell.pitch_mm * scales[axis], across, instant.shown_from_mm[[axis, 2]])
+                rect = np.array(scene.own_rect_mm(grating, cell.rect_mm)) * np.tile(scales, 2)
+                sides = rect[[0, 2]], rect[[1, 3]]
+                carrier = _carrier(scene, cell.pitch_mm * scales[0], across, eye)
                 cut = _cut(across, along, sides, carrier)
                 found += [Strip(place, rows + box[1], columns + box[0], weight) for rows, columns, weight in cut]
     return found
@@ -115,7 +117,7 @@ def _places(scene: Scene, instant: Instant, box: tuple[int, int, int, int]) -> t
     return centre[..., 0] + fall * way[..., 0], centre[..., 1] + fall * way[..., 1]
 
 
-def _carrier(scene: Scene, pitch_mm: float, across: Array, eye_mm: Array) -> Array:
+def _carrier(scene: Scene, pitch_mm: float, across: Array, eye_mm: tuple[float, float]) -> Array:
     """Phase of the fringes of lines of that printed pitch at places of the lens plane, seen from (across, depth)."""
     lens, build = scene.lens, scene.build
     depth = -eye_mm[1] - lens.thickness_mm

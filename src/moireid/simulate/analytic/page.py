@@ -1,7 +1,8 @@
 """The printed page in the form that the analytic renderer reads: markers as a picture, cells as a table.
 
-Convention: board frame of `motion`, mm; "across" is the coordinate along a grating's axis, "along" the other one.
-The table holds the print as it came out of the printer, so that no ray needs the print's scale.
+Convention: board frame of `motion`, mm; "across" is the coordinate along a grating's axis (across its lenses), "along"
+the other one of its own frame (`moireid.turned`), both counted from the board's centre.  The table holds the print as
+it came out of the printer, so that no ray needs the print's scale.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Grating
+from moireid.badge import Grating, Rect
 from moireid.errors import SpecError
 from moireid.simulate.scene import Scene
 
@@ -29,8 +30,11 @@ NARROWEST_CELL_MM = 0.02
 
 
 class Cells(NamedTuple):
-    """All cells of a board; gratings (G, 5): x0, y0, x1, y1 and axis, 0 for x.
+    """All cells of a board; gratings (G, 4): own low across, low along, high across, high along.
 
+    frames (G, 9): the page's directions across and along (x, y, then x, y); what a place along adds to across, and
+    one across to along, where a print of two scales shears a turned grating; offset of the sheet, mm, cosine and sine
+    of its twist, from across towards along.
     bins (G, 2, 5): for across and along, where the first bin begins, bins to the millimetre, how many, and the first
     one's place in `strip`, then the first cut's place in `cuts`; strip (B,): number of the strip of cells at a bin's
     beginning; cuts (K,): where each strip ends, infinity for the last; grid (G, strips along, strips across): the cell
@@ -38,6 +42,7 @@ class Cells(NamedTuple):
     """
 
     gratings: Array
+    frames: Array
     bins: Array
     strip: NDArray[np.int64]
     cuts: Array
@@ -78,38 +83,64 @@ def even_blocks(picture: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def cell_table(scene: Scene) -> Cells:
     """The cells of the scene's badge as printed, under sheets of their nominal rectangles; board mm."""
-    centre, scale = scene.board_centre_mm, scene.build.print_scales
-    rects: list[list[float]] = []
+    rects: list[Rect] = []
+    frames: list[list[float]] = []
     lines: list[list[float]] = []
     bins: list[list[list[float]]] = []
     strips: list[NDArray[np.int64]] = []
     ends: list[Array] = []
     grids: list[NDArray[np.int64]] = []
-    for grating in scene.badge.gratings:
-        axis = 0 if grating.axis == "x" else 1
-        rects.append([*(value - centre[k % 2] for k, value in enumerate(grating.rect_mm)), axis])
+    for number, grating in enumerate(scene.badge.gratings):
+        rects.append(scene.own_rect_mm(grating, grating.rect_mm))
+        scale, shear = printed_scales(scene, grating)
+        offset_mm, twist_rad = scene.build.sheet(number)
+        frame = scene.badge.frame_of(grating)
+        frames.append(
+            [*frame.rows[0], *frame.rows[1], *shear, offset_mm, math.cos(twist_rad), frame.handed * math.sin(twist_rad)]
+        )
+        placed = np.array([scene.own_rect_mm(grating, cell.rect_mm) for cell in grating.cells])
         sides, own = [], []
-        for side in (axis, 1 - axis):
-            spans = np.array([[c.rect_mm[side], c.rect_mm[side + 2]] for c in grating.cells])
-            cuts = _cuts(scale[side] * (spans - centre[side]))
+        for side in (0, 1):
+            cuts = _cuts(scale[side] * placed[:, [side, side + 2]])
             begin, per_mm, strip = _binned(cuts)
             own.append([begin, per_mm, len(strip), sum(map(len, strips)), sum(map(len, ends))])
             strips.append(strip)
             ends.append(np.append(cuts, math.inf))
             sides.append(cuts)
         bins.append(own)
-        grids.append(_grid(scene, grating, sides, len(lines)))
+        grids.append(_grid(placed * np.tile(scale, 2), sides, len(lines)))
+        first = float(frame.places(scene.board_centre_mm)[0])
         lines += [
-            [scale[axis] * (cell.edge_mm - centre[axis]), 1.0 / (scale[axis] * cell.pitch_mm), cell.duty]
-            for cell in grating.cells
+            [scale[0] * (cell.edge_mm - first), 1.0 / (scale[0] * cell.pitch_mm), cell.duty] for cell in grating.cells
         ]
     shape = [max(grid.shape[k] for grid in grids) for k in (0, 1)]
     grid = np.full((len(grids), *shape), -1, np.int64)
     for k, one in enumerate(grids):
         grid[k, : one.shape[0], : one.shape[1]] = one
     return Cells(
-        np.array(rects), np.array(bins, float), np.concatenate(strips), np.concatenate(ends), grid, np.array(lines)
+        np.array(rects),
+        np.array(frames),
+        np.array(bins, float),
+        np.concatenate(strips),
+        np.concatenate(ends),
+        grid,
+        np.array(lines),
     )
+
+
+def printed_scales(scene: Scene, grating: Grating) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Printed over nominal size across and along a grating; and the shear (of across, of along) of its print.
+
+    Convention: a printed place (a, b), own frame, shows what is drawn at ((a + shear b) / scale, (b + shear a) / scale),
+        each with its own shear and scale.
+    Source: the inverse of R S R^-1, with the page's scales S and the frame's rotation R; 0 along the page's axes.
+    """
+    x, y = scene.build.print_scales
+    (a, b), (c, d) = scene.badge.frame_of(grating).rows
+    # Where one weight is 0 the other scale stands as it is.
+    across, along = (x if not n else y if not m else 1 / (m * m / x + n * n / y) for m, n in ((a, b), (c, d)))
+    mixed = a * c / x + b * d / y
+    return (across, along), (mixed * across, mixed * along)
 
 
 def _cuts(spans: Array) -> Array:
@@ -134,15 +165,13 @@ def _binned(cuts: Array) -> tuple[float, float, NDArray[np.int64]]:
     return float(begins[0]), float(per_mm), np.searchsorted(cuts, begins, side="right").astype(np.int64)
 
 
-def _grid(scene: Scene, grating: Grating, sides: list[Array], first: int) -> NDArray[np.int64]:
-    """The cell in each strip along and across; where cells overlap, the first one counts."""
-    centre, scale, axis = scene.board_centre_mm, scene.build.print_scales, 0 if grating.axis == "x" else 1
+def _grid(placed: Array, sides: list[Array], first: int) -> NDArray[np.int64]:
+    """The cell in each strip along and across; where cells overlap, the first one counts.  placed (N, 4): of cells."""
     grid = np.full((len(sides[1]) + 1, len(sides[0]) + 1), -1, np.int64)
-    for number in range(len(grating.cells) - 1, -1, -1):
-        rect = grating.cells[number].rect_mm
+    for number in range(len(placed) - 1, -1, -1):
         spans = []
-        for cuts, side in ((sides[1], 1 - axis), (sides[0], axis)):
-            low, high = (scale[side] * (edge - centre[side]) for edge in (rect[side], rect[side + 2]))
+        for cuts, side in ((sides[1], 1), (sides[0], 0)):
+            low, high = placed[number, side], placed[number, side + 2]
             # Edges of neighbours may differ in the last digits; the strip's number is that of the nearest cut.
             spans.append(slice(int(np.abs(cuts - low).argmin()) + 1, int(np.abs(cuts - high).argmin()) + 1))
         grid[spans[0], spans[1]] = first + number

@@ -32,7 +32,6 @@ def grating_pixel(
     tx: float,
     ty: float,
     depth: float,
-    sine: float,
     spread: float,
     points: Any,
     shift: Any,
@@ -43,15 +42,16 @@ def grating_pixel(
 
     Parameters: across, along: the pixel's middle on the lens plane; steps: how that place moves, across and along, for
     one pixel right, then for one pixel down; tx, ty: view tangents across and along; depth: from which they are seen,
-    mm; sine: of the sheet's twist; spread: how far from the middle ray of a lens its others land at most, mm; points:
-    (2, R) float32 places in a pixel, -1/2 to 1/2; shift: moves all of them right and down, px.
+    mm; spread: how far from the middle ray of a lens its others land at most, mm; points: (2, R) float32 places in a
+    pixel, -1/2 to 1/2; shift: moves all of them right and down, px.
     """
-    cosine, pitch = sheet.cos_twist, sheet.pitch
+    frame, pitch = cells.frames[grating], sheet.pitch
+    offset, cosine, sine = frame[6], frame[7], frame[8]
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
     if abs(tan_x) > sheet.steepest:
         return -1
     # The sheet's own frame, counted across from the axis of the lens that is nearest to the pixel's middle.
-    x, y = across * cosine + along * sine - sheet.offset, along * cosine - across * sine
+    x, y = across * cosine + along * sine - offset, along * cosine - across * sine
     axis = math.floor(x / pitch + 0.5) * pitch
     x += shift[0] * (steps[0] * cosine + steps[1] * sine) + shift[1] * (steps[2] * cosine + steps[3] * sine)
     move = (
@@ -62,8 +62,16 @@ def grating_pixel(
         F(steps[3] * cosine - steps[2] * sine),
     )
     # The page's place on that axis, and the interval around the middle ray's landing that holds all landings.
-    corner_x, corner_y = axis + sheet.offset, y
-    page_x, page_y = corner_x * cosine - corner_y * sine, corner_y * cosine + corner_x * sine
+    corner_x, corner_y = axis + offset, y
+    # From the sheet's frame into the print's: turned by the twist, then sheared where the print is.
+    to_page = (
+        cosine + frame[4] * sine,
+        frame[4] * cosine - sine,
+        sine + frame[5] * cosine,
+        cosine - frame[5] * sine,
+    )
+    page_x = corner_x * to_page[0] + corner_y * to_page[1]
+    page_y = corner_x * to_page[2] + corner_y * to_page[3]
     # Through the top of a lens a ray goes as through a flat slab.
     across2 = tan_x * tan_x + tan_y * tan_y
     n2 = sheet.refraction * sheet.refraction
@@ -72,10 +80,10 @@ def grating_pixel(
     # A ray beside the pixel's middle is a little more slanted, so it lands this much further for each mm.
     lean = straight * (1.0 - tan_x * tan_x * (n2 - 1.0) / inside2) / depth
     shift_x, shift_y = straight * tan_x, straight * tan_y
-    middle_x = page_x + shift_x * cosine - shift_y * sine
-    middle_y = page_y + shift_y * cosine + shift_x * sine
+    middle_x = page_x + shift_x * to_page[0] + shift_y * to_page[1]
+    middle_y = page_y + shift_x * to_page[2] + shift_y * to_page[3]
     room_x = (abs(steps[0]) + abs(steps[2])) / 2 + 1.1 * pitch + spread
-    room_y = (abs(steps[1]) + abs(steps[3])) / 2 + abs(sine) * pitch + spread
+    room_y = (abs(steps[1]) + abs(steps[3])) / 2 + (abs(sine) + abs(frame[5])) * pitch + spread
     bins_x, bins_y = cells.bins[grating, 0], cells.bins[grating, 1]
     left, top = strip_at(middle_x - room_x, bins_x, cells), strip_at(middle_y - room_y, bins_y, cells)
     right, bottom = strip_at(middle_x + room_x, bins_x, cells), strip_at(middle_y + room_y, bins_y, cells)
@@ -89,7 +97,7 @@ def grating_pixel(
         third = _lines(cells.grid[grating, bottom, left], page_x, cells)
         fourth = _lines(cells.grid[grating, bottom, right], page_x, cells)
     around = (first, second, third, fourth)
-    turn = (F(cosine), F(sine))
+    turn = (F(to_page[0]), F(to_page[1]), F(to_page[2]), F(to_page[3]))
     if sheet.radius == 0.0:
         return _inked_behind_mask(points, move, F(shift_x), F(shift_y), F(lean), turn, cut_x, cut_y, around, sheet)
     return _inked_behind_lens(points, move, F(tan_x), F(tan_y), F(lean), turn, cut_x, cut_y, around, sheet)
@@ -134,7 +142,7 @@ def _inked_behind_lens(
         run = (gap - depth) / (wz + bend * nz)
         lx = axis + hit + (wx + bend * nx) * run + lean * (x - move[0])
         ly = y + ty * depth + wy * run
-        px, py = lx * turn[0] - ly * turn[1], ly * turn[0] + lx * turn[1]
+        px, py = lx * turn[0] + ly * turn[1], lx * turn[2] + ly * turn[3]
         inked += _inked(px, py, cut_x, cut_y, first, second, third, fourth)
     return inked
 
@@ -162,7 +170,7 @@ def _inked_behind_mask(
         place = x * per_pitch
         shut = abs(place - np.floor(place + half)) > open_half
         lx, ly = x + shift_x + lean * (x - move[0]), y + shift_y
-        px, py = lx * turn[0] - ly * turn[1], ly * turn[0] + lx * turn[1]
+        px, py = lx * turn[0] + ly * turn[1], lx * turn[2] + ly * turn[3]
         inked += max(_inked(px, py, cut_x, cut_y, first, second, third, fourth), 1 if shut else 0)
     return inked
 

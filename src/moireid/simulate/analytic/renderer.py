@@ -70,7 +70,7 @@ class AnalyticRenderer:
         scale = scene.build.print_scales
         hidden = (np.array(covered) - (cx, cy, cx, cy)) * np.tile(scale, 2)
         half, texture, lens = scene.printed_half_mm, page_texture(scene), self._sheet
-        lamps, lights = _lights(scene, self._cells.gratings, math.prod(rays))
+        lamps, lights = _lights(scene, math.prod(rays))
         self._board = Board(
             half[0],
             half[1],
@@ -143,7 +143,8 @@ class AnalyticRenderer:
         worst = 0.0
         for x, y in ((0, 0), (-half, -half), (half, -half), (half, half), (-half, half)):
             tx, ty = (x - place[0]) / -place[2], (y - place[1]) / -place[2]
-            for a, b in ((tx, ty), (ty, tx)):
+            for grating in self.scene.badge.gratings:
+                a, b = self.scene.badge.frame_of(grating).directions((tx, ty)).tolist()
                 middle = land(0.0, 0.0, a, b, sheet)
                 for step in (-0.499, -0.4, -0.25, -0.1, 0.1, 0.25, 0.4, 0.499):
                     one = land(step * sheet.pitch, 0.0, a, b, sheet)
@@ -179,17 +180,18 @@ class AnalyticRenderer:
         return (left, top, right, bottom) if left < right and top < bottom else None
 
 
-def _lights(scene: Scene, gratings: Array, rays: int) -> tuple[Array, Array]:
+def _lights(scene: Scene, rays: int) -> tuple[Array, Array]:
     """Figures and table of the light for each grating, for `light_kernels.lit`; zeros in a scene without a light."""
+    gratings = scene.badge.gratings
     lamps, tables = np.zeros((len(gratings), 10)), [np.zeros((3, 1)) for _ in gratings]
     if scene.light is None:
         return lamps, np.stack(tables)
-    build, lens = scene.build, scene.lens
-    as_built = replace(lens, pitch_mm=lens.pitch_mm * build.lens_scale)
-    for k, (x0, y0, x1, y1, axis) in enumerate(gratings):
-        name, twist, reach = ("x", build.twist_rad, (x0, x1)) if axis == 0 else ("y", -build.twist_rad, (y0, y1))
-        light = turned_light(scene.light, name, twist, build.lens_offset_mm)
-        lamps[k], tables[k] = lamp_figures(as_built, light, reach, 1.0 / scene.camera.focal_px / rays)
+    as_built = replace(scene.lens, pitch_mm=scene.lens.pitch_mm * scene.build.lens_scale)
+    for k, grating in enumerate(gratings):
+        low, _, high, _ = scene.own_rect_mm(grating, grating.rect_mm)
+        offset_mm, twist_rad = scene.build.sheet(k)
+        light = turned_light(scene.light, scene.badge.frame_of(grating), twist_rad, offset_mm)
+        lamps[k], tables[k] = lamp_figures(as_built, light, (low, high), 1.0 / scene.camera.focal_px / rays)
         if not scene.need.glare:
             # The radiances of disc and sky are needed only for what the lenses mirror.
             lamps[k, 4:6] = 0.0
@@ -243,9 +245,6 @@ def _sheet(scene: Scene) -> Sheet:
         1e-3 / build.bow_radius_m,
         lens.refractive_index,
         radius,
-        build.lens_offset_mm,
-        math.cos(build.twist_rad),
-        math.sin(build.twist_rad),
         lens.open_fraction or 0.0,
         radius - valley,
         # A ray less slanted than the lens's flank is steeper than the surface everywhere.  So it meets the lens over

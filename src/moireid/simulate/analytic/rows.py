@@ -11,7 +11,7 @@ import numpy as np
 from moireid.simulate import cameras as camera
 from moireid.simulate.analytic import light_kernels, quick, trace
 from moireid.simulate.analytic.quick import grating_pixel
-from moireid.simulate.analytic.trace import Board, Sheet, careful_ray, field_part
+from moireid.simulate.analytic.trace import Board, Sheet, careful_ray, field_part, turned
 from moireid.simulate.cameras import undistorted
 from moireid.simulate.compiled import njit, prange
 
@@ -174,10 +174,14 @@ def _kind(tx: float, ty: float, turning: Any, centre: Any, sheet: Sheet, cells: 
         return BORDER
     x, y = x - sheet.height * tx, y - sheet.height * ty
     for k in range(cells.gratings.shape[0]):
-        x0, y0, x1, y1 = cells.gratings[k, 0], cells.gratings[k, 1], cells.gratings[k, 2], cells.gratings[k, 3]
-        if x - half_x > x0 and x + half_x < x1 and y - half_y > y0 and y + half_y < y1:
+        low, top, high, bottom = cells.gratings[k]
+        frame = cells.frames[k]
+        a, b = turned(x, y, frame)
+        half_a = abs(frame[0]) * half_x + abs(frame[1]) * half_y
+        half_b = abs(frame[2]) * half_x + abs(frame[3]) * half_y
+        if a - half_a > low and a + half_a < high and b - half_b > top and b + half_b < bottom:
             return k
-        if x + half_x >= x0 and x - half_x <= x1 and y + half_y >= y0 and y - half_y <= y1:
+        if a + half_a >= low and a - half_a <= high and b + half_b >= top and b - half_b <= bottom:
             return BORDER
     return PAGE
 
@@ -223,12 +227,14 @@ def _grating_pixel(
                 return -1
         fx -= board.field[i, j, 0]
         fy -= board.field[i, j, 1]
-    sine = sheet.sin_twist
-    if cells.gratings[grating, 4] != 0:
-        # Across and along change places on a grating of the other axis, and so does the sense of a twist.
-        x, y, fx, fy, sine = y, x, fy, fx, -sine
-        steps = (steps[1], steps[0], steps[3], steps[2])
-    return grating_pixel(grating, x, y, steps, fx, fy, depth, sine, spread, points, shift, sheet, cells)
+    frame = cells.frames[grating]
+    across, along = turned(x, y, frame)
+    tan_across, tan_along = turned(fx, fy, frame)
+    one, other = turned(steps[0], steps[1], frame), turned(steps[2], steps[3], frame)
+    steps = (one[0], one[1], other[0], other[1])
+    return grating_pixel(
+        grating, across, along, steps, tan_across, tan_along, depth, spread, points, shift, sheet, cells
+    )
 
 
 @njit(inline="always", error_model="numpy")

@@ -40,9 +40,6 @@ class Sheet(NamedTuple):
     curvature: float
     refraction: float
     radius: float
-    offset: float
-    cos_twist: float
-    sin_twist: float
     open_fraction: float
     sag: float
     steepest: float
@@ -118,6 +115,12 @@ def land(x: float, y: float, tx: float, ty: float, sheet: Sheet) -> tuple[float,
 
 
 @njit(inline="always", error_model="numpy")
+def turned(x: float, y: float, frame: Any) -> tuple[float, float]:  # pragma: no cover
+    """A vector of the page across and along a grating's lines; frame: a row of `Cells.frames`."""
+    return frame[0] * x + frame[1] * y, frame[2] * x + frame[3] * y
+
+
+@njit(inline="always", error_model="numpy")
 def cell_at(grating: int, across: float, along: float, cells: Any) -> int:  # pragma: no cover
     """Number of the cell that holds that place of the page, mm from the board's centre; -1 for none."""
     columns, rows = strip_at(across, cells.bins[grating, 0], cells), strip_at(along, cells.bins[grating, 1], cells)
@@ -157,8 +160,9 @@ def careful_ray(
         return HIDDEN_RADIANCE
     lens_x, lens_y = page_x - sheet.height * (tx + slope) / (1.0 - tx * slope), page_y - sheet.height * ty
     for k in range(cells.gratings.shape[0]):
-        rect = cells.gratings[k]
-        if rect[0] <= lens_x <= rect[2] and rect[1] <= lens_y <= rect[3]:
+        rect, frame = cells.gratings[k], cells.frames[k]
+        across, along = turned(lens_x, lens_y, frame)
+        if rect[0] <= across <= rect[2] and rect[1] <= along <= rect[3]:
             depth = sunk - (centre[2] + shown[2]) - sheet.height
             fx = (page_x - sheet.height * tx - centre[0] - shown[0]) / depth
             fx, fy = (fx + slope) / (1.0 - fx * slope), (lens_y - centre[1] - shown[1]) / depth
@@ -166,11 +170,8 @@ def careful_ray(
                 i, j = field_part(page_x, page_y, board)
                 fx -= board.field[i, j, 0]
                 fy -= board.field[i, j, 1]
-            sine = sheet.sin_twist
-            if rect[4] != 0:
-                # Across and along change places on a grating of the other axis, and so does the sense of a twist.
-                lens_x, lens_y, fx, fy, sine = lens_y, lens_x, fy, fx, -sine
-            return _lines_seen(k, lens_x, lens_y, fx, fy, sine, depth, sheet, cells, board)
+            tan_across, tan_along = turned(fx, fy, frame)
+            return _lines_seen(k, across, along, tan_across, tan_along, depth, sheet, cells, board)
     return page_value(page_x, page_y, board)
 
 
@@ -181,15 +182,15 @@ def _lines_seen(
     along: float,
     tx: float,
     ty: float,
-    sine: float,
     depth: float,
     sheet: Sheet,
     cells: Any,
     board: Board,
 ) -> float:  # pragma: no cover
     """Radiance at a place of the sheet along the tangents, seen from `depth` in front; all as (across, along)."""
-    cosine = sheet.cos_twist
-    x, y = across * cosine + along * sine - sheet.offset, along * cosine - across * sine
+    frame = cells.frames[grating]
+    offset, cosine, sine = frame[6], frame[7], frame[8]
+    x, y = across * cosine + along * sine - offset, along * cosine - across * sine
     tan_x, tan_y = tx * cosine + ty * sine, ty * cosine - tx * sine
     aside = 0.0
     if board.places.size > 1:
@@ -198,8 +199,9 @@ def _lines_seen(
     landed, ly, through = land(x - aside, y, tan_x, tan_y, sheet)
     if not through:
         return board.ink
-    lx = landed + aside + sheet.offset
+    lx = landed + aside + offset
     page_across, page_along = lx * cosine - ly * sine, ly * cosine + lx * sine
+    page_across, page_along = page_across + frame[4] * page_along, page_along + frame[5] * page_across
     cell = cell_at(grating, page_across, page_along, cells)
     value = board.paper
     if cell >= 0:

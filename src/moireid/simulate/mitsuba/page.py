@@ -25,10 +25,8 @@ HIDDEN_MM = 0.05
 
 def sheet_room(scene: Scene, grating: Grating) -> Room:
     """The sheet's rectangle over a grating: low, high across, begin, end along, board mm."""
-    centre = scene.board_centre_mm
-    across, along = (0, 1) if grating.axis == "x" else (1, 0)
-    rect = tuple(value - centre[k % 2] for k, value in enumerate(grating.rect_mm))
-    return rect[across], rect[across + 2], rect[along], rect[along + 2]
+    low, begin, high, end = scene.own_rect_mm(grating, grating.rect_mm)
+    return low, high, begin, end
 
 
 def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
@@ -39,37 +37,32 @@ def page_strips(scene: Scene, grating: Grating) -> dict[str, Strips]:
     """
     found: dict[str, list[Array]] = {"ink": [], "paper": []}
     for cell in grating.cells:
-        found["ink"].append(_cell_strips(scene, cell, grating.axis, 0.0, cell.duty))
-        found["paper"].append(_cell_strips(scene, cell, grating.axis, cell.duty, 1.0 - cell.duty))
+        found["ink"].append(_cell_strips(scene, grating, cell, 0.0, cell.duty))
+        found["paper"].append(_cell_strips(scene, grating, cell, cell.duty, 1.0 - cell.duty))
+    frame = scene.badge.frame_of(grating)
     placed = {}
     for name, parts in found.items():
         strips = np.concatenate(parts) if parts else np.empty((0, 4))
         if len(strips):
-            across, along = strips[:, list(ACROSS)], strips[:, [2 + k for k in ALONG]]
-            largest = np.maximum(np.abs(across), np.abs(along))
+            corners = np.stack([strips[:, list(ACROSS)], strips[:, [2 + k for k in ALONG]]], axis=-1)
+            printed = np.array(scene.build.print_scales) * frame.vectors(corners)
+            across, along = np.moveaxis(frame.directions(printed), -1, 0)
+            largest = np.abs(printed).max(axis=-1)
             placed[name] = Strips(
                 across, along, page_depth_mm(scene.lens, scene.build, largest, flat_faces=int(scene.need.bounces))
             )
     return placed
 
 
-def _cell_strips(scene: Scene, cell: Cell, axis: str, first: float, width: float) -> Array:
-    """Strips (N, 4) of one kind in one cell: from `first` of each pitch, `width` of it wide, cut to the cell."""
-    across, along = (0, 1) if axis == "x" else (1, 0)
-    centre, rect = scene.board_centre_mm, cell.rect_mm
-    lines = np.arange(
-        math.floor((rect[across] - cell.edge_mm) / cell.pitch_mm) - 1,
-        math.ceil((rect[across + 2] - cell.edge_mm) / cell.pitch_mm) + 1,
-    )
-    low = cell.edge_mm + (lines + first) * cell.pitch_mm
-    cut = np.clip(np.stack([low, low + width * cell.pitch_mm]), rect[across], rect[across + 2])
+def _cell_strips(scene: Scene, grating: Grating, cell: Cell, first: float, width: float) -> Array:
+    """Strips (N, 4) of one kind in one cell, as drawn: from `first` of each pitch, `width` of it wide, cut to it."""
+    low, begin, high, end = scene.own_rect_mm(grating, cell.rect_mm)
+    edge = cell.edge_mm - float(scene.badge.frame_of(grating).places(scene.board_centre_mm)[0])
+    lines = np.arange(math.floor((low - edge) / cell.pitch_mm) - 1, math.ceil((high - edge) / cell.pitch_mm) + 1)
+    start = edge + (lines + first) * cell.pitch_mm
+    cut = np.clip(np.stack([start, start + width * cell.pitch_mm]), low, high)
     cut = cut[:, cut[1] > cut[0]]
-    strips = np.empty((cut.shape[1], 4))
-    strips[:, :2] = cut.T - centre[across]
-    strips[:, 2:] = np.array([rect[along], rect[along + 2]]) - centre[along]
-    strips[:, :2] *= scene.build.print_scales[across]
-    strips[:, 2:] *= scene.build.print_scales[along]
-    return strips
+    return np.column_stack([*cut, np.full(cut.shape[1], begin), np.full(cut.shape[1], end)])
 
 
 def page_depth_mm(lens: Lens, build: Build, largest_coordinate_mm: Array, *, flat_faces: int = 0) -> Array:

@@ -19,6 +19,7 @@ from moireid.simulate.mitsuba.page import BEHIND_MM
 from moireid.simulate.mitsuba.sheet import ACROSS, ALONG, Strips
 from moireid.simulate.mitsuba.view import Crop, View
 from moireid.simulate.scene import Scene
+from moireid.turned import OwnFrame, own_frame
 
 Array = NDArray[np.float64]
 
@@ -79,19 +80,19 @@ def rest_of_page(mi: Any, scene: Scene, green: float) -> Any:
         }
     )
     strips = Strips(across * scale[0], along * scale[1], np.full(across.shape, BEHIND_MM * (1 + scene.need.bounces)))
-    return mesh(mi, "x", strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
+    return mesh(mi, own_frame("x", scene.badge.page_mm), strips, {"emitter": lamp, "bsdf": _black(mi)}, places=places)
 
 
-def mesh(mi: Any, axis: str, strips: Strips, parts: dict[str, Any], *, places: Array | None = None) -> Any:
+def mesh(mi: Any, frame: OwnFrame, strips: Strips, parts: dict[str, Any], *, places: Array | None = None) -> Any:
     """A Mitsuba mesh of strips.
 
-    Parameters: parts: emitter and bsdf; places: (N, 4, 2) in the texture, v down.
+    Parameters: frame: of the grating; parts: emitter and bsdf; places: (N, 4, 2) in the texture, v down.
     Convention: faces look at the camera, to -z, whichever way the lenses run.
     """
-    order, faces = [0, 1, 2], np.array([0, 1, 2, 0, 2, 3])
-    if axis == "y":
-        # Swapping x and y is a mirror, which turns faces over.
-        order, faces = [1, 0, 2], faces[[0, 2, 1, 3, 5, 4]]
+    faces = np.array([0, 1, 2, 0, 2, 3])
+    if frame.handed < 0:
+        # A reflection turns faces over.
+        faces = faces[[0, 2, 1, 3, 5, 4]]
     props = mi.Properties()
     for name, part in parts.items():
         props[name] = part
@@ -105,15 +106,18 @@ def mesh(mi: Any, axis: str, strips: Strips, parts: dict[str, Any], *, places: A
         has_vertex_texcoords=places is not None,
     )
     figures = mi.traverse(made)
-    points = np.stack([strips.across, strips.along, strips.depth], axis=-1)[..., order]
+    points = np.concatenate(
+        [frame.vectors(np.stack([strips.across, strips.along], axis=-1)), strips.depth[..., None]], axis=-1
+    )
     figures["vertex_positions"] = points.astype(np.float32).ravel()
     figures["faces"] = (4 * np.arange(count)[:, None] + faces).astype(np.uint32).ravel()
     if places is not None:
         figures["vertex_texcoords"] = places.astype(np.float32).ravel()
     figures.update()
     if strips.normals is not None:
+        normals = np.concatenate([frame.vectors(strips.normals[..., :2]), strips.normals[..., 2:]], axis=-1)
         # Set last, because Mitsuba computes its own normals whenever the points change.
-        figures["vertex_normals"] = strips.normals[..., order].astype(np.float32).ravel()
+        figures["vertex_normals"] = normals.astype(np.float32).ravel()
         figures.update()
     return made
 

@@ -26,7 +26,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Grating
 from moireid.errors import SpecError
 from moireid.simulate.analytic.renderer import Rendered
 from moireid.simulate.mitsuba.lit import BOUNCES, LIT_INTEGRATOR, lamps, lit_page
@@ -75,12 +74,12 @@ class MitsubaRenderer:
         self._film: tuple[int, int] | None = None
         with mitsuba_with(variant) as mi:
             described = {"type": "scene", "page": rest_of_page(mi, scene, 1.0 if scene.light is None else 0.0)}
-            for number, grating in enumerate(scene.badge.gratings):
+            for number in range(len(scene.badge.gratings)):
                 # In Mitsuba a lamp belongs to one surface, so each grating has its own.
                 surfaces = _shining_page(mi, scene) if scene.light is None else lit_page(mi, scene)
                 # A face between glass and glass, with one refractive index on both sides: it bends no ray.
                 surfaces |= {"within": clear(mi, 1.0)} if scene.need.bounces else {}
-                for part, made in _grating_meshes(mi, scene, grating, segments, surfaces).items():
+                for part, made in _grating_meshes(mi, scene, number, segments, surfaces).items():
                     described[f"grating{number}_{part}"] = made
             if scene.light is not None:
                 described |= lamps(mi, scene.lens, scene.light)
@@ -151,11 +150,12 @@ def _shining_page(mi: Any, scene: Scene) -> dict[str, dict[str, Any]]:
 
 
 def _grating_meshes(
-    mi: Any, scene: Scene, grating: Grating, segments: int, surfaces: dict[str, dict[str, Any]]
+    mi: Any, scene: Scene, number: int, segments: int, surfaces: dict[str, dict[str, Any]]
 ) -> dict[str, Any]:
     """The page's lines under one grating, the sheet over it, and its sides; each part has a surface of its own."""
-    lens, room = scene.lens, sheet_room(scene, grating)
-    build = turned_for(scene.build, grating.axis)
+    grating = scene.badge.gratings[number]
+    lens, room, frame = scene.lens, sheet_room(scene, grating), scene.badge.frame_of(grating)
+    build = turned_for(scene.build, number, frame.handed)
     parts = {name: (strips, name) for name, strips in page_strips(scene, grating).items()}
     if lens.kind == "lenticular":
         parts["lenses"] = (front_strips(lens, build, room, segments), "glass")
@@ -165,4 +165,4 @@ def _grating_meshes(
     parts["walls"] = (wall_strips(scene, room), "walls")
     if scene.need.bounces:
         parts["back"] = (hidden_face(scene, room), "within")
-    return {name: mesh(mi, grating.axis, strips, surfaces[surface]) for name, (strips, surface) in parts.items()}
+    return {name: mesh(mi, frame, strips, surfaces[surface]) for name, (strips, surface) in parts.items()}

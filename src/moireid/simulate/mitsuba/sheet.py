@@ -51,13 +51,13 @@ class Profile:
     high: Array
 
 
-def turned_for(build: Build, axis: str) -> Build:
-    """The build as a grating of that axis sees it.
+def turned_for(build: Build, grating: int, handed: float) -> Build:
+    """The build as one grating sees it: with its own piece of sheet, the twist from across towards along.
 
-    Convention: on a y grating, across and along change places, and a twist changes its sign.
-    Source: a reflection in the diagonal.
+    Parameters: grating: its number; handed: of its frame (`moireid.turned`), by which a twist changes its sign.
     """
-    return build if axis == "x" else replace(build, twist_rad=-build.twist_rad)
+    offset_mm, twist_rad = build.sheet(grating)
+    return replace(build, lens_offset_mm=offset_mm, twist_rad=handed * twist_rad, laid=())
 
 
 def lens_profile(lens: Lens, build: Build, room: Room, segments: int) -> Profile:

@@ -18,6 +18,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from moireid.turned import OwnFrame
 from moireid.verifier.camera.stretches import longest_step_s
 from moireid.verifier.limits import MAX_STEP_RAD, MIXED_SDS
 
@@ -26,16 +27,19 @@ Array = NDArray[np.float64]
 LEAST_FRAMES = 50
 
 
-def carried_rad(homographies: Array, middle_mm: Array, axis: int, frequency_per_mm: float, times_s: Array) -> Array:
+def carried_rad(
+    homographies: Array, frame: OwnFrame, middle_mm: Array, frequency_per_mm: float, times_s: Array
+) -> Array:
     """By how much the page, at rest to the camera's parallax, turned the fringe at one pixel since the frame before.
 
-    Parameters: homographies (T, 3, 3): page -> picture; middle_mm (2,): of the grating, whose pixel is meant.
+    Parameters: homographies (T, 3, 3): page -> picture; frame, middle_mm (2,): of the grating whose pixel is meant, own
+        mm.
     Convention: 2 pi f times how far on the page that pixel lay before; 0 for the first frame and after a missing one.
     Returns: (T,).
     """
-    seen = homographies[1:] @ np.append(middle_mm, 1.0)
+    seen = homographies[1:] @ np.append(frame.on_page(middle_mm), 1.0)
     before = np.linalg.solve(homographies[:-1], seen[..., None])[..., 0]
-    moved_mm = before[:, axis] / before[:, 2] - middle_mm[axis]
+    moved_mm = frame.places(before[:, :2] / before[:, 2:])[:, 0] - middle_mm[0]
     moved_mm[np.diff(times_s) > longest_step_s(times_s)] = 0.0
     return np.asarray(np.concatenate([[0.0], 2 * np.pi * frequency_per_mm * moved_mm]))
 

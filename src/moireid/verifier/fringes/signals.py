@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
+from moireid.turned import OwnFrame, own_rect
 from moireid.verifier.camera.fit import CameraFit, fit_camera
 from moireid.verifier.camera.smoothing import smooth_camera, without_outliers
 from moireid.verifier.camera.stretches import stretch_numbers, within_stretches
@@ -56,7 +57,7 @@ class GratingSignal:
     from the smoothed pose; strip_residual_rad (S,): deviation of each strip from the common signal, root mean square;
     place_residual_rad (S,): deviation of places along each strip from it (`block_motion`); tangent_sd: error of the
     spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
-    camera's parallax along the other axis, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
+    camera's parallax along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
     frames whose markers do not lie as on a flat page, so that their poses are left out;
@@ -223,7 +224,7 @@ def _measured_strip(track: Track, badge: Badge, index: int, camera_mm: Array) ->
     found = measure_strip(profiles, law, strip.length_mm, band)
     shape = strip_shape(profiles, law, found)
     apart = places_apart_rad(shape, track.times_s)
-    parallax = camera_mm[:, strip.axis] / np.abs(camera_mm[:, 2])
+    parallax = strip.frame.places(camera_mm[:, :2])[:, 0] / np.abs(camera_mm[:, 2])
     depth = depth_law(shape, law, found, parallax, strip.length_mm)
     return _Strip(found, law.middle_phase_rad(found.frequency_per_mm), apart, depth)
 
@@ -236,30 +237,32 @@ def _grating_signal(
     every = [found for strip, found in zip(track.strips, strips, strict=True) if strip.grating == index and found]
     own = _uncovered(every)
     clear = sum(float(np.mean(~strip.phase.covered & ~poses.covered)) for strip in own)
-    axis = 0 if grating.axis == "x" else 1
+    frame = badge.frame_of(grating)
     rounding = float(np.median([rounding_rad(strip.phase) for strip in own])) if own else 0.0
-    tangent_error = _after_smoothing(float(poses.jitter[axis]), poses.camera.tangent_error[axis], rounding)
+    jitter, whole = (float(frame.spreads(pair)[0]) for pair in (poses.jitter, poses.camera.tangent_error))
+    tangent_error = _after_smoothing(jitter, whole, rounding)
     phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
     signal = _combine(phases, predictions, poses.enlarged * tangent_error, badge, grating, track.times_s, poses.stretch)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
         # `pose_sd_rad` is the error of a typical frame; a frame with a worse pose gets a larger error bar.
-        vague = np.maximum(track.vague[:, axis] / np.median(track.vague[:, axis]), 1.0)
+        vague = frame.spreads(track.vague)[:, 0]
+        vague = np.maximum(vague / np.median(vague), 1.0)
         sd = np.hypot(sd, signal.pose_sd_rad * np.sqrt(vague**2 - 1))
     return replace(
         signal,
         phase_sd_rad=sd,
         place_residual_rad=np.array([strip.place_residual_rad for strip in own]),
-        tangent_sd=poses.camera.tangent_sd[axis],
-        covariates=_covariates(poses.camera_mm, poses.page_mm, axis),
+        tangent_sd=float(frame.spreads(poses.camera.tangent_sd)[0]),
+        covariates=_covariates(poses.camera_mm, poses.page_mm, frame),
         rounding_rad=rounding,
         covered_share=1 - clear / max(len(every), 1),
         stray_share=poses.stray_share,
         focal_at_limit=poses.camera.focal_at_limit,
         lasting_px=poses.camera.lasting_px,
         zoom=poses.camera.zoom,
-        mixed_share=_mixed(own, known, track, grating) if own else 0.0,
+        mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
         beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
     )
 
@@ -278,15 +281,15 @@ def _beyond(strips: list[_Strip], known: NDArray[np.bool_], homographies: Array,
     )
 
 
-def _mixed(strips: list[_Strip], known: NDArray[np.bool_], track: Track, grating: Grating) -> float:
+def _mixed(strips: list[_Strip], known: NDArray[np.bool_], track: Track, frame: OwnFrame, grating: Grating) -> float:
     """As `mixed_frames.mixed_share`, of the mean of a grating's strips; known (T,): frames with a good pose."""
     phases = [strip.phase for strip in strips]
     contrast = np.mean([phase.contrast / max(float(np.median(phase.contrast)), 1e-9) for phase in phases], axis=0)
     clear = known & ~np.any([phase.covered for phase in phases], axis=0)
-    x0, y0, x1, y1 = grating.rect_mm
-    middle, axis = np.array([(x0 + x1) / 2, (y0 + y1) / 2]), 0 if grating.axis == "x" else 1
+    low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
+    middle = np.array([(low + high) / 2, (top + bottom) / 2])
     frequency = float(np.mean([phase.frequency_per_mm for phase in phases]))
-    carried = carried_rad(track.homographies, middle, axis, frequency, track.times_s)
+    carried = carried_rad(track.homographies, frame, middle, frequency, track.times_s)
     predicted = np.mean([strip.predicted_rad for strip in strips], axis=0)
     return mixed_share(np.where(clear, contrast, np.nan), carried, predicted)
 
@@ -304,10 +307,11 @@ def _uncovered(strips: list[_Strip]) -> list[_Strip]:
     return [strip for strip, hidden in zip(strips, covered, strict=True) if not hidden]
 
 
-def _covariates(camera_mm: Array, page_mm: Array, axis: int) -> Array:
-    """The camera's parallax along the other axis, and one over its distance, (T, 2)."""
+def _covariates(camera_mm: Array, page_mm: Array, frame: OwnFrame) -> Array:
+    """The camera's parallax along the lines, and one over its distance, (T, 2)."""
     near = 1 / np.abs(camera_mm[:, 2])
-    return np.column_stack([(camera_mm[:, 1 - axis] - page_mm[:, 1 - axis].mean()) * near, near])
+    beside = frame.places(camera_mm[:, :2])[:, 1] - frame.places(page_mm)[:, 1].mean()
+    return np.column_stack([beside * near, near])
 
 
 def _small_marker_factor(corners_px: Array) -> float:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge
+from moireid.turned import own_rect
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
@@ -36,7 +37,7 @@ TWIST_FRAMES = 128
 
 @dataclass(frozen=True)
 class CellPhase:
-    """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, page mm.
+    """Phase of one cell relative to the uniform rows' field, its standard deviation, and the cell's middle, own mm.
 
     free_rad: the phase without the constraint to one of the code's places; moved: mean over frames and samples of the
     measured change times the change expected of this symbol; power: mean of the expected change squared.
@@ -161,8 +162,8 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
     badge = track.badge
     code = badge.gratings[grating].code
     assert code is not None
-    rect, axis = badge.gratings[grating].rect_mm, 0 if badge.gratings[grating].axis == "x" else 1
-    middle = (rect[1 - axis] + rect[3 - axis]) / 2
+    _, top, _, bottom = own_rect(badge.gratings[grating].axis, badge.gratings[grating].rect_mm)
+    middle = (top + bottom) / 2
     uniform = [
         (strip, phase, prediction)
         for strip, phase, prediction in zip(track.strips, measurement.strips, measurement.predictions_rad, strict=True)
@@ -202,8 +203,8 @@ def _twists(apart: Array, across: Array, weight: Array, most: float) -> list[flo
 
 
 def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:
-    rect = badge.gratings[strip.grating].cells[cell].rect_mm
-    low, high = rect[strip.axis], rect[strip.axis + 2]
+    own = badge.gratings[strip.grating]
+    low, _, high, _ = own_rect(own.axis, own.cells[cell].rect_mm)
     margin = min(MARGIN_MM, 0.2 * (high - low))
     return np.asarray((strip.along_mm >= low + margin) & (strip.along_mm <= high - margin))
 

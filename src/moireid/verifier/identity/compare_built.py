@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
 from moireid.errors import DesignError
+from moireid.turned import own_rect
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.identity.decode import read_identity
 from moireid.verifier.limits import (
@@ -110,8 +111,7 @@ def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -
     seconds = float(measurement.times_s[-1] - measurement.times_s[0])
     off_centre = abs(float(law_rad.mean()))
     offset_sd = math.hypot(wander / math.sqrt(max(INDEPENDENT_PER_S * seconds, 1.0)), off_centre * gain_sd)
-    height = badge.gratings[index].rect_mm
-    span = (height[3] - height[1]) if badge.gratings[index].axis == "x" else (height[2] - height[0])
+    _, top, _, bottom = own_rect(badge.gratings[index].axis, badge.gratings[index].rect_mm)
     as_built = AsBuilt(
         badge_id=badge.id,
         beat_frequency_per_mm=reference.frequency_per_mm,
@@ -119,7 +119,7 @@ def filmed_built(track: Track, measurement: Measurement, invariant: Invariant) -
         offset_rad=float(np.angle(mean_turn)),
         offset_sd=offset_sd,
         twist_rad_per_mm=field.twist_rad_per_mm,
-        twist_sd=ROW_OFFSET_SD_RAD / span,
+        twist_sd=ROW_OFFSET_SD_RAD / (bottom - top),
         gain_ratio=gain,
         gain_sd=gain_sd,
     )
@@ -160,13 +160,13 @@ def compare_built(
     Returns: Comparison; "not_known" lies between the limits of original and copy.
     Source: module docstring; limits in standard deviations of the repeatability, plus what weather does.
     """
-    index = next(k for k, grating in enumerate(badge.gratings) if grating.code)
-    rect, axis = badge.gratings[index].rect_mm, 0 if badge.gratings[index].axis == "x" else 1
-    half_mm = (rect[axis + 2] - rect[axis]) / 2
+    grating = next(grating for grating in badge.gratings if grating.code)
+    low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
+    half_mm = (high - low) / 2
     lines_per_mm = 1.0 / badge.lens.pitch_mm
     beat = found.beat_frequency_per_mm - enrolled.beat_frequency_per_mm
     beat_sd = math.hypot(found.beat_frequency_sd, enrolled.beat_frequency_sd, MIN_FREQUENCY_SD_PER_MM)
-    paper, sheet = PAPER_GROWTH_SHARE[badge.gratings[index].axis], SHEET_GROWTH_PER_K * WEATHER_K
+    paper, sheet = float(badge.frame_of(grating).growths(PAPER_GROWTH_SHARE)[0]), SHEET_GROWTH_PER_K * WEATHER_K
     usual, most = math.hypot(paper, sheet) * lines_per_mm, (paper + sheet) * lines_per_mm
     slide_rad = 2 * math.pi * half_mm * min(abs(beat), most)
     offset = abs(math.remainder(found.offset_rad - enrolled.offset_rad, 2 * math.pi))

@@ -31,6 +31,7 @@ from threadpoolctl import threadpool_limits
 
 from moireid.badge import Badge
 from moireid.provenance import Barred
+from moireid.turned import axis_words
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.reasons import Reason, worst
 from moireid.verifier.session.chapters import Chapter, identity_of, invariant_of
@@ -217,7 +218,7 @@ def _left_out(
     if measurement and measurement.camera.focal_given:
         parts.append("solving for the focal length")
     if len({grating.axis for grating in badge.gratings}) == 1:
-        parts.append(f"the {'y' if badge.gratings[0].axis == 'x' else 'x'} axis, on which the badge has no fringes")
+        parts.append(f"motion along the lines, square to {axis_words(badge.gratings[0].axis)}, as no fringes sense it")
     if all(grating.code is None for grating in badge.gratings):
         parts.append("decoding, as the board carries no code")
     return tuple(parts)

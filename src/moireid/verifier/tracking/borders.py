@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Rect
+from moireid.turned import own_frame, own_rect
 from moireid.verifier.tracking.template import BLUR_PX, warp_jacobian
 
 Array = NDArray[np.float64]
@@ -105,27 +106,24 @@ class Borders:
 
 def borders_of(badge: Badge) -> Borders | None:
     """The usable borders of a badge; None if there are none."""
-    rects = [grating.rect_mm for grating in badge.gratings]
-    half = badge.markers.size_mm / 2
-    dark = [*rects, *((x - half, y - half, x + half, y + half) for x, y in badge.markers.centers_mm)]
+    upright, half = own_frame("x", badge.page_mm), badge.markers.size_mm / 2
+    dark = [(badge.frame_of(g), own_rect(g.axis, g.rect_mm)) for g in badge.gratings]
+    dark += [(upright, (x - half, y - half, x + half, y + half)) for x, y in badge.markers.centers_mm]
     across = (np.arange(ACROSS) + 0.5) / ACROSS * 2 * REACH_MM - REACH_MM
     along = (np.arange(ALONG) + 0.5) / ALONG * SEGMENT_MM - SEGMENT_MM / 2
     places, inward, normals, owner = [], [], [], []
     border = 0
-    for grating in badge.gratings:
-        side = 1 if grating.axis == "x" else 0
-        low, high = grating.rect_mm[1 - side], grating.rect_mm[3 - side]
-        for edge, sign in ((grating.rect_mm[side], 1.0), (grating.rect_mm[side + 2], -1.0)):
+    for g in range(len(badge.gratings)):
+        frame, (low, top, high, bottom) = dark[g]
+        for edge, sign in ((top, 1.0), (bottom, -1.0)):
             for middle in np.arange(low + 2 * SEGMENT_MM, high - 2 * SEGMENT_MM, SEGMENT_MM):
-                grid = np.empty((ALONG * ACROSS, 2))
-                lengthwise, crosswise = np.meshgrid(middle + along, across)
-                grid[:, 1 - side], grid[:, side] = lengthwise.ravel(), edge + sign * crosswise.ravel()
-                outside = grid[crosswise.ravel() < 0]
-                if any(_meets(outside, rect) for rect in dark if rect is not grating.rect_mm):
+                lengthwise, crosswise = (grid.ravel() for grid in np.meshgrid(middle + along, across))
+                grid = frame.on_page(np.column_stack([lengthwise, edge + sign * crosswise]))
+                if any(_meets(other.places(grid[crosswise < 0]), rect) for other, rect in dark[:g] + dark[g + 1 :]):
                     continue
                 places.append(grid)
-                inward.append(crosswise.ravel())
-                normals.append(sign * np.eye(2)[side])
+                inward.append(crosswise)
+                normals.append(sign * np.array(frame.rows[1]))
                 owner.append(border)
             border += 1
     if not places:

@@ -68,7 +68,7 @@ class CalmWatch:
 
     def __init__(self, badge: Badge) -> None:
         squares = [(*quad.min(axis=0), *quad.max(axis=0)) for quad in marker_corners_mm(badge.markers)]
-        rects = np.array([*squares, *(grating.rect_mm for grating in badge.gratings)])
+        rects = np.array([*squares, *(badge.bounds_of(grating) for grating in badge.gratings)])
         low, high = rects[:, :2].min(axis=0), rects[:, 2:].max(axis=0)
         self._step_mm = float((high - low).max()) / SAMPLES
         columns, rows = np.ceil((high - low) / self._step_mm).astype(int).tolist()

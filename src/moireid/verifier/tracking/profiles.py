@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Grating
 from moireid.errors import SpecError
+from moireid.turned import OwnFrame, own_rect
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.sampling import Places, part_around
 
@@ -45,13 +46,13 @@ def counts_of(light: NDArray[np.float32]) -> NDArray[np.uint8]:
 class Strip:
     """A row of cells, or part of one.
 
-    cells: indices in the grating, one for a uniform strip, several for a row of phase cells; along_mm: places along the
-    grating's axis, (N,), page mm; across_mm: middle of the strip.
+    cells: indices in the grating, one for a uniform strip, several for a row of phase cells; frame: the grating's own;
+    along_mm: places along its axis, (N,), and across_mm: middle of the strip along its lines, own mm.
     """
 
     grating: int
     cells: tuple[int, ...]
-    axis: int
+    frame: OwnFrame
     along_mm: NDArray[np.float64]
     across_mm: float
 
@@ -82,7 +83,7 @@ class ProfileReader:
         self.samples = int(np.clip(longest * SAMPLES_PER_MM, *SAMPLES_RANGE))
         points, self._row_counts = [], []
         for (g, cells), (low, high, top, bottom) in zip(rows, spans, strict=True):
-            axis = 0 if badge.gratings[g].axis == "x" else 1
+            frame = badge.frame_of(badge.gratings[g])
             if high - low <= 4 * MARGIN_ALONG_MM or bottom - top <= MIN_ROW_MM:
                 raise SpecError(
                     f"a row of grating {g} is {high - low:g} x {bottom - top:g} mm, too small to be read; it needs "
@@ -94,11 +95,11 @@ class ProfileReader:
             parts = max(1, math.ceil((bottom - top) / MAX_STRIP_MM)) if len(cells) == 1 else 1
             for part in range(parts):
                 begin, end = (top + (bottom - top) * (part + k) / parts for k in (0, 1))
-                self.strips.append(Strip(g, cells, axis, along, (begin + end) / 2))
+                self.strips.append(Strip(g, cells, frame, along, (begin + end) / 2))
                 count = max(2, round((end - begin) / ROW_STEP_MM))
                 across = begin + (np.arange(count) + 0.5) / count * (end - begin)
                 grid = np.stack(np.meshgrid(along, across), axis=-1)
-                points.append(grid if axis == 0 else grid[..., ::-1])
+                points.append(frame.on_page(grid))
                 self._row_counts.append(count)
         self._places = Places(np.concatenate(points).reshape(-1, 2), rows=sum(self._row_counts))
         self._first_rows = np.concatenate([[0], np.cumsum(self._row_counts)[:-1]])
@@ -131,23 +132,19 @@ def cell_rows(grating: Grating) -> list[tuple[int, ...]]:
 
     A cell without a code, or a uniform one, is a row by itself.
     """
-    along, across = (0, 1) if grating.axis == "x" else (1, 0)
     roles = grating.code.roles if grating.code else ("reference",) * len(grating.cells)
     rows: dict[tuple[float, float, int], list[int]] = {}
     for index, (cell, role) in enumerate(zip(grating.cells, roles, strict=True)):
         own = -1 if role == "phase" else index
-        key = (round(cell.rect_mm[across], 4), round(cell.rect_mm[across + 2], 4), own)
-        rows.setdefault(key, []).append(index)
-    return [tuple(sorted(row, key=lambda k: grating.cells[k].rect_mm[along])) for row in rows.values()]
+        _, top, _, bottom = own_rect(grating.axis, cell.rect_mm)
+        rows.setdefault((round(top, 4), round(bottom, 4), own), []).append(index)
+    return [
+        tuple(sorted(row, key=lambda k: own_rect(grating.axis, grating.cells[k].rect_mm)[0])) for row in rows.values()
+    ]
 
 
 def _span(grating: Grating, cells: tuple[int, ...]) -> tuple[float, float, float, float]:
     """Extent of a row: lowest and highest along the axis, then across it."""
-    along, across = (0, 1) if grating.axis == "x" else (1, 0)
-    rects = [grating.cells[k].rect_mm for k in cells]
-    return (
-        min(rect[along] for rect in rects),
-        max(rect[along + 2] for rect in rects),
-        rects[0][across],
-        rects[0][across + 2],
-    )
+    rects = [own_rect(grating.axis, grating.cells[k].rect_mm) for k in cells]
+    _, top, _, bottom = rects[0]
+    return min(low for low, *_ in rects), max(high for _, _, high, _ in rects), top, bottom
