@@ -124,7 +124,7 @@ def test_the_fringes_move_and_lie_as_the_verifier_predicts(page: Page, badge: Ba
         where = strip.along_mm[:: max(1, len(strip.along_mm) // 6)]
         points = [
             {"g": strip.grating, "c": strip.cells[0], "camera": camera}
-            | dict(zip("xy" if strip.axis == 0 else "yx", (float(place), strip.across_mm), strict=True))
+            | dict(zip("xy", strip.frame.on_page((float(place), strip.across_mm)).tolist(), strict=True))
             for camera in CAMERAS
             for place in where
         ]

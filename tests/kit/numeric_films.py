@@ -12,6 +12,7 @@ import numpy as np
 
 from moireid.badge import Badge, Cell
 from moireid.lenticule import view_law
+from moireid.turned import own_rect
 from moireid.verifier.tracking.profiles import ProfileReader, Strip
 from moireid.verifier.tracking.track import Track
 
@@ -61,10 +62,11 @@ def lines_seen(badge: Badge, strip: Strip, camera: np.ndarray, built: Building) 
     """Fringe phase at a strip's samples (T, N); a dark line is shown where it is a whole turn."""
     grating = badge.gratings[strip.grating]
     away = np.abs(camera[:, 2:])
-    mean = camera[:, strip.axis].mean()
-    shown = mean + built.gain * (camera[:, strip.axis, None] - mean)
+    own = strip.frame.places(camera[:, :2])
+    mean = own[:, 0].mean()
+    shown = mean + built.gain * (own[:, :1] - mean)
     tangent = (strip.along_mm[None, :] - shown) / away
-    across = (strip.across_mm - camera[:, 1 - strip.axis, None]) / away
+    across = (strip.across_mm - own[:, 1:]) / away
     place = strip.along_mm[None, :] - badge.lens.thickness_mm * tangent
     pitch = np.array([cell_at(badge, strip, x).pitch_mm for x in strip.along_mm])
     edge = np.array([cell_at(badge, strip, x).edge_mm for x in strip.along_mm])
@@ -75,9 +77,12 @@ def lines_seen(badge: Badge, strip: Strip, camera: np.ndarray, built: Building) 
 
 
 def cell_at(badge: Badge, strip: Strip, along_mm: float) -> Cell:
-    cells = [badge.gratings[strip.grating].cells[k] for k in strip.cells]
-    low, high = strip.axis, strip.axis + 2
-    return next((c for c in cells if c.rect_mm[low] <= along_mm < c.rect_mm[high]), cells[-1])
+    grating = badge.gratings[strip.grating]
+    for cell in (grating.cells[k] for k in strip.cells):
+        low, _, high, _ = own_rect(grating.axis, cell.rect_mm)
+        if low <= along_mm < high:
+            return cell
+    return grating.cells[strip.cells[-1]]
 
 
 def filmed(badge: Badge, built: Building | None = None) -> Track:

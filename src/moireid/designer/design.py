@@ -364,6 +364,7 @@ def _dot_phase_rad(gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int
     return max(
         abs(realised(grating, cell, lens_pitch_mm, dot_mm).phase_error_rad)
         for grating in gratings
+        if isinstance(grating.axis, str)
         for cell in grating.cells
     )
 

@@ -21,7 +21,8 @@ from dataclasses import dataclass
 from moireid.errors import DesignError
 from moireid.turned import Axis, Rect, own_frame
 
-ANGLES_DEG = (0.0, 60.0, 120.0)
+#: The level field is an "x" one, as its lines can be set on a printer's dots.
+AXES: tuple[Axis, ...] = ("x", 60.0, 120.0)
 #: Length over height of a field.  Six rows, of which three hold twelve cells each, carry a third of 64 bits; with this
 #: shape rows and cells are read farthest.
 SHAPE = 1.8
@@ -63,9 +64,9 @@ def three_fields(room: Room, gap_mm: float, page_mm: tuple[float, float]) -> tup
     y = height - room.row + _ROOT3 * (x - room.column)
     middles = ((0.0, room.bottom - height / 2), (x, y), (-x, y))
     fields: list[tuple[Axis, Rect]] = []
-    for angle, (right, down) in zip(ANGLES_DEG, middles, strict=True):
-        along, across = own_frame(angle, page_mm).places((page_mm[0] / 2 + right, page_mm[1] / 2 + down)).tolist()
+    for axis, (right, down) in zip(AXES, middles, strict=True):
+        along, across = own_frame(axis, page_mm).places((page_mm[0] / 2 + right, page_mm[1] / 2 + down)).tolist()
         half = round(length / 2, 3), round(height / 2, 3)
         low, top = round(along - half[0], 3), round(across - half[1], 3)
-        fields.append((angle, (low, top, round(low + 2 * half[0], 3), round(top + 2 * half[1], 3))))
+        fields.append((axis, (low, top, round(low + 2 * half[0], 3), round(top + 2 * half[1], 3))))
     return tuple(fields)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from moireid.turned import own_frame
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
 from moireid.verifier.limits import MAX_MIXED_SHARE
 
@@ -50,7 +51,8 @@ def test_a_page_that_moves_right_carries_its_fringes_along():
     for frame, homography in enumerate(moved):
         homography[:] = [[2.0, 0.1, 100 + 3.0 * frame], [0.0, 2.0, 50.0], [0.0, 0.0, 1.0]]
     times = np.array([0, 1, 2, 5, 6, 7]) / 30.0
-    carried = carried_rad(moved, np.array([70.0, 80.0]), 0, 0.04, times)
     # The pixel that shows x now showed x + 1.5 mm before.
-    assert carried == pytest.approx(2 * np.pi * 0.04 * 1.5 * np.array([0, 1, 1, 0, 1, 1]), abs=1e-9)
-    assert carried_rad(moved, np.array([70.0, 80.0]), 1, 0.04, times) == pytest.approx(0.0, abs=1e-9)
+    for axis, share in (("x", 1.0), ("y", 0.0), (60.0, 0.5), (120.0, -0.5)):
+        frame = own_frame(axis, (210.0, 297.0))
+        carried = carried_rad(moved, frame, frame.places((70.0, 80.0)), 0.04, times)
+        assert carried == pytest.approx(share * 2 * np.pi * 0.04 * 1.5 * np.array([0, 1, 1, 0, 1, 1]), abs=1e-9)

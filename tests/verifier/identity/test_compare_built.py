@@ -54,7 +54,7 @@ def test_each_figure_tells_a_copy_alone(ada):
 
 def test_a_badge_that_weather_grew_is_still_the_original(ada):
     """Catches: a limit without room for humidity; and that room given where the beat shows no drift."""
-    drift = 0.8 * PAPER_GROWTH_SHARE["x"] / ada.lens.pitch_mm
+    drift = 0.8 * PAPER_GROWTH_SHARE[0] / ada.lens.pitch_mm
     moved = replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + drift, offset_rad=ONE.offset_rad - 0.6)
     assert compare_built(moved, ONE, ada).built == "original"
     assert compare_built(replace(moved, beat_frequency_per_mm=ONE.beat_frequency_per_mm), ONE, ada).built == "copy"
@@ -72,7 +72,7 @@ def test_warmth_moisture_and_both_together(ada):
             replace(ONE, beat_frequency_per_mm=ONE.beat_frequency_per_mm + share / pitch), ONE, badge
         ).built
 
-    wet, wet_along = PAPER_GROWTH_SHARE["x"], PAPER_GROWTH_SHARE["y"]
+    wet, wet_along = PAPER_GROWTH_SHARE
     assert built(warmth) == built(-warmth) == built(wet) == built(-wet) == "original"
     assert built(0.97 * (warmth + wet)) == "not_known"
     assert built(1.1 * (warmth + wet)) == "copy"

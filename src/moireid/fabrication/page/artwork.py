@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, Grating, Rect
+from moireid.turned import own_rect
 
 CROP_MARK_MM = 6.0
 CROP_GAP_MM = 2.0
@@ -26,22 +27,18 @@ def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
     """The dark lines of one cell, cut at its border.
 
     Convention: lines begin at edge_mm + k pitch_mm along the grating's axis and are duty pitch_mm wide.
-    Returns: rectangles in page mm.
+    Returns: rectangles as the cell's own is given: page mm, or in the frame of a turned grating (`moireid.turned`).
     Source: each edge is computed from k, never by adding up a rounded pitch, so that nothing drifts.
     """
-    low, high = (cell.rect_mm[0], cell.rect_mm[2]) if grating.axis == "x" else (cell.rect_mm[1], cell.rect_mm[3])
+    low, top, high, bottom = own_rect(grating.axis, cell.rect_mm)
     first = math.floor((low - cell.edge_mm) / cell.pitch_mm)
     last = math.ceil((high - cell.edge_mm) / cell.pitch_mm)
     lines: list[Rect] = []
     for k in range(first, last + 1):
         begin = cell.edge_mm + k * cell.pitch_mm
         start, stop = max(begin, low), min(begin + cell.duty * cell.pitch_mm, high)
-        if stop - start <= 1e-9:
-            continue
-        if grating.axis == "x":
-            lines.append((start, cell.rect_mm[1], stop, cell.rect_mm[3]))
-        else:
-            lines.append((cell.rect_mm[0], start, cell.rect_mm[2], stop))
+        if stop - start > 1e-9:
+            lines.append(own_rect(grating.axis, (start, top, stop, bottom)))
     return lines
 
 

@@ -47,6 +47,7 @@ from moireid.fabrication.page.lettering import (
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
 from moireid.profiles import FORMS, Printer
+from moireid.turned import Axis, own_rect
 
 POINTS_PER_MM = 72.0 / 25.4
 REGULAR, BOLD = "MoireidSans", "MoireidSans-Bold"
@@ -116,6 +117,18 @@ class Sheet:
                 (x1 - x0) * POINTS_PER_MM,
                 (y1 - y0) * POINTS_PER_MM,
             )
+        self.canvas.setFillGray(grey)
+        self.canvas.drawPath(path, stroke=0, fill=1)
+
+    def fill_loops(self, loops: list[list[tuple[float, float]]], grey: float = 0.0) -> None:
+        """Fill polygons, given by their corners as they are drawn, scale included, as one path."""
+        path: Any = self.canvas.beginPath()
+        for corners in loops:
+            points = [(x * POINTS_PER_MM, (self.height_mm - y) * POINTS_PER_MM) for x, y in corners]
+            path.moveTo(*points[0])
+            for point in points[1:]:
+                path.lineTo(*point)
+            path.close()
         self.canvas.setFillGray(grey)
         self.canvas.drawPath(path, stroke=0, fill=1)
 
@@ -236,7 +249,7 @@ def draw_board(
         mark_mm: length of the crop marks.
     """
     for grating in badge.gratings:
-        draw_lines(sheet, grating, form, dot_mm)
+        draw_lines(sheet, badge, grating, form, dot_mm)
     for square, white in marker_squares(badge):
         sheet.fill([square])
         sheet.fill(white, grey=1.0)
@@ -247,9 +260,16 @@ def draw_board(
         sheet.stroke(x0 - left, y0 - top, x1 - left, y1 - top)
 
 
-def draw_lines(sheet: Sheet, grating: Grating, form: str, dot_mm: float) -> None:
-    """Draw all dark lines of a grating in one of the `FORMS`."""
+def draw_lines(sheet: Sheet, badge: Badge, grating: Grating, form: str, dot_mm: float) -> None:
+    """Draw all dark lines of a grating of the badge, or over one, in one of the `FORMS`; turned ones as they are.
+
+    Source: a line that crosses the dots aslant has no border between dots to lie on (`moireid.dots.on_dots`).
+    """
     lines = [line for cell in grating.cells for line in dark_lines(grating, cell)]
+    if not isinstance(grating.axis, str):
+        frame = badge.frame_of(grating)
+        sheet.fill_loops([[sheet.place(x, y) for x, y in frame.corners_mm(line).tolist()] for line in lines])
+        return
     drawn = [(*sheet.place(x0, y0), *sheet.place(x1, y1)) for x0, y0, x1, y1 in lines]
     sheet.fill_drawn(drawn if form == "vector" else [on_dots(line, grating.axis, dot_mm) for line in drawn])
 
@@ -262,7 +282,7 @@ def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float, count: int =
     Drawn about the same places as the badge's page, so that what a printer does to one it does to the other.
     """
     for grating in badge.gratings:
-        draw_lines(sheet, mask_grating(badge.lens, grating), form, dot_mm)
+        draw_lines(sheet, badge, mask_grating(badge.lens, grating), form, dot_mm)
     x0, y0, x1, y1 = badge.outline_mm
     centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
     for left, low, right, high in sheet_rects(badge):
@@ -283,14 +303,13 @@ def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float, count: int =
 def mask_grating(lens: Lens, grating: Grating) -> Grating:
     """The mask's own lines over one grating, an opening on its middle, as a grating to draw."""
     assert lens.open_fraction is not None
-    k = 0 if grating.axis == "x" else 1
-    middle = (grating.rect_mm[k] + grating.rect_mm[k + 2]) / 2
-    edge = middle + lens.open_fraction / 2 * lens.pitch_mm
+    low, _, high, _ = own_rect(grating.axis, grating.rect_mm)
+    edge = (low + high) / 2 + lens.open_fraction / 2 * lens.pitch_mm
     cell = Cell(grating.rect_mm, lens.pitch_mm, edge, 1 - lens.open_fraction)
     return Grating(grating.rect_mm, grating.axis, lens.pitch_mm, "mask", (cell,))
 
 
-def on_dots(line: Rect, axis: str, dot_mm: float) -> Rect:
+def on_dots(line: Rect, axis: Axis, dot_mm: float) -> Rect:
     """A line with its edges along `axis` on the nearest borders between dots, drawn a quarter of a dot within them."""
     k = 0 if axis == "x" else 1
     edges = list(line)

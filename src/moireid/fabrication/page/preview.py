@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageOps
 
-from moireid.badge import Badge, Cell, Grating, Lens
+from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.fabrication.page.artwork import font_file, marker_squares
 from moireid.fabrication.page.lettering import name_picture, set_name
 from moireid.files import whole_file
 from moireid.lenticule import landing_mm
 from moireid.optics import slab_shift_mm
+from moireid.turned import bounds_of, own_rect
 
 PX_PER_MM = 6.0
 DISTANCE_MM = 1000.0
@@ -29,39 +31,59 @@ def write_preview(badge: Badge, path: Path) -> None:
 
 def draw_preview(badge: Badge) -> Image.Image:
     """The board as a grey picture, `PX_PER_MM` pixels to the millimetre."""
+    picture = draw_fringes(badge)
+    _write_names(picture, badge)
+    return picture
+
+
+def draw_fringes(badge: Badge, aside_mm: tuple[float, float] = (0.0, 0.0)) -> Image.Image:
+    """Markers and fringes alone, grey; aside_mm: where the camera stands, from the point before the board's middle."""
     board = badge.outline_mm
     size = [round((board[2 + k] - board[k]) * PX_PER_MM) for k in (0, 1)]
     picture = np.full((size[1], size[0]), PAPER, np.uint8)
     for grating in badge.gratings:
-        for cell in grating.cells:
-            x0, y0, x1, y1 = (round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(cell.rect_mm))
-            along = fringe_profile(badge.lens, grating, cell, x1 - x0 if grating.axis == "x" else y1 - y0, board)
-            grey = (INK + (PAPER - INK) * along).astype(np.uint8)
-            picture[y0:y1, x0:x1] = grey[None, :] if grating.axis == "x" else grey[:, None]
+        _draw_grating(picture, badge, grating, aside_mm)
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
     for square, white in marker_squares(badge):
         for rect, grey_level in [(square, INK), *((module, PAPER) for module in white)]:
             pixels = [round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(rect)]
             draw.rectangle((pixels[0], pixels[1], pixels[2] - 1, pixels[3] - 1), fill=grey_level)
-    _write_names(image, badge)
     return image
 
 
+def _draw_grating(picture: NDArray[np.uint8], badge: Badge, grating: Grating, aside_mm: tuple[float, float]) -> None:
+    """Draw one grating's fringes: each pixel whose middle lies in a cell takes that cell's brightness there."""
+    frame, board = badge.frame_of(grating), badge.outline_mm
+    middle = float(frame.places(((board[0] + board[2]) / 2, (board[1] + board[3]) / 2))[0])
+    aside = float(frame.directions(aside_mm)[0])
+    for cell in grating.cells:
+        own = own_rect(grating.axis, cell.rect_mm)
+        around = bounds_of(frame.corners_mm(own))
+        x0, y0, x1, y1 = (round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(around))
+        columns, rows = np.meshgrid(np.arange(x0, x1), np.arange(y0, y1))
+        page = np.stack([(columns + 0.5) / PX_PER_MM + board[0], (rows + 0.5) / PX_PER_MM + board[1]], axis=-1)
+        first, second = np.moveaxis(frame.places(page), -1, 0)
+        within = (first >= own[0]) & (first < own[2]) & (second >= own[1]) & (second < own[3])
+        pixels = math.ceil((own[2] - own[0]) * PX_PER_MM)
+        along = fringe_profile(badge.lens, cell, own, pixels, middle, aside)
+        sample = ((first[within] - own[0]) / (own[2] - own[0]) * pixels).astype(int)
+        picture[rows[within], columns[within]] = INK + (PAPER - INK) * along[sample]
+
+
 def fringe_profile(
-    lens: Lens, grating: Grating, cell: Cell, pixels: int, board: tuple[float, ...]
+    lens: Lens, cell: Cell, own: Rect, pixels: int, middle: float, aside_mm: float = 0.0
 ) -> NDArray[np.float64]:
     """Brightness along the grating's axis, 0 to 1, of `pixels` samples; the mean over one lens's rays at each.
 
-    Convention: the camera stands `DISTANCE_MM` in front of the board's middle; a lens's axis lies on the middle.
+    Parameters: own: the cell's rectangle in own order (`moireid.turned`); middle: the board's, along the axis.
+    Convention: the camera stands `DISTANCE_MM` in front of the board's middle, and so far aside along the grating's
+        axis; a lens's axis lies on the middle.
     Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
     """
-    k = 0 if grating.axis == "x" else 1
-    low, high = cell.rect_mm[k], cell.rect_mm[k + 2]
-    middle = (board[k] + board[k + 2]) / 2
-    places = low + (np.arange(pixels) + 0.5) / pixels * (high - low)
+    places = own[0] + (np.arange(pixels) + 0.5) / pixels * (own[2] - own[0])
     axes = np.round((places - middle) / lens.pitch_mm) * lens.pitch_mm + middle
-    tangent = ((axes - middle) / DISTANCE_MM)[:, None]
+    tangent = ((axes - middle - aside_mm) / DISTANCE_MM)[:, None]
     across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
     if lens.kind == "mask":
         assert lens.open_fraction is not None

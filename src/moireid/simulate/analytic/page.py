@@ -131,8 +131,8 @@ def cell_table(scene: Scene) -> Cells:
 def printed_scales(scene: Scene, grating: Grating) -> tuple[tuple[float, float], tuple[float, float]]:
     """Printed over nominal size across and along a grating; and the shear (of across, of along) of its print.
 
-    Convention: a printed place (a, b), own frame, shows what is drawn at ((a + shear b) / scale, (b + shear a) / scale),
-        each with its own shear and scale.
+    Convention: a printed place (a, b), own frame, shows what is drawn at ((a + shear b) / scale, (b + shear a) /
+        scale), each with its own shear and scale.
     Source: the inverse of R S R^-1, with the page's scales S and the frame's rotation R; 0 along the page's axes.
     """
     x, y = scene.build.print_scales
