@@ -14,8 +14,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, Grating, Point, Rect
 from moireid.errors import FabricationError
+from moireid.turned import own_rect
 
 #: A mount must hide no fringes from a camera up to this far to the side ...
 GRATING_SIGHT_DEG = 60.0
@@ -57,10 +58,18 @@ def in_frame(rect: Rect, badge: Badge) -> Rect:
     return (rect[0] - centre_x, centre_y - rect[3], rect[2] - centre_x, centre_y - rect[1])
 
 
+def on_page(rect: Rect, badge: Badge) -> Rect:
+    """The inverse of `in_frame`."""
+    x0, y0, x1, y1 = badge.outline_mm
+    centre_x, centre_y = (x0 + x1) / 2, (y0 + y1) / 2
+    return (rect[0] + centre_x, centre_y - rect[3], rect[2] + centre_x, centre_y - rect[1])
+
+
 def sheet_spans(badge: Badge) -> tuple[tuple[float, float], ...]:
     """Rows (low, high) that sheets cover, from bottom to top; gratings that share rows share a pair of lips."""
     spans: list[tuple[float, float]] = []
-    for _, low, _, high in sorted((in_frame(g.rect_mm, badge) for g in badge.gratings), key=lambda rect: rect[1]):
+    bounds = (in_frame(badge.bounds_of(g), badge) for g in badge.gratings)
+    for _, low, _, high in sorted(bounds, key=lambda rect: rect[1]):
         if spans and low <= spans[-1][1]:
             spans[-1] = (spans[-1][0], max(spans[-1][1], high))
         else:
@@ -69,11 +78,14 @@ def sheet_spans(badge: Badge) -> tuple[tuple[float, float], ...]:
 
 
 def sheet_rects(badge: Badge) -> tuple[Rect, ...]:
-    """The pieces of lens sheet, each from edge to edge of the board so that lips can hold it.
+    """The rectangles of lens sheet, each from edge to edge of the board so that lips can hold it.
 
-    Gratings that share rows have a piece each, parted half-way between them by `SEAM_MM`.
+    Gratings that share rows have one each, parted half-way between them by `SEAM_MM`.  Turned ones have pieces of their
+    own (`sheet_pieces`), which are taped to the card; they share the rectangle that holds them all.
     """
     half_x, _ = half_board_mm(badge)
+    if has_turned(badge):
+        return tuple((-half_x, low, half_x, high) for low, high in sheet_spans(badge))
     pieces: list[Rect] = []
     for low, high in sheet_spans(badge):
         here = sorted(rect for g in badge.gratings if low <= (rect := in_frame(g.rect_mm, badge))[1] < high)
@@ -82,6 +94,31 @@ def sheet_rects(badge: Badge) -> tuple[Rect, ...]:
         rights = [*(seam - SEAM_MM / 2 for seam in seams), half_x]
         pieces += [(left, low, right, high) for left, right in zip(lefts, rights, strict=True)]
     return tuple(pieces)
+
+
+def sheet_pieces(badge: Badge) -> tuple[tuple[Grating, tuple[Point, ...]], ...]:
+    """Each piece of lens sheet to cut: its grating, and its corners in the frame, the side across the lenses first."""
+    if has_turned(badge):
+        return tuple((grating, corners_in_frame(badge, grating, grating.rect_mm)) for grating in badge.gratings)
+    pieces = []
+    for rect in sheet_rects(badge):
+        x, y = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
+        bounds = ((g, in_frame(g.rect_mm, badge)) for g in badge.gratings)
+        grating = next(g for g, (x0, y0, x1, y1) in bounds if x0 <= x <= x1 and y0 <= y <= y1)
+        pieces.append((grating, corners_in_frame(badge, grating, on_page(rect, badge))))
+    return tuple(pieces)
+
+
+def has_turned(badge: Badge) -> bool:
+    """Whether a grating's axis is an angle."""
+    return any(not isinstance(grating.axis, str) for grating in badge.gratings)
+
+
+def corners_in_frame(badge: Badge, grating: Grating, rect_mm: Rect) -> tuple[Point, ...]:
+    """Corners of a rectangle, given as the grating's own is, in the frame; the first two lie along its axis."""
+    x0, y0, x1, y1 = badge.outline_mm
+    corners = badge.frame_of(grating).corners_mm(own_rect(grating.axis, rect_mm)).tolist()
+    return tuple((x - (x0 + x1) / 2, (y0 + y1) / 2 - y) for x, y in corners)
 
 
 def check_sight(
@@ -125,7 +162,7 @@ def _targets(badge: Badge, card_top: float, sheet_top: float) -> list[tuple[str,
     """What must stay in sight: name, rectangle in the frame, height, and the angle it is seen from, degrees."""
     half = badge.markers.size_mm / 2
     targets = [
-        (f"grating {g}", in_frame(grating.rect_mm, badge), sheet_top, GRATING_SIGHT_DEG)
+        (f"grating {g}", in_frame(badge.bounds_of(grating), badge), sheet_top, GRATING_SIGHT_DEG)
         for g, grating in enumerate(badge.gratings)
     ]
     for id_, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):

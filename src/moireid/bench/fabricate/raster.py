@@ -180,7 +180,7 @@ def line_edges(page: Raster, grating: Grating, cell: Cell, to_dots: Array) -> tu
     """Borders between dots at which dark lines begin, and at which they end, on a cell's middle, clear of its ends."""
     k = 0 if grating.axis == "x" else 1
     across = (cell.rect_mm[1 - k] + cell.rect_mm[3 - k]) / 2
-    dots = page.line(grating.axis, int(to_dots[1 - k] @ (across, 1.0)))
+    dots = page.line(str(grating.axis), int(to_dots[1 - k] @ (across, 1.0)))
     low, high = (float(to_dots[k] @ (v, 1.0)) for v in (cell.rect_mm[k] + MARGIN_MM, cell.rect_mm[k + 2] - MARGIN_MM))
     steps = np.diff(dots.astype(np.int8))
     begins, ends = ((np.flatnonzero(steps == sign) + 1).astype(float) for sign in (1, -1))

@@ -86,10 +86,10 @@ if TYPE_CHECKING:
 @click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size.")
 @click.option(
     "--axes",
-    type=click.Choice(["x", "xy"]),
+    type=click.Choice(["x", "xy", "hex"]),
     default="x",
     show_default=True,
-    help="Motion that the fringes show: sideways, or also up and down.",
+    help="Motion that the fringes show: sideways, also up and down, or by three fields at 0, 60 and 120 degrees.",
 )
 @click.option(
     "--form",

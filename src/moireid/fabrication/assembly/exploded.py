@@ -19,7 +19,7 @@ from moireid.fabrication.printed.holders import LEAN_DEG, Holder
 from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.printed.tray import TrayPlan
 from moireid.fabrication.process import MountProcess
-from moireid.fabrication.sight import in_frame, sheet_rects
+from moireid.fabrication.sight import corners_in_frame, in_frame, sheet_pieces
 
 #: Gaps other than the usual one: screws need less; a clip and a tab need more, because the parts before them would hide
 #: them.
@@ -78,9 +78,9 @@ def _card(badge: Badge, card_mm: float) -> Part:
     marks: list[tuple[Loop, float]] = []
     hints: list[tuple[Point, Point]] = []
     for grating in badge.gratings:
-        rect = in_frame(grating.rect_mm, badge)
-        marks.append((_box(rect), 0.8))
-        hints += _lines(rect, grating.axis)
+        corners = corners_in_frame(badge, grating, grating.rect_mm)
+        marks.append((corners, 0.8))
+        hints += _lines(corners)
     for square, whites in marker_squares(badge):
         marks.append((_box(in_frame(square, badge)), 0.2))
         marks += [(_box(in_frame(white, badge)), 1.0) for white in whites]
@@ -90,19 +90,17 @@ def _card(badge: Badge, card_mm: float) -> Part:
 
 def _front(badge: Badge, low: float, film_mm: float) -> list[Part]:
     """The lens sheets, or spacer and film of a mask."""
-    rects, lens = sheet_rects(badge), badge.lens
+    loops, lens = [corners for _, corners in sheet_pieces(badge)], badge.lens
     middle = low + lens.thickness_mm
-    several = f"{len(rects)} " if len(rects) > 1 else ""
+    several = f"{len(loops)} " if len(loops) > 1 else ""
     plural = "s" if several else ""
-    hints: list[tuple[Point, Point]] = []
-    for rect in rects:
-        own = next(g.axis for g in badge.gratings if _inside(in_frame(g.rect_mm, badge), rect))
-        hints += _lines(rect, own)
-    body = tuple(Prism(_box(rect), low, middle) for rect in rects)
+    hints = [line for corners in loops for line in _lines(corners)]
+    bodies = [loop if signed_area(loop) > 0 else loop[::-1] for loop in loops]
+    body = tuple(Prism(loop, low, middle) for loop in bodies)
     if lens.kind != "mask":
         name = f"{several}lens sheet{plural}"
         return [Part(name, f"{lens.thickness_mm:g} mm; lenses up", body, 0.97, hints=tuple(hints))]
-    film = tuple(Prism(_box(rect), middle, middle + film_mm) for rect in rects)
+    film = tuple(Prism(loop, middle, middle + film_mm) for loop in bodies)
     return [
         Part(f"{several}clear spacer{plural}", f"{lens.thickness_mm:g} mm", body, 0.95),
         Part(f"{several}mask film{plural}", f"{film_mm:g} mm; printed side down", film, 0.99, hints=tuple(hints)),
@@ -161,18 +159,12 @@ def _holder(holder: Holder, plan: TrayPlan) -> Part:
     )
 
 
-def _lines(rect: Rect, axis: str) -> list[tuple[Point, Point]]:
-    """Sketched lines across a rectangle's axis."""
-    x0, y0, x1, y1 = rect
-    low, high = (x0, x1) if axis == "x" else (y0, y1)
-    count = max(2, int((high - low) / HINT_MM))
-    steps = [low + (high - low) * k / count for k in range(1, count)]
-    return [((s, y0), (s, y1)) if axis == "x" else ((x0, s), (x1, s)) for s in steps]
-
-
-def _inside(inner: Rect, outer: Rect) -> bool:
-    x, y = (inner[0] + inner[2]) / 2, (inner[1] + inner[3]) / 2
-    return outer[0] <= x <= outer[2] and outer[1] <= y <= outer[3]
+def _lines(corners: tuple[Point, ...]) -> list[tuple[Point, Point]]:
+    """Sketched lines across a rectangle's axis, along which its first two corners lie."""
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners
+    count = max(2, int(math.hypot(bx - ax, by - ay) / HINT_MM))
+    steps = [k / count for k in range(1, count)]
+    return [((ax + s * (bx - ax), ay + s * (by - ay)), (dx + s * (cx - dx), dy + s * (cy - dy))) for s in steps]
 
 
 def _box(rect: Rect) -> Loop:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from moireid.badge import Badge, Lens, Point, Rect
+from moireid.badge import Badge, Lens
 from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.assembly.axonometry import Part, draw_exploded
 from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
 from moireid.fabrication.page.pdf import BOLD, Sheet
 from moireid.fabrication.process import MountFigures
-from moireid.fabrication.sight import in_frame, sheet_rects
+from moireid.fabrication.sight import sheet_pieces
 from moireid.files import whole_file
 from moireid.profiles import PAPERS_MM
+from moireid.turned import Axis
 
+#: How the lenses of an upright piece run.
+WAYS: dict[Axis, str] = {"x": "upright", "y": "level"}
 LEFT_MM, TOP_MM, LINE_MM = 22.0, 28.0, 7.0
 #: Lengths that M3 button-head screws are sold in, mm.
 SCREWS_MM = (6, 8, 10, 12, 14, 16, 18, 20, 25, 30)
@@ -84,18 +87,17 @@ def _parts(badge: Badge, mount: str) -> list[str]:
     width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
     lens = badge.lens
     parts = [f"•  badge.pdf printed at 100 % on card, board {width:g} × {height:g} mm"]
-    ways = {"x": "upright", "y": "level"}
-    for rect in sheet_rects(badge):
-        middle = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
-        way = next(ways[g.axis] for g in badge.gratings if _holds(in_frame(g.rect_mm, badge), middle))
+    for grating, corners in sheet_pieces(badge):
+        across, along = math.dist(corners[0], corners[1]), math.dist(corners[1], corners[2])
+        size = f"{along:.1f} × {across:.1f} mm" if grating.axis == "y" else f"{across:.1f} × {along:.1f} mm"
+        way = WAYS.get(grating.axis, f"across its length, turned by {grating.axis}° clockwise")
         if lens.kind == "mask":
-            size = f"{rect[2] - rect[0]:.1f} × {rect[3] - rect[1]:.1f} mm"
             parts.append(f"•  page 2 of badge.pdf printed at 100 % on clear film, cut along its marks to {size}")
             parts.append(f"•  clear acrylic, {lens.thickness_mm:g} mm thick, cut to {size}")
             continue
         parts.append(
             f"•  a lenticular sheet, {25.4 / lens.pitch_mm:.0f} lines per inch, {lens.thickness_mm:g} mm thick, cut to "
-            f"{rect[2] - rect[0]:.1f} × {rect[3] - rect[1]:.1f} mm, lenses {way}"
+            f"{size}, lenses {way}"
         )
     if mount != "none":
         parts.append(f"•  the mount: mount.stl or mount.3mf, 3D-printed as it lies{_CARRIED[mount][0]}")
@@ -140,10 +142,6 @@ def _acrylic(plan: AcrylicPlan) -> list[str]:
 def _screw_length_mm(plan: AcrylicPlan) -> int:
     """The shortest screw on sale that reaches through the nut."""
     return next((size for size in SCREWS_MM if size >= plan.screw_mm), math.ceil(plan.screw_mm))
-
-
-def _holds(rect: Rect, place: Point) -> bool:
-    return rect[0] <= place[0] <= rect[2] and rect[1] <= place[1] <= rect[3]
 
 
 def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:

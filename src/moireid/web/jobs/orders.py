@@ -54,7 +54,7 @@ class Wish(BaseModel):
     paper: Literal["a4", "letter"] = "a4"
     near_m: float = Field(0.8, gt=0, le=100, allow_inf_nan=False, description="Nearest camera, metres.")
     far_m: float = Field(2.5, gt=0, le=100, allow_inf_nan=False, description="Farthest camera, metres.")
-    axes: Literal["x", "xy"] = Field("x", description="Directions that the fringes sense.")
+    axes: Literal["x", "xy", "hex"] = Field("x", description="Directions that the fringes sense.")
     width_mm: float = Field(146.0, gt=0, le=1000, allow_inf_nan=False, description="Board's width, mm.")
     height_mm: float = Field(160.0, gt=0, le=1000, allow_inf_nan=False, description="Board's height, mm.")
     mount: Mount = Field("lanyard", description="What carries the badge.")
