@@ -61,7 +61,8 @@ class GratingSignal:
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
     frames whose markers do not lie as on a flat page, so that their poses are left out;
-    focal_at_limit, lasting_px, zoom: as in `CameraFit`; mixed_share: as in `mixed_frames`; beyond: what the film shows
+    focal_at_limit, lasting_px, zoom: as in `CameraFit`; enlarged: factor on the poses' errors that small markers
+    cost, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows
     beside the phase, None if it is not known.
     """
 
@@ -80,6 +81,7 @@ class GratingSignal:
     stray_share: float = 0.0
     focal_at_limit: bool = False
     lasting_px: float = 0.0
+    enlarged: float = 1.0
     zoom: float = 1.0
     mixed_share: float = 0.0
     beyond: BeyondPhase | None = None
@@ -261,6 +263,7 @@ def _grating_signal(
         stray_share=poses.stray_share,
         focal_at_limit=poses.camera.focal_at_limit,
         lasting_px=poses.camera.lasting_px,
+        enlarged=poses.enlarged,
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
         beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,

@@ -1,4 +1,4 @@
-"""What excuses a failure: a hand, a caption, a camera that changes within the film, an editor that mixes its frames.
+"""What excuses a failure: a hand, a caption, a camera that changes within the film, mixed frames, a tiny badge.
 
 Any of these makes poses or phases wrong in a true film.  Where the picture shows one of them, what it can cause does
 not fail: the film is open, with the cause named.  Nothing here lets a film pass, as forgers can do all of it too.
@@ -12,7 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import MAX_LASTING_PX, MAX_MIXED_SHARE, MIN_CORRELATION, MOST_ZOOM, SUSPECT_PX
+from moireid.verifier.limits import (
+    MAX_LASTING_PX,
+    MAX_MIXED_SHARE,
+    MIN_CORRELATION,
+    MOST_ZOOM,
+    SMALL_MARKER_DOUBT_RATIO,
+    SUSPECT_PX,
+)
 from moireid.verifier.motion.sheet_gain import SheetGain
 from moireid.verifier.reasons import Reason
 
@@ -49,6 +56,8 @@ def without_camera_s_blame(reasons: list[Reason], signals: Sequence[GratingSigna
         why = "The fringes' spacing does not follow the distance"
     elif lasting_px > SUSPECT_PX and failed and failed <= {"likelihood", "residual"} and codes["gain"].level != "pass":
         why = "The camera's focal length is doubtful, as the badge does not lie quite where one camera puts it"
+    elif failed and max(s.enlarged for s in signals) > 1 and (tiny := _too_small(codes["motion"])) is not None:
+        return [*_open(reasons, POSED), tiny]
     else:
         return reasons
     return [*_open(reasons, POSED), _changed(why, lasting_px)]
@@ -75,6 +84,18 @@ def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
     if not (isinstance(gain, float) and isinstance(correlation, float)) or correlation < MIN_CORRELATION**2:
         return False
     return 1 / MOST_ZOOM < gain / sheet.expected < MOST_ZOOM
+
+
+def _too_small(motion: Reason) -> Reason | None:
+    """The finding that markers are small, where the motion would not be enough if poses erred as much as they may."""
+    if not isinstance(motion.measured, float) or not isinstance(motion.limit, float):
+        return None
+    needed = SMALL_MARKER_DOUBT_RATIO * motion.limit
+    text = (
+        "The badge is so small in the picture that how it turned is uncertain, and the fringes prove nothing against "
+        "it. Film from nearer, or move more."
+    )
+    return Reason("small", "undecided", motion.measured, needed, "rad", text) if motion.measured < needed else None
 
 
 def _mixed(share: float) -> Reason:

@@ -41,6 +41,7 @@ OPEN = {
     "focal": Words("the picture looks stretched or cut out", ORIGINAL),
     "camera": Words("the picture may have been zoomed, reframed or stabilised", ORIGINAL),
     "mixed_frames": Words("frames are mixed with their neighbours", ORIGINAL),
+    "small": Words("the badge is too small in the picture", NEARER),
     "covered": Words(
         "something covers the badge", "Ask for another film in which no hand, caption or glare covers it."
     ),

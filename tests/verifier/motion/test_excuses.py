@@ -1,0 +1,38 @@
+"""What excuses a failure.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from moireid.verifier.motion.excuses import without_camera_s_blame
+from moireid.verifier.reasons import Reason
+
+
+def found(excitation_rad: float, limit_rad: float) -> list[Reason]:
+    """Findings of a film whose likelihood fails after enough motion."""
+    return [
+        Reason("motion", "pass", excitation_rad, limit_rad, "rad", ""),
+        Reason("correlation", "undecided", 0.92, 0.95, "", ""),
+        Reason("gain", "pass", 0.9, 0.15, "ratio", ""),
+        Reason("likelihood", "fail", -1.3, 0.8, "log10", ""),
+    ]
+
+
+def levels(excitation_rad: float, enlarged: float) -> dict[str, str]:
+    """The level of each finding after the excuses, by its code."""
+    signal = SimpleNamespace(mixed_share=0.0, lasting_px=0.0, zoom=1.0, enlarged=enlarged)
+    sheet = SimpleNamespace(expected=1.0)
+    return {one.code: one.level for one in without_camera_s_blame(found(excitation_rad, 0.43), [signal], sheet)}  # type: ignore[list-item, arg-type]
+
+
+@pytest.mark.parametrize(
+    ("excitation_rad", "enlarged", "rejected"),
+    [(0.575, 1.79, False), (0.575, 1.0, True), (0.9, 1.79, True)],
+)
+def test_a_tiny_badge_is_rejected_only_after_much_motion(excitation_rad, enlarged, rejected):
+    """Catches: a true film of a small badge called forged; an excuse for large markers, or for any amount of motion."""
+    told = levels(excitation_rad, enlarged)
+    assert (told["likelihood"] == "fail") is rejected
+    assert ("small" in told) is not rejected
