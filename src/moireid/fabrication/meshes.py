@@ -1,4 +1,4 @@
-"""Triangle meshes of printed bodies: 3MF, interference, and the thickness of walls.
+"""Triangle meshes of printed bodies: 3MF, interference, overhangs, and the thickness of walls.
 
 A 3MF file, a few lines of XML in a zip archive, is written here directly, so that the same badge gives the same bytes.
 It is read back by lib3mf, the format's reference reader, which shares no code with the writer.
@@ -8,6 +8,7 @@ Convention: mm in the part's own frame; the CAD packages are imported where they
 
 from __future__ import annotations
 
+import math
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -18,12 +19,28 @@ import numpy as np
 from moireid.errors import FabricationError
 from moireid.fabrication.solids import STL_VOLUME_SHARE, Expected, cad_package, check_volume, read_mesh, refused
 
-__all__ = ["check_3mf", "check_walls", "export_3mf", "overlap_mm3", "read_mesh", "solid_of"]
+__all__ = [
+    "check_3mf",
+    "check_overhangs",
+    "check_walls",
+    "export_3mf",
+    "overhang_mm2",
+    "overlap_mm3",
+    "read_mesh",
+    "solid_of",
+]
 
 #: Facets of a solid that is only checked for interference: mm and radians off the true surface.
 FINE_MM, FINE_RAD = 0.02, 0.3
 #: A corner's tip is always thinner than a wall; an area up to this in a slice does not count as a wall, mm².
 TIP_MM2 = 0.05
+#: Faces that look down are laid into the air where they are flatter than this: at 45 degrees a layer of 0.2 mm comes
+#: out by less than half a line of 0.45 mm.  A degree less, as facets of a rounded chamfer are a little flatter.
+OVERHANG_DEG = 44.0
+#: A level step that is narrower than a line is held by the part of the line that lies on what is below.
+STEP_MM = 0.42
+#: What may hang over all the same, mm2: tips of the chamfer at the bed's corners.
+MOST_OVERHANG_MM2 = 1.0
 _CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
 _TYPES = (
     '<?xml version="1.0" encoding="UTF-8"?>\n'
@@ -132,3 +149,31 @@ def check_walls(solid: Any, levels_mm: list[float], least_mm: float, name: str) 
                 "them), which no printer fills; give a larger wall_mm or a smaller lip_reach_mm (--mount-figure)",
                 lost_mm2=lost,
             )
+
+
+def overhang_mm2(mesh: Any) -> float:
+    """How much of a trimesh body a printer would lay into the air, mm2, as it stands on the bed.
+
+    That is: the area of faces that look down flatter than `OVERHANG_DEG`, but for the bed's, and of level ones only
+    what lies farther than `STEP_MM` from what is below.
+    """
+    down, bed = -mesh.face_normals[:, 2], mesh.bounds[0][2]
+    above = mesh.triangles[:, :, 2].max(axis=1) > bed + 0.05
+    level = above & (down > math.cos(math.radians(1.0)))
+    steep = above & ~level & (down > math.cos(math.radians(OVERHANG_DEG)))
+    solid, round_ = solid_of(mesh), cad_package("manifold3d").JoinType.Round
+    total = float(mesh.area_faces[steep].sum())
+    for height in np.unique(mesh.triangles[level][:, 0, 2].round(3)):
+        below = solid.slice(float(height) - 0.01).offset(STEP_MM, round_)
+        total += float((solid.slice(float(height) + 0.01) - below).area())
+    return total
+
+
+def check_overhangs(mesh: Any, name: str) -> None:
+    """Check that a body prints without supports.  Raises: FabricationError with the area that hangs in the air."""
+    if (area := overhang_mm2(mesh)) > MOST_OVERHANG_MM2:
+        raise FabricationError(
+            f"the mount's {name} has {area:.1f} mm² of faces that a printer would lay into the air, allowed are "
+            f"{MOST_OVERHANG_MM2:g}; choose other process figures, and report this if the defaults fail",
+            overhang_mm2=area,
+        )

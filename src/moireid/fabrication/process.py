@@ -15,6 +15,10 @@ from moireid.errors import FabricationError, SpecError
 
 #: Two lines of a 0.4 mm nozzle; a thinner wall would be a single line.
 LEAST_WALL_MM = 0.8
+#: Two layers of a print: a lip is this thick at its tip, and grows thicker towards the rim.
+LEAST_LIP_MM = 0.4
+#: A stand that leans less is turned over by a draught; one that leans more needs supports under its rest.
+STAND_DEG = (5.0, 40.0)
 #: Common 3D printers have no more room than this in any direction.
 BED_MM = 350.0
 #: Page and lens may be turned against each other by this much before cells are misread.
@@ -37,8 +41,10 @@ MOST_MM = {
         "depth_clearance_mm": 0.5,
         "preload_mm": 0.5,
         "slot_mm": 60.0,
+        "adhesive_mm": 0.2,
+        "stand_deg": STAND_DEG[1],
     },
-    "acrylic": {"rim_mm": 50.0, "hole_mm": 4.5, "card_mm": 2.0, "film_mm": 0.5},
+    "acrylic": {"rim_mm": 50.0, "hole_mm": 4.5, "card_mm": 2.0, "film_mm": 0.5, "adhesive_mm": 0.2},
 }
 #: Plates are sold in these thicknesses: polyester film up to 0.5 mm, acrylic above.
 STOCK_MM = (0.25, 0.35, 0.5, 0.8, 1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0)
@@ -49,35 +55,44 @@ class MountProcess:
     """The 3D printer's figures.
 
     clearance_mm: air left, right and below of board and sheet, each; wall_mm: the rim's width; back_mm: the plate
-    behind the board; lip_reach_mm: how far a lip comes over the board, from the board's edge; lip_mm: its thickness;
+    behind the board; lip_reach_mm: how far a lip comes over the board at most, from the board's edge; lip_mm: its
+    thickness at the tip;
     card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer; depth_clearance_mm:
-    room between sheet and lip to slide in by; preload_mm: how far the springs' pads stand higher than that room, so
-    that they press card and sheet on the lips; slot_mm: lanyard slot, width and height, narrowed on a narrow board;
-    seat_mm: how far a printed register edge may be off its place.
+    room between sheet and lip, at the board's edge; preload_mm: how far the springs' pads stand higher than that room,
+    so that they press card and sheet on the lips; slot_mm: lanyard slots, width and height, narrowed on a narrow board;
+    seat_mm: how far a printed register edge may be off its place; adhesive_mm: between page and lens sheet, 0 where the
+    mount alone holds them together; stand_deg: how far a stand leans the badge back, degrees.
     """
 
     clearance_mm: float = 0.3
     wall_mm: float = 2.0
     back_mm: float = 1.6
-    lip_reach_mm: float = 2.0
-    lip_mm: float = 1.2
+    lip_reach_mm: float = 1.2
+    lip_mm: float = 0.4
     card_mm: float = 0.3
     film_mm: float = 0.1
     depth_clearance_mm: float = 0.1
-    preload_mm: float = 0.1
+    preload_mm: float = 0.25
     slot_mm: tuple[float, float] = (16.0, 4.0)
     seat_mm: float = 0.05
+    adhesive_mm: float = 0.0
+    stand_deg: float = 12.0
 
     def __post_init__(self) -> None:
-        _check_positive(self)
+        _check_positive(self, but=("adhesive_mm",))
         _check_most(self, MOST_MM["printed"])
         # The rim is a fifth thinner where its corners are rounded outside and sharp inside.
-        for name, least in (("wall_mm", 1.25 * LEAST_WALL_MM), ("back_mm", LEAST_WALL_MM), ("lip_mm", LEAST_WALL_MM)):
+        for name, least in (("wall_mm", 1.25 * LEAST_WALL_MM), ("back_mm", LEAST_WALL_MM), ("lip_mm", LEAST_LIP_MM)):
             if (value := getattr(self, name)) < least:
                 raise FabricationError(
                     f"process figure {name}={value:g} is thinner than a printed wall; give {least:g} mm or more",
                     least_mm=least,
                 )
+        if self.stand_deg < STAND_DEG[0]:
+            raise FabricationError(
+                f"process figure stand_deg={self.stand_deg:g} stands too upright to be steady; give "
+                f"{STAND_DEG[0]:g} to {STAND_DEG[1]:g} degrees"
+            )
         if self.slot_mm[0] <= self.slot_mm[1]:
             raise FabricationError(
                 f"process figure slot_mm={self.slot_mm[0]:g}x{self.slot_mm[1]:g} is no slot for a strap; give more "
@@ -92,7 +107,8 @@ class AcrylicProcess:
     kerf_mm: width of the burnt line, 0 where the shop compensates; base_mm: the base plate; clearance_mm: air between
     the board and each of the frame's register edges, None for what the allowed twist leaves; rim_mm: width of the
     frame round the board; lip_reach_mm: how far the cover comes over the sheet; hole_mm: clearance hole of an M3 screw;
-    card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer.
+    card_mm: thickness of the printed board; film_mm: of a mask's film, which lies on its spacer;
+    adhesive_mm: between page and lens sheet.
     """
 
     kerf_mm: float = 0.15
@@ -103,9 +119,10 @@ class AcrylicProcess:
     hole_mm: float = 3.4
     card_mm: float = 0.3
     film_mm: float = 0.1
+    adhesive_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_positive(self, but=("kerf_mm",))
+        _check_positive(self, but=("kerf_mm", "adhesive_mm"))
         _check_most(self, MOST_MM["acrylic"])
         if not 0 <= self.kerf_mm <= MOST_KERF_MM:
             raise FabricationError(
@@ -125,7 +142,9 @@ def _check_positive(process: MountProcess | AcrylicProcess, *, but: tuple[str, .
         if value is None:
             continue
         values = value if isinstance(value, tuple) else (value,)
-        if not all(math.isfinite(v) and (v > 0 or entry.name in but) for v in values):
+        # A kerf below nothing has a refusal of its own.
+        least = -math.inf if entry.name == "kerf_mm" else 0.0
+        if not all(math.isfinite(v) and (v > 0 or (entry.name in but and v >= least)) for v in values):
             raise FabricationError(f"process figure {entry.name}={value} must be positive; give it in mm")
 
 
@@ -162,8 +181,8 @@ class MountFigures:
 def mount_figures(pairs: Iterable[str]) -> MountFigures:
     """The defaults with figures set by name: "kerf_mm=0.2", "slot_mm=20x5".
 
-    Convention: a name that both workshops have (card_mm, film_mm, clearance_mm, lip_reach_mm) sets both, and
-        "printed.clearance_mm" or "acrylic.clearance_mm" one.
+    Convention: a name that both workshops have (card_mm, film_mm, adhesive_mm, clearance_mm, lip_reach_mm) sets both,
+        and "printed.clearance_mm" or "acrylic.clearance_mm" one.
     Raises: SpecError for an unknown name, or a value that is not a number; FabricationError for an impossible figure.
     """
     known = {"printed": {f.name for f in fields(MountProcess)}, "acrylic": {f.name for f in fields(AcrylicProcess)}}

@@ -295,8 +295,8 @@ def in_blue(document: Any) -> None:
     ("damage", "complaint"),
     [
         (one_open, "open path on CUT-FRAME-1MM"),
-        (one_twice, "has 10 paths on CUT-FRAME-1MM, allowed is 9"),
-        (one_gone, "has 8 paths"),
+        (one_twice, "has 11 paths on CUT-FRAME-1MM, allowed is 10"),
+        (one_gone, "has 9 paths"),
         (one_moved, "another path on CUT-FRAME-1MM"),
         (in_inches, "counts in unit 1"),
         (in_blue, "in colour 5"),

@@ -27,6 +27,9 @@ def write_dxf(drawing: Drawing, path: Path) -> None:
             space.add_line((x0, y0), (x1, y1), dxfattribs={"layer": "ENGRAVE-SCALE"})
         for x, y, words in drawing.notes:
             space.add_text(words, height=TEXT_MM, dxfattribs={"layer": "NOTE"}).set_placement((x, y))
+        # ezdxf adds these in the order of a set, which changes from run to run.
+        document.classes.add_required_classes(document.dxfversion)
+        document.classes.classes = dict(sorted(document.classes.classes.items()))
         document.saveas(path)
     finally:
         ezdxf.options.write_fixed_meta_data_for_testing = before

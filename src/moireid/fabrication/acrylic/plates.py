@@ -101,8 +101,10 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     process = process or AcrylicProcess()
     half_x, half_y = half_board_mm(badge)
     spans = sheet_spans(badge)
-    sheet_top = process.card_mm + front_mm(badge, process.film_mm)
-    frame_mm = _frame_mm(process.card_mm, sheet_top)
+    # An adhesive lies on the card, and the sheet on it.
+    card_mm = process.card_mm + process.adhesive_mm
+    sheet_top = card_mm + front_mm(badge, process.film_mm)
+    frame_mm = _frame_mm(card_mm, sheet_top)
     clearance = _clearance_mm(spans, 2 * half_y, process)
     reach_x, reach_y = half_x + clearance, half_y + clearance
     window = _rectangle((-reach_x, -reach_y, reach_x, reach_y))
@@ -110,7 +112,11 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
     outline = _rectangle((-reach_x - rim, -reach_y - rim, reach_x + rim, reach_y + rim), radius=OUTER_RADIUS_MM)
     screws = _screws(reach_x + rim / 2, reach_y + rim / 2)
     holes = tuple(_circle(screw, process.hole_mm) for screw in screws)
-    if outline.bounds[2] - outline.bounds[0] >= SLOT_MM[0] + 60.0:
+    width = outline.bounds[2] - outline.bounds[0]
+    # A badge that hangs from two points cannot turn about its cord, which would move the fringes.
+    if width >= 2 * SLOT_MM[0] + 60.0:
+        holes += tuple(_slot((side * width / 4, reach_y + rim / 2)) for side in (-1, 1))
+    elif width >= SLOT_MM[0] + 60.0:
         holes += (_slot((0.0, reach_y + rim / 2)),)
     _check_land(process)
     cover_mm = _cover_mm(badge, process, clearance, sheet_top, screws)
@@ -124,7 +130,7 @@ def plan_acrylic(badge: Badge, process: AcrylicProcess | None = None) -> Acrylic
         cover,
         page=(-half_x, -half_y, half_x, half_y),
         sheets=sheet_rects(badge),
-        card_mm=process.card_mm,
+        card_mm=card_mm,
         sheet_top=sheet_top,
         clearance_mm=clearance,
         twist_deg=_twist_deg(clearance, spans, 2 * half_y),
@@ -145,7 +151,7 @@ def _circle(centre: Point, diameter: float) -> Contour:
 
 
 def _slot(centre: Point) -> Contour:
-    """The lanyard's slot, across."""
+    """A lanyard's slot, across."""
     x, y = SLOT_MM[0] / 2, SLOT_MM[1] / 2
     return _rectangle((centre[0] - x, centre[1] - y, centre[0] + x, centre[1] + y), radius=y)
 

@@ -257,7 +257,9 @@ def _box(cq: Any, rect: Rect, thick_mm: float) -> Any:
 
 def _mesh(shape: Any) -> Any:
     vertices, faces = shape.tessellate(FINE_MM, FACET_ANGLE_RAD)
-    return cad_package("trimesh").Trimesh([tuple(vertex) for vertex in vertices], faces)
+    # The kernel's last digits change from run to run, and the same badge is to give the same bytes.
+    places = np.round([tuple(vertex) for vertex in vertices], 5)
+    return cad_package("trimesh").Trimesh(places, faces)
 
 
 def _material(trimesh: Any, kind: str) -> Any:

@@ -15,9 +15,9 @@ from moireid.fabrication.acrylic.contour import Contour
 from moireid.fabrication.acrylic.plates import HEAD_HIGH_MM, HEAD_MM, NUT_MM, THREAD_MM, AcrylicPlan, Plate
 from moireid.fabrication.assembly.axonometry import GAP, Loop, Part, Prism, project, signed_area
 from moireid.fabrication.page.artwork import marker_squares
-from moireid.fabrication.printed.holders import LEAN_DEG, Holder
+from moireid.fabrication.printed.holders import Holder
 from moireid.fabrication.printed.mount import plan_mount
-from moireid.fabrication.printed.tray import TrayPlan
+from moireid.fabrication.printed.tray import TrayPlan, tab_corners
 from moireid.fabrication.process import MountProcess
 from moireid.fabrication.sight import corners_in_frame, in_frame, sheet_pieces
 
@@ -110,16 +110,11 @@ def _front(badge: Badge, low: float, film_mm: float) -> list[Part]:
 def _tray(plan: TrayPlan, process: MountProcess) -> Part:
     """Back plate with its tab, the rim on three sides, and the lips."""
     half_y, wall, x = plan.half_mm[1], process.wall_mm, plan.out_x
-    outline: list[Point] = [(-x, plan.bottom), (x, plan.bottom), (x, half_y)]
-    slot: tuple[Loop, ...] = ()
-    if plan.tab:
-        tab = plan.slot_mm[0] / 2 + 2 * wall
-        outline += [(tab + 2 * wall, half_y), (tab, plan.tab_top), (-tab, plan.tab_top), (-tab - 2 * wall, half_y)]
-        across, up = plan.slot_mm[0] / 2, plan.slot_mm[1] / 2
-        y = half_y + 2 * wall + up
-        corners = ((-across, y - up), (across, y - up), (across, y + up), (-across, y + up))
-        slot = (_loop(Contour(corners, (up,) * 4)),)
-    outline.append((-x, half_y))
+    outline = ((-x, plan.bottom), (x, plan.bottom), (x, half_y), *tab_corners(plan, wall), (-x, half_y))
+    across, up = plan.slot_mm[0] / 2, plan.slot_mm[1] / 2
+    y = half_y + 2 * wall + up
+    box = ((-across, y - up), (across, y - up), (across, y + up), (-across, y + up))
+    slots = tuple(_loop(Contour(box, (up,) * 4).moved(middle, 0.0)) for middle in plan.slots)
     inner = x - wall
     rim = (
         (-x, half_y),
@@ -131,7 +126,7 @@ def _tray(plan: TrayPlan, process: MountProcess) -> Part:
         (-inner, plan.bottom + wall),
         (-inner, half_y),
     )
-    prisms = [Prism(tuple(outline), -process.back_mm, 0.0, slot), Prism(rim, 0.0, plan.side_top)]
+    prisms = [Prism(outline, -process.back_mm, 0.0, slots), Prism(rim, 0.0, plan.side_top)]
     lips = plan.lip_rects(process)
     if plan.stepped:
         sides = [((inner, r[1], x, r[3]) if r[0] > 0 else (-x, r[1], -inner, r[3])) for r in lips]
@@ -145,7 +140,8 @@ def _holder(holder: Holder, plan: TrayPlan) -> Part:
     """Clip or stand as it is used, its profile drawn out across the badge."""
     points = holder.profile
     if holder.name == "stand":
-        sin, cos = math.sin(math.radians(LEAN_DEG)), math.cos(math.radians(LEAN_DEG))
+        lean = math.radians(holder.lean_deg)
+        sin, cos = math.sin(lean), math.cos(lean)
         points = tuple((plan.bottom - along * sin + up * cos, along * cos + up * sin) for along, up in points)
     loop = points if signed_area(points) > 0 else points[::-1]
     half = holder.width_mm / 2

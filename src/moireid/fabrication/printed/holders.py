@@ -24,8 +24,6 @@ from moireid.fabrication.sight import Obstacle, check_sight
 PLAY_MM, FIT_MM = 0.3, 0.05
 #: The clip: arms' thickness, room for cloth, the bump's distance from the other arm, arms' length below the slot.
 CLIP_ARM_MM, CLOTH_MM, PINCH_MM, CLIP_LENGTH_MM = 2.0, 2.4, 0.4, 34.0
-#: The stand leans the badge back by this much: a camera at eye height looks down on a table.
-LEAN_DEG = 12.0
 STAND_WALL_MM = 3.0
 #: The wall before the tray's bottom edge is at most this high.
 MOST_FRONT_MM = 5.0
@@ -35,12 +33,16 @@ STAND_SAFETY_MM = 15.0
 
 @dataclass(frozen=True)
 class Holder:
-    """A second body: its profile, how wide it is drawn out, and radii of the profile's corners by index, mm."""
+    """A second body: its profile, how wide it is drawn out, and radii of the profile's corners by index, mm.
+
+    lean_deg: how far it leans the badge back.
+    """
 
     name: str
     profile: tuple[Point, ...]
     width_mm: float
     radii_mm: tuple[tuple[int, float], ...] = ()
+    lean_deg: float = 0.0
 
     @property
     def size_mm(self) -> tuple[float, float]:
@@ -99,7 +101,7 @@ def clip(plan: TrayPlan, process: MountProcess) -> Holder:
 
 
 def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> Holder:
-    """A table stand that leans the badge back by `LEAN_DEG`.
+    """A table stand that leans the badge back by `stand_deg`: a camera at eye height looks down on a table.
 
     Raises: FabricationError where its front wall would hide the badge.
     """
@@ -111,7 +113,7 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> Holder:
     lip = _front_wall_mm(badge, plan, process, width, front + wall)
     behind = -process.back_mm - FIT_MM
     rest = min(0.35 * height, 60.0)
-    lean = math.radians(LEAN_DEG)
+    lean = math.radians(process.stand_deg)
 
     def at(y: float, z: float) -> Point:
         """A place of the tray's frame, y from its bottom edge, seen from the side of the table."""
@@ -136,7 +138,7 @@ def stand(badge: Badge, plan: TrayPlan, process: MountProcess) -> Holder:
         at(y_foot, back_of_rest),
         (foot_end, foot_top),
     )
-    return Holder("stand", tuple(profile), width, ((9, 4.0), (8, 1.5)))
+    return Holder("stand", tuple(profile), width, ((9, 4.0), (8, 1.5)), process.stand_deg)
 
 
 def shape_holder(b3d: Any, holder: Holder) -> Any:
@@ -153,7 +155,7 @@ def in_use(b3d: Any, holder: Holder, plan: TrayPlan) -> Any:
     """The build123d Location that takes a holder, as shaped, to its place at the tray."""
     if holder.name == "clip":
         return b3d.Plane(origin=(-holder.width_mm / 2, 0, 0), x_dir=(0, 1, 0), z_dir=(1, 0, 0)).location
-    lean = math.radians(LEAN_DEG)
+    lean = math.radians(holder.lean_deg)
     forward = (0, -math.sin(lean), math.cos(lean))
     return b3d.Plane(origin=(holder.width_mm / 2, plan.bottom, 0), x_dir=forward, z_dir=(-1, 0, 0)).location
 

@@ -12,7 +12,15 @@ from typing import Any
 
 from moireid.badge import Badge
 from moireid.errors import FabricationError
-from moireid.fabrication.meshes import check_3mf, check_walls, export_3mf, overlap_mm3, read_mesh, solid_of
+from moireid.fabrication.meshes import (
+    check_3mf,
+    check_overhangs,
+    check_walls,
+    export_3mf,
+    overlap_mm3,
+    read_mesh,
+    solid_of,
+)
 from moireid.fabrication.printed.holders import Holder, as_printed, in_use, plan_holder, shape_holder
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
 from moireid.fabrication.process import BED_MM, LEAST_WALL_MM, MountProcess
@@ -20,6 +28,8 @@ from moireid.fabrication.solids import Expected, cad_package, check_step, check_
 from moireid.files import planned, whole_file
 
 KINDS = ("lanyard", "clip", "stand")
+#: Lanyard slots of each: a badge on two cords keeps still; a clip has one hook; a stand needs none.
+SLOTS = {"lanyard": 2, "clip": 1, "stand": 0}
 PLA_G_PER_MM3 = 1.24e-3
 #: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference.
 TOUCH_MM3 = 0.01
@@ -69,7 +79,7 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan
     """
     if kind not in KINDS:
         raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
-    plan = plan_tray(badge, process, tab=kind != "stand")
+    plan = plan_tray(badge, process, slots=SLOTS[kind])
     holder = plan_holder(badge, plan, process, kind)
     _check_bed("tray", 2 * plan.out_x, plan.tab_top - plan.bottom, plan.lip_top + process.back_mm)
     if holder:
@@ -121,7 +131,7 @@ def write_mount(
     for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
         cad_package(name)
     bodies = mount_bodies(badge, kind, process)
-    plan = plan_tray(badge, process, tab=kind != "stand")
+    plan = plan_tray(badge, process, slots=SLOTS[kind])
     expected = _together([body.expected for body in bodies])
     whole = bodies[0].laid if len(bodies) == 1 else cad_package("build123d").Compound([body.laid for body in bodies])
     with whole_file(step) as new_step, whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
@@ -185,10 +195,12 @@ def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:
 def _check_bodies(
     badge: Badge, bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess
 ) -> None:
-    """Check that no wall is too thin to print, and that card, sheet, tray and holder do not overlap.
+    """Check that no wall is too thin, nothing needs supports, and that card, sheet, tray and holder do not overlap.
 
     Raises: FabricationError.
     """
+    for body, mesh in zip(bodies, meshes, strict=True):
+        check_overhangs(mesh, body.name)
     tray, card_mm = solid_of(meshes[0]), process.card_mm
     half_x, half_y = plan.half_mm
     levels = [-process.back_mm / 2, plan.side_top - 0.1, plan.rim_top - 0.1]
@@ -196,7 +208,7 @@ def _check_bodies(
     check_walls(tray, levels, LEAST_WALL_MM, "tray")
     # The springs' pads are bent back in use by as much as they stand in the way, so they are cut off here.
     free = tray
-    for x0, y0, x1, y1 in plan.pad_rects(process):
+    for x0, y0, x1, y1 in plan.pad_rects():
         free -= _cuboid((x0, y0, x1, y1), 0.0, process.depth_clearance_mm + process.preload_mm + 0.01)
     # Card and sheet lie in the middle of their clearance.
     stack = [("card", _cuboid((-half_x, -half_y, half_x, half_y), 0.0, card_mm))]

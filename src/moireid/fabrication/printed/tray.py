@@ -6,11 +6,15 @@ the lips' lower ends.  Lips over the left and right edge hold the sheet from the
 tongues in the back plate press the board against the sheet.  They press nowhere else, because a force in the middle
 would bend the sheet.
 
+The tray prints lying on its back, and needs no supports: a flat lip would be laid into the air and sag into the slot.
+So lips and feet are level only over the clearance beside the board, which is less than a printed line, and from the
+board's edge to their tips they rise by 45 degrees.  They touch the sheet at its very edge, and a sheet that was cut too
+narrow comes up by half of what it lacks.  The springs give so much more.
+
 With a thick sheet, the rim is high only below the lips.  Beside the markers it would hide them, and there it only has
 to hold the board.  The lips end as far from the markers as the camera's view needs.
 
-Convention: the frame of `sight`, its origin on the tray's floor, so the plate behind the board has negative z.  The
-tray prints lying on its back; only lips and feet overhang, by `lip_reach_mm + clearance_mm`.
+Convention: the frame of `sight`, its origin on the tray's floor, so the plate behind the board has negative z.
 """
 
 from __future__ import annotations
@@ -19,9 +23,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, Point, Rect
 from moireid.errors import FabricationError
-from moireid.fabrication.process import TWIST_DEG, MountProcess
+from moireid.fabrication.process import LEAST_LIP_MM, TWIST_DEG, MountProcess
 from moireid.fabrication.sight import Obstacle, check_sight, front_mm, half_board_mm, sheet_spans
 
 #: A tongue's width, its greatest length, the slit round it (two nozzle lines), and its distance from the edge.
@@ -29,7 +33,13 @@ TONGUE_MM = (4.0, 20.0)
 SLIT_MM = 0.8
 #: A tongue shorter than this is too stiff for a spring.
 LEAST_TONGUE_MM = 6.0
-PAD_MM = 3.0
+#: A pad's length, and how far from the board's edge it begins.
+PAD_MM, PAD_REACH_MM = 3.0, 2.0
+#: The shortest lip, and the step by which lips give way to the view of fringes.  It must hold a sheet that lies as far
+#: to the side as the clearance lets it.
+LEAST_REACH_MM, REACH_STEP_MM = 0.7, 0.1
+#: A level step below a lip or a foot is at most this wide, less than a printed line.
+LEVEL_MM = 0.4
 #: Beside the board alone the rim stands this far above it; a step in the rim lower than the second is left out.
 SIDE_MM, LEAST_STEP_MM = 1.5, 0.5
 #: The lips are shortened beside the markers in steps of this.
@@ -45,9 +55,10 @@ class TrayPlan:
 
     half_mm: half the board's width and height; out_x and bottom: outer faces of the rim; tab_top: of the tab, or of
     the tray where it has none; z figures: card_top, sheet_top, side_top (of rim and feet where there is no lip),
-    rim_top (below the lips, whose lower face it is), lip_top; chamfer: of the lips' upper edges; spans: (low, high)
-    rows in y of each sheet, from bottom to top; lips: rows that lips hold of them; slot_mm: the lanyard's slot, width
-    and height; tab: whether there is one.
+    rim_top (beside the lips; the height of their lower faces at the board's edge), lip_top; reach_mm: of the lips over
+    the board; chamfer: of their upper edges; spans: (low, high) rows in y of each sheet, from bottom to top; lips: rows
+    that lips hold of them; slot_mm: a lanyard's slot, width and height; slots: the x of each one's middle, none without
+    a tab.
     """
 
     half_mm: tuple[float, float]
@@ -59,11 +70,26 @@ class TrayPlan:
     side_top: float
     rim_top: float
     lip_top: float
+    reach_mm: float
     chamfer: float
     spans: tuple[tuple[float, float], ...]
     lips: tuple[tuple[float, float], ...]
     slot_mm: tuple[float, float]
-    tab: bool
+    slots: tuple[float, ...]
+
+    @property
+    def tab(self) -> bool:
+        """Whether a tab with slots stands above the tray."""
+        return bool(self.slots)
+
+    def tabs(self, wall_mm: float) -> tuple[tuple[float, float], ...]:
+        """Left and right end of each tab's upper edge; slots that are near each other share a tab."""
+        half = self.slot_mm[0] / 2 + 2 * wall_mm
+        ends = [(x - half, x + half) for x in self.slots]
+        # Each foot is two walls wider on both sides, and rounded.
+        if len(ends) == 2 and ends[1][0] - ends[0][1] < 6 * wall_mm:
+            return ((ends[0][0], ends[1][1]),)
+        return tuple(ends)
 
     @property
     def stepped(self) -> bool:
@@ -75,7 +101,7 @@ class TrayPlan:
 
         The lowest covers the feet where these are as high as the rim.
         """
-        inner = self.half_mm[0] - process.lip_reach_mm
+        inner = self.half_mm[0] - self.reach_mm
         lows = [low for low, _ in self.lips]
         lows[0] -= 0.0 if self.stepped else process.clearance_mm + process.wall_mm
         return _both_sides([(inner, low, self.out_x, high) for low, (_, high) in zip(lows, self.lips, strict=True)])
@@ -83,7 +109,7 @@ class TrayPlan:
     def foot_rects(self, process: MountProcess) -> list[Rect]:
         """The two feet that the sheet stands on."""
         low = self.spans[0][0] - process.clearance_mm - process.wall_mm
-        return _both_sides([(self.half_mm[0] - process.lip_reach_mm, low, self.out_x, low + process.wall_mm)])
+        return _both_sides([(self.half_mm[0] - self.reach_mm, low, self.out_x, low + process.wall_mm)])
 
     def tongue_rects(self) -> list[Rect]:
         """The right-hand tongues, each with its root at the top and its free end at the bottom."""
@@ -97,45 +123,49 @@ class TrayPlan:
                 rects.append((outer - TONGUE_MM[0], middle - length / 2, outer, middle + length / 2))
         return rects
 
-    def pad_rects(self, process: MountProcess) -> list[Rect]:
+    def pad_rects(self) -> list[Rect]:
         """Where the springs touch the board: on the tongues' free ends, below the lips, left and right."""
-        inner = self.half_mm[0] - process.lip_reach_mm
+        inner = self.half_mm[0] - PAD_REACH_MM
         return _both_sides([(inner, y0, x1, y0 + min(PAD_MM, (y1 - y0) / 2)) for _, y0, x1, y1 in self.tongue_rects()])
 
 
-def plan_tray(badge: Badge, process: MountProcess, *, tab: bool = True) -> TrayPlan:
+def plan_tray(badge: Badge, process: MountProcess, *, slots: int = 2) -> TrayPlan:
     """The figures of a badge's tray, checked.
+
+    Parameters: slots: how many lanyard slots are wished for, 0 for no tab; a narrow board gets one of two.
 
     Raises: FabricationError where a lip or the rim would hide fringes or markers, the board is too small for tab or
         springs, or the register edges are too short to keep page and lens parallel.
     """
     half = half_board_mm(badge)
-    sheet_top = process.card_mm + front_mm(badge, process.film_mm)
+    sheet_top = process.card_mm + process.adhesive_mm + front_mm(badge, process.film_mm)
     rim_top = sheet_top + process.depth_clearance_mm
     side_top = process.card_mm + SIDE_MM
     rim_mm = process.clearance_mm + process.wall_mm
     spans = sheet_spans(badge)
-    slot_mm = _slot_mm(2 * half[0], process) if tab else process.slot_mm
+    slot_mm = _slot_mm(2 * half[0], process, slots) if slots else process.slot_mm
     plan = TrayPlan(
         half_mm=half,
         out_x=half[0] + rim_mm,
         bottom=-half[1] - rim_mm,
-        tab_top=half[1] + (4 * process.wall_mm + slot_mm[1] if tab else 0.0),
+        tab_top=half[1] + (4 * process.wall_mm + slot_mm[1] if slots else 0.0),
         card_top=process.card_mm,
         sheet_top=sheet_top,
         side_top=side_top if rim_top - side_top >= LEAST_STEP_MM else rim_top,
         rim_top=rim_top,
-        lip_top=rim_top + process.lip_mm,
+        lip_top=rim_top + process.lip_reach_mm + process.lip_mm,
+        reach_mm=process.lip_reach_mm,
         chamfer=process.lip_mm / 2,
         spans=spans,
         lips=spans,
         slot_mm=slot_mm,
-        tab=tab,
+        slots=_slots(2 * half[0], slot_mm[0], process, slots) if slots else (),
     )
-    if process.lip_reach_mm < SLIT_MM + 0.5:
+    if process.lip_reach_mm < (least := max(LEAST_REACH_MM, process.clearance_mm + LEAST_LIP_MM)) - 1e-9:
         raise FabricationError(
-            f"lip_reach_mm={process.lip_reach_mm:g} leaves no place for the springs below the lips; give "
-            f"{SLIT_MM + 0.5:g} mm or more (--mount-figure)"
+            f"lip_reach_mm={process.lip_reach_mm:g} holds no sheet that lies {process.clearance_mm:g} mm to the side; "
+            f"give {least:g} mm or more (--mount-figure)",
+            least_mm=least,
         )
     if (twist := seated_twist_deg(plan, process)) > TWIST_DEG:
         raise FabricationError(
@@ -148,7 +178,7 @@ def plan_tray(badge: Badge, process: MountProcess, *, tab: bool = True) -> TrayP
 
 
 def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
-    """The plan with its lips shortened beside the markers as far as the camera's view needs.
+    """The plan with its lips drawn back from the fringes, and shortened beside the markers, as far as a camera needs.
 
     Raises: FabricationError where something still stands in the view, or the shortened lips have no room for a spring.
     """
@@ -164,6 +194,10 @@ def _in_sight(badge: Badge, plan: TrayPlan, process: MountProcess) -> TrayPlan:
                 advice=ADVICE,
             )
         except FabricationError:
+            if plan.reach_mm - REACH_STEP_MM >= max(LEAST_REACH_MM, process.clearance_mm + LEAST_LIP_MM) - 1e-9:
+                reach = round(plan.reach_mm - REACH_STEP_MM, 3)
+                plan = replace(plan, reach_mm=reach, lip_top=plan.rim_top + reach + process.lip_mm)
+                continue
             shorter = replace(plan, lips=tuple((low + LIP_STEP_MM, high - LIP_STEP_MM) for low, high in plan.lips))
             if not plan.stepped or _shortest_spring_mm(shorter) < LEAST_TONGUE_MM:
                 raise
@@ -186,7 +220,7 @@ def _obstacles(plan: TrayPlan, process: MountProcess) -> list[Obstacle]:
 
 def seated_twist_deg(plan: TrayPlan, process: MountProcess) -> float:
     """Twist of page against lens when both stand on their register edges, the print's errors adding up, degrees."""
-    return math.degrees(math.atan2(2 * process.seat_mm, 2 * plan.half_mm[0] - process.lip_reach_mm))
+    return math.degrees(math.atan2(2 * process.seat_mm, 2 * plan.half_mm[0] - plan.reach_mm))
 
 
 def shape_tray(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
@@ -198,13 +232,11 @@ def shape_tray(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
         if plan.stepped:
             x0, x1 = (in_x, plan.out_x) if rect[0] > 0 else (-plan.out_x, -in_x)
             added.append(block(b3d, (x0, rect[1], x1, rect[3]), plan.side_top, plan.rim_top))
-        added.append(_lip(b3d, plan, rect))
-    for rect in plan.foot_rects(process):
-        # A foot stops the sheet but not the card, which goes on below it to the bottom rim.
-        added.append(block(b3d, rect, plan.card_top + process.depth_clearance_mm, plan.side_top))
+        added.append(_lip(b3d, plan, process, rect))
+    added += [_foot(b3d, plan, process, rect) for rect in plan.foot_rects(process)]
     slits = [block(b3d, slit, -2 * process.back_mm, 0.0) for slit in _slit_rects(plan)]
     springs = []
-    for rect in plan.pad_rects(process):
+    for rect in plan.pad_rects():
         pad = block(b3d, rect, -process.back_mm / 2, pads)
         # The card comes from above, so the upper edge of the pad is a ramp.
         edge = pad.faces().sort_by(b3d.Axis.Z)[-1].edges().sort_by(b3d.Axis.Y)[-1]
@@ -218,8 +250,8 @@ def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
     return b3d.Box(rect[2] - rect[0], rect[3] - rect[1], z1 - z0).moved(b3d.Location(centre))
 
 
-def _slot_mm(width: float, process: MountProcess) -> tuple[float, float]:
-    """The lanyard's slot: of the wished width, or narrower where the board has less room.
+def _slot_mm(width: float, process: MountProcess, slots: int) -> tuple[float, float]:
+    """A lanyard's slot: of the wished width, or narrower where the board has less room.
 
     The tab's feet, and the fillets beside them, must stand on the tray's upper edge.
     Raises: FabricationError where the board is too narrow for any strap.
@@ -232,7 +264,22 @@ def _slot_mm(width: float, process: MountProcess) -> tuple[float, float]:
             "(--size), or a stand (--mount)",
             least_mm=least_mm,
         )
-    return (min(process.slot_mm[0], width - beside_mm), process.slot_mm[1])
+    # Two slots share the room, with two walls between them, where both can be wide enough for a strap.
+    half_mm = (width - beside_mm - 2 * process.wall_mm) / 2
+    most_mm = half_mm if slots == 2 and half_mm >= LEAST_SLOT_MM else width - beside_mm
+    return (min(process.slot_mm[0], most_mm), process.slot_mm[1])
+
+
+def _slots(width: float, slot_mm: float, process: MountProcess, slots: int) -> tuple[float, ...]:
+    """Where the slots' middles are: two as far apart as the tray's upper edge has room for, or one in the middle.
+
+    A badge that hangs from one point turns about its cord, and that moves the fringes as a camera's motion does.
+    """
+    edge_mm = width / 2 - (5 * process.wall_mm - process.clearance_mm - process.wall_mm)
+    out = edge_mm - slot_mm / 2
+    if slots < 2 or 2 * out - slot_mm < 2 * process.wall_mm - 1e-6:
+        return (0.0,)
+    return (-out, out)
 
 
 def _shortest_spring_mm(plan: TrayPlan) -> float:
@@ -284,20 +331,14 @@ def _box_with_tab(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
         return body
     body -= block(b3d, (-plan.out_x, half_y, plan.out_x, plan.tab_top), 0.0, plan.side_top)
     slot = b3d.extrude(b3d.SlotOverall(*plan.slot_mm), 2 * process.back_mm)
-    return body - slot.moved(b3d.Location((0, half_y + 2 * wall + plan.slot_mm[1] / 2, -1.5 * process.back_mm)))
+    y, z = half_y + 2 * wall + plan.slot_mm[1] / 2, -1.5 * process.back_mm
+    return body - [slot.moved(b3d.Location((x, y, z))) for x in plan.slots]
 
 
 def _outline(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     """The tray and its tab seen from the front, with rounded corners."""
-    half_y, wall, tab_x = plan.half_mm[1], process.wall_mm, plan.slot_mm[0] / 2 + 2 * process.wall_mm
-    corners = [(plan.out_x, half_y), (-plan.out_x, half_y)]
-    if plan.tab:
-        corners[1:1] = [
-            (tab_x + 2 * wall, half_y),
-            (tab_x, plan.tab_top),
-            (-tab_x, plan.tab_top),
-            (-tab_x - 2 * wall, half_y),
-        ]
+    half_y, wall = plan.half_mm[1], process.wall_mm
+    corners = [(plan.out_x, half_y), *tab_corners(plan, wall), (-plan.out_x, half_y)]
     face = b3d.make_face(b3d.Polyline((-plan.out_x, plan.bottom), (plan.out_x, plan.bottom), *corners, close=True))
     # The rim's corners stay thick enough where the pocket's sharp ones come nearest: 1.6 of 2 mm.
     radii = {plan.bottom: 1.5 * wall, half_y: wall / 2, plan.tab_top: 2 * wall if plan.tab else wall / 2}
@@ -306,9 +347,48 @@ def _outline(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
     return face
 
 
-def _lip(b3d: Any, plan: TrayPlan, rect: Rect) -> Any:
-    """One lip on top of the rim, chamfered above, and below at its upper end, where the sheet comes in."""
-    lip = block(b3d, rect, plan.rim_top, plan.lip_top)
+def tab_corners(plan: TrayPlan, wall_mm: float) -> list[Point]:
+    """Corners of the tabs, from right to left along the tray's upper edge."""
+    low, high, foot = plan.half_mm[1], plan.tab_top, 2 * wall_mm
+    return [
+        corner
+        for x0, x1 in reversed(plan.tabs(wall_mm))
+        for corner in ((x1 + foot, low), (x1, high), (x0, high), (x0 - foot, low))
+    ]
+
+
+def _underside(plan: TrayPlan, process: MountProcess, level: float, reach: float) -> list[Point]:
+    """The lower face of a lip or foot, from the rim to its tip (x to the right, z), at `level` beside the board."""
+    rim, step = plan.out_x - process.wall_mm, min(process.clearance_mm, LEVEL_MM)
+    low = level - (process.clearance_mm - step)
+    return [(plan.out_x, low), (rim, low), (rim - step, low), (plan.half_mm[0] - reach, level + reach)]
+
+
+def _lip(b3d: Any, plan: TrayPlan, process: MountProcess, rect: Rect) -> Any:
+    """One lip at the rim, chamfered above, and below at its upper end, where the sheet comes in."""
+    under = _underside(plan, process, plan.rim_top, plan.reach_mm)
+    lip = _drawn_out(b3d, [*under, (under[-1][0], plan.lip_top), (plan.out_x, plan.lip_top)], rect)
     lip = b3d.chamfer(lip.faces().sort_by(b3d.Axis.Z)[-1].edges(), plan.chamfer)
-    entry = lip.faces().sort_by(b3d.Axis.Z)[0].edges().sort_by(b3d.Axis.Y)[-1]
+    side, (begin, end) = math.copysign(1.0, rect[0]), under[2:]
+    middle = (side * (begin[0] + end[0]) / 2, rect[3], (begin[1] + end[1]) / 2)
+    entry = min(lip.edges(), key=lambda edge: math.dist(tuple(edge.center()), middle))
     return b3d.chamfer(entry, plan.chamfer / 2)
+
+
+def _foot(b3d: Any, plan: TrayPlan, process: MountProcess, rect: Rect) -> Any:
+    """One foot: it stops the sheet but not the card, which goes on below it to the bottom rim."""
+    level = plan.card_top + process.depth_clearance_mm
+    # Where a lip covers it, it grows into the lip; where not, it keeps two layers below its upper face.
+    room = plan.side_top - LEAST_LIP_MM - level if plan.stepped else plan.reach_mm
+    reach = min(plan.reach_mm, room)
+    top = plan.side_top if plan.stepped else plan.rim_top + plan.reach_mm
+    under = _underside(plan, process, level, reach)
+    return _drawn_out(b3d, [*under, (under[-1][0], top), (plan.out_x, top)], rect)
+
+
+def _drawn_out(b3d: Any, profile: list[Point], rect: Rect) -> Any:
+    """A body of the profile (x to the right, z), drawn out along y over a rectangle, on its side of the tray."""
+    side = math.copysign(1.0, rect[0])
+    face = b3d.make_face(b3d.Polyline(*[(side * x, z) for x, z in profile], close=True))
+    plane = b3d.Plane(origin=(0, rect[3], 0), x_dir=(1, 0, 0), z_dir=(0, -1, 0))
+    return b3d.extrude(face, rect[3] - rect[1], dir=(0, 0, 1)).moved(plane.location)

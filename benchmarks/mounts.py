@@ -1,0 +1,113 @@
+"""What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--pictures FOLDER]`.
+
+Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
+once with supports wherever the slicer asks for them below 44 degrees from level.  Told are the time, the plastic, how
+much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it.  Formats are those of
+people's holders; where a mount cannot be made for one, the reason stands in its row.
+
+With --pictures, each mount is also drawn as it lies on the bed, seen from above and from below.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import trimesh
+
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.errors import MoireIdError
+from moireid.fabrication.meshes import overhang_mm2
+from moireid.fabrication.printed.mount import KINDS, write_mount
+
+#: Width and height in mm, sheet, range in m.
+FORMATS = {
+    "cr80": ((85.6, 54.0), "75lpi-18mil", (0.2, 0.4)),
+    "a7": ((105.0, 74.0), "75lpi-18mil", (0.3, 0.5)),
+    "4x3in": ((101.6, 76.2), "75lpi-18mil", (0.3, 0.5)),
+    "a6": ((148.0, 105.0), "62lpi-27mil", (0.4, 0.8)),
+    "a5": ((210.0, 148.0), "50lpi", (0.6, 2.0)),
+    "board": ((146.0, 160.0), "50lpi", (0.8, 2.5)),
+}
+PRINTER = {
+    "layer-height": "0.2",
+    "nozzle-diameter": "0.4",
+    "filament-diameter": "1.75",
+    "filament-density": "1.24",
+    "perimeters": "3",
+    "fill-density": "15%",
+    "skirts": "0",
+    "bed-shape": "0x0,350x0,350x350,0x350",
+}
+SUPPORTS = ("--support-material", "--support-material-auto", "--support-material-threshold", "44")
+
+
+def sliced(stl: Path, *more: str) -> tuple[float, str]:
+    """Filament in g and the time that the slicer tells.  Raises: CalledProcessError where it fails."""
+    gcode = stl.with_suffix(".gcode")
+    options = [word for name, value in PRINTER.items() for word in (f"--{name}", value)]
+    command = ["prusa-slicer", "--export-gcode", *options, *more, "--output", str(gcode), str(stl)]
+    subprocess.run(command, check=True, capture_output=True, text=True, timeout=300)
+    text = gcode.read_text()
+    length = sum(map(float, re.findall(r"filament used \[mm\] = ([\d.]+)", text)))
+    time = re.search(r"estimated printing time \(normal mode\) = (.+)", text)
+    return length * 3.14159 * 0.875**2 * 1.24e-3, time.group(1).strip() if time else "?"
+
+
+def row(name: str, badge: Badge, kind: str, folder: Path) -> str:
+    """One mount's line of the table."""
+    report = write_mount(badge, folder, kind=kind)
+    hanging = sum(overhang_mm2(piece) for piece in trimesh.load_mesh(report.stl).split())
+    (plain_g, time), (held_g, _) = sliced(report.stl), sliced(report.stl, *SUPPORTS)
+    size = " x ".join(f"{side:.0f}" for side in report.size_mm)
+    return f"{name:<8}{kind:<9}{size:<18}{time:>12}{plain_g:>8.1f}{held_g - plain_g:>13.1f}{hanging:>14.2f}"
+
+
+def draw(stl: Path, path: Path) -> None:
+    """The bodies as they lie on the bed, from above and from below."""
+    from matplotlib.colors import LightSource
+    from matplotlib.figure import Figure
+
+    mesh = trimesh.load_mesh(stl)
+    figure = Figure(figsize=(12, 6))
+    for number, (rise, words) in enumerate(((35, "from above"), (-35, "from below"))):
+        axes: Any = figure.add_subplot(1, 2, number + 1, projection="3d")
+        axes.plot_trisurf(
+            *mesh.vertices.T, triangles=mesh.faces, color="#9fc3e8", lightsource=LightSource(315, 45), linewidth=0
+        )
+        axes.set_box_aspect(tuple(mesh.extents))
+        axes.view_init(rise, -60)
+        axes.set_axis_off()
+        axes.set_title(words)
+    figure.savefig(path, dpi=80)
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--pictures", type=Path, help="Folder for a picture of each mount.")
+    pictures = parser.parse_args().pictures
+    print(
+        f"{'format':<8}{'mount':<9}{'on the bed, mm':<18}{'time':>12}{'PLA, g':>8}{'supports, g':>13}{'hangs, mm2':>14}"
+    )
+    for name, (size_mm, lens, range_m) in FORMATS.items():
+        for kind in KINDS:
+            with tempfile.TemporaryDirectory() as folder:
+                try:
+                    badge = design_badge(Request("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))
+                    print(row(name, badge, kind, Path(folder)), flush=True)
+                except MoireIdError as error:
+                    print(f"{name:<8}{kind:<9}{error}", flush=True)
+                    continue
+                if pictures:
+                    pictures.mkdir(exist_ok=True)
+                    draw(Path(folder) / "mount.stl", pictures / f"{name}-{kind}.png")
+
+
+if __name__ == "__main__":
+    main()
