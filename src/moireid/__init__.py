@@ -8,7 +8,7 @@ errors.py      the error tree                            verifier/    film -> re
 files.py       files written whole or not at all         registry/    who was issued which badge
 lazy.py        packages that load modules on demand      calibration/ photographs of a pitch test -> lens profile
 sheets.py      lens sheets as they are sold              attest/      verdicts signed, and checked by others
-                                                         cli/         the two programs
+lens_array.py  the same for round lenses                 cli/         the two programs
 """
 
 __version__ = "0.1.0"

@@ -37,13 +37,14 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Lens:
-    """The front layer: a lenticular sheet, or a line mask.
+    """The front layer: a lenticular sheet, an array of round lenses (fly's-eye sheet), or a line mask.
 
-    pitch_mm: spacing of lenticules or mask lines; thickness_mm: from the lens apexes (or the mask) to the page;
-    radius_mm: of the cylinder lenses, None for a mask; open_fraction: clear part of a mask's pitch, None for a lens.
+    pitch_mm: spacing of lenses, both ways in an array, or of mask lines; thickness_mm: from the lens apexes (or the
+    mask) to the page; radius_mm: of the lenses, None for a mask; open_fraction: clear part of a mask's pitch, None for
+    a lens.
     """
 
-    kind: Literal["lenticular", "mask"]
+    kind: Literal["lenticular", "array", "mask"]
     pitch_mm: float
     thickness_mm: float
     refractive_index: float
@@ -63,12 +64,15 @@ class Lens:
             focus_on_back_mm = self.thickness_mm * (self.refractive_index - 1.0) / self.refractive_index
             object.__setattr__(self, "radius_mm", focus_on_back_mm)
         assert self.radius_mm is not None
-        if self.radius_mm < self.pitch_mm / 2:
-            thicker_mm = self.thickness_mm * self.pitch_mm / 2 / self.radius_mm
-            finer_mm = math.floor(2e4 * self.radius_mm) / 1e4
+        # Round lenses on a square array meet where four of them do, half a diagonal from their axes.
+        least_mm = self.pitch_mm / 2 * (math.sqrt(2) if self.kind == "array" else 1)
+        if self.radius_mm < least_mm:
+            thicker_mm = self.thickness_mm * least_mm / self.radius_mm
+            finer_mm = math.floor(1e4 * self.radius_mm * self.pitch_mm / least_mm) / 1e4
+            half = "half the diagonal of the pitch" if self.kind == "array" else "half the pitch"
             raise SpecError(
-                f"lens radius_mm={self.radius_mm:.4g} is below half the pitch ({self.pitch_mm / 2:.4g} mm), so the "
-                f"cylinders would not meet; raise thickness_mm to {math.ceil(1e3 * thicker_mm) / 1e3:g} or more, or "
+                f"lens radius_mm={self.radius_mm:.4g} is below {half} ({least_mm:.4g} mm), so the lenses would not "
+                f"meet; raise thickness_mm to {math.ceil(1e3 * thicker_mm) / 1e3:g} or more, or "
                 f"give a pitch of {finer_mm:g} mm or less",
                 most_pitch_mm=finer_mm,
             )

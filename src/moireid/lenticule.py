@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from moireid import optics
 from moireid.badge import Lens
+from moireid.lens_array import array_response
 
 Array = NDArray[np.float64]
 #: Rays across one lenticule.  The flanks make the response a step function of the ray, so the error falls as one over
@@ -105,6 +106,8 @@ def view_response(
         shift = optics.slab_shift_mm(lens.thickness_mm, lens.refractive_index, tan_x, tan_y)
         # numpy's sinc is sin(pi x)/(pi x): the first Fourier coefficient of the openings over their mean.
         return np.asarray(np.exp(2j * math.pi * shift / rear_pitch_mm) * np.sinc(lens.open_fraction))
+    if lens.kind == "array":
+        return array_response(lens, rear_pitch_mm, tan_x, tan_y)
     across = ((np.arange(rays) + 0.5) / rays - 0.5) * lens.pitch_mm
     landed, cosine = trace_mm(lens, across, tan_x[..., None], tan_y[..., None])
     passed = optics.passed_share(lens.refractive_index, cosine) if fresnel else np.ones_like(cosine)

@@ -108,6 +108,22 @@ def mask_named(label: str, gap_mm: float) -> Lens:
     return Lens("mask", lens_named(label).pitch_mm, gap_mm, ACRYLIC_INDEX)
 
 
+#: An array's lenses are this much flatter than they must be to meet; half spheres would lose the light of the corners.
+ARRAY_RADIUS_RATIO = 1.2
+
+
+def array_named(label: str) -> Lens:
+    """An array of round lenses (fly's-eye sheet) of a lens sheet's pitch, focused on its back.
+
+    Convention: as thick as the sheet of that label, or thicker, as round lenses of a thin sheet would not meet.
+    Raises: SpecError for an unknown label.
+    """
+    sheet = lens_named(label)
+    least_mm = ARRAY_RADIUS_RATIO * math.sqrt(0.5) * sheet.pitch_mm
+    thinnest_mm = least_mm * sheet.refractive_index / (sheet.refractive_index - 1)
+    return Lens("array", sheet.pitch_mm, max(sheet.thickness_mm, round(thinnest_mm, 2)), sheet.refractive_index)
+
+
 def load_lens_profile(path: Path) -> LensProfile:
     """Read a lens profile.  Raises: SpecError if the file is missing or no lens profile, or has impossible figures."""
     advice = "give a file that moireid calibrate wrote"

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
+from moireid.designer.crossed import crossed_grids, periods_mm
 from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import LinkBudget, link_budget
@@ -25,7 +26,7 @@ from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
 from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
 from moireid.optics import rear_pitch_for_beat_mm
-from moireid.profiles import Printer, lens_named, mask_named, sheet_of_thickness
+from moireid.profiles import Printer, array_named, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
 from moireid.turned import own_rect
 
@@ -96,13 +97,15 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     name = clean_name(request.name)
     family = family_named(_family_for(request, payload))
     lens, layout, spacing = _front(request), lay_out(request), family.name == "spacing"
-    grid = choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS)
-    levels = SPACING_LEVELS if spacing else PITCH_LEVELS
-    _check_range(request, layout, grid, lens.pitch_mm, levels)
-    beats = choose_beats(layout, request.range_m[1], lens.pitch_mm, levels)
+    levels, count = SPACING_LEVELS if spacing else PITCH_LEVELS, len(layout.fields_mm)
+    if request.front == "array":
+        grids, beats = _crossed(request, layout, family.name, len(payload))
+    else:
+        grids = (choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS),) * count
+        beats = (choose_beats(layout, request.range_m[1], lens.pitch_mm, levels),) * count
+    _check_range(request, layout, grids[0], lens.pitch_mm, levels)
     blank = tuple(
-        _blank_grating(family.name, lens.pitch_mm, layout, k, grid, beats, len(payload))
-        for k in range(len(layout.fields_mm))
+        _blank_grating(family.name, lens.pitch_mm, layout, k, grids[k], beats[k], len(payload)) for k in range(count)
     )
     _check_printer(request, blank[0].pitch_mm)
     gratings = tuple(
@@ -126,15 +129,43 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     )
 
 
+def _crossed(
+    request: Request, layout: Layout, family: str, payload_bytes: int
+) -> tuple[tuple[Grid, ...], tuple[Beats, ...]]:
+    """Grids and beats under a lens array; the levels lie about the period that cancels the other grating.
+
+    Raises: DesignError for a family or axes that cross no lines, or a range beyond its fine fringes.
+    """
+    if family != "spacing" or request.axes == "hex":
+        raise DesignError("a lens array senses x and y in one field, by places of lines; leave out --code and --axes")
+    grids = crossed_grids(layout, payload_bytes)
+    periods = periods_mm(grids)
+    _, (x0, y0, x1, y1) = layout.fields_mm[0]
+    far_m = DESIGN_FOCAL_PX * min(periods) / MIN_PX_PER_FRINGE / 1000.0
+    if request.range_m[1] > far_m:
+        raise DesignError(
+            f"fringes of {min(periods):.1f} mm are too fine beyond {far_m:.2f} m under a lens array; choose a range "
+            f"within {request.range_m[0]:g}-{math.floor(100 * far_m) / 100:g} m",
+            far_m=far_m,
+        )
+    steps = [MIN_STEP_FRINGES / length for length in (x1 - x0, y1 - y0)]
+    middle = (SPACING_LEVELS - 1) / 2
+    return grids, tuple(
+        Beats(1 / period - middle * step, step, SPACING_LEVELS) for period, step in zip(periods, steps, strict=True)
+    )
+
+
 def _front(request: Request) -> Lens:
     """The front layer that is asked for.  Raises: SpecError for one that is none."""
     if request.front == "lens":
         lens, thickness_mm = lens_named(request.lens), request.lens_thickness_mm
         return lens if thickness_mm is None else sheet_of_thickness(lens, thickness_mm)
-    if request.front != "mask":
-        raise SpecError(f"front {request.front!r} is not known; choose lens or mask")
+    if request.front not in ("mask", "array"):
+        raise SpecError(f"front {request.front!r} is not known; choose lens, array or mask")
     if request.lens_thickness_mm is not None:
-        raise SpecError("a mask has a spacer, and no sheet of lenses; give its thickness as the gap")
+        raise SpecError(f"the front {request.front} has no sheet of that label; leave its thickness out")
+    if request.front == "array":
+        return array_named(request.lens)
     return mask_named(request.lens, request.gap_mm)
 
 

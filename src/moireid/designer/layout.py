@@ -4,7 +4,8 @@ The board stands in the middle of the page, so the page's centre is also the bad
 for the paper lies on the paper turned.  Four markers stand in its corners, and the name between the upper ones.  The
 gratings fill the field between the upper and the lower pair, from edge to edge, because a wider grating separates beat
 frequencies better; a template may leave more room above and below it.  On a badge of two axes the left half of the
-field senses x, and the right half y; three gratings lie as `turned_fields` says.
+field senses x, and the right half y; three gratings lie as `turned_fields` says, and
+those of a lens array share one field.
 """
 
 from __future__ import annotations
@@ -79,6 +80,9 @@ def lay_out(request: Request) -> Layout:
         lower = bottom if frame.foot * height > least_mm else centers[3][1] - ID_MM
         cross = Room(side, width / 2 - least_mm, middle - top, middle - min(top, upper), max(bottom, lower) - middle)
         return Layout(page_mm, board, three_fields(cross, GAP_MM, page_mm), markers)
+    if request.front == "array":
+        # Both gratings of an array share the field: its lines cross.
+        return Layout(page_mm, board, (("x", field), ("y", field)), markers)
     return Layout(page_mm, board, _fields(field, request.axes), markers)
 
 

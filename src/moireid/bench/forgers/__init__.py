@@ -2,5 +2,6 @@
 
 suite.py        the cases filmed and judged        cases.py    the attacks and the mishaps
 photographs.py  a table of photographs as fringes  motions.py  sweeps, views in turns, cuts and gaps
+reposed.py      photographs on a course that nobody chose
 edits.py        hands, captions, moved markers     output.py   table and plot
 """

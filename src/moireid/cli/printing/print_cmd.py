@@ -67,10 +67,11 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--front",
-    type=click.Choice(["lens", "mask"]),
+    type=click.Choice(["lens", "array", "mask"]),
     default="lens",
     show_default=True,
-    help="What lies on top: a lenticular sheet, or a line mask printed on clear film with an acrylic spacer.",
+    help="What lies on top: a lenticular sheet; an array of round lenses (fly's-eye sheet), which senses both "
+    "directions at every point; or a line mask printed on clear film with an acrylic spacer.",
 )
 @click.option(
     "--gap", "gap_mm", type=FiniteRange(0, 100), show_default="1.5", metavar="MM", help="Thickness of a mask's spacer."

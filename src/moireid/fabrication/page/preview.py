@@ -68,7 +68,9 @@ def _draw_grating(picture: NDArray[np.uint8], badge: Badge, grating: Grating, as
         pixels = math.ceil((own[2] - own[0]) * PX_PER_MM)
         along = fringe_profile(badge.lens, cell, own, pixels, middle, aside)
         sample = ((first[within] - own[0]) / (own[2] - own[0]) * pixels).astype(int)
-        picture[rows[within], columns[within]] = INK + (PAPER - INK) * along[sample]
+        # Under a lens array light must pass both gratings; elsewhere nothing lies here yet but paper.
+        before = picture[rows[within], columns[within]].astype(float) - INK
+        picture[rows[within], columns[within]] = INK + before * along[sample]
 
 
 def fringe_profile(
