@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
 from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
-from scipy.stats import binom
 
 from kit.payloads import payload_for_name
 from moireid.badge import Badge, Cell, Code, Grating, badge_from_json
@@ -30,12 +29,10 @@ from moireid.designer import (
     random_payload,
 )
 from moireid.designer.drawn import drawn_badge
-from moireid.designer.link import link_budget
 from moireid.designer.people import Person, design_people, without_held
 from moireid.designer.request import NAME_LIMIT, clean_name, parse_range_m, parse_size_mm
 from moireid.errors import CodeError, DesignError, RegistryError, SpecError
 from moireid.idcodes import is_name_derived
-from moireid.idcodes.words import WordCode
 from moireid.profiles import PAPERS_MM, lens_named
 
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
@@ -280,24 +277,6 @@ def test_explanation_tells_the_badges_own_figures(ada: Badge) -> None:
     assert {"reading all at 0.8 m", "reading all at 2.5 m"} <= set(rows)
 
 
-def test_link_budget_falls_with_distance_and_rises_with_parity() -> None:
-    """Catches: a chance that ignores the word, or a phase error that grows with the pixels.
-
-    Closed form: Gaussian phase errors, four cells a byte, half the parity mended.
-    """
-    word = WordCode(8, 26)
-    near, far = link_budget(9.0, 1.0, word), link_budget(9.0, 0.2, word)
-    assert (near.cell_px, far.cell_px) == (9.0, pytest.approx(1.8))
-    assert near.phase_error_rad < far.phase_error_rad
-    wrong_byte = 1 - (1 - math.erfc(math.pi / 4 / (far.phase_error_rad * math.sqrt(2)))) ** 4
-    assert far.decode_probability == pytest.approx(binom.cdf(6, 26, wrong_byte), rel=1e-9)
-    assert near.decode_probability > 0.9999 > far.decode_probability
-    tight = link_budget(9.0, 0.2, WordCode(8, 17))
-    assert tight.decode_probability < far.decode_probability
-    # The films that the error was measured on: 9.1 mm at 3 m, 4.4 px, 0.049 rad; the budget doubles it.
-    assert link_budget(4.4, 1.0, word).phase_error_rad / 2 == pytest.approx(0.049, abs=0.008)
-
-
 # What cannot be done, and whether the advice works.
 
 
@@ -327,7 +306,7 @@ def follow(request: Request, message: str) -> Request:
 @pytest.mark.parametrize(
     "request_",
     [
-        Request("A", range_m=(0.8, 2.9)),
+        Request("A", range_m=(0.8, 4.6)),
         Request("A", range_m=(0.8, 1e6)),
         Request("A", range_m=(3.0, 9.0)),
         Request("A", range_m=(0.05, 2.0)),
@@ -394,7 +373,8 @@ def test_the_figures_of_a_refusal_are_attributes_too() -> None:
     """Catches: prose that a program would have to parse, and a range rounded to the side that does not work."""
     with pytest.raises(DesignError) as refused:
         design_badge(Request("A", range_m=(0.1, 9.0)), PAYLOAD)
-    far, near = 26 * FOCAL_PX / 14 / 1000, 160 * FOCAL_PX / 1080 / 1000
+    # Half of all films find markers of 8.1 px, and 95 % those 1.645 spreads of 7 % larger.
+    far, near = 26 * FOCAL_PX / (8.1 * math.exp(1.645 * 0.07)) / 1000, 160 * FOCAL_PX / 1080 / 1000
     assert refused.value.details == {"near_m": math.ceil(100 * near) / 100, "far_m": math.floor(100 * far) / 100}
     with pytest.raises(DesignError) as printer:
         design_badge(Request("A", printer_dpi=100), PAYLOAD)
@@ -435,7 +415,7 @@ def test_an_identity_is_as_long_as_its_place_asks() -> None:
     """Catches: 64 bits where nobody looks for twins, 128 that the range cannot carry, and a length that nobody told."""
     long = drawn_badge(Request("A"), None, None)
     assert (long.badge.payload_bits, long.note) == (128, None)
-    short = drawn_badge(Request("A", axes="xy"), None, None)
+    short = drawn_badge(Request("A", size_mm=(60.0, 66.0), range_m=(0.3, 1.6)), None, None)
     assert short.badge.payload_bits == 64 and short.note is not None and "64 bits" in short.note
     known = drawn_badge(Request("A"), None, lambda _: None)
     assert (known.badge.payload_bits, known.note) == (64, None)

@@ -15,8 +15,9 @@ from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.cli.printing import wear_options
 from moireid.designer import Request, design_badge
-from moireid.designer.design import DESIGN_FOCAL_PX, MIN_MARKER_PX, link_budgets
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned, within_reach
+from moireid.designer.link import CALL, PHONE
+from moireid.designer.reach import read_of, verdict_reach_m
 from moireid.designer.request import Frame
 from moireid.errors import DesignError, SpecError
 from moireid.fabrication.event import places_mm
@@ -51,12 +52,11 @@ def test_a_format_is_read_over_its_range_by_the_link_budget(case: tuple[str, str
     """Catches: a range that the markers or cells do not carry, as seen by the camera that the format is for."""
     name, _, badge = case
     assert badge.range_m is not None
-    share = WEBCAM_SHARE if name == "webcam" else 1.0
-    far = share * DESIGN_FOCAL_PX / (1000 * badge.range_m[1])
-    assert badge.markers.size_mm * far >= MIN_MARKER_PX
-    cells = [cell.rect_mm for grating in badge.gratings for cell in grating.cells]
-    assert min(min(rect[2] - rect[0], rect[3] - rect[1]) for rect in cells) * far >= 4.0
-    assert min(link.decode_probability for _, link in link_budgets(badge)) > 0.999
+    read = read_of(badge)
+    assert read is not None
+    receiver = CALL if name == "webcam" else PHONE
+    assert min(read.at(metres, receiver).decode_probability for metres in badge.range_m) > 0.999
+    assert badge.range_m[1] <= verdict_reach_m(badge)
     # Room for one step to either side, and not merely a point.
     assert badge.range_m[1] >= 2 * badge.range_m[0]
     assert badge.range_m == (FORMATS[name].range_m if name != "board" else badge.range_m)
@@ -75,7 +75,7 @@ def test_markers_of_a_format_keep_their_white_and_their_distance(case: tuple[str
 
 def test_a_range_is_cut_to_what_the_board_allows_and_kept_where_it_is_given() -> None:
     """Catches: a promise beyond the far end, and a user's own wish that is bent in silence."""
-    tall = replace(Request("A"), frame=Frame(head=0.4))
+    tall = replace(Request("A"), frame=Frame(head=0.6))
     cut = in_format(tall, "board", orientation="landscape")
     assert cut.range_m[0] == 0.8 and 2.0 < cut.range_m[1] < 2.5
     with pytest.raises(DesignError, match="too small"):

@@ -7,7 +7,8 @@ layout.py    where markers and gratings lie on the page
 turned_fields.py  three fields that sense 0, 60 and 120 degrees
 crossed.py   cells and beats under a lens array
 grid.py      how a grating is cut into rows and cells
-link.py      the link budget: will the whole payload be read?
+link.py      the link budget: in how many films, by whom, is the whole payload read?
+reach.py     from where to where a board is read, and judged
 design.py    the choice of beat frequencies, and the Badge
 lists.py     a list's cells, as spreadsheets save them
 people.py    a list of people, and the badge of each

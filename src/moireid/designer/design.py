@@ -13,37 +13,36 @@ from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.crossed import crossed_grids, periods_mm
-from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
+from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
-from moireid.designer.link import LinkBudget, link_budget
+from moireid.designer.link import PROMISED_SHARE, RECEIVERS
 from moireid.designer.payload import FAMILY_BYTES
+from moireid.designer.reach import (
+    DESIGN_FOCAL_PX,
+    MIN_FRINGES,
+    MIN_PX_PER_FRINGE,
+    MIN_STEP_FRINGES,
+    PITCH_TOLERANCE,
+    check_range,
+    fringe_length_mm,
+    link_budgets,
+    read_of,
+    verdict_reach_m,
+)
 from moireid.designer.request import Request, clean_name
 from moireid.dots import on_dots, realised
 from moireid.errors import CodeError, DesignError, SpecError
 from moireid.idcodes import family_named
 from moireid.idcodes.pitch import BANDS
 from moireid.idcodes.pitch import LEVELS as PITCH_LEVELS
-from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
-from moireid.idcodes.words import MAX_WORD_BYTES, WordCode
+from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.optics import rear_pitch_for_beat_mm
 from moireid.profiles import Printer, array_named, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
 from moireid.turned import own_rect
 
-#: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
-DESIGN_FOCAL_PX = 1450.0
-DESIGN_IMAGE_PX = (1920, 1080)
-#: Print scale may be off by 0.5 % and lens pitch by 0.3 %; both shift every beat by that share of 1/p_f.
-PITCH_TOLERANCE = 0.008
-#: Fewest fringes across the grating that fit and shading share without confusion, and pixels that a fringe needs.
-MIN_FRINGES = 2.0
-MIN_PX_PER_FRINGE = 5.0
-#: Least and most spacing of levels, in fringes across the grating.  At 0.4 a level's half step is a fifth of a
-#: fringe; more than 0.55 only shortens the fringes.
-MIN_STEP_FRINGES = 0.40
+#: More spacing of levels than this many fringes across the grating only shortens the fringes.
 MAX_STEP_FRINGES = 0.55
-MIN_BAND_PX = 4.0
-MIN_MARKER_PX = 14.0
 #: A printed line narrower than this many dots has no dependable width.
 MIN_DOTS_PER_LINE = 3.0
 #: A symbol is confused beyond pi / 4; rounding to dots may take this much of it, the rest is for the film.
@@ -103,7 +102,7 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     else:
         grids = (choose_grid(layout, len(payload)) if spacing else bands(layout, BANDS),) * count
         beats = (choose_beats(layout, request.range_m[1], lens.pitch_mm, levels),) * count
-    _check_range(request, layout, grids[0], lens.pitch_mm, levels)
+    check_range(request, layout, grids, lens.pitch_mm, levels, len(payload))
     blank = tuple(
         _blank_grating(family.name, lens.pitch_mm, layout, k, grids[k], beats[k], len(payload)) for k in range(count)
     )
@@ -234,59 +233,11 @@ def choose_beats(layout: Layout, far_m: float, lens_pitch_mm: float, levels: int
 
     Convention: magnitudes.  Source: module docstring; camera `DESIGN_FOCAL_PX`.  `_reach_m` says how far it goes.
     """
-    width_mm = _fringe_length_mm(layout)
+    width_mm = fringe_length_mm(layout)
     tolerance = PITCH_TOLERANCE / lens_pitch_mm
     slowest = tolerance + MIN_FRINGES / width_mm
     fastest = DESIGN_FOCAL_PX / (1000.0 * far_m) / MIN_PX_PER_FRINGE - tolerance
     return Beats(slowest, min((fastest - slowest) / (levels - 1), MAX_STEP_FRINGES / width_mm), levels)
-
-
-def _fringe_length_mm(layout: Layout) -> float:
-    """Length along which the fringes of the shortest field run."""
-    fields = (own_rect(axis, rect) for axis, rect in layout.fields_mm)
-    return min(high - low for low, _, high, _ in fields)
-
-
-def _check_range(request: Request, layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> None:
-    """The whole board must be in the picture at the near end, and everything large enough at the far end.
-
-    Raises: DesignError that names the range that this board has, or a board that has one.
-    """
-    board = (layout.board_mm[2] - layout.board_mm[0], layout.board_mm[3] - layout.board_mm[1])
-    near = max(side * DESIGN_FOCAL_PX / image for side, image in zip(board, DESIGN_IMAGE_PX, strict=True)) / 1000.0
-    reaches = _reach_m(layout, grid, lens_pitch_mm, levels)
-    what = min(reaches, key=lambda name: reaches[name])
-    near_m, far_m = math.ceil(100 * near) / 100, math.floor(100 * reaches[what]) / 100
-    words = f"a board of {board[0]:g} x {board[1]:g} mm"
-    if near_m > far_m:
-        raise DesignError(
-            f"{words} fits the picture from {near_m:.2f} m on, but its {what} are too small beyond {far_m:.2f} m; "
-            "give a board such as 146x160",
-            near_m=near_m,
-            far_m=far_m,
-            size_mm=(146.0, 160.0),
-        )
-    if request.range_m[0] < near_m or request.range_m[1] > far_m:
-        raise DesignError(
-            f"{words} is read at {near_m:.2f} to {far_m:.2f} m, not {request.range_m[0]:g} to {request.range_m[1]:g}: "
-            f"nearer it overfills the picture, beyond its {what} are too small; choose a range within "
-            f"{near_m:.2f}-{far_m:.2f} m, or give a larger board",
-            near_m=near_m,
-            far_m=far_m,
-        )
-
-
-def _reach_m(layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> dict[str, float]:
-    """How far each part of the board can be read, metres."""
-    width_mm, tolerance = _fringe_length_mm(layout), PITCH_TOLERANCE / lens_pitch_mm
-    fastest = 2 * tolerance + (MIN_FRINGES + (levels - 1) * MIN_STEP_FRINGES) / width_mm
-    sizes = {
-        "markers": layout.markers.size_mm / MIN_MARKER_PX,
-        "rows": grid.row_mm / MIN_BAND_PX,
-        "cells": grid.cell_mm / MIN_CELL_PX,
-        "fringes": 1.0 / (fastest * MIN_PX_PER_FRINGE),
-    }
-    return {name: DESIGN_FOCAL_PX * size / 1000.0 for name, size in sizes.items()}
 
 
 def _check_printer(request: Request, pitch_mm: float) -> None:
@@ -355,37 +306,12 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
             ("cells", f"{count} of {size[0]:.1f} x {size[1]:.1f} mm, {code.phase_levels} phases each"),
             ("a cell, far end", f"{far * size[0]:.1f} x {far * size[1]:.1f} pixels"),
         ]
-        for metres, link in link_budgets(badge):
-            chance = f"{link.decode_probability:.4f}" if link.decode_probability < 0.9999 else "above 0.9999"
-            figures = f"phase error of a cell {link.phase_error_rad:.2f} rad of {math.pi / PHASE_LEVELS:.2f}"
-            rows.append((f"reading all at {metres:g} m", f"probability {chance}, {figures}"))
+        rows += _explain_reading(badge)
     return [
         *rows,
         ("marker, far end", f"{far * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
         ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (each edge placed by itself)"),
         *_explain_dots(badge),
-    ]
-
-
-def link_budgets(badge: Badge) -> list[tuple[float, LinkBudget]]:
-    """Distance in metres and link budget at each end of the badge's range; none for a badge without phase cells.
-
-    Convention and source: `link.link_budget`.
-    """
-    phases = [
-        cell
-        for grating in badge.gratings
-        if grating.code
-        for cell, role in zip(grating.cells, grating.code.roles, strict=True)
-        if role == "phase"
-    ]
-    if not phases or badge.range_m is None:
-        return []
-    side_mm = min(phases[0].rect_mm[k + 2] - phases[0].rect_mm[k] for k in (0, 1))
-    word = WordCode((badge.payload_bits or 0) // 8, min(len(phases) // CELLS_PER_BYTE, MAX_WORD_BYTES))
-    return [
-        (metres, link_budget(side_mm, DESIGN_FOCAL_PX / (1000.0 * metres), word))
-        for metres in dict.fromkeys(badge.range_m)
     ]
 
 
@@ -398,6 +324,19 @@ def _dot_phase_rad(gratings: tuple[Grating, ...], lens_pitch_mm: float, dpi: int
         if isinstance(grating.axis, str)
         for cell in grating.cells
     )
+
+
+def _explain_reading(badge: Badge) -> list[tuple[str, str]]:
+    """Rows of the table about who reads the badge from where."""
+    read, rows = read_of(badge), []
+    assert read is not None
+    for metres, link in link_budgets(badge):
+        chance = f"{link.decode_probability:.4f}" if link.decode_probability < 0.9999 else "above 0.9999"
+        figures = f"phase error of a cell {link.phase_error_rad:.2f} rad of {math.pi / PHASE_LEVELS:.2f}"
+        rows.append((f"reading all at {metres:g} m", f"probability {chance}, {figures}"))
+    share = f"{100 * PROMISED_SHARE:g} of 100 films of 8 s"
+    rows += [(f"by {one.words}", f"{share} read up to {read.reach_m(one):.2f} m") for one in RECEIVERS]
+    return [*rows, ("a verdict, swaying 8 s", f"up to {verdict_reach_m(badge):.1f} m; farther, move more")]
 
 
 def _explain_front(lens: Lens) -> tuple[str, str]:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from moireid.badge import Badge
-from moireid.designer.design import design_badge, link_budgets
+from moireid.designer.design import design_badge
 from moireid.designer.payload import FAMILY_BYTES, random_payload
+from moireid.designer.reach import link_budgets
 from moireid.designer.request import Request
 from moireid.errors import DesignError, RegistryError
 

@@ -17,8 +17,6 @@ DUTY = 0.5
 FILL = 0.5
 #: Uniform rows of a field: top, middle, bottom.
 UNIFORM_ROWS = 3
-#: Least size of a cell at the far end of the range, pixels; below it, neighbours' fringes blur into one another.
-MIN_CELL_PX = 3.0
 MAX_ROWS, MAX_COLUMNS = 40, 60
 
 Role = Literal["reference", "beat", "phase"]

@@ -1,42 +1,117 @@
-"""The link budget of a spacing code: from pixels a cell to the chance that the whole payload is read.
+"""The link budget: how surely a badge is found, and its identity read, from a distance, and for whom.
 
-Convention: the camera is that of `design`, 8 s of swaying, H.264 at crf 28.
-Source of the phase error: a power law through the films of `moireid bench identity` (cells of 7.2 and 9.1 mm at 2 and
-3 m: 0.073, 0.049, 0.032 and 0.016 rad at 3.5, 4.4, 5.2 and 6.6 pixels).  Films by people are worse than a simulator's,
-so the budget doubles this error.
+A film is read where its markers are found and followed, and where the phases of the cells are right in enough bytes.
+Both fall steeply with pixels: markers are lost below some 8 pixels, whatever the cells are.  What a film adds by chance
+(its motion, its noise, where the coder spends its bits) scatters both thresholds, by the spreads below.
+
+Convention: eight seconds of swaying, or of camera and badge moved against each other; a badge within the tolerances of
+print and sheet.  Pixels are those of the film's file.
+Source of the figures: films of `benchmarks/link.py`, which prints promise and rate side by side; the power is that of
+all receivers together.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from statistics import NormalDist
 
 from moireid.idcodes.spacing import CELLS_PER_BYTE, PHASE_LEVELS
 from moireid.idcodes.words import WordCode
 
-PHASE_ERROR_RAD, AT_CELL_PX, POWER, FLOOR_RAD = 0.07, 3.5, 2.2, 0.01
-ALLOWANCE = 2.0
+#: A cell's phase error is `AT_RAD` at a receiver's `cell_px`, falls with this power of its pixels, and ends at a floor.
+AT_RAD, POWER, FLOOR_RAD = 0.1, 3.2, 0.004
+#: Spread of a film's phase error, and of the marker size that it needs, as standard deviations of logarithms.
+ERROR_SPREAD, MARKER_SPREAD = 0.35, 0.07
+#: Doubtful bytes are erased, so a word bears errors larger by this than one that is read by hard decisions.  Measured:
+#: half of the words of 26 and of 42 bytes are read at 0.45 rad, and by hard decisions at 0.43 rad.
+SOFT_GAIN = 1.05
+#: A range is promised as far as this share of films is read.
+PROMISED_SHARE = 0.95
+#: Films over whose spread the rate is averaged: quantiles of the normal distribution.
+_QUANTILES = tuple(NormalDist().inv_cdf((k + 0.5) / 15) for k in range(15))
+
+
+@dataclass(frozen=True)
+class Receiver:
+    """Who films: focal length in pixels of the file, of how many pixels a cell must be for an error of `AT_RAD`, and a
+    marker for half of the films to find it; words: as in "read by".
+    """
+
+    words: str
+    focal_px: float
+    cell_px: float
+    marker_px: float
+
+
+#: A phone on a stand or in a still hand: 1080p, H.264 of crf 28.
+PHONE = Receiver("a phone in 1080p", 1450.0, 3.2, 8.1)
+#: A call: 720p at 1200 kbit/s, a frame in twenty lost.
+CALL = Receiver("a call at 720p", 967.0, 3.05, 7.7)
+#: A clip of a chat program: 360 rows at 700 kbit/s, made small from a phone's film.
+CHAT = Receiver("a chat program's clip", 483.0, 2.3, 6.2)
+RECEIVERS = (PHONE, CALL, CHAT)
 
 
 @dataclass(frozen=True)
 class LinkBudget:
-    """Prediction at one distance: pixels of a cell's smaller side, phase error, chances of a wrong cell and of all."""
+    """Prediction at one distance: pixels of a cell's smaller side and of a marker, a cell's phase error in a usual
+    film, the chance of a wrong cell there, and the share of films of which all is read.
+    """
 
     cell_px: float
+    marker_px: float
     phase_error_rad: float
     cell_error: float
     decode_probability: float
 
 
-def link_budget(cell_mm: float, px_per_mm: float, word: WordCode) -> LinkBudget:
-    """Predict how surely a word is read from cells whose smaller side is `cell_mm`.
+@dataclass(frozen=True)
+class Read:
+    """What of a badge is read: the smaller side of its cells, the side of its markers, mm, and its word."""
 
-    Convention and source: module docstring; errors are Gaussian, cells independent, no erasure is counted upon.
-    """
-    cell_px = cell_mm * px_per_mm
-    error = ALLOWANCE * (PHASE_ERROR_RAD * (AT_CELL_PX / cell_px) ** POWER + FLOOR_RAD)
-    wrong_cell = math.erfc(math.pi / PHASE_LEVELS / (error * math.sqrt(2)))
-    wrong_byte = 1 - (1 - wrong_cell) ** CELLS_PER_BYTE
+    cell_mm: float
+    marker_mm: float
+    word: WordCode
+
+    def at(self, metres: float, receiver: Receiver = PHONE) -> LinkBudget:
+        """The budget at a distance.  Convention and source: module docstring; cells of one film err independently."""
+        px_per_mm = receiver.focal_px / (1000 * metres)
+        cell_px, marker_px = self.cell_mm * px_per_mm, self.marker_mm * px_per_mm
+        error = AT_RAD * (receiver.cell_px / cell_px) ** POWER + FLOOR_RAD
+        films = [error * math.exp(ERROR_SPREAD * quantile) / SOFT_GAIN for quantile in _QUANTILES]
+        read = sum(_read_share(one, self.word) for one in films) / len(films)
+        return LinkBudget(cell_px, marker_px, error, _wrong_cell(error), found_share(marker_px, receiver) * read)
+
+    def reach_m(self, receiver: Receiver = PHONE) -> float:
+        """How far `PROMISED_SHARE` of films are read, m, to a millimetre."""
+        low, high = 0.0, 100.0
+        while high - low > 1e-3:
+            middle = (low + high) / 2
+            low, high = (
+                (middle, high) if self.at(middle, receiver).decode_probability >= PROMISED_SHARE else (low, middle)
+            )
+        return low
+
+
+def found_share(marker_px: float, receiver: Receiver = PHONE) -> float:
+    """Share of films in which markers of that size are found and followed.  Source: module docstring."""
+    return NormalDist().cdf(math.log(marker_px / receiver.marker_px) / MARKER_SPREAD)
+
+
+def found_reach_m(marker_mm: float, receiver: Receiver = PHONE) -> float:
+    """How far markers are found in `PROMISED_SHARE` of films, m."""
+    least_px = receiver.marker_px * math.exp(MARKER_SPREAD * NormalDist().inv_cdf(PROMISED_SHARE))
+    return receiver.focal_px * marker_mm / least_px / 1000
+
+
+def _wrong_cell(error_rad: float) -> float:
+    return math.erfc(math.pi / PHASE_LEVELS / (error_rad * math.sqrt(2)))
+
+
+def _read_share(error_rad: float, word: WordCode) -> float:
+    """Chance that a word is read whose cells err so much: no more bytes are wrong than half of the parity."""
+    wrong_byte = 1 - (1 - _wrong_cell(error_rad)) ** CELLS_PER_BYTE
     mended, count = word.parity_bytes // 2, word.word_bytes
     read = sum(math.comb(count, k) * wrong_byte**k * (1 - wrong_byte) ** (count - k) for k in range(mended + 1))
-    return LinkBudget(cell_px, error, wrong_cell, min(read, 1.0))
+    return min(read, 1.0)

@@ -13,9 +13,9 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from moireid.badge import Badge
 from moireid.designer import Request, explain, payload_from_hex
-from moireid.designer.design import link_budgets
 from moireid.designer.drawn import drawn_badge
 from moireid.designer.link import LinkBudget
+from moireid.designer.reach import link_budgets
 from moireid.designer.request import clean_name, parse_range_m
 from moireid.errors import RegistryError, SpecError
 from moireid.fabrication.page.lettering import name_note

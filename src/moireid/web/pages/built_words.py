@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from moireid.asbuilt import AsBuilt
 from moireid.badge import Badge
-from moireid.designer.design import PITCH_TOLERANCE
+from moireid.designer.reach import PITCH_TOLERANCE
 from moireid.fabrication.process import TWIST_DEG
 from moireid.verifier.limits import ENROLLED_GAINS
 
