@@ -25,7 +25,7 @@ from moireid.fabrication.parts import ACRYLIC_FILES, PRINTED_FILES
 from moireid.fabrication.process import MountFigures, MountProcess
 from moireid.files import move_together, tidy_folders
 
-SHEETS = {"badge.json", "badge.pdf", "preview.png", "assembly.pdf"}
+SHEETS = {"badge.json", "badge.pdf", "preview.png", "preview.webp", "assembly.pdf"}
 
 
 def run(*arguments: str | Path) -> Result:

@@ -47,7 +47,7 @@ FORMATS = {
     "a6": Format((148.0, 105.0), "62lpi-27mil", (0.4, 1.5), Frame(5.0, 15.0), 4.0, "an A6 pouch"),
     "a5": Format((210.0, 148.0), "50lpi", (0.6, 2.0), Frame(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"),
     # For a laptop's camera of 720p, which has two thirds of the pixels that designs count on: all must suffice for
-    # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 20 px followed.
+    # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 22 px followed.
     "webcam": Format((150.0, 120.0), "50lpi", (0.4, 0.9), Frame(4.0, 22.0), 4.0, "a hand or a stand, for calls"),
     "board": Format((146.0, 160.0), "50lpi", (0.8, 2.5), Frame(), 0.0, "a board of its own, for cameras farther away"),
 }
