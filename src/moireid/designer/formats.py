@@ -9,6 +9,7 @@ to a template (`moireid.looks`), within what markers and fringes need.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -18,6 +19,8 @@ from moireid.errors import DesignError, SpecError
 
 Orientation = Literal["landscape", "portrait"]
 ORIENTATIONS: tuple[Orientation, ...] = ("landscape", "portrait")
+#: A range may be too wide for several reasons, which are told one after the other.
+MOST_CUTS = 4
 #: The shortest identity of a code family, bytes.
 _TRIAL_BYTES = {"spacing": 8, "pitch": 3}
 
@@ -98,14 +101,17 @@ def within_reach(request: Request) -> Request:
     Raises: DesignError where no part of the range works.
     """
     payload = bytes(_TRIAL_BYTES.get(request.family or "spacing", 8))
-    try:
-        design_badge(request, payload)
-    except DesignError as error:
-        near_m, far_m = error.details.get("near_m"), error.details.get("far_m")
-        if not isinstance(near_m, float) or not isinstance(far_m, float):
-            raise
-        near_m, far_m = max(request.range_m[0], near_m), min(request.range_m[1], far_m)
-        if near_m >= far_m:
-            raise
-        request = replace(request, range_m=(near_m, far_m))
+    for _ in range(MOST_CUTS):
+        try:
+            design_badge(request, payload)
+        except DesignError as error:
+            near_m, far_m = error.details.get("near_m", request.range_m[0]), error.details.get("far_m")
+            if not isinstance(near_m, float) or not isinstance(far_m, float):
+                raise
+            near_m, far_m = max(request.range_m[0], near_m), min(request.range_m[1], math.floor(100 * far_m) / 100)
+            if near_m >= far_m or (near_m, far_m) == request.range_m:
+                raise
+            request = replace(request, range_m=(near_m, far_m))
+        else:
+            break
     return request
