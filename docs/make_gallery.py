@@ -21,6 +21,7 @@ from typing import Any
 import av
 import numpy as np
 from PIL import Image
+from skimage import data
 
 from moireid.badge import load_badge
 from moireid.lenticule import trace_mm, view_law
@@ -52,6 +53,21 @@ VERDICTS = {
 MOVING = {"film": ("", "true"), "fake": (" --forge gain_low", "forged: half as far")}
 #: The two films of `make demo`: names, titles, and how they are forged.
 SHOWN = {"true": ("Real badge", ""), "forged": ("Forged: a still picture of the badge", " --forge frozen")}
+#: Badges to wear, one a template: options beside the logo and the portrait.
+WORN = {
+    "plain": '"Grace Hopper" --payload cdbbf82898d52ed1 --line Guest',
+    "conference": '"Ada Lovelace" --payload 7097c67b0fafc59b --line "Keynote" --line "Analytical Engines Ltd"',
+    "newsroom": '"Nellie Bly" --payload 5d171902d4d237dc --line "Reporter · Example News" --line "until 31 Dec 2026"',
+    "court": '"Amal Example" --payload 0f38c1a2b3d4e5f6 --line "Interpreter" --line "District Court 4"',
+    "webcam": '"Emmy Noether" --payload f002052e53c33d71 --line "Example University"',
+}
+#: The logo that they wear.
+LOGO = (
+    '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 216 60"><circle cx="30" cy="30" r="27" fill="#0f766e"/>'
+    '<path d="M14 30h32M20 18h20M20 42h20" stroke="#fff" stroke-width="6"/><path d="M74 12h12l16 25V12h10v36h-11'
+    "L84 22v26H74zM124 12h28v9h-18v5h15v9h-15v4h18v9h-28zM160 12h11l6 22 7-22h9l7 22 6-22h10l-11 36h-10l-7-21-7 21"
+    'h-10z" fill="#1f2a37"/></svg>'
+)
 #: Pixels of the window that a report's page is shown in; all of the page is shown.
 PAGE = {"width": 960, "height": 800}
 
@@ -68,6 +84,7 @@ def main() -> None:
         words += [_verdict(work, name, told) for name, told in VERDICTS.items()]
         _side_by_side(work)
         _report(work)
+        _worn(work)
     (OUT / "gallery.md").write_text("\n".join(words) + "\n", encoding="utf-8")
     _rays()
     _law()
@@ -97,6 +114,30 @@ def _badge(work: Path, name: str, wish: str, told: str) -> str:
         f"<figure markdown>![The badge of {whose}](gallery/{name}.png){{ loading=lazy }}"
         f"<figcaption markdown>{told}<br>`print-your-badge {wish}`</figcaption></figure>"
     )
+
+
+def _worn(work: Path) -> None:
+    """A badge in each template beside one another, and one that moves."""
+    (work / "logo.svg").write_text(LOGO, encoding="utf-8")
+    # Free of rights; it comes with scikit-image.
+    Image.fromarray(data.astronaut()[0:290, 110:342]).save(work / "face.png")
+    shown = []
+    for template, wish in WORN.items():
+        size = "--format webcam" if template == "webcam" else "--format a6 --orientation portrait"
+        portrait = f"--portrait {work / 'face.png'}" if template in ("newsroom", "plain") else ""
+        out = work / f"worn-{template}"
+        _run(
+            f"print-your-badge {wish} {size} --template {template} --logo {work / 'logo.svg'} {portrait} --out {out} "
+            "--mount none"
+        )
+        with Image.open(out / "preview.png") as picture:
+            width = round(330 * picture.width / picture.height)
+            shown.append(picture.convert("RGB").resize((width, 330), Image.Resampling.LANCZOS))
+    row = Image.new("RGB", (sum(one.width + 14 for one in shown) - 14, 330), "white")
+    for k, one in enumerate(shown):
+        row.paste(one, (sum(before.width + 14 for before in shown[:k]), 0))
+    row.quantize(128).save(OUT / "templates.png", optimize=True)
+    shutil.copyfile(work / "worn-conference" / "preview.webp", OUT / "worn.webp")
 
 
 def _moving(work: Path) -> str:

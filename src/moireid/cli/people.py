@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from moireid.designer.people import Designed
     from moireid.fabrication import Event
     from moireid.fabrication.process import MountFigures
+    from moireid.looks.placing import Look
     from moireid.registry import Registry
 
 
@@ -35,6 +36,8 @@ class _Order:
     as_json: bool
     expires: str | None
     guessed: str | None
+    look: Look | None
+    lines: tuple[str, ...]
 
 
 def print_people(
@@ -50,6 +53,8 @@ def print_people(
     overwrite: bool,
     as_json: bool,
     expires: str | None,
+    look: Look | None = None,
+    lines: tuple[str, ...] = (),
 ) -> None:
     """Make the files of `print-your-badge --people`, and say what was made.
 
@@ -68,7 +73,8 @@ def print_people(
     )
     plan_parts(badges_of(designed)[0], mount, figures)
     scale, note = measured_scale, listed.note
-    order = _Order(people_csv, request, folder, scale, mount, figures, overwrite, as_json, expires, note)
+    order = _Order(people_csv, request, folder, scale, mount, figures, overwrite, as_json, expires, note, look, lines)
+    _dressed(order, designed, badges_of(designed))
     if registry_url is None:
         _make(order, designed, None)
         return
@@ -82,8 +88,10 @@ def _make(order: _Order, designed: list[Designed], registry: Registry | None) ->
     """Make and issue the badges of a list, and tell of them."""
     from moireid.designer.people import badges_of, without_held
     from moireid.fabrication.event import print_event
+    from moireid.looks.columns import kept_pictures
 
-    badges = badges_of(without_held(designed, order.request, registry.by_id) if registry else designed)
+    drawn = badges_of(without_held(designed, order.request, registry.by_id) if registry else designed)
+    badges, looks = _dressed(order, designed, drawn)
     notes = _notes(order, designed, badges, registry)
     for note in notes:
         say(f"note: {note}")
@@ -95,8 +103,9 @@ def _make(order: _Order, designed: list[Designed], registry: Registry | None) ->
             measured_scale=order.measured_scale,
             mount=order.mount,
             figures=order.figures,
+            looks=looks,
             overwrite=order.overwrite,
-            kept=[order.people_csv],
+            kept=[order.people_csv, *kept_pictures(looks)],
             before_moving=issue,
             progress=progress,
             processes=os.cpu_count() or 1,
@@ -106,6 +115,27 @@ def _make(order: _Order, designed: list[Designed], registry: Registry | None) ->
         show_json(_document(event, badges, notes) | {"issued": registry is not None})
     else:
         _tell(event, badges)
+
+
+def _dressed(
+    order: _Order, designed: Sequence[Designed], badges: Sequence[Badge]
+) -> tuple[list[Badge], list[Look | None]]:
+    """Each badge with its row's lines, and what it wears.  Raises: SpecError that names the row."""
+    from moireid.errors import SpecError
+    from moireid.fabrication.page.dress import check_look
+    from moireid.looks.columns import dressed
+
+    worn, looks = [], []
+    for one, badge in zip(designed, badges, strict=True):
+        try:
+            badge, look = dressed(badge, one.person.cells, order.look, order.lines, order.people_csv.parent)
+            check_look(badge, look)
+        except SpecError as error:
+            where = f"row {one.person.row} of {order.people_csv.name} ({one.person.name[:40]!r})"
+            raise SpecError(f"{where}: {error}") from error
+        worn.append(badge)
+        looks.append(look)
+    return worn, looks
 
 
 def _notes(

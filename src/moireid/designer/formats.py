@@ -9,6 +9,7 @@ to a template (`moireid.looks`), within what markers and fringes need.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -18,6 +19,8 @@ from moireid.errors import DesignError, SpecError
 
 Orientation = Literal["landscape", "portrait"]
 ORIENTATIONS: tuple[Orientation, ...] = ("landscape", "portrait")
+#: A range may be too wide for several reasons, which are told one after the other.
+MOST_CUTS = 4
 #: The shortest identity of a code family, bytes.
 _TRIAL_BYTES = {"spacing": 8, "pitch": 3}
 
@@ -47,7 +50,7 @@ FORMATS = {
     "a6": Format((148.0, 105.0), "62lpi-27mil", (0.4, 1.5), Frame(5.0, 15.0), 4.0, "an A6 pouch"),
     "a5": Format((210.0, 148.0), "50lpi", (0.6, 2.0), Frame(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"),
     # For a laptop's camera of 720p, which has two thirds of the pixels that designs count on: all must suffice for
-    # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 20 px followed.
+    # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 22 px followed.
     "webcam": Format((150.0, 120.0), "50lpi", (0.4, 0.9), Frame(4.0, 22.0), 4.0, "a hand or a stand, for calls"),
     "board": Format((146.0, 160.0), "50lpi", (0.8, 2.5), Frame(), 0.0, "a board of its own, for cameras farther away"),
 }
@@ -98,14 +101,17 @@ def within_reach(request: Request) -> Request:
     Raises: DesignError where no part of the range works.
     """
     payload = bytes(_TRIAL_BYTES.get(request.family or "spacing", 8))
-    try:
-        design_badge(request, payload)
-    except DesignError as error:
-        near_m, far_m = error.details.get("near_m"), error.details.get("far_m")
-        if not isinstance(near_m, float) or not isinstance(far_m, float):
-            raise
-        near_m, far_m = max(request.range_m[0], near_m), min(request.range_m[1], far_m)
-        if near_m >= far_m:
-            raise
-        request = replace(request, range_m=(near_m, far_m))
+    for _ in range(MOST_CUTS):
+        try:
+            design_badge(request, payload)
+        except DesignError as error:
+            near_m, far_m = error.details.get("near_m", request.range_m[0]), error.details.get("far_m")
+            if not isinstance(near_m, float) or not isinstance(far_m, float):
+                raise
+            near_m, far_m = max(request.range_m[0], near_m), min(request.range_m[1], math.floor(100 * far_m) / 100)
+            if near_m >= far_m or (near_m, far_m) == request.range_m:
+                raise
+            request = replace(request, range_m=(near_m, far_m))
+        else:
+            break
     return request

@@ -74,10 +74,14 @@ def lay_out(request: Request) -> Layout:
     )
     markers = Markers(DICTIONARY, marker_mm, (0, 1, 2, 3), centers)
     if request.axes == "hex":
+        if max(frame.head, frame.foot) * height > least_mm:
+            raise DesignError(
+                "three directions of fringes take the room that this template gives to words and pictures; take "
+                "another template, such as plain on a badge that lies, or --axes x or xy"
+            )
         side, middle = (right - left) / 2, (board[1] + board[3]) / 2
-        # Between the markers there is room up to the name and down to the id, unless a template takes it.
-        upper = top if frame.head * height > least_mm else board[1] + frame.margin_mm + marker_mm + NAME_MM
-        lower = bottom if frame.foot * height > least_mm else centers[3][1] - ID_MM
+        # Between the markers there is room up to the name and down to the id.
+        upper, lower = board[1] + frame.margin_mm + marker_mm + NAME_MM, centers[3][1] - ID_MM
         cross = Room(side, width / 2 - least_mm, middle - top, middle - min(top, upper), max(bottom, lower) - middle)
         return Layout(page_mm, board, three_fields(cross, GAP_MM, page_mm), markers)
     if request.front == "array":

@@ -26,10 +26,12 @@ from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
 from moireid.fabrication.package import file_names, leftover_parts, write_sheets
 from moireid.fabrication.page.artwork import CROP_GAP_MM
+from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import DEFAULT_DPI, Sheet, draw_board, draw_mask, draw_scale_bars
 from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, whole_file, write_text
+from moireid.looks.placing import Look
 from moireid.names import line_of
 from moireid.profiles import Printer
 
@@ -111,11 +113,16 @@ def places_mm(badge: Badge) -> list[tuple[float, float]]:
 
 
 def write_sheets_pdf(
-    badges: Sequence[Badge], path: Path, *, measured_scale: tuple[float, float] = (1.0, 1.0)
+    badges: Sequence[Badge],
+    path: Path,
+    *,
+    measured_scale: tuple[float, float] = (1.0, 1.0),
+    looks: Sequence[Look | None] | None = None,
 ) -> tuple[int, int]:
     """Write all boards on as few sheets as they need, whole or not at all.
 
-    Parameters: badges: one or more, of one layout; measured_scale: as for `pdf.write_badge_pdf`.
+    Parameters: badges: one or more, of one layout; measured_scale: as for `pdf.write_badge_pdf`;
+        looks: what each wears.
     Returns: number of sheets, and of boards to a sheet.  A mask's page follows the sheets, once for all.
     Raises: FabricationError where boards are of several sizes.
     """
@@ -135,7 +142,8 @@ def write_sheets_pdf(
             if number and number % len(places) == 0:
                 sheet.canvas.showPage()
             sheet.origin_mm = (place[0] - badge.outline_mm[0], place[1] - badge.outline_mm[1])
-            draw_board(sheet, badge, form, dot_mm, block, mark_mm=MARK_MM)
+            write_words = writer_of(badge, looks[number] if looks else None)
+            draw_board(sheet, badge, form, dot_mm, block, write_words, MARK_MM)
             if number % len(places) == 0:
                 sheet.origin_mm = (0.0, 0.0)
                 draw_scale_bars(sheet, block)
@@ -154,6 +162,7 @@ def print_event(
     measured_scale: tuple[float, float] = (1.0, 1.0),
     mount: str = "none",
     figures: MountFigures | None = None,
+    looks: Sequence[Look | None] | None = None,
     overwrite: bool = False,
     kept: Sequence[Path] = (),
     before_moving: Callable[[], object] | None = None,
@@ -174,6 +183,8 @@ def print_event(
         One of `parts.MOUNTS`, the same for all, as boards of one event have one layout.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
+    looks : sequence of Look or None, optional
+        What each wears beside what is read, in the order of the badges; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this event has not.
     kept : sequence of Path
@@ -209,9 +220,12 @@ def print_event(
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
             work = partial(_write_person, parts=parts, measured_scale=measured_scale)
-            with _shared(work, badges, [aside / name for name in names], processes) as people_made:
+            worn = looks or [None] * len(badges)
+            with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
                 mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
-                sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
+                sheet_count, to_a_sheet = write_sheets_pdf(
+                    badges, aside / SHEETS, measured_scale=measured_scale, looks=looks
+                )
                 for done, _ in enumerate(people_made, start=1):
                     if progress:
                         progress(done, len(badges))
@@ -229,27 +243,33 @@ def print_event(
     )
 
 
-def _write_person(badge: Badge, folder: Path, parts: Parts, measured_scale: tuple[float, float]) -> None:
+def _write_person(
+    badge: Badge, folder: Path, look: Look | None, parts: Parts, measured_scale: tuple[float, float]
+) -> None:
     folder.mkdir()
-    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None)
+    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None, look=look)
 
 
 @contextmanager
 def _shared(
-    work: Callable[[Badge, Path], None], badges: Sequence[Badge], folders: Sequence[Path], processes: int
+    work: Callable[[Badge, Path, Look | None], None],
+    badges: Sequence[Badge],
+    folders: Sequence[Path],
+    looks: Sequence[Look | None],
+    processes: int,
 ) -> Iterator[Iterator[None]]:
     """Work for each badge, shared among processes, while the body does other things; ended with the body.
 
     Raises: FabricationError where a process was killed.
     """
     if processes < 2 or len(badges) < LEAST_SHARED:
-        yield map(work, badges, folders)
+        yield map(work, badges, folders, looks)
         return
     # Started anew, as a fork would copy the locks of other threads.  An interrupt is for the parent alone.
     begin: dict[str, Any] = {"initializer": signal.signal, "initargs": (signal.SIGINT, signal.SIG_IGN)}
     pool = ProcessPoolExecutor(processes, mp_context=get_context("spawn"), **begin)
     try:
-        yield pool.map(work, badges, folders, chunksize=4)
+        yield pool.map(work, badges, folders, looks, chunksize=4)
     except BrokenProcessPool as error:
         raise FabricationError(
             "a process that made badges was ended from outside; nothing was kept: run the command again, with more "

@@ -11,13 +11,18 @@ from pathlib import Path
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview
+from moireid.fabrication.page.worn import write_worn
 from moireid.fabrication.parts import ACRYLIC_FILES, GLB_FILE, PRINTED_FILES, Parts, plan_parts, write_parts
 from moireid.fabrication.process import MountFigures
 from moireid.files import move_together, planned, tidy_folders, write_text
+from moireid.looks.placing import Look
 
 _SHEETS = ("badge.pdf", "preview.png", "assembly.pdf")
+#: The preview that moves; of one badge made by itself.
+MOVING = "preview.webp"
 #: Files that a badge's folder has only with some mounts.
 PART_FILES = (*PRINTED_FILES, *ACRYLIC_FILES, GLB_FILE)
 
@@ -54,6 +59,7 @@ def print_badge(
     mount: str = "lanyard",
     measured_scale: tuple[float, float] = (1.0, 1.0),
     figures: MountFigures | None = None,
+    look: Look | None = None,
     overwrite: bool = False,
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
@@ -72,6 +78,8 @@ def print_badge(
         Printed over true size along x and y, as a ruler told of an earlier print.
     figures : MountFigures, optional
         Of printer and laser; None for the defaults.
+    look : Look, optional
+        What the badge wears beside what is read; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge has not.
     before_moving : callable, optional
@@ -99,13 +107,15 @@ def print_badge(
     Convention: page mm, origin top left, x right, y down, become the files' own coordinates in each writer.
     """
     parts = plan_parts(badge, mount, figures)
-    names = file_names(parts)
+    names = file_names(parts, moving=True)
     with tidy_folders([folder]):
         planned([folder / name for name in names], overwrite=overwrite)
         say = progress or (lambda name: None)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
-            write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say)
+            write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, look=look)
+            say(MOVING)
+            write_worn(badge, aside / MOVING, look)
             mass_g, told = write_parts(badge, parts, aside, say)
             # Making takes seconds, in which another process may have written here.
             planned([folder / name for name in names], overwrite=overwrite)
@@ -118,13 +128,19 @@ def print_badge(
 
 
 def write_sheets(
-    badge: Badge, folder: Path, parts: Parts, *, measured_scale: tuple[float, float], say: Callable[[str], None]
+    badge: Badge,
+    folder: Path,
+    parts: Parts,
+    *,
+    measured_scale: tuple[float, float],
+    say: Callable[[str], None],
+    look: Look | None = None,
 ) -> None:
     """Write a badge's page, preview, assembly sheet and badge.json."""
     say("badge.pdf")
-    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale)
+    write_badge_pdf(badge, folder / "badge.pdf", measured_scale=measured_scale, write_words=writer_of(badge, look))
     say("preview.png")
-    write_preview(badge, folder / "preview.png")
+    write_preview(badge, folder / "preview.png", look)
     say("assembly.pdf")
     write_assembly_pdf(
         badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures
@@ -152,6 +168,6 @@ def badge_file(badge: Badge) -> str:
     return json.dumps(document | ({"realised": told} if told else {}), indent=1, ensure_ascii=False) + "\n"
 
 
-def file_names(parts: Parts) -> list[str]:
-    """Names of the files that `print_badge` writes; badge.json is the last."""
-    return [*_SHEETS, *parts.files, "badge.json"]
+def file_names(parts: Parts, *, moving: bool = False) -> list[str]:
+    """Names of the files of a badge's folder; badge.json is the last; moving: `print_badge` adds the moving preview."""
+    return [*_SHEETS, *([MOVING] if moving else []), *parts.files, "badge.json"]

@@ -69,7 +69,16 @@ def folder(ada: Badge, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, 
 def test_every_promised_file_is_there(folder: tuple[Path, package.Printed, list[str]]) -> None:
     """Catches: a file of the contract left out, left over, or told of under another name."""
     place, printed, told = folder
-    names = {"badge.json", "badge.pdf", "preview.png", "assembly.pdf", "mount.step", "mount.stl", "mount.3mf"}
+    names = {
+        "badge.json",
+        "badge.pdf",
+        "preview.png",
+        "preview.webp",
+        "assembly.pdf",
+        "mount.step",
+        "mount.stl",
+        "mount.3mf",
+    }
     names |= {"acrylic.dxf", "acrylic.svg", "stack.glb"}
     assert {path.name for path in place.iterdir()} == set(printed.files) == names
     assert {name for line in told for name in line.replace(",", " ").split() if "." in name} == names - {"badge.json"}

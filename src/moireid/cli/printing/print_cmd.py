@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     "--people",
     "people_csv",
     type=click.Path(path_type=Path),
-    help="Instead of NAME: a list (CSV) with the column name, and line (below the name) and payload if you like. Makes "
-    "all badges of an event.",
+    help="Instead of NAME: a list (CSV) with the column name, and line (below the name), payload, logo, portrait and "
+    "colour if you like. Makes all badges of an event.",
 )
 @click.option("--out", "folder", required=True, type=FolderPath(), help="Folder for the files.")
 @click.option(
@@ -191,9 +191,11 @@ def print_command(
     from moireid.designer import Request, payload_from_hex, payload_from_key
     from moireid.designer.request import clean_name, parse_scale
     from moireid.fabrication.package import file_names
+    from moireid.fabrication.page.dress import check_look
     from moireid.fabrication.page.lettering import name_note
     from moireid.fabrication.process import mount_figures
     from moireid.files import planned
+    from moireid.looks.content import with_lines
 
     if (name is None) == (people_csv is None):
         raise SpecError("give either the NAME of one person, or --people with a CSV file of many")
@@ -244,6 +246,8 @@ def print_command(
             overwrite=overwrite,
             as_json=as_json,
             expires=expires,
+            look=wear.look(axes),
+            lines=wear.lines,
         )
         return
     chosen = None
@@ -256,14 +260,16 @@ def print_command(
     # A wish that cannot be is refused before a registry is made for it.
     trial = drawn_badge(request, chosen, nobody if registry_url is not None else None)
     name_note(trial.badge.name)
+    look = wear.look(axes)
+    check_look(with_lines(trial.badge, wear.lines), look)
     kind, parts, note = wear.parts(trial.badge, mount, figures)
     if note:
         say(f"note: {note}")
-    order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json, expires)
+    order = _Order(request, chosen, folder, kind, measured_scale, figures, explain, overwrite, as_json, expires, wear)
     if registry_url is None:
         _print_one(order, None)
         return
-    planned([folder / name for name in file_names(parts)], overwrite=overwrite, make_folders=False)
+    planned([folder / name for name in file_names(parts, moving=True)], overwrite=overwrite, make_folders=False)
     from moireid.registry import open_registry
 
     with open_registry(registry_url, create=True, actor=actor) as registry:
@@ -293,6 +299,7 @@ class _Order:
     overwrite: bool
     as_json: bool
     expires: str | None
+    wear: Wear
 
 
 def _print_one(order: _Order, registry: Registry | None) -> None:
@@ -302,9 +309,10 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
     from moireid.designer.drawn import drawn_badge
     from moireid.fabrication.package import print_badge
     from moireid.fabrication.page.lettering import name_note
+    from moireid.looks.content import with_lines
 
     drawn = drawn_badge(order.request, order.payload, registry.by_id if registry else None)
-    badge = drawn.badge
+    badge = with_lines(drawn.badge, order.wear.lines)
     alike = look_alike_notes([badge], registry) if registry else []
     notes = [note for note in (name_note(badge.name), drawn.note, *derived_notes([badge]), *alike) if note]
     for note in notes:
@@ -317,6 +325,7 @@ def _print_one(order: _Order, registry: Registry | None) -> None:
             mount=order.mount,
             measured_scale=order.measured_scale,
             figures=order.figures,
+            look=order.wear.look(order.request.axes),
             overwrite=order.overwrite,
             before_moving=issue,
             progress=lambda file: tell(f"making {file}"),

@@ -46,6 +46,7 @@ from moireid.fabrication.page.lettering import (
 )
 from moireid.fabrication.sight import sheet_rects
 from moireid.files import whole_file
+from moireid.looks.colours import Colour
 from moireid.profiles import FORMS, Printer
 from moireid.turned import Axis, own_rect
 
@@ -103,11 +104,11 @@ class Sheet:
         width, height, across, down = *self.page_mm, *self.scale
         return width / 2 + (x - width / 2) * across, height / 2 + (y - height / 2) * down
 
-    def fill(self, rects: list[Rect], grey: float = 0.0) -> None:
-        """Fill rectangles as one path, so that those that touch leave no seam."""
-        self.fill_drawn([(*self.place(x0, y0), *self.place(x1, y1)) for x0, y0, x1, y1 in rects], grey)
+    def fill(self, rects: list[Rect], grey: float = 0.0, colour: Colour | None = None) -> None:
+        """Fill rectangles as one path, so that those that touch leave no seam; colour: in place of the grey."""
+        self.fill_drawn([(*self.place(x0, y0), *self.place(x1, y1)) for x0, y0, x1, y1 in rects], grey, colour)
 
-    def fill_drawn(self, rects: list[Rect], grey: float = 0.0) -> None:
+    def fill_drawn(self, rects: list[Rect], grey: float = 0.0, colour: Colour | None = None) -> None:
         """Fill rectangles that are given as they are drawn, scale included."""
         path: Any = self.canvas.beginPath()
         for x0, y0, x1, y1 in rects:
@@ -117,7 +118,10 @@ class Sheet:
                 (x1 - x0) * POINTS_PER_MM,
                 (y1 - y0) * POINTS_PER_MM,
             )
-        self.canvas.setFillGray(grey)
+        if colour is None:
+            self.canvas.setFillGray(grey)
+        else:
+            self.canvas.setFillColorRGB(*colour)
         self.canvas.drawPath(path, stroke=0, fill=1)
 
     def fill_loops(self, loops: list[list[tuple[float, float]]], grey: float = 0.0) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,12 @@ from PIL import Image, ImageDraw, ImageOps
 
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
 from moireid.fabrication.page.artwork import font_file, marker_squares
+from moireid.fabrication.page.dress import look_of
 from moireid.fabrication.page.lettering import name_picture, set_name
+from moireid.fabrication.page.paint import dress_picture
 from moireid.files import whole_file
 from moireid.lenticule import landing_mm
+from moireid.looks.placing import Look
 from moireid.optics import slab_shift_mm
 from moireid.turned import bounds_of, own_rect
 
@@ -23,36 +27,43 @@ RAYS = 48
 INK, PAPER = 28, 250
 
 
-def write_preview(badge: Badge, path: Path) -> None:
+def write_preview(badge: Badge, path: Path, look: Look | None = None) -> None:
     """Draw the board and write it as PNG, whole or not at all."""
     with whole_file(path) as temporary:
-        draw_preview(badge).save(temporary, format="PNG")
+        draw_preview(badge, look).save(temporary, format="PNG")
 
 
-def draw_preview(badge: Badge) -> Image.Image:
-    """The board as a grey picture, `PX_PER_MM` pixels to the millimetre."""
+def draw_preview(badge: Badge, look: Look | None = None) -> Image.Image:
+    """The board, `PX_PER_MM` pixels to the millimetre: grey with name and id, or in colour with all that it wears."""
     picture = draw_fringes(badge)
-    _write_names(picture, badge)
+    look = look_of(badge, look)
+    if look is None:
+        _write_names(picture, badge)
+        return picture
+    picture = picture.convert("RGB")
+    dress_picture(picture, badge, look, PX_PER_MM)
     return picture
 
 
-def draw_fringes(badge: Badge, aside_mm: tuple[float, float] = (0.0, 0.0)) -> Image.Image:
+def draw_fringes(badge: Badge, aside_mm: tuple[float, float] = (0.0, 0.0), px_per_mm: float = PX_PER_MM) -> Image.Image:
     """Markers and fringes alone, grey; aside_mm: where the camera stands, from the point before the board's middle."""
     board = badge.outline_mm
-    size = [round((board[2 + k] - board[k]) * PX_PER_MM) for k in (0, 1)]
+    size = [round((board[2 + k] - board[k]) * px_per_mm) for k in (0, 1)]
     picture = np.full((size[1], size[0]), PAPER, np.uint8)
     for grating in badge.gratings:
-        _draw_grating(picture, badge, grating, aside_mm)
+        _draw_grating(picture, badge, grating, aside_mm, px_per_mm)
     image = Image.fromarray(picture)
     draw = ImageDraw.Draw(image)
     for square, white in marker_squares(badge):
         for rect, grey_level in [(square, INK), *((module, PAPER) for module in white)]:
-            pixels = [round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(rect)]
+            pixels = [round((v - board[k % 2]) * px_per_mm) for k, v in enumerate(rect)]
             draw.rectangle((pixels[0], pixels[1], pixels[2] - 1, pixels[3] - 1), fill=grey_level)
     return image
 
 
-def _draw_grating(picture: NDArray[np.uint8], badge: Badge, grating: Grating, aside_mm: tuple[float, float]) -> None:
+def _draw_grating(
+    picture: NDArray[np.uint8], badge: Badge, grating: Grating, aside_mm: tuple[float, float], px_per_mm: float
+) -> None:
     """Draw one grating's fringes: each pixel whose middle lies in a cell takes that cell's brightness there."""
     frame, board = badge.frame_of(grating), badge.outline_mm
     middle = float(frame.places(((board[0] + board[2]) / 2, (board[1] + board[3]) / 2))[0])
@@ -60,12 +71,12 @@ def _draw_grating(picture: NDArray[np.uint8], badge: Badge, grating: Grating, as
     for cell in grating.cells:
         own = own_rect(grating.axis, cell.rect_mm)
         around = bounds_of(frame.corners_mm(own))
-        x0, y0, x1, y1 = (round((v - board[k % 2]) * PX_PER_MM) for k, v in enumerate(around))
+        x0, y0, x1, y1 = (round((v - board[k % 2]) * px_per_mm) for k, v in enumerate(around))
         columns, rows = np.meshgrid(np.arange(x0, x1), np.arange(y0, y1))
-        page = np.stack([(columns + 0.5) / PX_PER_MM + board[0], (rows + 0.5) / PX_PER_MM + board[1]], axis=-1)
+        page = np.stack([(columns + 0.5) / px_per_mm + board[0], (rows + 0.5) / px_per_mm + board[1]], axis=-1)
         first, second = np.moveaxis(frame.places(page), -1, 0)
         within = (first >= own[0]) & (first < own[2]) & (second >= own[1]) & (second < own[3])
-        pixels = math.ceil((own[2] - own[0]) * PX_PER_MM)
+        pixels = math.ceil((own[2] - own[0]) * px_per_mm)
         along = fringe_profile(badge.lens, cell, own, pixels, middle, aside)
         sample = ((first[within] - own[0]) / (own[2] - own[0]) * pixels).astype(int)
         # Under a lens array light must pass both gratings; elsewhere nothing lies here yet but paper.
@@ -83,19 +94,26 @@ def fringe_profile(
         axis; a lens's axis lies on the middle.
     Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
     """
-    places = own[0] + (np.arange(pixels) + 0.5) / pixels * (own[2] - own[0])
+    axes, landed = _landed(lens, own[0], own[2], pixels, middle, aside_mm)
+    position = (axes + landed - cell.edge_mm) / cell.pitch_mm % 1.0
+    light = lens.open_fraction if lens.kind == "mask" and lens.open_fraction else 1.0
+    return light * np.asarray((position >= cell.duty).mean(axis=1))
+
+
+@lru_cache(maxsize=64)
+def _landed(
+    lens: Lens, low: float, high: float, pixels: int, middle: float, aside_mm: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The lens axis at each sample, (pixels, 1), and where its rays land from there; cells of one column share it."""
+    places = low + (np.arange(pixels) + 0.5) / pixels * (high - low)
     axes = np.round((places - middle) / lens.pitch_mm) * lens.pitch_mm + middle
     tangent = ((axes - middle - aside_mm) / DISTANCE_MM)[:, None]
     across = ((np.arange(RAYS) + 0.5) / RAYS - 0.5) * lens.pitch_mm
     if lens.kind == "mask":
         assert lens.open_fraction is not None
         through = across * lens.open_fraction
-        landed = through + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangent)
-        light = lens.open_fraction
-    else:
-        landed, light = landing_mm(lens, across[None, :], tangent, np.zeros((1, 1))), 1.0
-    position = (axes[:, None] + landed - cell.edge_mm) / cell.pitch_mm % 1.0
-    return light * np.asarray((position >= cell.duty).mean(axis=1))
+        return axes[:, None], through + slab_shift_mm(lens.thickness_mm, lens.refractive_index, tangent)
+    return axes[:, None], np.asarray(landing_mm(lens, across[None, :], tangent, np.zeros((1, 1))))
 
 
 def _write_names(picture: Image.Image, badge: Badge) -> None:

@@ -45,7 +45,7 @@ def issue_badge(
     with _registry(registry_url, keys, signer, actor) as registry:
         drawn = drawn_badge(order.request(order.name), order.chosen(), registry.by_id)
         badge, holder = drawn.badge, drawn.holder
-        most = len(file_names(plan_parts(badge, order.mount)))
+        most = len(file_names(plan_parts(badge, order.mount), moving=True))
         printed = print_badge(
             badge,
             folder,

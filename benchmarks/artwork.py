@@ -1,0 +1,156 @@
+"""Does artwork change what is read?  Run `.venv/bin/python benchmarks/artwork.py`; it needs pdftoppm (poppler).
+
+Each badge's page is printed twice, with all that its template can wear and with markers and lines alone.  Poppler
+rasterises both, the simulator films both rasters on the same course, and the verifier reads both films.
+
+Printed is, for each template and format: how many dots differ at 600 dpi where nothing may (0 is asked); by how much
+the fringe phase of any strip of the badge is off over the film (0.002 rad is asked), and of a frame (root mean square);
+and which identities are read.  Films are coded without loss: a codec spends its bits elsewhere where there is more to
+see, which is no matter of what is printed.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from unittest.mock import patch
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw
+
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, in_format, turned
+from moireid.designer.request import Frame
+from moireid.fabrication.page.dress import writer_of
+from moireid.fabrication.page.pdf import Sheet, write_badge_pdf
+from moireid.looks.clear import clear_zones
+from moireid.looks.content import content_of, with_lines
+from moireid.looks.placing import Look
+from moireid.looks.template import TEMPLATES, template_named
+from moireid.simulate import Build, Scene, camera_named, film, motion_named
+from moireid.simulate.analytic import renderer
+from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM
+from moireid.verifier import Claim, verify
+from moireid.verifier.fringes.signals import measure
+from moireid.verifier.tracking.track import Track
+
+PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
+LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
+DPI, FRAMES, FPS, CRF = 600, 60, 30, 0
+Plain = Callable[[Sheet, Badge], None]
+
+
+@dataclass(frozen=True)
+class Found:
+    """What artwork changed: dots within what must stay clear, phase of a strip at most, and of a frame; ids read."""
+
+    dots: int
+    strip_rad: float
+    frame_rad: float
+    ids: tuple[str | None, str | None]
+
+
+def dressed(template: str, name: str, orientation: str, folder: Path) -> tuple[Badge, Look]:
+    """A badge that wears all its template has places for, with pictures of many edges and squares."""
+    form, pictures = FORMATS[name], _pictures(folder)
+    look = Look(template_named(template), content_of(*pictures, "#134e8c"), form.corner_mm)
+    side = look.template.side(*turned(form.size_mm, orientation))
+    wish = replace(Request("Ada Lovelace"), frame=Frame(head=side.head, foot=side.foot))
+    return with_lines(design_badge(in_format(wish, name, orientation=orientation), PAYLOAD), LINES), look
+
+
+def _pictures(folder: Path) -> tuple[Path, Path]:
+    """A logo of nested squares, and a portrait that is a chessboard."""
+    logo, portrait = folder / "logo.png", folder / "portrait.png"
+    picture = Image.new("RGB", (600, 200), "white")
+    draw = ImageDraw.Draw(picture)
+    for k, colour in enumerate(("black", "#134e8c", "white", "black", "#134e8c")):
+        draw.rectangle((20 + 18 * k, 20 + 18 * k, 180 - 18 * k, 180 - 18 * k), fill=colour)
+    draw.rectangle((220, 60, 580, 140), outline="black", width=12)
+    picture.save(logo)
+    board = np.kron(np.indices((10, 8)).sum(axis=0) % 2, np.ones((40, 40)))
+    Image.fromarray((255 * board).astype(np.uint8)).save(portrait)
+    return logo, portrait
+
+
+def printed(badge: Badge, look: Look | None, folder: Path) -> NDArray[np.uint8]:
+    """The board as poppler rasterises the page, grey, `DPI`."""
+    pdf = folder / "page.pdf"
+    bare: Plain = lambda sheet, badge: None  # noqa: E731
+    write_badge_pdf(badge, pdf, write_words=writer_of(badge, look) if look else bare)
+    subprocess.run(["pdftoppm", "-r", str(DPI), "-gray", "-singlefile", str(pdf), str(pdf.with_suffix(""))], check=True)
+    with Image.open(pdf.with_suffix(".pgm")) as page:
+        x0, y0, x1, y1 = (round(side * DPI / 25.4) for side in badge.outline_mm)
+        return np.asarray(page.crop((x0, y0, x1, y1)).convert("L"))
+
+
+def filmed(badge: Badge, board: NDArray[np.uint8], video: Path) -> None:
+    """Film a raster of the board under its lens sheet, at the middle of its range."""
+    assert badge.range_m is not None
+    distance_mm = 500.0 * sum(badge.range_m)
+    scene = Scene(badge, Build(), camera_named("ideal"))
+    x0, y0, x1, y1 = badge.outline_mm
+    size = (int(np.ceil((x1 - x0) * TEXTURE_PX_PER_MM)), int(np.ceil((y1 - y0) * TEXTURE_PX_PER_MM)))
+    small = np.asarray(Image.fromarray(board).resize(size, Image.Resampling.BOX), np.float32) / 255
+    texture = (scene.ink + (scene.paper - scene.ink) * small).astype(np.float32)
+    with patch.object(renderer, "page_texture", lambda scene: texture):
+        course = motion_named("sway", distance_mm=distance_mm, seed=1)
+        film(scene, course, video, frames=FRAMES, fps=FPS, seed=1, crf=CRF, overwrite=True)
+
+
+def compare(template: str, name: str, orientation: str, folder: Path) -> Found:
+    """Print, film and read a badge with and without what it wears."""
+    badge, look = dressed(template, name, orientation, folder)
+    boards = [printed(badge, worn, folder) for worn in (None, look)]
+    read = []
+    for k, board in enumerate(boards):
+        filmed(badge, board, folder / f"{k}.mp4")
+        read.append(verify(folder / f"{k}.mp4", Claim(badge)))
+    bare, worn = (_phases(one.track) for one in read)
+    both = np.isin(bare[0], worn[0]), np.isin(worn[0], bare[0])
+    apart = np.angle(np.exp(1j * (worn[1][:, both[1]] - bare[1][:, both[0]])))
+    strip_rad, frame_rad = np.abs(apart.mean(axis=1)).max(), np.sqrt(np.mean(apart.mean(axis=0) ** 2))
+    ids = (read[0].identity.decoded_id, read[1].identity.decoded_id)
+    return Found(_dots(badge, *boards), float(strip_rad), float(frame_rad), ids)
+
+
+def _phases(track: Track) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Numbers of the frames, (T,), and the phase of each uniform strip in them, (S, T)."""
+    return track.frame_numbers, np.array([strip.phase_rad for strip in measure(track).strips if strip is not None])
+
+
+def _dots(badge: Badge, bare: NDArray[np.uint8], worn: NDArray[np.uint8]) -> int:
+    """How many dots differ where nothing may; a dot at a zone's edge is left out."""
+    scale, (left, top, _, _) = DPI / 25.4, badge.outline_mm
+    differ = 0
+    for _, (x0, y0, x1, y1) in clear_zones(badge):
+        rows = slice(max(round((y0 - top) * scale) + 1, 0), round((y1 - top) * scale) - 1)
+        columns = slice(max(round((x0 - left) * scale) + 1, 0), round((x1 - left) * scale) - 1)
+        differ += int(np.count_nonzero(bare[rows, columns] != worn[rows, columns]))
+    return differ
+
+
+def main() -> None:
+    """One line a template and format."""
+    names = sys.argv[1:] or ["cr80", "a6", "board"]
+    print(f"{'template':<12}{'format':<10}{'':<11}{'dots':>5}{'strip rad':>11}{'frame rad':>11}  identities")
+    with tempfile.TemporaryDirectory() as folder:
+        for k, (template, name) in enumerate((template, name) for name in names for template in TEMPLATES):
+            orientation = ("portrait", "landscape")[k % 2]
+            found = compare(template, name, orientation, Path(folder))
+            whole = "both read" if set(found.ids) == {PAYLOAD.hex()} else f"read {found.ids}"
+            print(
+                f"{template:<12}{name:<10}{orientation:<11}{found.dots:>5}{found.strip_rad:>11.5f}{found.frame_rad:>11.5f}"
+                f"  {whole}",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""What a badge wears, drawn on its page: grounds, words, pictures and the QR code.
+
+Convention: page mm, origin top left; placed by `moireid.looks.placing`, which keeps clear what is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from PIL import Image, ImageOps
+
+from moireid.badge import Badge, Rect
+from moireid.errors import SpecError
+from moireid.fabrication.page.lettering import PICTURE_DPI
+from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet
+from moireid.fabrication.page.words import SetWords, set_words
+from moireid.looks.colours import Colour
+from moireid.looks.content import Content, lines_of
+from moireid.looks.placing import Look, Piece, pieces_of
+from moireid.looks.qr import modules_of
+from moireid.looks.template import template_named
+
+#: Longer sides at which a picture is searched for markers, px: from far away, and near.
+SEEN_PX = (80, 160, 320, 640)
+
+
+def look_of(badge: Badge, look: Look | None) -> Look | None:
+    """The look, the plain one for a badge with lines and no look, and None for one of name and id alone."""
+    return Look(template_named("plain"), Content()) if look is None and lines_of(badge) else look
+
+
+def writer_of(badge: Badge, look: Look | None) -> Callable[[Sheet, Badge], None] | None:
+    """What `pdf.draw_board` calls to write that badge's board; None for name and id alone."""
+    worn = look_of(badge, look)
+    if worn is None:
+        return None
+
+    def write(sheet: Sheet, badge: Badge) -> None:
+        for piece in pieces_of(badge, worn):
+            draw_piece(sheet, badge, piece)
+
+    return write
+
+
+def check_look(badge: Badge, look: Look | None) -> None:
+    """Check before anything is made that all pieces have room, and that none is taken for a marker.
+
+    Raises: SpecError as `pieces_of` and `set_words`, and for a picture that holds a marker of the badge's kind.
+    """
+    worn = look_of(badge, look)
+    for piece in pieces_of(badge, worn) if worn else ():
+        if piece.kind in ("words", "id"):
+            set_words(piece, badge.id)
+        elif piece.kind == "picture" and piece.picture is not None and _holds_marker(badge, piece.picture):
+            raise SpecError(
+                "the logo or portrait shows a square that is read as a marker, so the badge would not be found; take "
+                "the square out of the picture"
+            )
+
+
+def _holds_marker(badge: Badge, picture: Image.Image) -> bool:
+    """Whether a picture on white is read as a marker at any size at which a camera may see it."""
+    import cv2
+
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
+    detector = cv2.aruco.ArucoDetector(known)
+    for side in SEEN_PX:
+        small = picture.copy()
+        small.thumbnail((side, side))
+        page = Image.new("L", (small.width + side // 4, small.height + side // 4), 255)
+        page.paste(small.convert("L"), (side // 8, side // 8), small)
+        _, found, _ = detector.detectMarkers(np.asarray(page))
+        if found is not None:
+            return True
+    return False
+
+
+def draw_piece(sheet: Sheet, badge: Badge, piece: Piece) -> None:
+    """Draw one piece on a sheet."""
+    if piece.kind == "ground":
+        sheet.fill([piece.rect_mm], colour=piece.colour)
+    elif piece.kind == "qr":
+        sheet.fill(qr_rects(badge, piece.rect_mm), colour=piece.colour)
+    elif piece.kind == "picture":
+        assert piece.picture is not None
+        _picture(sheet, piece.picture, piece.rect_mm)
+    else:
+        for line in set_words(piece, badge.id):
+            _write(sheet, line, piece.colour)
+
+
+def qr_rects(badge: Badge, rect: Rect) -> list[Rect]:
+    """The dark modules of the identity's code in a square, each row's runs as one rectangle."""
+    modules = modules_of(badge.id or "none")
+    size = (rect[2] - rect[0]) / len(modules)
+    rects: list[Rect] = []
+    for row, line in enumerate(modules):
+        top = rect[1] + row * size
+        begin = None
+        for k, dark in enumerate([*line, False]):
+            if dark and begin is None:
+                begin = k
+            elif not dark and begin is not None:
+                rects.append((rect[0] + begin * size, top, rect[0] + k * size, top + size))
+                begin = None
+    return rects
+
+
+def mask_of(line: SetWords) -> Image.Image:
+    """Where the letters of a line that is set as a picture are, 255 in a letter."""
+    assert line.picture is not None
+    return ImageOps.invert(line.picture)
+
+
+def corner_of(line: SetWords) -> tuple[float, float]:
+    """Upper left corner of a line that is set as a picture, mm; its lower edge stands a little below the baseline."""
+    assert line.picture is not None
+    width, height = (side / PICTURE_DPI * 25.4 for side in line.picture.size)
+    left = {"left": 0.0, "center": width / 2, "right": width}[line.align]
+    return line.x_mm - left, line.baseline_mm - 0.85 * height
+
+
+def _picture(sheet: Sheet, picture: Image.Image, rect: Rect) -> None:
+    from reportlab.lib.utils import ImageReader
+
+    (x0, y0), (x1, y1) = sheet.place(rect[0], rect[1]), sheet.place(rect[2], rect[3])
+    place = (x0 * POINTS_PER_MM, (sheet.height_mm - y1) * POINTS_PER_MM)
+    size = ((x1 - x0) * POINTS_PER_MM, (y1 - y0) * POINTS_PER_MM)
+    sheet.canvas.drawImage(ImageReader(picture), *place, *size, mask="auto")
+
+
+def _write(sheet: Sheet, line: SetWords, colour: Colour) -> None:
+    if line.picture is not None:
+        solid = Image.new("RGBA", line.picture.size, tuple(round(255 * part) for part in colour))
+        solid.putalpha(mask_of(line))
+        left, top = corner_of(line)
+        size = [side / PICTURE_DPI * 25.4 for side in solid.size]
+        _picture(sheet, solid, (left, top, left + size[0], top + size[1]))
+        return
+    x, y = sheet.place(line.x_mm, line.baseline_mm)
+    canvas = sheet.canvas
+    canvas.setFillColorRGB(*colour)
+    canvas.setFont(BOLD if line.bold else REGULAR, line.points)
+    draw = {"center": canvas.drawCentredString, "left": canvas.drawString, "right": canvas.drawRightString}
+    draw[line.align](x * POINTS_PER_MM, (sheet.height_mm - y) * POINTS_PER_MM, line.words)

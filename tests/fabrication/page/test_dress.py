@@ -1,0 +1,175 @@
+"""Artwork on the page: no dot of what is read changes, no marker is hidden or made; without it, all is as before."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import zlib
+from base64 import a85decode
+from dataclasses import replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pypdfium2 as pdfium
+import pytest
+from PIL import Image, ImageDraw
+
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, in_format, turned
+from moireid.designer.request import Frame
+from moireid.errors import SpecError
+from moireid.fabrication.event import write_sheets_pdf
+from moireid.fabrication.page.dress import check_look, qr_rects, writer_of
+from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid.fabrication.page.preview import draw_fringes, draw_preview
+from moireid.fabrication.page.worn import draw_worn, write_worn
+from moireid.looks.clear import clear_zones
+from moireid.looks.content import Content, with_lines
+from moireid.looks.placing import Look
+from moireid.looks.template import TEMPLATES, template_named
+
+PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
+DPI = 150
+#: SHA-256 of badge.json and of the page's drawing, by the revision before there was artwork (667c565), of the default
+#: badge of `PAYLOAD` for Ada Lovelace.
+BEFORE = ("127ecc371ce4162c", "57f6ff195d92fcbd")
+
+
+def dressed(template: str, folder: Path, name: str = "a7", orientation: str = "portrait") -> tuple[Badge, Look]:
+    """A badge with a logo of nested squares, a chessboard for a portrait, and two lines."""
+    logo = Image.new("RGB", (600, 200), "white")
+    for k in range(5):
+        box = (20 + 18 * k, 20 + 18 * k, 180 - 18 * k, 180 - 18 * k)
+        ImageDraw.Draw(logo).rectangle(box, fill=("black", "white")[k % 2])
+    ImageDraw.Draw(logo).rectangle((220, 60, 580, 140), outline="black", width=12)
+    logo.save(folder / "logo.png")
+    squares = np.kron(np.indices((10, 8)).sum(axis=0) % 2, np.ones((20, 20)))
+    Image.fromarray((255 * squares).astype(np.uint8)).save(folder / "face.png")
+    look = Look(template_named(template), Content(folder / "logo.png", folder / "face.png", (0.5, 0.1, 0.3)), 3.0)
+    side = look.template.side(*turned(FORMATS[name].size_mm, orientation))
+    wish = replace(Request("Ada Lovelace"), frame=Frame(head=side.head, foot=side.foot))
+    badge = design_badge(in_format(wish, name, orientation=orientation), PAYLOAD)
+    return with_lines(badge, ["Reporter", "Example News"]), look
+
+
+def board_of(pdf: Path, badge: Badge) -> np.ndarray:
+    """The board on page 1, in grey, `DPI`."""
+    document = pdfium.PdfDocument(pdf)
+    page = np.array(document[0].render(scale=DPI / 72, grayscale=True).to_numpy())
+    document.close()
+    x0, y0, x1, y1 = (round(side * DPI / 25.4) for side in badge.outline_mm)
+    return page.reshape(page.shape[:2])[y0:y1, x0:x1]
+
+
+def markers_in(picture: np.ndarray, badge: Badge) -> dict[int, tuple[float, float]]:
+    """Middles of all markers that OpenCV finds, as shares of the board, by id; an id that is found twice is -1."""
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
+    corners, ids, _ = cv2.aruco.ArucoDetector(known).detectMarkers(np.ascontiguousarray(picture))
+    found: dict[int, tuple[float, float]] = {}
+    for quad, identity in zip(corners, [] if ids is None else np.ravel(ids), strict=True):
+        x, y = quad.reshape(4, 2).mean(axis=0) + 0.5
+        found[-1 if int(identity) in found else int(identity)] = (x / picture.shape[1], y / picture.shape[0])
+    return found
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_artwork_changes_no_dot_of_what_is_read(template: str, tmp_path: Path) -> None:
+    """Catches: a ground, word or picture in the white of a marker or beside the fringes; lines moved by a colour left
+    on; a logo or QR code that is taken for a marker or hides one, near and far.
+    """
+    badge, look = dressed(template, tmp_path)
+    check_look(badge, look)
+    bare, worn = tmp_path / "bare.pdf", tmp_path / "worn.pdf"
+    write_badge_pdf(badge, bare, write_words=lambda sheet, badge: None)
+    write_badge_pdf(badge, worn, write_words=writer_of(badge, look))
+    pictures = [board_of(path, badge) for path in (bare, worn)]
+    scale, (left, top, _, _) = DPI / 25.4, badge.outline_mm
+    for _, (x0, y0, x1, y1) in clear_zones(badge):
+        rows = slice(max(round((y0 - top) * scale), 0) + 1, round((y1 - top) * scale) - 1)
+        columns = slice(max(round((x0 - left) * scale), 0) + 1, round((x1 - left) * scale) - 1)
+        assert np.array_equal(pictures[0][rows, columns], pictures[1][rows, columns])
+    assert np.mean(pictures[0] != pictures[1]) > 0.01
+    x0, y0, x1, y1 = badge.outline_mm
+    places = {
+        identity: ((x - x0) / (x1 - x0), (y - y0) / (y1 - y0))
+        for identity, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True)
+    }
+    seen = np.asarray(draw_preview(badge, look).convert("L"))
+    for px_per_mm in (6.0, 3.0):
+        size = (round((x1 - x0) * px_per_mm), round((y1 - y0) * px_per_mm))
+        found = markers_in(cv2.resize(seen, size, interpolation=cv2.INTER_AREA), badge)
+        assert set(found) == set(places)
+        for identity, place in places.items():
+            assert found[identity] == pytest.approx(place, abs=0.01)
+
+
+def test_a_logo_that_is_a_marker_is_refused(tmp_path: Path) -> None:
+    """Catches: a fifth marker on the board, which a camera takes for a corner of it."""
+    badge, look = dressed("conference", tmp_path)
+    known = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)
+    marker = Image.fromarray(cv2.aruco.generateImageMarker(known, 2, 120)).convert("RGB")
+    logo = Image.new("RGB", (400, 160), "white")
+    logo.paste(marker, (20, 20))
+    logo.save(tmp_path / "marked.png")
+    with pytest.raises(SpecError, match="a square that is read as a marker"):
+        check_look(badge, replace(look, content=replace(look.content, logo=tmp_path / "marked.png")))
+
+
+def test_the_qr_code_says_the_identity_and_no_more(tmp_path: Path) -> None:
+    """Catches: modules mirrored or turned, a code of the payload's secret or of another badge."""
+    badge, _ = dressed("court", tmp_path)
+    picture = np.full((460, 460), 255, np.uint8)
+    for x0, y0, x1, y1 in qr_rects(badge, (40.0, 40.0, 420.0, 420.0)):
+        picture[round(y0) : round(y1), round(x0) : round(x1)] = 0
+    words, _, _ = cv2.QRCodeDetector().detectAndDecode(picture)
+    assert words == "moireid:7097c67b0fafc59b"
+
+
+def test_without_artwork_page_and_badge_are_as_before(tmp_path: Path) -> None:
+    """Catches: a default that changed, so that badges that were issued could not be printed again."""
+    badge = design_badge(Request("Ada Lovelace"), PAYLOAD)
+    assert writer_of(badge, None) is None
+    write_badge_pdf(badge, tmp_path / "page.pdf", write_words=writer_of(badge, None))
+    found = (hashlib.sha256(badge.to_json().encode()), hashlib.sha256(drawing(tmp_path / "page.pdf")))
+    assert tuple(one.hexdigest()[:16] for one in found) == BEFORE
+
+
+def drawing(pdf: Path) -> bytes:
+    """What draws the page: of the file's streams, unpacked, the one with most rectangles."""
+    packed = re.findall(rb"/ASCII85Decode[^>]*>>\s*stream\r?\n(.*?~>)\s*endstream", pdf.read_bytes(), re.DOTALL)
+    texts = [zlib.decompress(a85decode(b"<~" + one.strip(), adobe=True)) for one in packed]
+    return max(texts, key=lambda text: text.count(b" re"))
+
+
+def test_the_sheets_of_an_event_carry_each_persons_own(tmp_path: Path) -> None:
+    """Catches: one person's look on all boards, and a list's line that is left out where there is no look."""
+    badge, look = dressed("plain", tmp_path)
+    other = replace(badge, name="Grace Hopper", print=(badge.print or {}) | {"lines": ["Admiral"]})
+    write_sheets_pdf([badge, other], tmp_path / "badges.pdf", looks=[look, None])
+    document = pdfium.PdfDocument(tmp_path / "badges.pdf")
+    page = document[0]
+    words = page.get_textpage().get_text_bounded()
+    pictures = [one for one in page.get_objects() if one.type == pdfium.raw.FPDF_PAGEOBJ_IMAGE]
+    assert {"Ada Lovelace", "Reporter", "Example News", "Grace Hopper", "Admiral"} <= set(
+        words.replace("\r", "").split("\n")
+    )
+    assert len(pictures) == 2
+    document.close()
+
+
+def test_the_moving_preview_moves_the_fringes_alone(tmp_path: Path) -> None:
+    """Catches: a still picture, artwork that moves along, fringes that do not come back to where they began."""
+    badge, look = dressed("conference", tmp_path)
+    frames = [np.asarray(frame, float) for frame in draw_worn(badge, look, frames=4)]
+    moved = np.abs(frames[1] - frames[3]).max(axis=2) > 40
+    assert np.array_equal(frames[0], frames[2]) and moved.mean() > 0.02
+    rows = np.flatnonzero(moved.any(axis=1))
+    # They lie in the board's lower half, below a band that stays.
+    assert rows.min() > 0.45 * len(moved)
+    write_worn(badge, tmp_path / "preview.webp", look)
+    with Image.open(tmp_path / "preview.webp") as moving:
+        assert moving.format == "WEBP" and getattr(moving, "n_frames", 1) > 8
+    aside = [np.asarray(draw_fringes(badge, (x, 0.0))) for x in (0.0, 50.0)]
+    assert not np.array_equal(*aside)

@@ -1,0 +1,154 @@
+"""Where pieces stand: never over what is read, nor over each other, on any badge that a template can be asked for."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from moireid.badge import Badge, Rect
+from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
+from moireid.designer.request import Frame
+from moireid.errors import SpecError
+from moireid.fabrication.page.dress import check_look
+from moireid.fabrication.page.words import set_words, width_mm
+from moireid.looks.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zones
+from moireid.looks.columns import dressed, kept_pictures, lines_in
+from moireid.looks.content import Content, clean_lines, lines_of, with_lines
+from moireid.looks.placing import Look, Piece, pieces_of
+from moireid.looks.template import TEMPLATES, Template, template_named, template_of
+from moireid.verifier.tracking.borders import REACH_MM
+from moireid.verifier.tracking.template import FREE_MODULES
+
+PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
+LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
+
+
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> Content:
+    """A wide logo and a portrait."""
+    folder = tmp_path_factory.mktemp("pictures")
+    Image.new("RGB", (300, 100), "teal").save(folder / "logo.png")
+    Image.new("RGB", (80, 100), "gray").save(folder / "face.png")
+    return Content(folder / "logo.png", folder / "face.png", (0.1, 0.3, 0.5))
+
+
+def badge_for(template: Template, name: str, orientation: str, payload: bytes = PAYLOAD) -> Badge:
+    side = template.side(*turned(FORMATS[name].size_mm, orientation))
+    wish = replace(Request("Ada Lovelace"), frame=Frame(head=side.head, foot=side.foot))
+    return design_badge(in_format(wish, name, orientation=orientation), payload)
+
+
+def overlap(one: Rect, other: Rect) -> bool:
+    return all(one[k] < other[k + 2] - 1e-6 and other[k] < one[k + 2] - 1e-6 for k in (0, 1))
+
+
+@pytest.mark.parametrize("name", FORMATS)
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_every_template_leaves_clear_what_is_read_on_every_format(template: str, name: str, content: Content) -> None:
+    """Catches: artwork over a marker's white, the fringes or the sheet; pieces over each other; words without room."""
+    known = template_named(template)
+    for orientation, lines in itertools.product(ORIENTATIONS, ((), LINES[:1], LINES)):
+        badge = with_lines(badge_for(known, name, orientation), lines)
+        zones = [zone for _, zone in clear_zones(badge)]
+        for worn in (Content(), content, replace(content, portrait=None), replace(content, logo=None)):
+            pieces = pieces_of(badge, Look(known, worn))
+            for piece in pieces:
+                assert not any(overlap(piece.rect_mm, zone) for zone in zones), (orientation, piece)
+                if piece.kind in ("words", "id"):
+                    assert_within(piece, badge)
+            fore = [piece.rect_mm for piece in pieces if piece.kind != "ground"]
+            assert not any(overlap(a, b) for a, b in itertools.combinations(fore, 2)), (orientation, worn)
+            assert any(piece.name for piece in pieces)
+
+
+def assert_within(piece: Piece, badge: Badge) -> None:
+    """All rows lie in the piece's room, in letters that can be read."""
+    x0, y0, x1, y1 = piece.rect_mm
+    for row in set_words(piece, badge.id):
+        wide = width_mm(row.words, row.points, bold=row.bold)
+        left = row.x_mm - {"left": 0.0, "center": wide / 2, "right": wide}[row.align]
+        assert x0 - 1e-6 <= left and left + wide <= x1 + 1e-6
+        assert y0 - 1e-6 <= row.baseline_mm - 0.73 * row.points / 72 * 25.4 and row.baseline_mm <= y1 + 1e-6
+        assert row.points >= (4.0 if piece.kind == "words" else 2.5)
+
+
+def test_what_must_stay_clear_is_what_the_verifier_reads() -> None:
+    """Catches: a verifier that samples more than the pages leave white."""
+    assert (MARKER_MODULES, GRATING_MM) == (FREE_MODULES, REACH_MM)
+
+
+def test_a_long_identity_and_a_long_name_have_room(content: Content) -> None:
+    """Catches: 128 bits that run into the marker, a name of many words that is cut off."""
+    for name in ("cr80", "a6"):
+        known = template_named("newsroom")
+        badge = with_lines(replace(badge_for(known, name, "portrait"), id="7097c67b0fafc59b" * 2), LINES)
+        badge = replace(badge, name="Maria Magdalena von Hohenstein-Wittgenstein")
+        check_look(badge, Look(known, content))
+
+
+@pytest.mark.parametrize(
+    ("rect", "told"),
+    [
+        ([0.05, 0.05, 0.3, 0.3], "covers the upper left marker and its white border; free are, in mm"),
+        ([0.3, 0.5, 0.6, 0.7], "covers the fringes and the lens sheet over them"),
+        # The sheet reaches from side to side, where no line is printed.
+        ([0.0, 0.5, 0.02, 0.6], "covers the fringes and the lens sheet over them"),
+    ],
+)
+def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: list[float], told: str) -> None:
+    """Catches: a template of somebody's own that spoils the badge in silence."""
+    place = {"what": "name", "at": rect}
+    own = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
+    with pytest.raises(SpecError, match=told):
+        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Content()))
+    free = areas_of(badge_for(own, "a6", "landscape"))["upper"]
+    board = badge_for(own, "a6", "landscape").outline_mm
+    place |= {"at": [free[0] - board[0], free[1] - board[1], free[2] - board[0], free[3] - board[1]], "unit": "mm"}
+    # What the message offers works.
+    allowed = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
+    assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Content()))
+
+
+def test_words_that_would_be_too_small_are_refused() -> None:
+    """Catches: a line in letters that nobody can read."""
+    known = template_named("plain")
+    badge = with_lines(badge_for(known, "cr80", "landscape"), ["Senior " * 11] * 4)
+    with pytest.raises(SpecError, match=r"has no room on this badge.*shorten it"):
+        check_look(badge, Look(known, Content()))
+
+
+def test_lines_are_checked_and_kept_in_the_badge() -> None:
+    """Catches: lines that turn text round, too many, and lines that change what the verifier reads."""
+    badge = badge_for(template_named("plain"), "a7", "landscape")
+    worn = with_lines(badge, [" Editor ", "", "Example News"])
+    assert lines_of(worn) == ("Editor", "Example News") and worn.layout_key() == badge.layout_key()
+    assert with_lines(badge, [" "]) == badge
+    with pytest.raises(SpecError, match="5 lines are too many"):
+        clean_lines("abcde")
+    with pytest.raises(SpecError, match="control"):
+        clean_lines(["a\x07"])
+    with pytest.raises(SpecError, match="has 81 characters"):
+        clean_lines(["a" * 81])
+
+
+def test_a_row_of_a_list_overrules_what_holds_for_all(content: Content) -> None:
+    """Catches: columns that are not read, paths relative to somewhere else, pictures on boards without room."""
+    assert content.logo is not None and content.portrait is not None
+    folder, badge = content.logo.parent, badge_for(template_named("plain"), "a7", "landscape")
+    look = Look(template_named("plain"), Content(logo=content.logo))
+    cells = {"name": "Ada", "line1": "Editor", "line2": "Example News", "portrait": "face.png", "colour": "#000080"}
+    worn, own = dressed(badge, cells, look, ["Guest"], folder)
+    assert lines_of(worn) == ("Editor", "Example News")
+    assert own is not None and own.content == Content(content.logo, content.portrait, (0, 0, 128 / 255))
+    assert set(kept_pictures([own, None])) == {content.logo, content.portrait}
+    assert lines_of(dressed(badge, {"name": "Bob"}, look, ["Guest"], folder)[0]) == ("Guest",)
+    assert lines_in({"role": "Judge"}) == ["Judge"]
+    with pytest.raises(SpecError, match="column logo needs a template"):
+        dressed(badge, {"logo": "logo.png"}, None, [], Path())
+    with pytest.raises(SpecError, match="cannot be read"):
+        dressed(badge, {"portrait": "none.png"}, look, [], folder)
