@@ -13,6 +13,7 @@ from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.crossed import crossed_grids, periods_mm
+from moireid.designer.fiducial import DESIGN_FOCAL_PX, explain_fiducial, mm_per_px
 from moireid.designer.grid import DUTY, MIN_CELL_PX, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import LinkBudget, link_budget
@@ -31,7 +32,6 @@ from moireid.sheets import MM_PER_INCH
 from moireid.turned import own_rect
 
 #: The camera that a design must suffice for: 1080p with the angle of view of a phone's main camera.
-DESIGN_FOCAL_PX = 1450.0
 DESIGN_IMAGE_PX = (1920, 1080)
 #: Print scale may be off by 0.5 % and lens pitch by 0.3 %; both shift every beat by that share of 1/p_f.
 PITCH_TOLERANCE = 0.008
@@ -281,7 +281,7 @@ def _reach_m(layout: Layout, grid: Grid, lens_pitch_mm: float, levels: int) -> d
     width_mm, tolerance = _fringe_length_mm(layout), PITCH_TOLERANCE / lens_pitch_mm
     fastest = 2 * tolerance + (MIN_FRINGES + (levels - 1) * MIN_STEP_FRINGES) / width_mm
     sizes = {
-        "markers": layout.markers.size_mm / MIN_MARKER_PX,
+        "markers": mm_per_px(layout.markers, MIN_MARKER_PX),
         "rows": grid.row_mm / MIN_BAND_PX,
         "cells": grid.cell_mm / MIN_CELL_PX,
         "fringes": 1.0 / (fastest * MIN_PX_PER_FRINGE),
@@ -361,7 +361,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
             rows.append((f"reading all at {metres:g} m", f"probability {chance}, {figures}"))
     return [
         *rows,
-        ("marker, far end", f"{far * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
+        explain_fiducial(badge.markers, far),
         ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (each edge placed by itself)"),
         *_explain_dots(badge),
     ]
