@@ -17,7 +17,7 @@ from moireid.designer import Request, design_badge
 from moireid.simulate.motion import measured_run
 from moireid.verifier.camera import self_calibration
 from moireid.verifier.camera.fit import fit_camera
-from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm
 
 Array = NDArray[np.float64]
 DISTANCE_MM, FOCAL_PX, SIZE, SHUTTER_S, NOISE_PX = 1100.0, 1150.0, (1280, 720), 0.012, 0.05

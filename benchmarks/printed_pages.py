@@ -21,7 +21,7 @@ from moireid.simulate import Build, Scene, camera_named, film, motion_named
 from moireid.verifier import Claim, verify
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.motion.judge import judge_invariant
-from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 
 FILMS = Path(__file__).resolve().parent.parent / "tests" / "data" / "films"

@@ -35,7 +35,8 @@ from moireid.simulate.motion import Motion, Poses, motion_named
 from moireid.simulate.recording.sensor import Sensor
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.picture import Frame
-from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.tracking.finding.markers import MarkerFinder
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.tracking.track import Track
 from moireid.verifier.video import Film

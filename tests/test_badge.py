@@ -14,7 +14,7 @@ from typing import Any
 import jsonschema
 import pytest
 
-from moireid.badge import Badge, Cell, Grating, Lens, Markers, badge_from_json, load_badge
+from moireid.badge import Badge, Cell, CodedFrame, Grating, Lens, Markers, badge_from_json, load_badge
 from moireid.designer import Request, design_badge
 from moireid.errors import SpecError
 
@@ -133,6 +133,15 @@ def test_a_board_described_by_hand_is_read_figure_by_figure() -> None:
 def test_the_published_prototype_is_read(prototype: Badge) -> None:
     """Catches: a schema that refuses the contract's own example."""
     assert (prototype.id, prototype.page_mm, prototype.gratings[0].pitch_mm) == (None, (146.0, 146.0), 0.52)
+
+
+def test_a_frame_survives_its_json_and_says_what_it_is() -> None:
+    """Catches: notches lost or in another order; a frame that a reader of squares takes for squares."""
+    badge = badge_from_json(json.dumps(by_hand() | {"markers": _frame()}))
+    assert isinstance(badge.markers, CodedFrame) and badge_from_json(badge.to_json()) == badge
+    assert json.loads(badge.to_json())["markers"] == _frame()
+    with pytest.raises(SpecError, match="four squares"):
+        _ = badge.squares
 
 
 def test_an_integer_and_its_float_are_one_badge() -> None:
@@ -310,6 +319,12 @@ def _code(roles: list[str] | None = None, **figures: float) -> Document:
     return {"roles": roles or ["reference"]} | sound | figures
 
 
+def _frame(**changed: object) -> Document:
+    """A coded frame, sound but for what is given."""
+    notches = [[20, 11, 30, 12], [50, 11, 60, 12], [80, 11, 90, 12], [138, 30, 139, 40], [60, 118, 70, 119]]
+    return {"kind": "frame", "rect_mm": [10, 10, 140, 120], "line_mm": 2, "notches_mm": notches} | changed
+
+
 WRONG: list[tuple[str, str, Callable[[Document], object]]] = [
     ("cell off its grating", "gratings.0.cells.0", lambda d: _grating(d)["cells"][0].update(rect_mm=[29, 40, 120, 62])),
     ("cell upside down", "gratings.0.cells.0", lambda d: _grating(d)["cells"][0].update(rect_mm=[30, 62, 120, 40])),
@@ -323,6 +338,12 @@ WRONG: list[tuple[str, str, Callable[[Document], object]]] = [
     ("markers in another order", "markers.centers_mm", lambda d: d["markers"]["centers_mm"].reverse()),
     ("unknown dictionary", "markers.dictionary", lambda d: d["markers"].update(dictionary="DICT_9X9_50")),
     ("three markers", "markers.ids", lambda d: d["markers"].update(ids=[1, 2, 3])),
+    ("frame without a line", "markers", lambda d: d.update(markers={"kind": "frame", "rect_mm": [10, 10, 140, 120]})),
+    ("fiducial of tomorrow", "markers.kind", lambda d: d["markers"].update(kind="stars")),
+    ("frame off the page", "markers.rect_mm", lambda d: d.update(markers=_frame(rect_mm=[10, 10, 160, 120]))),
+    ("frame as thick as a box", "markers.line_mm", lambda d: d.update(markers=_frame(line_mm=20))),
+    ("notch beside the line", "notches_mm.0", lambda d: d.update(markers=_frame(notches_mm=[[20, 9, 30, 12]]))),
+    ("frame like itself turned", "notches_mm", lambda d: d.update(markers=_frame(notches_mm=[[70, 11, 80, 12]]))),
     ("no gratings", "gratings", lambda d: d.update(gratings=[])),
     ("diagonal axis", "gratings.0.axis", lambda d: _grating(d).update(axis="xy")),
     ("duty of one", "gratings.0.cells.0.duty", lambda d: _grating(d)["cells"][0].update(duty=1)),

@@ -20,7 +20,7 @@ from moireid.simulate.forgeries.courses import KINDS
 
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
-GROUND = {"asbuilt", "badge", "dots", "errors", "extras", "files", "kept"}
+GROUND = {"asbuilt", "badge", "dots", "errors", "extras", "fiducials", "files", "kept"}
 GROUND |= {"lazy", "lenticule", "names", "optics", "profiles", "provenance", "sheets", "turned"}
 ROOMS = {
     "archive",
@@ -68,6 +68,7 @@ MAY_IMPORT = {
 #: folder never imports one that stands below it here.
 WITHIN: dict[str, set[str]] = {
     "verifier.tracking": {"picture"},
+    "verifier.tracking.finding": {"picture"},
     "verifier.camera": {"limits", "series", "splines"},
     "verifier.fringes": {"tracking", "camera", "limits", "series"},
     "verifier.motion": {"fringes", "camera", "limits", "reasons", "splines"},

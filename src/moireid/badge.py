@@ -22,17 +22,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from moireid.errors import SpecError
-from moireid.turned import Axis, OwnFrame, axis_from_json, bounds_of, own_frame, own_rect
-from moireid.turned import Rect as Rect
+from moireid.fiducials import CodedFrame, Fiducial, Markers, Point, check_fiducial, fiducial_document, fiducial_from
+from moireid.turned import Axis, OwnFrame, Rect, axis_from_json, bounds_of, own_frame, own_rect
 
 if TYPE_CHECKING:
     from moireid.turned import Array
 
+__all__ = [
+    "FORMAT",
+    "Badge",
+    "Cell",
+    "Code",
+    "CodedFrame",
+    "Fiducial",
+    "Grating",
+    "Lens",
+    "Markers",
+    "Point",
+    "Rect",
+    "badge_from_json",
+    "load_badge",
+]
 FORMAT = 1
 #: Least step of beat frequency, cycles per mm: a smaller one could not be read from any board, so every beat would
 #: pass.
 MIN_STEP_PER_MM = 1e-5
-Point = tuple[float, float]
 
 
 @dataclass(frozen=True)
@@ -133,16 +147,6 @@ class Grating:
 
 
 @dataclass(frozen=True)
-class Markers:
-    """Four ArUco markers; centers top left, top right, bottom right, bottom left of the upright page."""
-
-    dictionary: str
-    size_mm: float
-    ids: tuple[int, int, int, int]
-    centers_mm: tuple[Point, Point, Point, Point]
-
-
-@dataclass(frozen=True)
 class Badge:
     """One badge as issued; never changed afterwards.
 
@@ -158,8 +162,8 @@ class Badge:
         The lenticular sheet or the line mask in front.
     gratings : tuple of Grating
         The printed lines, one grating for each direction that they sense.
-    markers : Markers
-        The four corner markers.
+    markers : Markers or CodedFrame
+        What a film finds the page by: four squares in the corners, or a thin frame.
     payload_bits : int, optional
         Bits of the identity.
     board_mm : Rect, optional
@@ -179,7 +183,7 @@ class Badge:
     page_mm: tuple[float, float]
     lens: Lens
     gratings: tuple[Grating, ...]
-    markers: Markers
+    markers: Fiducial
     payload_bits: int | None = None
     board_mm: Rect | None = None
     range_m: tuple[float, float] | None = None
@@ -201,6 +205,13 @@ class Badge:
     def bounds_of(self, grating: Grating) -> Rect:
         """The upright rectangle of the page that holds one of its gratings."""
         return bounds_of(self.corners_of(grating))
+
+    @property
+    def squares(self) -> Markers:
+        """The four squares, for what works on squares alone.  Raises: SpecError for a badge that has a frame."""
+        if isinstance(self.markers, CodedFrame):
+            raise SpecError("this badge has a coded frame, and four squares are needed here; give one with squares")
+        return self.markers
 
     def to_json(self) -> str:
         """Give the text of a badge.json file.
@@ -267,15 +278,13 @@ def badge_from_json(text: str, *, source: str = "badge.json") -> Badge:
     _validate(document, source)
     lens = _lens(document["lens"])
     gratings = tuple(_grating(entry) for entry in document["gratings"])
-    markers = document["markers"]
-    centers = tuple((float(x), float(y)) for x, y in markers["centers_mm"])
     badge = Badge(
         id=document["id"],
         name=document["name"],
         page_mm=(float(document["page"]["width_mm"]), float(document["page"]["height_mm"])),
         lens=lens,
         gratings=gratings,
-        markers=Markers(markers["dictionary"], float(markers["size_mm"]), tuple(markers["ids"]), centers),  # type: ignore[arg-type]
+        markers=fiducial_from(document["markers"]),
         payload_bits=document.get("payload_bits"),
         board_mm=tuple(map(float, document["board"]["rect_mm"])) if "board" in document else None,  # type: ignore[arg-type]
         range_m=tuple(map(float, document["range_m"])) if "range_m" in document else None,  # type: ignore[arg-type]
@@ -339,7 +348,7 @@ def _to_document(badge: Badge) -> dict[str, Any]:
         "page": {"width_mm": badge.page_mm[0], "height_mm": badge.page_mm[1]},
         "lens": {key: value for key, value in asdict(badge.lens).items() if value is not None},
         "gratings": [asdict(grating) for grating in badge.gratings],
-        "markers": asdict(badge.markers),
+        "markers": fiducial_document(badge.markers),
     }
     for grating in document["gratings"]:
         grating["code"] = {key: value for key, value in (grating["code"] or {}).items() if value is not None}
@@ -409,31 +418,7 @@ def _check_geometry(badge: Badge, source: str) -> None:
                 f"{source}: gratings.{g}.code.roles must name one role for each of the {len(grating.cells)} cells, and "
                 f"one of them reference; got {len(grating.code.roles)}"
             )
-    if len(set(badge.markers.ids)) != 4:
-        raise SpecError(f"{source}: markers.ids {list(badge.markers.ids)} repeat one; give four different ids")
-    _check_markers(badge.markers, source)
-    half = badge.markers.size_mm / 2
-    for m, (x, y) in enumerate(badge.markers.centers_mm):
-        _check_rect((x - half, y - half, x + half, y + half), page, f"markers.centers_mm.{m}", source)
-
-
-def _check_markers(markers: Markers, source: str) -> None:
-    """Check that ids are in the dictionary, and that the four squares are apart and in the documented order."""
-    count = int(markers.dictionary.rsplit("_", 1)[1])
-    if max(markers.ids) >= count:
-        raise SpecError(f"{source}: markers.ids: {list(markers.ids)} must be below {count} in {markers.dictionary}")
-    (ax, ay), (bx, by), (cx, cy), (dx, dy) = markers.centers_mm
-    turning = (bx - ax) * (cy - by) - (by - ay) * (cx - bx), (cx - bx) * (dy - cy) - (cy - by) * (dx - cx)
-    apart = min(
-        max(abs(p[0] - q[0]), abs(p[1] - q[1]))
-        for k, p in enumerate(markers.centers_mm)
-        for q in markers.centers_mm[:k]
-    )
-    if apart < markers.size_mm or min(turning) <= 0:
-        raise SpecError(
-            f"{source}: markers.centers_mm: {[list(c) for c in markers.centers_mm]} must be four places a marker's "
-            "size or more apart, top left, top right, bottom right, bottom left"
-        )
+    check_fiducial(badge.markers, page, source, _check_rect)
 
 
 def _check_rect(rect: Rect, outer: Rect, where: str, source: str) -> None:

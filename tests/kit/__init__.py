@@ -4,6 +4,7 @@ places.py           where the project, its films and its examples lie
 programs.py         programs that pip does not install
 compiling.py        the renderer, compiled ahead
 drawn_pages.py      pictures of a page whose homography is known
+drawn_frames.py     the same of a page with a coded frame
 coded_films.py      films of given pictures, and short ones of long ones
 numeric_films.py    tracks of a badge, made of numbers alone
 made_corners.py     a badge's corners as a film would give them

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 
 from moireid.badge import Markers
-from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm
 
 MARKERS = Markers("DICT_4X4_50", 26.0, (0, 1, 2, 3), ((18.0, 18.0), (128.0, 22.0), (128.0, 150.0), (18.0, 150.0)))
 

@@ -20,7 +20,8 @@ from moireid.dots import realised
 from moireid.errors import MediaError, SpecError
 from moireid.profiles import CHART_FAMILY, Printer
 from moireid.verifier.camera.plane_pose import start_poses
-from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
+from moireid.verifier.tracking.finding.markers import MarkerFinder
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, ProfileReader, counts_of
 from moireid.verifier.tracking.registration import PageRegistrar, scale_px_per_mm
 
@@ -130,7 +131,7 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
     Source: `markers`, `registration`, `plane_pose` and `profiles` of the verifier.
     """
     start = _found(luma, chart)
-    corners_mm = marker_corners_mm(chart.markers).reshape(-1, 2)
+    corners_mm = marker_corners_mm(chart.squares).reshape(-1, 2)
     middle_mm = corners_mm.mean(axis=0)
     shrink = WORK_PX_PER_MM / scale_px_per_mm(start, middle_mm)
     # Average light and not counts: over ink and paper, a mean of coded counts is wrong by a tenth.
@@ -139,7 +140,7 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
         light, start = _shrunk(light, start, shrink)
         luma = counts_of(light)
         focal_px *= shrink
-    registered = PageRegistrar(chart.markers).register(luma, start)
+    registered = PageRegistrar(chart.squares).register(luma, start)
     if registered is None:
         raise MediaError(
             "the picture's markers do not match the chart's page; photograph it flat, sharp, with all four squares "
@@ -155,11 +156,11 @@ def view_chart(luma: NDArray[np.uint8], chart: Badge, *, focal_px: float, distan
 
 def _found(luma: NDArray[np.uint8], chart: Badge) -> Array:
     """A first homography of the chart's page, by its markers."""
-    finder = MarkerFinder(chart.markers)
+    finder = MarkerFinder(chart.squares)
     pages = finder.pages(luma) or finder.pages(luma, faint=True)
     if not pages:
         raise MediaError(
-            f"the picture does not show this chart (markers {list(chart.markers.ids)} are not found); photograph the "
+            f"the picture does not show this chart (markers {list(chart.squares.ids)} are not found); photograph the "
             "whole board, sharp and evenly lit, and give the pitch-test.json of this very chart"
         )
     return pages[0]

@@ -6,6 +6,7 @@ formats.py   sizes that holders are made for, each with its sheet and range
 layout.py    where markers and gratings lie on the page
 turned_fields.py  three fields that sense 0, 60 and 120 degrees
 crossed.py   cells and beats under a lens array
+fiducial.py  the coded frame, and how far a fiducial is followed
 grid.py      how a grating is cut into rows and cells
 link.py      the link budget: in how many films, by whom, is the whole payload read?
 reach.py     from where to where a board is read, and judged

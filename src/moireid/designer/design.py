@@ -13,6 +13,7 @@ from pathlib import Path
 
 from moireid.badge import Badge, Cell, Code, Grating, Lens
 from moireid.designer.crossed import crossed_grids, periods_mm
+from moireid.designer.fiducial import explain_fiducial
 from moireid.designer.grid import DUTY, Grid, bands, cells_and_roles, choose_grid
 from moireid.designer.layout import Layout, lay_out
 from moireid.designer.link import PROMISED_SHARE, RECEIVERS
@@ -309,7 +310,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
         rows += _explain_reading(badge)
     return [
         *rows,
-        ("marker, far end", f"{far * badge.markers.size_mm:.1f} pixels of {badge.markers.size_mm:g} mm"),
+        explain_fiducial(badge.markers, far),
         ("a line in printer dots", f"{grating.pitch_mm * DUTY / dot_mm:.1f} (each edge placed by itself)"),
         *_explain_dots(badge),
     ]

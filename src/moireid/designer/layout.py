@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from moireid.badge import Markers, Rect
+from moireid.badge import Fiducial, Markers, Rect
+from moireid.designer.fiducial import coded_frame, frame_and_field
 from moireid.designer.request import Request
 from moireid.designer.turned_fields import Room, three_fields
 from moireid.errors import DesignError
@@ -44,7 +45,7 @@ class Layout:
     page_mm: tuple[float, float]
     board_mm: Rect
     fields_mm: tuple[tuple[Axis, Rect], ...]
-    markers: Markers
+    markers: Fiducial
 
 
 def lay_out(request: Request) -> Layout:
@@ -53,6 +54,8 @@ def lay_out(request: Request) -> Layout:
         raise DesignError(f"paper {request.paper!r} is not known; choose one of {', '.join(PAPERS_MM)}")
     width, height = request.size_mm
     page_mm, board = _on_paper(request.paper, width, height)
+    if request.markers != "squares":
+        return _framed(request, page_mm, board)
     frame = request.frame
     marker_mm = frame.marker_mm or round(MARKER_MM_PER_BOARD_MM * min(width, height), 2)
     least_mm = frame.margin_mm + marker_mm + QUIET_MODULES * marker_mm / 6
@@ -88,6 +91,19 @@ def lay_out(request: Request) -> Layout:
         # Both gratings of an array share the field: its lines cross.
         return Layout(page_mm, board, (("x", field), ("y", field)), markers)
     return Layout(page_mm, board, _fields(field, request.axes), markers)
+
+
+def _framed(request: Request, page_mm: tuple[float, float], board: Rect) -> Layout:
+    """A layout without squares: the name, a frame around the fields, and the id."""
+    rect, line_mm, field = frame_and_field(request, board)
+    if request.axes == "hex":
+        raise DesignError("three turned fields need markers in the corners; choose markers squares, or axes x or xy")
+    if min(field[2] - field[0], field[3] - field[1]) < MIN_FIELD_MM:
+        raise DesignError(
+            f"a frame with a line of {line_mm:g} mm leaves no room for the fringes; choose markers squares, a larger "
+            "board or a shorter range"
+        )
+    return Layout(page_mm, board, _fields(field, request.axes), coded_frame(rect, line_mm))
 
 
 def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, float], Rect]:

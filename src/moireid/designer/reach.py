@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 
 from moireid.badge import Badge
+from moireid.designer.fiducial import as_marker_mm
 from moireid.designer.grid import UNIFORM_ROWS, Grid
 from moireid.designer.layout import Layout
 from moireid.designer.link import PHONE, LinkBudget, Read, found_reach_m
@@ -79,7 +80,7 @@ def _reach_m(
     """How far each part of the board can be read, metres."""
     width_mm, tolerance = fringe_length_mm(layout), PITCH_TOLERANCE / lens_pitch_mm
     fastest = 2 * tolerance + (MIN_FRINGES + (levels - 1) * MIN_STEP_FRINGES) / width_mm
-    marker_mm = layout.markers.size_mm
+    marker_mm = as_marker_mm(layout.markers)
     reaches = {
         "markers": found_reach_m(marker_mm),
         "fringes": DESIGN_FOCAL_PX / (fastest * MIN_PX_PER_FRINGE) / 1000,
@@ -107,7 +108,7 @@ def read_of(badge: Badge) -> Read | None:
     if not phases:
         return None
     side_mm = min(cell.rect_mm[k + 2] - cell.rect_mm[k] for cell in phases for k in (0, 1))
-    return Read(side_mm, badge.markers.size_mm, _word((badge.payload_bits or 0) // 8, len(phases)))
+    return Read(side_mm, as_marker_mm(badge.markers), _word((badge.payload_bits or 0) // 8, len(phases)))
 
 
 def link_budgets(badge: Badge) -> list[tuple[float, LinkBudget]]:
@@ -123,6 +124,6 @@ def link_budgets(badge: Badge) -> list[tuple[float, LinkBudget]]:
 
 def verdict_reach_m(badge: Badge) -> float:
     """Up to where eight seconds of swaying are enough for a verdict, m.  Source: `VERDICT_M_PER_MM`."""
-    centers, size = badge.markers.centers_mm, badge.markers.size_mm
-    wide, high = (max(c[k] for c in centers) - min(c[k] for c in centers) + size for k in (0, 1))
+    dark = badge.markers.dark_mm
+    wide, high = (max(rect[k + 2] for rect in dark) - min(rect[k] for rect in dark) for k in (0, 1))
     return VERDICT_M_PER_MM * math.sqrt(wide * high)

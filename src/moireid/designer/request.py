@@ -73,6 +73,8 @@ class Request:
         Thickness of the lens sheet by a calliper, mm; None for that of its label.
     frame : Frame
         Margin, markers, and the room above and below the fringes.
+    markers : str
+        What a film finds the page by: "squares" in the corners, or a thin coded "frame" around the fringes.
     """
 
     name: str
@@ -88,6 +90,7 @@ class Request:
     gap_mm: float = 1.5
     lens_thickness_mm: float | None = None
     frame: Frame = field(default_factory=Frame)
+    markers: str = "squares"
 
 
 def clean_name(name: str) -> str:

@@ -14,7 +14,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from moireid.badge import Badge, Grating, Point, Rect
+from moireid.badge import Badge, CodedFrame, Grating, Point, Rect
 from moireid.errors import FabricationError
 from moireid.turned import own_rect
 
@@ -22,6 +22,7 @@ from moireid.turned import own_rect
 GRATING_SIGHT_DEG = 60.0
 #: ... and no markers up to this angle, since a camera that sees the markers sharply is never farther to the side.
 MARKER_SIGHT_DEG = 45.0
+FRAME_SIDES = ("top of the frame", "right side of the frame", "bottom of the frame", "left side of the frame")
 #: Between two pieces of lens sheet that are cut to meet.
 SEAM_MM = 0.1
 
@@ -160,14 +161,13 @@ def gap_mm(one: Rect, other: Rect, *, play_mm: float) -> float:
 
 def _targets(badge: Badge, card_top: float, sheet_top: float) -> list[tuple[str, Rect, float, float]]:
     """What must stay in sight: name, rectangle in the frame, height, and the angle it is seen from, degrees."""
-    half = badge.markers.size_mm / 2
     targets = [
         (f"grating {g}", in_frame(badge.bounds_of(grating), badge), sheet_top, GRATING_SIGHT_DEG)
         for g, grating in enumerate(badge.gratings)
     ]
-    for id_, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
-        rect = in_frame((x - half, y - half, x + half, y + half), badge)
-        targets.append((f"marker {id_}", rect, card_top, MARKER_SIGHT_DEG))
+    names = FRAME_SIDES if isinstance(badge.markers, CodedFrame) else [f"marker {id_}" for id_ in badge.markers.ids]
+    for name, rect in zip(names, badge.markers.dark_mm, strict=True):
+        targets.append((name, in_frame(rect, badge), card_top, MARKER_SIGHT_DEG))
     half_x, half_y = half_board_mm(badge)
     for name, (x0, y0, x1, y1), _, _ in targets:
         if x0 < -half_x or y0 < -half_y or x1 > half_x or y1 > half_y:

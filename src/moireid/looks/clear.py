@@ -8,12 +8,14 @@ Convention: page mm.  The figures are those of the verifier, which this room doe
 
 from __future__ import annotations
 
-from moireid.badge import Badge, Grating, Rect
+from moireid.badge import Badge, CodedFrame, Grating, Rect
 from moireid.errors import SpecError
 from moireid.turned import bounds_of, own_rect
 
 #: White around a marker, in its modules (`verifier.tracking.template.FREE_MODULES`); a 4x4 marker has six a side.
 MARKER_MODULES, MODULES_A_SIDE = 1.05, 6
+#: White around a coded frame, in its lines and at least, mm (`designer.fiducial`).
+FRAME_LINES, FRAME_LEAST_MM = 1.05, 1.5
 #: White around a grating, mm (`verifier.tracking.borders.REACH_MM`).
 GRATING_MM = 2.0
 #: Between pieces and the white about markers; a ground may be cut off so far beyond the board's edge.
@@ -24,6 +26,8 @@ LEAST_MM = 2.0
 
 def clear_zones(badge: Badge) -> list[tuple[str, Rect]]:
     """What nothing may cover, by name for people."""
+    if isinstance(badge.markers, CodedFrame):
+        return [("coded frame, its white border and what is within", _framed(badge.markers))]
     half = badge.markers.size_mm * (0.5 + MARKER_MODULES / MODULES_A_SIDE)
     names = ("upper left marker", "upper right marker", "lower right marker", "lower left marker")
     zones: list[tuple[str, Rect]] = [
@@ -44,8 +48,10 @@ def areas_of(badge: Badge) -> dict[str, Rect]:
 
     head, foot: between the upper, and between the lower markers, as high as these; upper, lower: as wide as the
     fringes, between them and the markers, or head and foot where no room is left there; crown, base: between the
-    markers too, but down, or up, to the fringes.
+    markers too, but down, or up, to the fringes.  Above and below a coded frame there is one area each, as wide as it.
     """
+    if isinstance(badge.markers, CodedFrame):
+        return _areas_about(badge.outline_mm, badge.markers)
     half = badge.markers.size_mm / 2
     quiet = badge.markers.size_mm * MARKER_MODULES / MODULES_A_SIDE
     (left, top), (right, _), (_, bottom), _ = badge.markers.centers_mm
@@ -64,6 +70,22 @@ def areas_of(badge: Badge) -> dict[str, Rect]:
         if areas[name][3] - areas[name][1] < LEAST_MM:
             areas[name] = areas[other]
     return {name: rect for name, rect in areas.items() if rect[3] - rect[1] > 0 and rect[2] - rect[0] > 0}
+
+
+def _framed(frame: CodedFrame) -> Rect:
+    """A coded frame with its white border."""
+    white = max(FRAME_LINES * frame.line_mm, FRAME_LEAST_MM)
+    x0, y0, x1, y1 = frame.rect_mm
+    return x0 - white, y0 - white, x1 + white, y1 + white
+
+
+def _areas_about(board: Rect, frame: CodedFrame) -> dict[str, Rect]:
+    """The areas of a board with a coded frame, down to the board's white margin."""
+    (left, _, right, _), (_, top, _, bottom) = frame.rect_mm, _framed(frame)
+    margin = left - board[0]
+    head, foot = (left, board[1] + margin, right, top), (left, bottom, right, board[3] - margin)
+    areas = dict.fromkeys(("head", "upper", "crown"), head) | dict.fromkeys(("foot", "lower", "base"), foot)
+    return {name: rect for name, rect in areas.items() if rect[3] - rect[1] > LEAST_MM}
 
 
 def check_clear(badge: Badge, rect: Rect, whose: str) -> None:

@@ -17,7 +17,7 @@ from moireid.simulate.scene import Build, Instant, Scene
 from moireid.verifier.camera.smoothing import smooth_camera
 from moireid.verifier.fringes.signals import measure
 from moireid.verifier.tracking.borders import borders_of
-from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.registration import PageRegistrar
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.video import Film

@@ -14,8 +14,8 @@ from moireid.verifier.fringes.signals import _after_smoothing
 from moireid.verifier.fringes.strip_phase import StripPhase, rounding_rad
 from moireid.verifier.limits import ACCEPTED_LOG10, EXPECTED, REJECTED_LOG10, ROUNDING_ONLY_RAD, SMOOTHED_SHARE
 from moireid.verifier.motion.likelihood import log10_ratio, scale_rad
-from moireid.verifier.tracking.markers import FAINT_EVERY, MarkerFinder, faint_turns
-from moireid.verifier.tracking.page_groups import same_page
+from moireid.verifier.tracking.finding.markers import FAINT_EVERY, MarkerFinder, faint_turns
+from moireid.verifier.tracking.finding.page_groups import same_page
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS, counts_of
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, MIN_CORRELATION, PageRegistrar, Registration
 

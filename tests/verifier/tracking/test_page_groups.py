@@ -27,8 +27,9 @@ from moireid.verifier.reasons import worst
 from moireid.verifier.session.badge_session import reasons_of
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.streaming import Verifier
-from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm
-from moireid.verifier.tracking.page_groups import MOST_PAGES, pages_of, same_page
+from moireid.verifier.tracking.finding.markers import MarkerFinder
+from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, pages_of, same_page
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 from moireid.verifier.video import Film
 

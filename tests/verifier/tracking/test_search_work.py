@@ -9,7 +9,7 @@ import pytest
 from kit.drawn_pages import draw, filmed, seen_from
 from moireid.verifier.limits import MAX_UNSEARCHED_S
 from moireid.verifier.picture import Frame
-from moireid.verifier.tracking.markers import MarkerFinder
+from moireid.verifier.tracking.finding.markers import MarkerFinder
 from moireid.verifier.tracking.scene_tracker import GLANCE_WAIT_S, SceneTracker
 from moireid.verifier.tracking.search_work import DECODED_NS, FOUND_SHARE, SAVED_FRAMES, Purse, search_work_ns
 

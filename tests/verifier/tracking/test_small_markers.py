@@ -11,8 +11,9 @@ import pytest
 
 from kit.drawn_pages import CORNERS, MARKERS, draw, filmed, nudged, seen_from
 from moireid.verifier.picture import Frame
-from moireid.verifier.tracking.markers import MarkerFinder, marker_corners_mm, tiles_of
-from moireid.verifier.tracking.page_groups import PLAIN_BELOW_PX, pages_of, same_page
+from moireid.verifier.tracking.finding.markers import MarkerFinder, tiles_of
+from moireid.verifier.tracking.finding.page_groups import PLAIN_BELOW_PX, pages_of, same_page
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.scene_tracker import SceneTracker
 
 SHAPE = (480, 640)

@@ -10,7 +10,7 @@ from kit.drawn_pages import MARKERS, apart_px, draw, filmed, nudged, seen_from
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.registration import FOLLOWED_CORRELATION, KeptTemplate, PageRegistrar
 from moireid.verifier.tracking.smeared_frames import MOST_REACH, ShakenFollower
-from moireid.verifier.tracking.template import TemplatePrinter
+from moireid.verifier.tracking.template import printer_of
 
 FPS, EXPOSURE_S = 30.0, 1 / 60
 #: A marker's module in these pictures, px.
@@ -30,7 +30,7 @@ def smeared(homography: np.ndarray, way: np.ndarray) -> np.ndarray:
 
 def follower_on(course: Course) -> ShakenFollower:
     registrar = PageRegistrar(MARKERS)
-    return ShakenFollower(MARKERS, registrar, KeptTemplate(registrar.printer), course)
+    return ShakenFollower(registrar, KeptTemplate(registrar.printer), course)
 
 
 def follower_at(*places: np.ndarray) -> ShakenFollower:
@@ -109,7 +109,7 @@ def test_something_else_is_not_followed(rng):
 
 def test_a_page_at_rest_is_drawn_as_without_a_smear(rng):
     """Catches: samples shifted by half a pixel where a smear is averaged."""
-    printer = TemplatePrinter(MARKERS)
+    printer = printer_of(MARKERS)
     sharp = printer.draw(1.45)
     still = printer.smeared(sharp, np.zeros((4, 2)))
     assert still.values == pytest.approx(sharp.values, abs=1e-6)

@@ -201,11 +201,11 @@ def place_page(page: Raster, known: Badge) -> tuple[Array, tuple[int, ...], floa
     # Small boards have markers below OpenCV's default share of the picture's width.
     settings.minMarkerPerimeterRate = 0.01
     finder = cv2.aruco.ArucoDetector(
-        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, known.markers.dictionary)), settings
+        cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, known.squares.dictionary)), settings
     )
     quads, ids, _ = finder.detectMarkers(page.shrunk(times))
-    centres = dict(zip(known.markers.ids, known.markers.centers_mm, strict=True))
-    half = known.markers.size_mm / 2
+    centres = dict(zip(known.squares.ids, known.squares.centers_mm, strict=True))
+    half = known.squares.size_mm / 2
     seen, true, names = [], [], []
     for quad, number in zip(quads, [] if ids is None else np.ravel(ids), strict=True):
         if int(number) in centres:

@@ -115,8 +115,8 @@ class ShiftedMarkers:
             return luma
         out = luma.copy()
         # With a part of the white around it, and no fringes.
-        reach = 0.65 * self.badge.markers.size_mm
-        for number, (x, y) in enumerate(self.badge.markers.centers_mm):
+        reach = 0.65 * self.badge.squares.size_mm
+        for number, (x, y) in enumerate(self.badge.squares.centers_mm):
             square = np.array(
                 [[[x + a * reach, y + b * reach]] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], float
             )
@@ -178,9 +178,9 @@ def _card(badge: Badge) -> Luma:
     art = np.full((round(CARD_PX_PER_MM * y1), round(CARD_PX_PER_MM * x1)), 205, np.uint8)
     left, top, right, bottom = (round(CARD_PX_PER_MM * value) for value in field_of(badge))
     art[top:bottom, left:right] = 130
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
-    side = round(CARD_PX_PER_MM * badge.markers.size_mm)
-    for identity, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.squares.dictionary))
+    side = round(CARD_PX_PER_MM * badge.squares.size_mm)
+    for identity, (x, y) in zip(badge.squares.ids, badge.squares.centers_mm, strict=True):
         column, row = round(CARD_PX_PER_MM * x - side / 2), round(CARD_PX_PER_MM * y - side / 2)
         art[row : row + side, column : column + side] = cv2.aruco.generateImageMarker(known, identity, side) // 2 + 30
     return art

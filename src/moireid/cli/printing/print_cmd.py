@@ -93,6 +93,13 @@ if TYPE_CHECKING:
     help="Motion that the fringes show: sideways, also up and down, or by three fields at 0, 60 and 120 degrees.",
 )
 @click.option(
+    "--markers",
+    type=click.Choice(["squares", "frame"]),
+    default="squares",
+    show_default=True,
+    help="What a film finds the badge by: squares in its corners, or a thin frame around the fringes.",
+)
+@click.option(
     "--form",
     type=click.Choice(["dots", "vector"]),
     default="dots",
@@ -154,6 +161,7 @@ def print_command(
     printer_dpi: int,
     paper: str,
     axes: str,
+    markers: str,
     form: str,
     scale_text: str | None,
     mount: str | None,
@@ -221,6 +229,7 @@ def print_command(
         paper=paper,
         family=code,
         axes=axes,
+        markers=markers,
         form=form,
         front=front,
         gap_mm=Request.gap_mm if gap_mm is None else gap_mm,

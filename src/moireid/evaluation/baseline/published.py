@@ -36,7 +36,7 @@ from moireid.verifier.motion.judge import Invariant
 from moireid.verifier.reasons import Reason, json_number, worst
 from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.result import Report
-from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import no_track
 from moireid.verifier.video import Film, Progress
 
@@ -146,11 +146,11 @@ class PublishedReader:
     def __init__(
         self, badge: Badge, corners: Corners | None, image_px: tuple[int, int], focal_px: float | None
     ) -> None:
-        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
+        dictionary = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.squares.dictionary))
         parameters = cv2.aruco.DetectorParameters()
         parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
         self._detector = cv2.aruco.ArucoDetector(dictionary, parameters)
-        self._markers = badge.markers
+        self._markers = badge.squares
         grating = badge.gratings[0]
         self._upright = grating.axis == "x"
         self._region = grating.cells[grating.code.reference_cell if grating.code else 0].rect_mm

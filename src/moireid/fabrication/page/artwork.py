@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge, Cell, Grating, Rect
+from moireid.badge import Badge, Cell, CodedFrame, Grating, Point, Rect
 from moireid.turned import own_rect
 
 CROP_MARK_MM = 6.0
@@ -19,6 +19,8 @@ CROP_GAP_MM = 2.0
 SCALE_BAR_MM = 150.0
 #: Printers leave a rim of 3 to 5 mm white.
 RIM_MM = 3.0
+#: White between words and a frame or the board's edge, and the least room for words, mm.
+LETTERING_GAP_MM, LEAST_LETTERING_MM = 1.0, 2.0
 #: Air between a crop mark and a scale bar, and the least length of a mark; a mark that would be shorter stays whole.
 BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
 
@@ -43,24 +45,39 @@ def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
 
 
 def marker_squares(badge: Badge) -> list[tuple[Rect, list[Rect]]]:
-    """For each marker its black square and, within, the runs of white modules.
+    """For each marker its black square and, within, the runs of white modules; or a frame's sides and their notches.
 
     Convention: markers upright on the page, module rows from top to bottom.
-    Returns: four pairs (black square, white rectangles), page mm.
+    Returns: four pairs (black rectangle, white rectangles), page mm.
     """
+    if isinstance(badge.markers, CodedFrame):
+        return [(side, badge.markers.notches_in(number)) for number, side in enumerate(badge.markers.dark_mm)]
     squares = []
-    half = badge.markers.size_mm / 2
-    for identity, (x, y) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
+    for identity, square in zip(badge.markers.ids, badge.markers.dark_mm, strict=True):
         modules = marker_modules(badge.markers.dictionary, identity)
         module_mm = badge.markers.size_mm / len(modules)
         white: list[Rect] = []
         for row, line in enumerate(modules):
             edges = np.flatnonzero(np.diff(np.concatenate([[0], line.astype(int), [0]])))
             for begin, end in edges.reshape(-1, 2):
-                left, top = x - half + begin * module_mm, y - half + row * module_mm
+                left, top = square[0] + begin * module_mm, square[1] + row * module_mm
                 white.append((left, top, left + (end - begin) * module_mm, top + module_mm))
-        squares.append(((x - half, y - half, x + half, y + half), white))
+        squares.append((square, white))
     return squares
+
+
+def lettering_places(badge: Badge) -> tuple[tuple[Point, ...], float]:
+    """Between which four places name and id stand, and half the height of their room, page mm.
+
+    Convention: as `Markers.centers_mm`: the name between the first two, the id between the others.  Beside a frame they
+        are places without a marker, above and below it.
+    """
+    if not isinstance(badge.markers, CodedFrame):
+        return badge.markers.centers_mm, badge.markers.size_mm / 2
+    board, (x0, y0, x1, y1) = badge.outline_mm, badge.markers.rect_mm
+    half = max(min(y0 - board[1], board[3] - y1) / 2 - LETTERING_GAP_MM, LEAST_LETTERING_MM / 2)
+    upper, lower = (board[1] + y0) / 2, (board[3] + y1) / 2
+    return ((x0 - half, upper), (x1 + half, upper), (x1 + half, lower), (x0 - half, lower)), half
 
 
 def marker_modules(dictionary: str, identity: int) -> NDArray[np.bool_]:

@@ -57,9 +57,9 @@ def _write_words(sheet: Sheet, chart: Badge) -> None:
     """Heading and instructions between the upper markers, what to do next between the lower, labels beside."""
     assert chart.range_m is not None
     grating = chart.gratings[0]
-    middle, half = chart.page_mm[0] / 2, chart.markers.size_mm / 2
-    top_mm = chart.markers.centers_mm[0][1] - half
-    room_mm = chart.markers.centers_mm[1][0] - chart.markers.centers_mm[0][0] - 2 * (half + SIDE_GAP_MM)
+    middle, half = chart.page_mm[0] / 2, chart.squares.size_mm / 2
+    top_mm = chart.squares.centers_mm[0][1] - half
+    room_mm = chart.squares.centers_mm[1][0] - chart.squares.centers_mm[0][0] - 2 * (half + SIDE_GAP_MM)
     sheet.text(
         middle,
         top_mm + HEADING_POINTS / POINTS_PER_MM,
@@ -82,7 +82,7 @@ def _write_words(sheet: Sheet, chart: Badge) -> None:
     _lines(
         sheet,
         middle,
-        chart.markers.centers_mm[3][1] - 4.0,
+        chart.squares.centers_mm[3][1] - 4.0,
         room_mm,
         [
             f"Then:  moireid calibrate --chart {JSON} --band NUMBER --out my-lens.json",

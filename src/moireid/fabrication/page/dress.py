@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from PIL import Image, ImageOps
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 from moireid.fabrication.page.lettering import PICTURE_DPI
 from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet
@@ -63,6 +63,9 @@ def _holds_marker(badge: Badge, picture: Image.Image) -> bool:
     """Whether a picture on white is read as a marker at any size at which a camera may see it."""
     import cv2
 
+    if isinstance(badge.markers, CodedFrame):
+        # A frame is told by the notches of a line around the whole board, which no picture on it has.
+        return False
     known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
     detector = cv2.aruco.ArucoDetector(known)
     for side in SEEN_PX:

@@ -33,6 +33,7 @@ from moireid.fabrication.page.artwork import (
     crop_marks,
     dark_lines,
     font_file,
+    lettering_places,
     marker_squares,
 )
 from moireid.fabrication.page.lettering import (
@@ -324,7 +325,7 @@ def on_dots(line: Rect, axis: Axis, dot_mm: float) -> Rect:
 
 def _write_name(sheet: Sheet, badge: Badge) -> None:
     """The name between the upper markers, the id between the lower ones; a name too long is broken and set smaller."""
-    centers, half = badge.markers.centers_mm, badge.markers.size_mm / 2
+    centers, half = lettering_places(badge)
     room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
     middle = (centers[0][0] + centers[1][0]) / 2
     label = f"moireid {badge.id}"

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageOps
 
 from moireid.badge import Badge, Cell, Grating, Lens, Rect
-from moireid.fabrication.page.artwork import font_file, marker_squares
+from moireid.fabrication.page.artwork import font_file, lettering_places, marker_squares
 from moireid.fabrication.page.dress import look_of
 from moireid.fabrication.page.lettering import name_picture, set_name
 from moireid.fabrication.page.paint import dress_picture
@@ -118,7 +118,7 @@ def _landed(
 
 def _write_names(picture: Image.Image, badge: Badge) -> None:
     """The name and id at the places where `pdf.py` sets them."""
-    board, centers, half = badge.outline_mm, badge.markers.centers_mm, badge.markers.size_mm / 2
+    board, (centers, half) = badge.outline_mm, lettering_places(badge)
     room_mm = (centers[1][0] - centers[0][0] - 2 * half - 6.0, 2 * half)
     label = f"moireid {badge.id}" if badge.id else "moireid"
     name = set_name(badge.name)

@@ -8,13 +8,13 @@ it came out of the printer, so that no ray needs the print's scale.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Grating, Rect
+from moireid.badge import CodedFrame, Grating, Markers, Rect
 from moireid.errors import SpecError
 from moireid.simulate.scene import Scene
 
@@ -57,19 +57,43 @@ def page_texture(scene: Scene) -> NDArray[np.float32]:
     picture = np.full((math.ceil((y1 - y0) * scale), math.ceil((x1 - x0) * scale)), scene.paper, np.float32)
     if not scene.need.page:
         return picture
-    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
-    modules = known.markerSize + 2
     place_x = (np.arange(picture.shape[1]) + 0.5) / scale + x0
     place_y = (np.arange(picture.shape[0]) + 0.5) / scale + y0
-    for identity, (cx, cy) in zip(badge.markers.ids, badge.markers.centers_mm, strict=True):
+    if isinstance(badge.markers, CodedFrame):
+        _draw_frame(picture, badge.markers, place_x, place_y, scene)
+    else:
+        _draw_squares(picture, badge.markers, place_x, place_y, scene)
+    return picture
+
+
+def _draw_squares(
+    picture: NDArray[np.float32], markers: Markers, place_x: NDArray[Any], place_y: NDArray[Any], scene: Scene
+) -> None:
+    known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
+    modules, half = known.markerSize + 2, markers.size_mm / 2
+    for identity, (cx, cy) in zip(markers.ids, markers.centers_mm, strict=True):
         bits = np.asarray(cv2.aruco.generateImageMarker(known, identity, modules)) > 127
-        half = badge.markers.size_mm / 2
         columns = np.flatnonzero(np.abs(place_x - cx) < half)
         rows = np.flatnonzero(np.abs(place_y - cy) < half)
-        module_x = ((place_x[columns] - cx + half) / badge.markers.size_mm * modules).astype(int)
-        module_y = ((place_y[rows] - cy + half) / badge.markers.size_mm * modules).astype(int)
+        module_x = ((place_x[columns] - cx + half) / markers.size_mm * modules).astype(int)
+        module_y = ((place_y[rows] - cy + half) / markers.size_mm * modules).astype(int)
         picture[np.ix_(rows, columns)] = np.where(bits[np.ix_(module_y, module_x)], scene.paper, scene.ink)
-    return picture
+
+
+def _draw_frame(
+    picture: NDArray[np.float32], frame: CodedFrame, place_x: NDArray[Any], place_y: NDArray[Any], scene: Scene
+) -> None:
+    for rects, light in ((frame.dark_mm, scene.ink), (frame.notches_mm, scene.paper)):
+        for x0, y0, x1, y1 in rects:
+            # A line is a few pixels of the texture wide, so a pixel at its border counts by its share.
+            across, down = (
+                np.clip(TEXTURE_PX_PER_MM * (np.minimum(place, high) - np.maximum(place, low)) + 1, 0, 1)
+                for place, low, high in (
+                    (place_x, x0 + 0.5 / TEXTURE_PX_PER_MM, x1 - 0.5 / TEXTURE_PX_PER_MM),
+                    (place_y, y0 + 0.5 / TEXTURE_PX_PER_MM, y1 - 0.5 / TEXTURE_PX_PER_MM),
+                )
+            )
+            picture += np.outer(down, across).astype(np.float32) * (light - picture)
 
 
 def even_blocks(picture: NDArray[np.float32]) -> NDArray[np.float32]:

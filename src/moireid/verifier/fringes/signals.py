@@ -41,7 +41,7 @@ from moireid.verifier.limits import (
     SMALL_MARKER_PX,
     SMOOTHED_SHARE,
 )
-from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.track import Track
 
 Array = NDArray[np.float64]

@@ -212,7 +212,7 @@ def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE) -> Reason:
     before = (since >= -REST_S) & (since < SOONEST_S)
     after = np.flatnonzero((since >= SOONEST_S) & (since <= pace.done_s + (HOLD_S if prompt.move == FACE else 0.0)))
     if before.sum() < MIN_FRAMES or len(after) < MIN_FRAMES:
-        text = "the badge was not in view; keep it, with its four markers, in the picture"
+        text = "the badge was not in view; keep it, with its four markers or its frame, in the picture"
         return _finding(prompt, "undecided", None, text, pace)
     rest = np.median(course.place[before], axis=0)
     if np.abs(course.place[before] - rest).max() > BEGUN:

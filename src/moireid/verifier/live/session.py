@@ -49,7 +49,7 @@ from moireid.verifier.session.chapters import identity_of, invariant_of
 from moireid.verifier.session.claim import Claim, claim_reasons
 from moireid.verifier.session.overlap import OverlapWatch
 from moireid.verifier.session.streaming import Running, Verifier
-from moireid.verifier.tracking.markers import marker_corners_mm
+from moireid.verifier.tracking.patches import marker_corners_mm
 
 Event = dict[str, Any]
 Draw = Callable[[float], list[Prompt]]

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 NEARER = "Ask for another film: the whole badge from nearer, in even light, moved sideways several times."
 ORIGINAL = "Ask for the file as the camera made it, or for another film with such functions switched off."
 MOVE = "Ask for another film in which badge or camera moves sideways by 20 cm or more, several times."
-SHOW = "Begin again: hold the badge with its four corner markers in the picture, near the face, in good light."
+SHOW = (
+    "Begin again: hold the badge with its four corner markers, or its frame, in the picture, near the face, in good "
+    "light."
+)
 
 
 @dataclass(frozen=True)

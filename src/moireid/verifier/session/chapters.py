@@ -258,6 +258,6 @@ def _judge_built(
 def _badge_absent(track: Track) -> Reason:
     text = (
         f"The badge was found in {track.tracked} of {track.frames_read} frames; at least {MIN_FRAMES} are needed. Film "
-        "the whole badge with its four corner markers, from nearer or in better light."
+        "the whole badge with its four corner markers or its frame, from nearer or in better light."
     )
     return Reason("badge_absent", "undecided", float(track.tracked), float(MIN_FRAMES), "frames", text)

@@ -229,6 +229,6 @@ def _long_enough(overlaps: Spans) -> Reason:
         return Reason("overlap", "pass", seconds, MIN_OVERLAP_S, "s", text)
     text = (
         f"The badge is before the face for {seconds:.1f} s at most; {MIN_OVERLAP_S:g} s are needed. Hold it so that it "
-        "covers a quarter of the face, with all four markers in view, while it moves."
+        "covers a quarter of the face, with all four markers, or its frame, in view, while it moves."
     )
     return Reason("overlap", "undecided", seconds, MIN_OVERLAP_S, "s", text)

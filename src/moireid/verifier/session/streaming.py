@@ -287,7 +287,10 @@ class Verifier:
             chapters = [(line, self._judged_now(track)) for line, track in tracks if track.tracked >= MIN_FRAMES]
         if not chapters:
             most = max(track.tracked for _, track in tracks)
-            text = "The badge was not in view long enough yet; show it to the camera with its four corner markers."
+            text = (
+                "The badge was not in view long enough yet; show it to the camera with its four corner markers or its "
+                "frame."
+            )
             reason = Reason("badge_absent", "undecided", float(most), float(MIN_FRAMES), "frames", text)
             return Running(now_s, (now_s, now_s), "inconclusive", (reason,), most)
         line, chapter = min(chapters, key=lambda pair: rank_of([pair[1]], self._claim, pair[0].tracker.shown))

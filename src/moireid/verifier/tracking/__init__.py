@@ -1,7 +1,7 @@
 """Where the page lies in each frame, and the brightness along its rows.
 
-markers.py         markers found in a picture             page_groups.py     which markers belong to one page
-template.py        the markers as a picture shows them    registration.py    the page aligned to its print
+finding/           pages found in a picture               patches.py         what is printed to find a page by
+template.py        the patches as a picture shows them    registration.py    the page aligned to its print
 borders.py         the gratings' borders, where only two markers are seen
 smeared_frames.py  frames that motion smeared             profiles.py        brightness along each row
 even_sample.py     a bounded, even sample of frames       track.py           what a film shows of one badge

@@ -30,8 +30,10 @@ from moireid.verifier.tracking.calm import (
 )
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.even_sample import EvenSample
-from moireid.verifier.tracking.markers import MarkerFinder, faint_turns, marker_corners_mm
-from moireid.verifier.tracking.page_groups import same_page
+from moireid.verifier.tracking.finding.finder import PageFinder
+from moireid.verifier.tracking.finding.markers import faint_turns
+from moireid.verifier.tracking.finding.page_groups import same_page
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.sampling import hull_of, part_around
@@ -58,13 +60,13 @@ class BadgeTracker:
     """
 
     def __init__(
-        self, badge: Badge, finder: MarkerFinder, registrar: PageRegistrar, reader: ProfileReader, purses: Purses
+        self, badge: Badge, finder: PageFinder, registrar: PageRegistrar, reader: ProfileReader, purses: Purses
     ) -> None:
         """Parameters: finder, registrar, reader: made for the badge's layout; purses: of the whole scene."""
         self._badge, self._finder, self._registrar, self._reader = badge, finder, registrar, reader
         self._purses = purses
         self.course, self._template, self._faint = Course(), KeptTemplate(registrar.printer), faint_turns()
-        self._shaken = ShakenFollower(badge.markers, registrar, self._template, self.course)
+        self._shaken = ShakenFollower(registrar, self._template, self.course)
         self._corners_mm = marker_corners_mm(badge.markers)
         self._middle = self._corners_mm.mean(axis=(0, 1))
         self._uniform = np.array([strip.uniform for strip in self._reader.strips])
@@ -132,11 +134,26 @@ class BadgeTracker:
         registration = _clear(self._registered(luma, expected)) if expected is not None else None
         self.smeared = False
         self._lap("register")
+        if registration is None and expected is not None:
+            registration = self._outlined(luma, expected)
+            self._lap("find")
         if registration is None:
             self.smeared = True
             registration = self._shaken_off(frame, luma)
             self._lap("shaken")
         return self._taken_in(frame, luma, registration, taken, expected)
+
+    def _outlined(self, luma: Picture, expected: Array) -> Registration | None:
+        """The page by its outline at its expected place, if looking for it is paid for."""
+        purse = self._purses.near
+        if not purse.open:
+            return None
+        before_ns = self._purses.work_ns
+        near = self._finder.again(luma, expected)
+        found = (_clear(self._registered(luma, page)) for page in near)
+        registration = next((one for one in found if one is not None), None)
+        purse.pay(self._purses.work_ns - before_ns, found=registration is not None)
+        return registration
 
     def _shaken_off(self, frame: Frame, luma: Picture) -> Registration | None:
         """The page in a smeared frame, if looking for it is paid for.

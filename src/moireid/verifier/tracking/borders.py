@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, CodedFrame, Rect
 from moireid.turned import own_frame, own_rect
 from moireid.verifier.tracking.template import BLUR_PX, warp_jacobian
 
@@ -106,9 +106,12 @@ class Borders:
 
 def borders_of(badge: Badge) -> Borders | None:
     """The usable borders of a badge; None if there are none."""
-    upright, half = own_frame("x", badge.page_mm), badge.markers.size_mm / 2
+    if isinstance(badge.markers, CodedFrame):
+        # Of a frame, a part of each side is seen, or the page is not followed.
+        return None
+    upright = own_frame("x", badge.page_mm)
     dark = [(badge.frame_of(g), own_rect(g.axis, g.rect_mm)) for g in badge.gratings]
-    dark += [(upright, (x - half, y - half, x + half, y + half)) for x, y in badge.markers.centers_mm]
+    dark += [(upright, rect) for rect in badge.markers.dark_mm]
     across = (np.arange(ACROSS) + 0.5) / ACROSS * 2 * REACH_MM - REACH_MM
     along = (np.arange(ALONG) + 0.5) / ALONG * SEGMENT_MM - SEGMENT_MM / 2
     places, inward, normals, owner = [], [], [], []

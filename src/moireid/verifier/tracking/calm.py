@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge
 from moireid.verifier.picture import Picture
-from moireid.verifier.tracking.markers import marker_corners_mm
 from moireid.verifier.tracking.registration import scale_px_per_mm
 from moireid.verifier.tracking.sampling import hull_of, part_around, within_picture
 
@@ -67,8 +66,8 @@ class CalmWatch:
     """Compares a badge's markers and gratings in a frame with those in the last measured one."""
 
     def __init__(self, badge: Badge) -> None:
-        squares = [(*quad.min(axis=0), *quad.max(axis=0)) for quad in marker_corners_mm(badge.markers)]
-        rects = np.array([*squares, *(badge.bounds_of(grating) for grating in badge.gratings)])
+        dark = badge.markers.dark_mm
+        rects = np.array([*dark, *(badge.bounds_of(grating) for grating in badge.gratings)])
         low, high = rects[:, :2].min(axis=0), rects[:, 2:].max(axis=0)
         self._step_mm = float((high - low).max()) / SAMPLES
         columns, rows = np.ceil((high - low) / self._step_mm).astype(int).tolist()
@@ -78,7 +77,7 @@ class CalmWatch:
         first = np.ceil((rects[:, :2] - low) / self._step_mm).astype(int)
         end = np.maximum(np.floor((rects[:, 2:] - low) / self._step_mm).astype(int), first + 1)
         self._parts = [(slice(y0, y1), slice(x0, x1)) for (x0, y0), (x1, y1) in zip(first, end, strict=True)]
-        self._markers = len(squares)
+        self._markers = len(dark)
         self._corners = rects[self._markers :].reshape(-1, 1, 2)
         self._last: list[Grey] | None = None
 

@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Markers
+from moireid.badge import Fiducial
 from moireid.verifier.picture import Picture
 from moireid.verifier.tracking.borders import Borders
 from moireid.verifier.tracking.sampling import Places, Sampler, determinant, inverse
 from moireid.verifier.tracking.search_work import SOLVED_NS, STEP_NS
-from moireid.verifier.tracking.template import Template, TemplatePrinter, without_gains
+from moireid.verifier.tracking.template import Template, TemplatePrinter, printer_of, without_gains
 
 Array = NDArray[np.float64]
 #: Steps in which the page must be found; as many more may settle it.
@@ -45,9 +45,9 @@ FOLLOWED_CORRELATION = 0.90
 #: Standard deviation of camera noise and coding, counts.  It is the same for faint print, which therefore correlates
 #: less even if it is placed well.  Standard deviation of a marker, as a share of its contrast.
 NOISE_COUNTS, PRINT_SD = 1.5, 0.48
-#: A marker is visible if it has this correlation with its print; this many of the four must be.  With 0.5, a grey patch
-#: over a marker would count as the marker, as its outline is similar.
-MARKER_CORRELATION, MIN_MARKERS = 0.7, 3
+#: A patch is visible if it has this correlation with its print; this share of them must be, three of four
+#: markers.  With 0.5, a grey patch over a marker would count as the marker, as its outline is similar.
+MARKER_CORRELATION, MIN_SHARE = 0.7, 0.75
 #: The limit in a smeared frame, which correlates less; there, leaving a marker out does more harm than a poor one.
 SMEARED_CORRELATION = 0.5
 #: Least contrast of a marker's black and white, in the picture's counts.
@@ -97,10 +97,15 @@ class KeptTemplate:
 class PageRegistrar:
     """Registers pages of one layout; between frames it keeps only `work_ns`, the work of all registrations."""
 
-    def __init__(self, markers: Markers, borders: Borders | None = None) -> None:
+    def __init__(self, fiducial: Fiducial | TemplatePrinter, borders: Borders | None = None) -> None:
         """Parameters: borders: of the badge's gratings; they help if only two markers are visible."""
         self._borders = borders
-        self.printer, self.work_ns = TemplatePrinter(markers), 0.0
+        self.printer = fiducial if isinstance(fiducial, TemplatePrinter) else printer_of(fiducial)
+        self.work_ns = 0.0
+        self._least_seen = math.ceil(MIN_SHARE * len(self.printer.patches))
+        sides = [patch.side for patch in self.printer.patches]
+        # Without one of its sides a frame slides: what lies beside it is taken for its line.
+        self._sides = [[k for k, own in enumerate(sides) if own == side] for side in set(sides) - {None}]
         self._middle, self._extent = self.printer.middle, self.printer.extent
         # Warps are estimated in coordinates of about one, so that their eight parameters are of like size.
         self._to_page = np.array([[self._extent, 0, self._middle[0]], [0, self._extent, self._middle[1]], [0, 0, 1.0]])
@@ -125,13 +130,13 @@ class PageRegistrar:
             compared = _compared(values, template)
             correlation, seen, contrast = compared.correlation, compared.seen, compared.contrast
             # A page that is found but still moves goes on: where it is stopped, a marker may lie a pixel beside itself.
-            found = correlation >= MIN_CORRELATION and sum(seen) >= MIN_MARKERS
+            found = correlation >= MIN_CORRELATION and self._enough(seen)
             if steps == 2 * MAX_STEPS or (steps == MAX_STEPS and not found):
                 break
             if steps == HOPELESS_STEPS and not any(seen):
                 return None
             # Far from the right place all markers match badly; then all of them are used for the step.
-            asked = seen if sum(seen) >= MIN_MARKERS else (True,) * 4
+            asked = seen if self._enough(seen) else (True,) * len(seen)
             if asked != solved:
                 self.work_ns += SOLVED_NS * len(values) * (asked not in template.solvers)
                 solved = asked
@@ -143,7 +148,7 @@ class PageRegistrar:
             if LEFT_SHARE * float(np.abs(step).max()) * self._extent * template.px_per_mm < STOP_PX:
                 break
         vague = (1.0, 1.0)
-        if sum(seen) < MIN_MARKERS:
+        if not self._enough(seen):
             # With two markers on one side the page can still tilt about them, so the pose is useless without the
             # borders. A smeared border cannot help: its displacement would follow the smear.
             held = None if template.smeared else self._held_by_borders(sampler, warp, template, seen)
@@ -154,6 +159,10 @@ class PageRegistrar:
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
         return Registration(homography / homography[2, 2], float(correlation), vague, contrast)
+
+    def _enough(self, seen: tuple[bool, ...]) -> bool:
+        """Whether the visible patches hold the page."""
+        return sum(seen) >= self._least_seen and all(any(seen[k] for k in side) for side in self._sides)
 
     def _held_by_borders(
         self, sampler: Sampler, warp: Array, template: Template, seen: tuple[bool, ...]
@@ -169,7 +178,7 @@ class PageRegistrar:
             np.zeros_like(borders.freedom_sd),
             np.diag([*np.zeros(8), *(BORDER_NOISE / borders.freedom_sd) ** 2]),
         )
-        used = np.array(seen)[template.samples.marker]
+        used = np.array(seen)[template.samples.patch]
         free = without_gains(np.where(used, template.jacobian, 0.0), template.samples.parts, template.values)
         normal = np.zeros_like(prior)
         for _ in range(MAX_STEPS):
@@ -211,17 +220,17 @@ class PageRegistrar:
         """Picture less print under this homography (None outside the picture), and which markers are visible."""
         values = Sampler(picture).at(homography @ self._to_page, template.samples.places)
         if values is None:
-            return None, (False,) * 4
+            return None, (False,) * len(self.printer.patches)
         compared = _compared(values, template)
         return compared.residual(template), compared.seen
 
 
 @dataclass(frozen=True)
 class Compared:
-    """Picture and print, marker by marker: brightness about its mean (n,), counts, of each marker; its gain (4,); which
-    markers are visible; the correlation over those; the contrast of the clearest, counts.
+    """Picture and print, patch by patch: brightness about its mean (n,), counts, of each patch; its gain (K,); which
+    patches are visible; the correlation over those; the contrast of the clearest, counts.
 
-    A hidden marker is left out, as its cover has edges of its own.
+    A hidden patch is left out, as its cover has edges of its own.
     """
 
     centred: list[NDArray[np.float32]]

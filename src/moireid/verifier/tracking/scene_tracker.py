@@ -22,13 +22,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Badge
+from moireid.badge import Badge, CodedFrame, Fiducial
 from moireid.verifier.picture import Frame, Picture
 from moireid.verifier.tracking.badge_tracker import BadgeTracker
 from moireid.verifier.tracking.borders import borders_of
 from moireid.verifier.tracking.course import Seen
-from moireid.verifier.tracking.markers import EitherWay, MarkerFinder, faint_turns, marker_corners_mm, tiles_of
-from moireid.verifier.tracking.page_groups import MOST_PAGES, same_page
+from moireid.verifier.tracking.finding.coded_frames import FrameFinder
+from moireid.verifier.tracking.finding.finder import EitherWay, PageFinder
+from moireid.verifier.tracking.finding.markers import MarkerFinder, faint_turns, tiles_of
+from moireid.verifier.tracking.finding.page_groups import MOST_PAGES, same_page
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.verifier.tracking.registration import KeptTemplate, PageRegistrar, Registration, scale_px_per_mm
 from moireid.verifier.tracking.search_work import Purse, Purses
@@ -52,6 +55,11 @@ SOON_S = 0.1
 MOST_TILES = 16
 
 
+def finder_of(fiducial: Fiducial) -> PageFinder:
+    """The search for pages with a fiducial."""
+    return FrameFinder(fiducial) if isinstance(fiducial, CodedFrame) else MarkerFinder(fiducial)
+
+
 class SceneTracker:
     """Follows up to `MOST_PAGES` badges at a time; `trackers` has one for each, the first from the start.
 
@@ -61,7 +69,7 @@ class SceneTracker:
     def __init__(self, badge: Badge) -> None:
         """Raises: SpecError where a row of the badge is too small to be read."""
         self._badge = badge
-        self._finder, self._registrar = MarkerFinder(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
+        self._finder, self._registrar = finder_of(badge.markers), PageRegistrar(badge.markers, borders_of(badge))
         self._reader = ProfileReader(badge)
         self._template, self._faint = KeptTemplate(self._registrar.printer), faint_turns()
         self._corners_mm = marker_corners_mm(badge.markers)

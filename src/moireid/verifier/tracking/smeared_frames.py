@@ -6,7 +6,7 @@
 4. Register the page with them.  The residual shows whether the smear should be longer, shorter or rotated; repeat step
 4 until that no longer changes.
 
-Convention: smears are in page mm, one per marker, symmetric about the middle of the exposure, so that a frame's pose is
+Convention: smears are in page mm, one per patch, symmetric about the middle of the exposure, so that a frame's pose is
     the one at this moment.
 Source: normalised cross-correlation for step 3; step 4 as `register`.
 """
@@ -19,7 +19,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Markers
 from moireid.verifier.picture import Picture, as_picture
 from moireid.verifier.tracking.course import Course, Seen
 from moireid.verifier.tracking.profiles import LINEAR_COUNTS
@@ -43,7 +42,7 @@ LOST_S = 0.25
 REACH_MODULES, REACH_MORE, MOST_REACH = 4.0, 2.0, 16.0
 #: A page that is expected this many times as large or as small as it last was, is expected by a false motion.
 MOST_GROWTH = 2.0
-#: Mean correlation of the four markers below which another smear is tried, and below which the page is given up.
+#: Mean correlation of the patches below which another smear is tried, and below which the page is given up.
 UNSURE, SOUGHT = 0.65, 0.4
 #: Prints are correlated at half size first if they are searched within at least this many samples, and then within some
 #: samples around the place found.
@@ -63,15 +62,17 @@ MOST_CHANGE = 0.4
 #: Step 4 ends when the smear changes by less than this.
 SETTLED = 0.1
 PROBE = 0.1
+#: A print is compared as at least so many pixels across and down.
+LEAST_PX = 4
 
 
 class ShakenFollower:
     """Follows one badge through smeared frames; its only memory is the exposure."""
 
-    def __init__(self, markers: Markers, registrar: PageRegistrar, template: KeptTemplate, course: Course) -> None:
+    def __init__(self, registrar: PageRegistrar, template: KeptTemplate, course: Course) -> None:
         """Parameters: template, course: of the badge, kept by its tracker."""
         self._registrar, self._template, self._course = registrar, template, course
-        self._centers = np.asarray(markers.centers_mm, float)
+        self._centers = registrar.printer.centers_mm
         self._module_mm = registrar.printer.module_mm
         self.exposure_s: float | None = None  #: Estimated from the film so far.
 
@@ -104,7 +105,7 @@ class ShakenFollower:
         return scale_px_per_mm(page, self._registrar.printer.middle)
 
     def _velocity(self, past: tuple[Seen, Seen], page: Array, time_s: float) -> Array:
-        """Velocity (4, 2) of the markers, page mm/s, if `page` is the present homography."""
+        """Velocity (K, 2) of the patches, page mm/s, if `page` is the present homography."""
         before, last = past
         now = self._way(last.page, page) / (time_s - last.time_s)
         then = self._way(before.page, last.page) / max(last.time_s - before.time_s, 1e-6)
@@ -112,7 +113,7 @@ class ShakenFollower:
         return np.asarray(1.5 * now - 0.5 * then) if time_s - last.time_s < 0.1 else now
 
     def _way(self, one: Array, other: Array) -> Array:
-        """Displacement of the markers from one frame to another, (4, 2) page mm."""
+        """Displacement of the patches from one frame to another, (K, 2) page mm."""
         back = np.linalg.inv(other) @ one
         return np.asarray(
             self._centers - cv2.perspectiveTransform(self._centers.reshape(-1, 1, 2), back).reshape(-1, 2)
@@ -168,7 +169,7 @@ class ShakenFollower:
         return best, told_s
 
     def _smear(self, past: tuple[Seen, Seen], place: Array, time_s: float, exposure_s: float) -> Array:
-        """Smear (4, 2) of the markers, page mm, if `place` is the present homography."""
+        """Smear (K, 2) of the patches, page mm, if `place` is the present homography."""
         return self._limited(exposure_s * self._velocity(past, place, time_s))
 
     def _smeared(self, place: Array, smear: Array) -> Template:
@@ -184,16 +185,17 @@ class ShakenFollower:
         pitch = 1 / template.px_per_mm
         reach = math.ceil(reach_modules * self._module_mm / pitch)
         pairs = []
-        for here in template.samples.parts:
-            # A marker's samples run along rows from its top left one to its bottom right one.
+        for here, shape in zip(template.samples.parts, template.samples.shapes, strict=True):
+            # A patch's samples run along rows from its top left one to its bottom right one.
             corner, end = template.samples.points[[here.start, here.stop - 1]] * printer.extent + printer.middle
-            side = math.isqrt(here.stop - here.start)
-            count = max(round(float(end[0] - corner[0]) / pitch), 8)
-            printed = template.values[here].reshape(side, side).astype(np.float32)
-            printed = np.asarray(cv2.resize(printed, (count, count), interpolation=cv2.INTER_AREA))
+            columns, rows = (
+                max(round(float(far - near) / pitch), LEAST_PX) for near, far in zip(corner, end, strict=True)
+            )
+            printed = template.values[here].reshape(shape).astype(np.float32)
+            printed = np.asarray(cv2.resize(printed, (columns, rows), interpolation=cv2.INTER_AREA))
             corner = corner - reach * pitch
             to_page = np.array([[pitch, 0, corner[0]], [0, pitch, corner[1]], [0, 0, 1.0]])
-            size = (count + 2 * reach, count + 2 * reach)
+            size = (columns + 2 * reach, rows + 2 * reach)
             self._registrar.work_ns += CORRELATED_NS * size[0] * size[1]
             box, warp = part_around(light, expected @ to_page, hull_of((0, 0, *size)))
             flat = cv2.warpPerspective(light.part(box), warp, size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP)
@@ -213,7 +215,7 @@ class ShakenFollower:
         if any(len(other.values) != len(template.values) for other in others):
             return 0.0, 0.0
         rows = np.stack([(other.values - template.values) / PROBE for other in others])
-        used = np.array(seen)[template.samples.marker]
+        used = np.array(seen)[template.samples.patch]
         rows = np.where(used, without_gains(rows, template.samples.parts, template.values), 0.0)
         normal = rows @ rows.T
         change = np.linalg.solve(normal + 1e-9 * np.trace(normal) * np.eye(2) + 1e-12 * np.eye(2), rows @ residual)
@@ -229,29 +231,29 @@ def _best_shift(pairs: list[tuple[Grey, Grey]], reach: int) -> tuple[float, tupl
         correlation costs the fourth power of the size.
     """
     if reach < COARSE_FROM:
-        return _peak(_correlation(pairs))
+        return _peak(_correlation(pairs), len(pairs))
     halves = [(_halved(flat), _halved(printed)) for flat, printed in pairs]
-    _, (column, row) = _peak(_correlation(halves))
+    _, (column, row) = _peak(_correlation(halves), len(pairs))
     left, top = (min(max(2 * at - AROUND, 0), 2 * reach - 2 * AROUND) for at in (column, row))
     near = [
-        (flat[top : top + side + 2 * AROUND, left : left + side + 2 * AROUND], printed)
+        (flat[top : top + rows + 2 * AROUND, left : left + columns + 2 * AROUND], printed)
         for flat, printed in pairs
-        for side in (len(printed),)
+        for rows, columns in (printed.shape,)
     ]
-    score, (column, row) = _peak(_correlation(near))
+    score, (column, row) = _peak(_correlation(near), len(pairs))
     return score, (left + column, top + row)
 
 
 def _correlation(pairs: list[tuple[Grey, Grey]]) -> Grey:
-    """Sum over the markers of the correlations at each shift; one that is opposite to its print counts as none."""
+    """Sum over the patches of the correlations at each shift; one that is opposite to its print counts as none."""
     each = [cv2.matchTemplate(flat, printed, cv2.TM_CCOEFF_NORMED) for flat, printed in pairs]
     rows, columns = (min(sizes) for sizes in zip(*(one.shape for one in each), strict=True))
     return np.asarray(sum(np.clip(one[:rows, :columns], 0, None) for one in each))
 
 
-def _peak(total: Grey) -> tuple[float, tuple[int, int]]:
+def _peak(total: Grey, count: int) -> tuple[float, tuple[int, int]]:
     row, column = np.unravel_index(int(np.argmax(total)), total.shape)
-    return float(total[row, column]) / 4, (int(column), int(row))
+    return float(total[row, column]) / count, (int(column), int(row))
 
 
 def _halved(picture: Grey) -> Grey:

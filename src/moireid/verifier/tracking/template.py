@@ -1,9 +1,9 @@
-"""The four markers as a picture shows them: brightness at sample places, and its change as the page moves.
+"""The printed patches as a picture shows them: brightness at sample places, and its change as the page moves.
 
 Motion during the exposure smears the print in a frame.  The template is smeared in the same way, so that a shaken frame
 is registered at the middle of the smear.
 
-Convention: places in units of the markers' extent about their middle, so that a warp's eight parameters are of like
+Convention: places in units of the patches' extent about their middle, so that a warp's eight parameters are of like
     size.
 """
 
@@ -20,28 +20,29 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.badge import Markers
+from moireid.badge import Fiducial
+from moireid.verifier.tracking.patches import Patch, module_of, patches_of
 from moireid.verifier.tracking.sampling import Places
 from moireid.verifier.tracking.search_work import DRAWN_NS, SMEAR_STEP_NS, SMEARED_NS
 
 Array = NDArray[np.float64]
 Single = NDArray[np.float32]
-#: White kept around a marker, in modules; the grating begins 1.05 modules away.
+#: White kept around a patch, in modules; the grating begins 1.05 modules away.
 BORDER_MODULES, FREE_MODULES = 0.7, 1.05
 #: Standard deviation of the picture's own blur, px: the pixel's box (0.29), demosaicing, lens and codec.
 BLUR_PX = 0.8
-#: Samples along a marker's side: at least this many, and more than this tell no more.
-SIDE_SAMPLES = (24, 96)
+#: Samples along a square's side: at least this many, and more than this tell no more; and along a part of a frame.
+SIDE_SAMPLES, LONG_SAMPLES = (24, 96), (48, 240)
 #: The print is drawn with this many fine samples per sample of the template.
 FINE = 8
 
 
 @dataclass(frozen=True)
 class Drawing:
-    """The four markers, finely drawn: sample pitch of the template, mm, each marker's brightness (side, side), and its
+    """The patches, finely drawn: sample pitch of the template, mm, each patch's brightness (rows, columns), and its
     gradient along x, and along y, per mm.
 
-    samples: those of all markers, by how many each has; smears of many frames share them.
+    samples: those of all patches, by how many each has; smears of many frames share them.
     """
 
     pitch_mm: float
@@ -51,23 +52,25 @@ class Drawing:
     samples: dict[tuple[int, ...], Samples] = field(default_factory=dict)
 
     @cached_property
-    def grid(self) -> tuple[Array, Array]:
-        """Samples of a marker from its middle, (2, N) mm, and how far each is along the axis where it is farther."""
-        side = self.pictures[0].shape[0]
-        offsets = (np.arange(FINE // 2, side, FINE) + 0.5 - side / 2) / FINE * self.pitch_mm
-        both = np.stack([part.ravel() for part in np.meshgrid(offsets, offsets)])
-        return both, np.abs(both).max(axis=0)
+    def grids(self) -> list[tuple[Array, Array]]:
+        """Places of each patch's columns, and of its rows, from its middle, mm."""
+        return [(self._offsets(picture.shape[1]), self._offsets(picture.shape[0])) for picture in self.pictures]
+
+    def _offsets(self, side: int) -> Array:
+        return np.asarray((np.arange(FINE // 2, side, FINE) + 0.5 - side / 2) / FINE * self.pitch_mm)
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Where the markers are sampled: points (N, 2) of the page; from_middle: those of each marker, (2, n) mm.
+    """Where the patches are sampled: points (N, 2) of the page; from_middle: those of each patch, (2, n) mm, in
+    `shapes` rows and columns.
 
-    Convention: one marker's samples after another's.
+    Convention: one patch's samples after another's.
     """
 
     points: Array
     from_middle: tuple[Array, ...]
+    shapes: tuple[tuple[int, int], ...]
 
     @cached_property
     def places(self) -> Places:
@@ -81,17 +84,17 @@ class Samples:
 
     @cached_property
     def count(self) -> NDArray[np.int64]:
-        """Number of samples of each marker, (4,)."""
+        """Number of samples of each patch, (K,)."""
         return np.array([part.shape[1] for part in self.from_middle])
 
     @cached_property
-    def marker(self) -> NDArray[np.int64]:
-        """The marker of each sample, (N,)."""
+    def patch(self) -> NDArray[np.int64]:
+        """The patch of each sample, (N,)."""
         return np.repeat(np.arange(len(self.count)), self.count)
 
     @cached_property
     def parts(self) -> tuple[slice, ...]:
-        """Samples of each marker."""
+        """Samples of each patch."""
         return tuple(slice(*ends) for ends in pairwise([0, *np.cumsum(self.count).tolist()]))
 
 
@@ -99,9 +102,9 @@ class Samples:
 class Template:
     """Sample places, their printed brightness, and what turns brightness residuals into warp parameters.
 
-    printed: values of each marker about their mean, (n,); gradient: gives the gradient (2, N) of the values, per mm;
+    printed: values of each patch about their mean, (n,); gradient: gives the gradient (2, N) of the values, per mm;
     extent: a unit of the points, mm; drawing: the source of values and gradient; smeared: whether motion smear is
-    drawn; solvers: least-squares solvers for each set of visible markers, made as they are needed.
+    drawn; solvers: least-squares solvers for each set of visible patches, made as they are needed.
     """
 
     samples: Samples
@@ -116,7 +119,7 @@ class Template:
 
     @cached_property
     def power(self) -> list[float]:
-        """Sum of the squares of `printed` over each marker."""
+        """Sum of the squares of `printed` over each patch."""
         return [float(part @ part) for part in self.printed]
 
     @cached_property
@@ -127,11 +130,11 @@ class Template:
         return warp_jacobian(self.samples.across_down, self.gradient() * np.float32(self.extent))
 
     def solver(self, seen: tuple[bool, ...]) -> list[Single]:
-        """Least-squares solver from residuals to warp parameters, (8, n) of each marker, independent of markers' gains
+        """Least-squares solver from residuals to warp parameters, (8, n) of each patch, independent of patches' gains
         and offsets.
         """
         if seen not in self.solvers:
-            used = np.array(seen)[self.samples.marker]
+            used = np.array(seen)[self.samples.patch]
             rows = self.jacobian if all(seen) else np.where(used, self.jacobian, np.float32(0.0))
             free = without_gains(rows, self.samples.parts, self.values)
             # An inverse that is not exact changes the steps but not where they end.
@@ -140,37 +143,37 @@ class Template:
         return self.solvers[seen]
 
 
+def printer_of(fiducial: Fiducial) -> TemplatePrinter:
+    """The printer of a fiducial's templates."""
+    return TemplatePrinter(patches_of(fiducial), module_of(fiducial))
+
+
 class TemplatePrinter:
     """Draws templates of one page at any scale; between them it keeps only `work_ns`, the work of all of them."""
 
-    def __init__(self, markers: Markers) -> None:
-        self._markers = markers
-        centers = np.asarray(markers.centers_mm)
-        self.middle = centers.mean(axis=0)
-        self.extent = float(np.abs(centers - self.middle).max())
+    def __init__(self, patches: Sequence[Patch], module_mm: float) -> None:
+        """Parameters: module_mm: width of the finest printed detail that counts."""
+        self.patches, self.module_mm = tuple(patches), module_mm
+        self.centers_mm = np.array([patch.center_mm for patch in self.patches])
+        self.middle = self.centers_mm.mean(axis=0)
+        self.extent = float(np.abs(self.centers_mm - self.middle).max())
         self.work_ns = 0.0
-        known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, markers.dictionary))
-        self._modules = known.markerSize + 2
-        self.module_mm = markers.size_mm / self._modules
-        self._bits = [
-            np.asarray(cv2.aruco.generateImageMarker(known, identity, self._modules)) > 127 for identity in markers.ids
-        ]
 
     def draw(self, px_per_mm: float) -> Template:
-        """The four markers at about one sample per pixel, blurred like a picture."""
+        """The patches at about one sample per pixel, blurred like a picture."""
         return self._sampled(px_per_mm, self._drawn(px_per_mm), None)
 
     def smeared(self, template: Template, smear_mm: Array) -> Template:
         """The same template, smeared by motion.
 
-        Parameters: smear_mm (4, 2): displacement of each marker during the exposure, page mm.
+        Parameters: smear_mm (K, 2): displacement of each patch during the exposure, page mm.
         """
         steps = _smear_steps(float(np.linalg.norm(smear_mm, axis=1).max()), template.drawing.pitch_mm)
         self.work_ns += len(template.values) * (SMEARED_NS + SMEAR_STEP_NS * steps)
         return self._sampled(template.px_per_mm, template.drawing, smear_mm)
 
     def _sampled(self, px_per_mm: float, drawing: Drawing, smear_mm: Array | None) -> Template:
-        smears = np.zeros((4, 2)) if smear_mm is None else smear_mm
+        smears = np.zeros((len(self.patches), 2)) if smear_mm is None else smear_mm
         samples = self._samples(drawing, smears)
         shown = _all_smeared(drawing.pictures, samples, smears, drawing.pitch_mm)
         return Template(
@@ -185,41 +188,49 @@ class TemplatePrinter:
         )
 
     def _samples(self, drawing: Drawing, smears: Array) -> Samples:
-        """Where the markers are sampled under smears (4, 2) mm; one drawing has few such sets, so each is kept."""
-        grid, farther = drawing.grid
+        """Where the patches are sampled under smears (K, 2) mm; one drawing has few such sets, so each is kept."""
         kept = []
-        for smear in smears:
+        for patch, grid, smear in zip(self.patches, drawing.grids, smears, strict=True):
             # Beyond the white border lies the grating; a smear mixes it in.
             length = float(np.linalg.norm(smear)) / self.module_mm
             margin = min(BORDER_MODULES, max(FREE_MODULES - length / 2, 0.0)) * self.module_mm
-            kept.append(farther < self._markers.size_mm / 2 + margin)
-        # Squares about one middle: as many samples are the same samples.
-        counts = tuple(int(np.count_nonzero(part)) for part in kept)
+            kept.append(
+                tuple(places[np.abs(places) < half + margin] for places, half in zip(grid, patch.half_mm, strict=True))
+            )
+        # Rectangles about one middle: as many samples are the same samples.
+        shapes = tuple((len(down), len(across)) for across, down in kept)
+        counts = tuple(rows * columns for rows, columns in shapes)
         if counts not in drawing.samples:
-            own = tuple(np.ascontiguousarray(grid[:, part]) for part in kept)
-            points = [places.T + center for places, center in zip(own, self._markers.centers_mm, strict=True)]
-            drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, own)
+            own = tuple(np.stack([part.ravel() for part in np.meshgrid(across, down)]) for across, down in kept)
+            points = [places.T + center for places, center in zip(own, self.centers_mm, strict=True)]
+            drawing.samples[counts] = Samples((np.concatenate(points) - self.middle) / self.extent, own, shapes)
         return drawing.samples[counts]
 
     def _drawn(self, px_per_mm: float) -> Drawing:
-        size_mm = self._markers.size_mm
-        reach_mm = size_mm / 2 + BORDER_MODULES * self.module_mm
-        count = int(np.clip(2 * reach_mm * px_per_mm, *SIDE_SAMPLES))
-        pitch_mm = 2 * reach_mm / count
-        offsets = (np.arange(count * FINE) + 0.5) / FINE * pitch_mm - reach_mm
-        column = np.floor((offsets + size_mm / 2) / self.module_mm).astype(int)
-        inside = (column >= 0) & (column < self._modules)
+        reaches = [[half + BORDER_MODULES * self.module_mm for half in patch.half_mm] for patch in self.patches]
+        longest = max(max(reach) for reach in reaches)
+        limits = SIDE_SAMPLES if longest == min(min(reach) for reach in reaches) else LONG_SAMPLES
+        count = int(np.clip(2 * longest * px_per_mm, *limits))
+        pitch_mm = 2 * longest / count
         blur = BLUR_PX / px_per_mm / pitch_mm * FINE
         drawn = []
-        for bits in self._bits:
-            picture = np.ones((count * FINE, count * FINE), np.float32)
-            picture[np.ix_(inside, inside)] = bits[np.ix_(column[inside], column[inside])]
+        for patch, reach in zip(self.patches, reaches, strict=True):
+            picture = patch.print(*(_fine_offsets(half, pitch_mm) for half in reach))
             picture = np.asarray(cv2.GaussianBlur(picture, (0, 0), blur, borderType=cv2.BORDER_REPLICATE))
             gradient_y, gradient_x = np.gradient(picture, pitch_mm / FINE)
             drawn.append((picture, gradient_x, gradient_y))
             self.work_ns += DRAWN_NS * picture.size
         pictures, along_x, along_y = zip(*drawn, strict=True)
         return Drawing(pitch_mm, pictures, along_x, along_y)
+
+
+def _fine_offsets(half_mm: float, pitch_mm: float) -> Array:
+    """Places of the fine samples along a side of half that length, from its middle, mm; a whole number of pitches."""
+    count = max(round(2 * half_mm / pitch_mm), 1)
+    whole = count * pitch_mm / 2
+    # Rounding must move no sample over the edge of a module.
+    begin = half_mm if math.isclose(whole, half_mm) else whole
+    return np.asarray((np.arange(count * FINE) + 0.5) / FINE * pitch_mm - begin)
 
 
 def _gradient(drawing: Drawing, samples: Samples, smears: Array) -> Single:
@@ -238,14 +249,14 @@ def _all_smeared(
 
 def _smeared(picture: NDArray[np.float32], places: Array, smear: Array, pitch_mm: float) -> NDArray[np.float32]:
     """Mean (N,) of a fine drawing at places (2, N) over the page's motion during the exposure."""
-    side = picture.shape[0]
+    height, width = picture.shape
     steps = _smear_steps(float(np.linalg.norm(smear)), pitch_mm)
     shares = (np.arange(steps) + 0.5) / steps - 0.5
     # A row for each step: OpenCV reads along rows, and a column of places would cost three times as much.
     fine = FINE / pitch_mm
     x, y = (
         np.subtract(fine * part + (side / 2 - 0.5), (fine * along * shares)[:, None], dtype=float).astype(np.float32)
-        for part, along in zip(places, smear, strict=True)
+        for part, along, side in zip(places, smear, (width, height), strict=True)
     )
     shown = cv2.remap(picture, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(np.add.reduce(shown, axis=0) / np.float32(steps), np.float32)
@@ -265,9 +276,9 @@ def warp_jacobian(place: NDArray[Any], gradient: NDArray[Any]) -> NDArray[Any]:
 
 
 def without_gains(rows: NDArray[Any], parts: Sequence[slice], printed: NDArray[Any]) -> NDArray[Any]:
-    """What of some rows (K, N) no marker's own gain and offset of brightness could make.
+    """What of some rows (K, N) no patch's own gain and offset of brightness could make.
 
-    Parameters: parts: samples of each marker, none of them empty.
+    Parameters: parts: samples of each patch, none of them empty.
     """
     free = np.empty_like(rows)
     for here in parts:

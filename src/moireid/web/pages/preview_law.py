@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, Grating, Lens
-from moireid.fabrication.page.artwork import marker_squares
+from moireid.fabrication.page.artwork import lettering_places, marker_squares
 from moireid.lenticule import landing_mm, view_law
 from moireid.optics import slab_shift_mm
 
@@ -98,7 +98,7 @@ def _profile(lens: Lens, cell: Cell) -> NDArray[np.float64]:
 
 def _words(badge: Badge) -> list[dict[str, Any]]:
     """Name and id, with the boxes that they are set in: between the markers, above and below the gratings."""
-    centers, half = badge.markers.centers_mm, badge.markers.size_mm / 2
+    centers, half = lettering_places(badge)
     label = f"moireid {badge.id}" if badge.id else "moireid"
     left, right = centers[0][0] + half + 3.0, centers[1][0] - half - 3.0
     return [

@@ -20,7 +20,9 @@ from numpy.typing import NDArray
 
 from moireid.badge import Markers
 from moireid.verifier.picture import Box, Picture, as_picture
-from moireid.verifier.tracking.page_groups import moved_page, pages_of
+from moireid.verifier.tracking.finding.finder import EitherWay
+from moireid.verifier.tracking.finding.page_groups import moved_page, pages_of
+from moireid.verifier.tracking.patches import marker_corners_mm
 from moireid.verifier.tracking.search_work import search_work_ns
 
 #: Margin of the neighbourhood, as a share of the badge's size: the motion between two frames that it allows.
@@ -47,8 +49,6 @@ FINE_CELL_PX, FINE_MARGIN = 8, 0.25
 TILE_PX, TILE_SHARE, OVERLAP_PX = (1200, 720), 0.625, 120
 
 Array = NDArray[np.float64]
-#: Homographies of the pages in a picture, and of those in its mirror image, in px of that image.
-EitherWay = tuple[list[Array], list[Array]]
 
 
 def faint_turns() -> Iterator[bool]:
@@ -128,6 +128,10 @@ class MarkerFinder:
         x0, y0, x1, y1 = box = self._neighbourhood(luma.shape, page)
         small = self._marker_px(page) < ENLARGE_BELOW_PX and (x1 - x0) * (y1 - y0) < 10**6
         return self._find_in(luma, box, self._faint if faint else self._detector, enlarge=small, before=page)
+
+    def again(self, luma: Picture | NDArray[np.uint8], page: Array) -> list[Array]:
+        """No pages: registration finds squares that are some pixels off by itself."""
+        return []
 
     def glance(self, luma: Picture | NDArray[np.uint8]) -> list[Array]:
         """As `pages`, but only for clear markers of at least `GLANCE_PX`; much faster."""
@@ -234,10 +238,3 @@ def _spans(size: int, most: int) -> list[tuple[int, int]]:
     count = max(1, math.ceil((size - OVERLAP_PX) / (long - OVERLAP_PX))) if size > long else 1
     starts = np.linspace(0, size - long, count).astype(int).tolist()
     return [(start, start + long) for start in starts]
-
-
-def marker_corners_mm(markers: Markers) -> NDArray[np.float64]:
-    """Corners of the four black squares, (4, 4, 2): marker; top left, top right, bottom right, bottom left; x, y."""
-    half = markers.size_mm / 2
-    square = np.array([[-half, -half], [half, -half], [half, half], [-half, half]])
-    return np.asarray(np.array(markers.centers_mm)[:, None, :] + square)

@@ -1,0 +1,262 @@
+"""Finding badges by their thin coded frames.
+
+1. Threshold the picture, and follow the outlines of what is dark.
+2. Of an outline with four corners, fit lines to its sides; where they meet are the frame's outer corners.
+3. Read the notches in all eight ways in which the frame may lie, turned and mirrored.  One way must fit, and clearly
+   better than the others: a page that is taken the wrong way round would have its fringes judged by a wrong motion.
+
+Windows, screens and tables have four corners too.  So outlines are few for each picture, the largest, and what is not
+notched like the frame costs no registration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.badge import CodedFrame
+from moireid.verifier.picture import Box, Picture, as_picture
+from moireid.verifier.tracking.finding.finder import EitherWay
+from moireid.verifier.tracking.finding.page_groups import MOST_PAGES
+from moireid.verifier.tracking.patches import marker_corners_mm
+from moireid.verifier.tracking.search_work import outline_work_ns
+
+Array = NDArray[np.float64]
+Grey = NDArray[np.uint8]
+#: Shortest side of a frame that is looked for, px.
+LEAST_SIDE_PX = 32.0
+#: Windows of the threshold, px, and least difference from the surroundings, counts: of a usual search, of one for faded
+#: print, and of a quick one.
+WINDOWS_PX, COUNTS, FAINT_COUNTS = (11, 23), 7.0, 1.5
+QUICK_WINDOW_PX, QUICK_COUNTS = 15, 10.0
+#: Gaps of an outline below this are closed, px: in the picture, and where it is enlarged.  More would join the frame to
+#: what lies beside the badge.
+CLOSED_PX, CLOSED_ENLARGED_PX = 3, 5
+#: An outline's corners are found to this share of its length.
+CORNER_SHARE = 0.03
+#: Points of a side that its line is fitted to: without this share at either end.
+SIDE_END = 0.1
+#: Most outlines that are read in one picture, the longest.
+MOST_OUTLINES = 24
+#: Places that are read along each side.
+READ = 48
+#: Least correlation of what is read with the notches, and by how much it must exceed that of any other way.
+READ_CORRELATION, CLEARER = 0.55, 0.2
+#: A lost frame is enlarged if its line is thinner than this, px.
+ENLARGE_BELOW_PX = 2.5
+#: Margin of the neighbourhood, as a share of the frame's size: of one that was lost, and of one just seen.
+NEIGHBOURHOOD, AGAIN = 0.5, 0.1
+#: One just seen is enlarged below this, px.
+ENLARGE_AGAIN_PX = 1.9
+
+
+class FrameFinder:
+    """Finds pages by the coded frame of one layout; its methods and conventions are `MarkerFinder`'s."""
+
+    def __init__(self, frame: CodedFrame) -> None:
+        self._frame, self._corners_mm = frame, marker_corners_mm(frame)
+        x0, y0, x1, y1 = frame.rect_mm
+        self._outer = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
+        self._places, self._notched = _reading(frame)
+        self.work_ns = 0.0
+
+    def pages(self, luma: Picture | Grey, *, faint: bool = False) -> list[Array]:
+        """Homographies of all pages in the frame, the clearest first."""
+        return self.either_way(luma, faint=faint)[0]
+
+    def either_way(self, luma: Picture | Grey, *, faint: bool = False) -> EitherWay:
+        """As `pages`, and also the mirrored pages."""
+        return self._find_in(luma, _whole(luma), WINDOWS_PX, FAINT_COUNTS if faint else COUNTS)
+
+    def enlarged(self, luma: Picture | Grey, box: Box) -> EitherWay:
+        """As `either_way`, for thin lines in a part of the frame."""
+        return self._find_in(luma, box, WINDOWS_PX, COUNTS, enlarge=True)
+
+    def around(self, page: Array, shape: tuple[int, ...]) -> Box | None:
+        """The neighbourhood of a page if its line is so thin that enlarging helps; otherwise None."""
+        return self._neighbourhood(shape, page) if self._is_thin(page) else None
+
+    def closely(self, luma: Picture | Grey, page: Array) -> EitherWay:
+        """As `near`, enlarged if its line is thin."""
+        return self._find_in(
+            luma, self._neighbourhood(luma.shape, page), WINDOWS_PX, COUNTS, enlarge=self._is_thin(page)
+        )
+
+    def pages_near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> list[Array]:
+        """As `pages`, but only in the neighbourhood of the page in the last frame."""
+        return self.near(luma, page, faint=faint)[0]
+
+    def near(self, luma: Picture | Grey, page: Array, *, faint: bool = False) -> EitherWay:
+        """As `either_way`, but only in the neighbourhood of the page in a recent frame."""
+        box = self._neighbourhood(luma.shape, page)
+        return self._find_in(luma, box, WINDOWS_PX, FAINT_COUNTS if faint else COUNTS, enlarge=self._is_thin(page))
+
+    def again(self, luma: Picture | Grey, page: Array) -> list[Array]:
+        """Pages within some pixels of where one is expected: a thin line is registered from within its own width."""
+        box, thin = self._neighbourhood(luma.shape, page, AGAIN), self._line_px(page) < ENLARGE_AGAIN_PX
+        return self._find_in(luma, box, WINDOWS_PX[:1], COUNTS, enlarge=thin)[0]
+
+    def glance(self, luma: Picture | Grey) -> list[Array]:
+        """As `pages`, but only for clear frames; faster."""
+        return self.quick(luma)[0]
+
+    def quick(self, luma: Picture | Grey) -> EitherWay:
+        """As `either_way`, but only for clear frames; faster."""
+        return self._find_in(luma, _whole(luma), (QUICK_WINDOW_PX,), QUICK_COUNTS)
+
+    def _neighbourhood(self, shape: tuple[int, ...], page: Array, margin: float = NEIGHBOURHOOD) -> Box:
+        corners = cv2.perspectiveTransform(self._outer.reshape(-1, 1, 2), page).reshape(-1, 2)
+        low, high = corners.min(axis=0), corners.max(axis=0)
+        grow = margin * (high - low).max()
+        x0, y0 = np.maximum(np.floor(low - grow), 0).astype(int)
+        x1, y1 = np.minimum(np.ceil(high + grow), (shape[1], shape[0])).astype(int)
+        return int(x0), int(y0), int(x1), int(y1)
+
+    def _is_thin(self, page: Array) -> bool:
+        return self._line_px(page) < ENLARGE_BELOW_PX
+
+    def _line_px(self, page: Array) -> float:
+        top = cv2.perspectiveTransform(self._outer[:2].reshape(-1, 1, 2), page).reshape(2, 2)
+        across_mm = self._frame.rect_mm[2] - self._frame.rect_mm[0]
+        return float(np.linalg.norm(top[1] - top[0])) / across_mm * self._frame.line_mm
+
+    def _find_in(
+        self, luma: Picture | Grey, box: Box, windows: tuple[int, ...], counts: float, *, enlarge: bool = False
+    ) -> EitherWay:
+        """Pages in a part of the frame, which is enlarged twofold if `enlarge`."""
+        x0, y0, x1, y1 = box
+        if x1 - x0 < LEAST_SIDE_PX or y1 - y0 < LEAST_SIDE_PX:
+            return [], []
+        crop, scale = as_picture(luma).part(box), 1.0
+        if enlarge:
+            scale = 2.0
+            crop = np.asarray(cv2.resize(crop, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC))
+        found: list[tuple[float, int, Array]] = []
+        outlines = _outlines(crop, windows, counts, LEAST_SIDE_PX * scale, CLOSED_ENLARGED_PX if enlarge else CLOSED_PX)
+        self.work_ns += outline_work_ns(crop, windows, counts, len(outlines))
+        for quad in outlines:
+            read = self._read(crop, quad)
+            if read is None:
+                continue
+            score, way, corners = read
+            # Scaling keeps pixel edges, not centres, in place: x' + 0.5 = scale (x + 0.5).
+            places = (corners + 0.5) / scale - 0.5 + (x0, y0)
+            if way == 1:
+                places[:, 0] = luma.shape[1] - 1 - places[:, 0]
+            found.append((score, way, _page(self._outer, places)))
+        found.sort(key=lambda one: -one[0])
+        straight, turned = ([page for _, way, page in found if way == asked][:MOST_PAGES] for asked in (0, 1))
+        return straight, turned
+
+    def _read(self, picture: Grey, quad: Array) -> tuple[float, int, Array] | None:
+        """How well the notches fit, whether mirrored, and the frame's corners in the order of the page; None if they do
+        not fit, or fit several ways.
+
+        Parameters: quad (4, 2): outer corners in the picture, clockwise.
+        """
+        ways = [(way, np.roll(quad[::-1] if way else quad, turn, axis=0)) for way in (0, 1) for turn in range(4)]
+        places = np.concatenate([_mapped(_page(self._outer, corners), self._places) for _, corners in ways])
+        seen = cv2.remap(picture, places[:, :1].astype(np.float32), places[:, 1:].astype(np.float32), cv2.INTER_LINEAR)
+        values = seen.astype(float).reshape(len(ways), 4, READ)
+        scores = _correlations(values, self._notched)
+        best, second = np.argsort(-scores)[:2]
+        if scores[best] < READ_CORRELATION or scores[best] < scores[second] + CLEARER:
+            return None
+        return float(scores[best]), *ways[best]
+
+
+def _reading(frame: CodedFrame) -> tuple[Array, Array]:
+    """Places to read, (4 READ, 2) page mm, along the middle of the notches' depth, and the share of each that is
+    notched, (4, READ).
+    """
+    (x0, y0, x1, y1), notches = frame.rect_mm, np.array(frame.notches_mm)
+    # How deep the notches' middles lie within the line, from the frame's outer border.
+    middles = (notches[:, :2] + notches[:, 2:]) / 2
+    depth = float(np.median(np.min(np.abs(middles[:, [0, 1, 0, 1]] - (x0, y0, x1, y1)), axis=1)))
+    share = (np.arange(READ) + 0.5) / READ
+    across, down = x0 + share * (x1 - x0), y0 + share * (y1 - y0)
+    sides = [
+        np.column_stack([across, np.full(READ, y0 + depth)]),
+        np.column_stack([np.full(READ, x1 - depth), down]),
+        np.column_stack([across, np.full(READ, y1 - depth)]),
+        np.column_stack([np.full(READ, x0 + depth), down]),
+    ]
+    places = np.concatenate(sides)
+    inside = [
+        (places[:, 0] > a) & (places[:, 0] < c) & (places[:, 1] > b) & (places[:, 1] < d) for a, b, c, d in notches
+    ]
+    return places, np.any(inside, axis=0).reshape(4, READ).astype(float)
+
+
+def _correlations(values: Array, notched: Array) -> Array:
+    """Correlation of brightness (W, 4, M) with notches (4, M), each side about its own mean, (W,)."""
+    own = values - values.mean(axis=2, keepdims=True)
+    asked = notched - notched.mean(axis=1, keepdims=True)
+    size = np.sqrt((own**2).sum(axis=(1, 2)) * (asked**2).sum())
+    return np.asarray((own * asked).sum(axis=(1, 2)) / np.maximum(size, 1e-9))
+
+
+def _outlines(picture: Grey, windows: tuple[int, ...], counts: float, least_px: float, closed_px: int) -> list[Array]:
+    """Outer corners (4, 2), clockwise, of the longest outlines of dark things that have four corners."""
+    found: list[tuple[int, Array]] = []
+    for window in windows:
+        dark = cv2.adaptiveThreshold(picture, 255, cv2.ADAPTIVE_THRESH_MEAN_C, cv2.THRESH_BINARY_INV, window, counts)
+        # Where a line is as thin as a pixel, coding breaks it.
+        dark = cv2.morphologyEx(dark, cv2.MORPH_CLOSE, np.ones((closed_px, closed_px), np.uint8))
+        contours, _ = cv2.findContours(dark, cv2.RETR_LIST, cv2.CHAIN_APPROX_NONE)
+        found += [(len(points), quad) for points in contours for quad in _corners(points, least_px)]
+    found.sort(key=lambda one: -one[0])
+    return [quad for _, quad in found[:MOST_OUTLINES]]
+
+
+def _corners(points: NDArray[np.int32], least_px: float) -> Iterator[Array]:
+    """The corners of an outline, to a fraction of a pixel, if it has four."""
+    if len(points) < 3.5 * least_px:
+        return
+    rough = cv2.approxPolyDP(points, CORNER_SHARE * len(points), closed=True)
+    if len(rough) != 4 or not cv2.isContourConvex(rough):
+        return
+    rough = rough.reshape(4, 2)
+    if min(np.linalg.norm(rough - np.roll(rough, 1, axis=0), axis=1)) < least_px:
+        return
+    way = points.reshape(-1, 2)
+    at = [int(np.flatnonzero((way == corner).all(axis=1))[0]) for corner in rough]
+    lines = []
+    for begin, end in zip(at, [*at[1:], at[0]], strict=True):
+        count = (end - begin) % len(way)
+        cut = max(int(SIDE_END * count), 1)
+        side = way[(begin + np.arange(cut, count - cut)) % len(way)]
+        if len(side) < 8:
+            return
+        lines.append(cv2.fitLine(side.astype(np.float32), cv2.DIST_HUBER, 0, 0.01, 0.01).ravel().astype(float))
+    quad = np.array([_meeting(lines[k - 1], lines[k]) for k in range(4)])
+    if not np.all(np.isfinite(quad)) or np.abs(quad - rough).max() > 0.05 * len(points):
+        return
+    # Image coordinates run down, so a positive area is clockwise.
+    x, y = quad.T
+    area = float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    yield quad if area > 0 else quad[::-1]
+
+
+def _meeting(one: Array, two: Array) -> Array:
+    """Where two lines (direction, point) meet; not finite if they are parallel."""
+    (a, b, x, y), (c, d, u, v) = one, two
+    across = a * d - b * c
+    share = ((u - x) * d - (v - y) * c) / across if across else np.inf
+    return np.array([x + share * a, y + share * b])
+
+
+def _page(outer_mm: Array, corners_px: Array) -> Array:
+    """Homography page mm -> px through four corners."""
+    return np.asarray(cv2.getPerspectiveTransform(outer_mm.astype(np.float32), corners_px.astype(np.float32)), float)
+
+
+def _mapped(page: Array, places_mm: Array) -> Array:
+    return np.asarray(cv2.perspectiveTransform(places_mm.reshape(-1, 1, 2), page).reshape(-1, 2))
+
+
+def _whole(luma: Picture | Grey) -> Box:
+    return (0, 0, luma.shape[1], luma.shape[0])

@@ -1,0 +1,54 @@
+"""Badges with a coded frame in place of squares.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from moireid.badge import Badge, CodedFrame, badge_from_json
+from moireid.designer import Request, design_badge
+from moireid.designer.fiducial import DESIGN_FOCAL_PX, MIN_LINE_PX
+from moireid.designer.formats import FORMATS, in_format
+from moireid.errors import DesignError
+from moireid.fabrication.page.artwork import lettering_places, marker_squares
+from moireid.fiducials import LEAST_UNLIKE, least_unlike
+
+PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
+
+
+@pytest.fixture(scope="module", params=FORMATS)
+def framed(request: pytest.FixtureRequest) -> Badge:
+    return design_badge(in_format(Request("Ada", markers="frame"), request.param), PAYLOAD)
+
+
+def test_a_frame_of_each_format_is_sound_and_wide_enough(framed: Badge) -> None:
+    """Catches: a layout that its own reader refuses; notches that rounding moves out of the line; a line too thin."""
+    frame = framed.markers
+    assert isinstance(frame, CodedFrame) and badge_from_json(framed.to_json()) == framed
+    assert framed.range_m is not None
+    assert frame.line_mm * DESIGN_FOCAL_PX / (1000 * framed.range_m[1]) >= MIN_LINE_PX - 1e-9
+    assert least_unlike(frame) > LEAST_UNLIKE + 0.1
+
+
+def test_nothing_comes_near_the_line(framed: Badge) -> None:
+    """Catches: fields or the board's edge where registration expects white; words set over the frame."""
+    frame = framed.markers
+    assert isinstance(frame, CodedFrame)
+    (x0, y0, x1, y1), line, board = frame.rect_mm, frame.line_mm, framed.outline_mm
+    assert min(x0 - board[0], y0 - board[1], board[2] - x1, board[3] - y1) >= 0.9 * line
+    for grating in framed.gratings:
+        a, b, c, d = framed.bounds_of(grating)
+        assert min(a - x0, b - y0, x1 - c, y1 - d) >= 2.04 * line
+    centers, half = lettering_places(framed)
+    assert half >= 1.0
+    assert centers[0][1] + half < y0 and centers[2][1] - half > y1
+    assert [len(white) for _, white in marker_squares(framed)] == [3, 2, 1, 0]
+
+
+def test_a_frame_is_refused_where_it_cannot_be() -> None:
+    """Catches: turned fields that cross the line; a word that is silently taken for squares."""
+    with pytest.raises(DesignError, match="squares"):
+        design_badge(Request("Ada", markers="frame", axes="hex"), PAYLOAD)
+    with pytest.raises(DesignError, match="squares or frame"):
+        design_badge(replace(Request("Ada"), markers="none"), PAYLOAD)
