@@ -24,6 +24,7 @@ from typing import Any
 
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
+from moireid.fabrication.assembly.words import Maker
 from moireid.fabrication.package import file_names, leftover_parts, write_sheets
 from moireid.fabrication.page.artwork import CROP_GAP_MM
 from moireid.fabrication.page.pdf import DEFAULT_DPI, Sheet, draw_board, draw_mask, draw_scale_bars
@@ -155,6 +156,7 @@ def print_event(
     mount: str = "none",
     figures: MountFigures | None = None,
     overwrite: bool = False,
+    maker: Maker = "command",
     kept: Sequence[Path] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -176,6 +178,8 @@ def print_event(
         Of printer and laser; None for the defaults.
     overwrite : bool
         Replace older files, and remove those of a mount that this event has not.
+    maker : str
+        "command" or "studio": whose words the assembly sheets use.
     kept : sequence of Path
         Files that are read here, and never replaced.
     before_moving : callable, optional
@@ -208,7 +212,7 @@ def print_event(
         planned([folder / file for file in files], overwrite=overwrite, kept=kept)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
-            work = partial(_write_person, parts=parts, measured_scale=measured_scale)
+            work = partial(_write_person, parts=parts, measured_scale=measured_scale, maker=maker)
             with _shared(work, badges, [aside / name for name in names], processes) as people_made:
                 mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
                 sheet_count, to_a_sheet = write_sheets_pdf(badges, aside / SHEETS, measured_scale=measured_scale)
@@ -229,9 +233,9 @@ def print_event(
     )
 
 
-def _write_person(badge: Badge, folder: Path, parts: Parts, measured_scale: tuple[float, float]) -> None:
+def _write_person(badge: Badge, folder: Path, parts: Parts, measured_scale: tuple[float, float], maker: Maker) -> None:
     folder.mkdir()
-    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None)
+    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None, maker=maker)
 
 
 @contextmanager

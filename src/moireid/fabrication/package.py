@@ -11,6 +11,7 @@ from pathlib import Path
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.words import Maker
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview
 from moireid.fabrication.parts import ACRYLIC_FILES, GLB_FILE, PRINTED_FILES, Parts, plan_parts, write_parts
@@ -55,6 +56,7 @@ def print_badge(
     measured_scale: tuple[float, float] = (1.0, 1.0),
     figures: MountFigures | None = None,
     overwrite: bool = False,
+    maker: Maker = "command",
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Printed:
@@ -74,6 +76,8 @@ def print_badge(
         Of printer and laser; None for the defaults.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge has not.
+    maker : str
+        "command" or "studio": whose words the assembly sheet uses.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place, for what must happen together with them
         (issuing); if it raises, no file appears.
@@ -105,7 +109,7 @@ def print_badge(
         say = progress or (lambda name: None)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
-            write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say)
+            write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker)
             mass_g, told = write_parts(badge, parts, aside, say)
             # Making takes seconds, in which another process may have written here.
             planned([folder / name for name in names], overwrite=overwrite)
@@ -118,7 +122,13 @@ def print_badge(
 
 
 def write_sheets(
-    badge: Badge, folder: Path, parts: Parts, *, measured_scale: tuple[float, float], say: Callable[[str], None]
+    badge: Badge,
+    folder: Path,
+    parts: Parts,
+    *,
+    measured_scale: tuple[float, float],
+    say: Callable[[str], None],
+    maker: Maker,
 ) -> None:
     """Write a badge's page, preview, assembly sheet and badge.json."""
     say("badge.pdf")
@@ -127,7 +137,7 @@ def write_sheets(
     write_preview(badge, folder / "preview.png")
     say("assembly.pdf")
     write_assembly_pdf(
-        badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures
+        badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures, maker=maker
     )
     write_text(folder / "badge.json", badge_file(badge))
 
