@@ -181,3 +181,11 @@ def test_the_figures_of_a_stand_reach_the_words(badge: Badge, tmp_path: Path) ->
     figures = MountFigures(printed=MountProcess(stand_deg=25.0))
     write_assembly_pdf(badge, tmp_path / "a.pdf", mount="stand", figures=figures)
     assert "leans back by 25°" in text_of(tmp_path / "a.pdf")[1]
+
+
+def test_an_array_of_lenses_is_one_piece(tmp_path: Path) -> None:
+    """Catches: two halves of a sheet for two gratings that cross on one field; a lenticular sheet bought for it."""
+    badge = design_badge(Request("A", front="array", range_m=(0.3, 0.8)), bytes(8))
+    lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none")
+    assert len(pieces(badge)) == 1 and "Array of lenses" in lists and "Lenticular" not in lists
+    assert "2 pieces" not in lists and "follow the edges" in steps

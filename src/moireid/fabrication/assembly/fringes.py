@@ -19,6 +19,7 @@ from moireid.optics import slab_shift_mm
 from moireid.turned import own_rect
 
 PX_PER_MM, RAYS = 1.2, 8
+Array = NDArray[np.float64]
 #: A sheet that was laid on by eye: turned so far, its fringes lean clearly.
 LEANING_DEG = 0.5
 #: Fringes of a sheet whose pitch is not the label's: so many times as many, and so many times as few.
@@ -32,27 +33,38 @@ def fringe_picture(badge: Badge, *, turned_deg: float = 0.0, beats: float = 1.0)
         the sheet shows, because its pitch is not the label's.
     Source: `lenticule.landing_mm`, or `optics.slab_shift_mm` for a mask.
     """
-    grating = badge.gratings[0]
-    x0, y0, x1, y1 = own_rect(grating.axis, grating.rect_mm)
+    first = badge.gratings[0]
+    x0, y0, x1, y1 = own_rect(first.axis, first.rect_mm)
     # A picture of a whole A5 sheet is as large as one of a card.
     scale = PX_PER_MM * min(1.0, 140.0 / (x1 - x0))
     size = (max(2, round((y1 - y0) * scale)), max(2, round((x1 - x0) * scale)))
     rows, columns = np.meshgrid(*(np.arange(n) + 0.5 for n in size), indexing="ij")
-    across, along = x0 + columns / scale, y0 + rows / scale
-    pitch_mm = _pitch_mm(badge, grating, beats)
-    angle, middle = math.radians(turned_deg), ((x0 + x1) / 2, (y0 + y1) / 2)
+    own = np.stack([x0 + columns / scale, y0 + rows / scale], axis=-1)
+    page, angle = badge.frame_of(first).on_page(own), math.radians(turned_deg)
+    light = np.ones(size)
+    # Under a lens array light must pass both gratings, which share a field.
+    for grating in badge.gratings if badge.lens.kind == "array" else (first,):
+        frame = badge.frame_of(grating)
+        turn = angle * frame.handed * badge.frame_of(first).handed
+        light *= _light(badge, grating, frame.places(page), turn, _pitch_mm(badge, grating, beats))
+    return Image.fromarray((INK + (PAPER - INK) * light).astype(np.uint8))
+
+
+def _light(badge: Badge, grating: Grating, own: Array, turn_rad: float, pitch_mm: float) -> Array:
+    """Brightness, 0 to 1, of pixels at own places (..., 2) of a grating, its sheet turned about the field's middle."""
+    x0, y0, x1, y1 = own_rect(grating.axis, grating.rect_mm)
+    across, along = own[..., 0], own[..., 1]
     # Across the lenses, from the middle; and the axis of the lens above each pixel.
-    over = (across - middle[0]) * math.cos(angle) + (along - middle[1]) * math.sin(angle)
+    over = (across - (x0 + x1) / 2) * math.cos(turn_rad) + (along - (y0 + y1) / 2) * math.sin(turn_rad)
     lens_axis = np.round(over / pitch_mm) * pitch_mm
-    place = across + (lens_axis - over) * math.cos(angle)
-    grey = np.full(size, PAPER, dtype=float)
-    rays = _landed_mm(badge, lens_axis)
+    place, rays = across + (lens_axis - over) * math.cos(turn_rad), _landed_mm(badge, lens_axis)
+    light = np.ones(across.shape)
     for cell in grating.cells:
         cx0, cy0, cx1, cy1 = own_rect(grating.axis, cell.rect_mm)
         within = (across >= cx0) & (across < cx1) & (along >= cy0) & (along < cy1)
         phase = (place[within][:, None] + rays[within] - cell.edge_mm) / cell.pitch_mm % 1.0
-        grey[within] = INK + (PAPER - INK) * (phase >= cell.duty).mean(axis=1)
-    return Image.fromarray(grey.astype(np.uint8))
+        light[within] = (phase >= cell.duty).mean(axis=1)
+    return light
 
 
 def _pitch_mm(badge: Badge, grating: Grating, beats: float) -> float:
@@ -63,7 +75,7 @@ def _pitch_mm(badge: Badge, grating: Grating, beats: float) -> float:
     return order / (lines - beats * (lines - order * lenses))
 
 
-def _landed_mm(badge: Badge, lens_axis: NDArray[np.float64]) -> NDArray[np.float64]:
+def _landed_mm(badge: Badge, lens_axis: Array) -> Array:
     """Where the rays of each pixel's lens land, from that lens's axis, mm: (rows, columns, rays)."""
     lens = badge.lens
     axes, index = np.unique(lens_axis, return_inverse=True)

@@ -82,8 +82,8 @@ def needs(build: Build) -> list[str]:
         found.append(f"The mount, 3D-printed from mount.3mf or mount.stl as it lies, without supports{second}{extra}")
     tape = "" if build.glued else ", clear tape"
     found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
-    if len(badge.gratings) > 1 and badge.lens.kind != "mask":
-        found.append(f"{len(badge.gratings)} pieces of lens sheet are cut: page 3 shows each in true size")
+    if (count := len(sheet_pieces(badge))) > 1 and badge.lens.kind != "mask":
+        found.append(f"{count} pieces of lens sheet are cut: page 3 shows each in true size")
     return found
 
 
@@ -99,8 +99,10 @@ def _front(build: Build) -> list[str]:
             continue
         turned = f"across its length, turned by {grating.axis}° clockwise"
         way = WAYS.get(grating.axis, turned.replace(".0°", "°"))
+        kind = "Array of lenses (a fly's-eye sheet)" if lens.kind == "array" else "Lenticular sheet"
+        way = "in rows along its edges" if lens.kind == "array" else way
         found.append(
-            f"Lenticular sheet, {MM_PER_INCH / lens.pitch_mm:.0f} lines per inch (LPI), {lens.thickness_mm:.3g} mm "
+            f"{kind}, {MM_PER_INCH / lens.pitch_mm:.0f} lines per inch (LPI), {lens.thickness_mm:.3g} mm "
             f"thick, cut to {size}, lenses {way}"
         )
     return found
@@ -124,11 +126,11 @@ def steps(build: Build) -> list[Step]:
     """What to do, in order."""
     badge = build.badge
     mask, upright = badge.lens.kind == "mask", all(grating.axis == "x" for grating in badge.gratings)
-    several = len(badge.gratings) > 1
+    several, array = len(sheet_pieces(badge)) > 1, badge.lens.kind == "array"
     front = "film" if mask else "sheet"
     one = f"each piece of {front}" if several else f"the {front}"
-    bands = "stand upright" if upright else "run along the printed lines"
-    lay = _LAY_MASK if mask else _LAY_PIECES if several else _LAY
+    bands = "stand upright" if upright else "run along the field's edges" if array else "run along the printed lines"
+    lay = _LAY_MASK if mask else _LAY_ARRAY if array else _LAY_PIECES if several else _LAY
     found = [
         Step("Print it, and measure it", _MEASURE[build.maker], sketches.measure),
         Step(
@@ -138,7 +140,9 @@ def steps(build: Build) -> list[Step]:
         ),
         Step("Lay", f"Lay {lay}. Leave the black squares free.", sketches.lay(badge)),
         Step(
-            f"Turn the {front} until the bands stand" if upright else "Turn it until the bands follow the lines",
+            f"Turn the {front} until the bands stand"
+            if upright
+            else f"Turn it until the bands follow the {'edges' if array else 'lines'}",
             f"Look at it from {build.look_m:g} m. You see wide dark bands. Turn {one} slowly until the bands of the "
             f"plain rows (top, middle and bottom) {bands}, as here. Codes make the other rows jump; that is right.",
             sketches.fringes(badge, sketches.GOOD),
@@ -167,6 +171,7 @@ def steps(build: Build) -> list[Step]:
 
 _LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
 _LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
+_LAY_ARRAY = "the lens sheet on the field of dots: its lenses up, and their rows along the field's edges"
 _LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
 _MEASURE: dict[Maker, str] = {
     "command": "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or "
@@ -195,7 +200,7 @@ def _cut(build: Build) -> str:
 
 def _fixed(build: Build, front: str) -> Step:
     badge = build.badge
-    seam = " Join the pieces by clear tape on the front of the seam." if len(badge.gratings) > 1 else ""
+    seam = " Join the pieces by clear tape on the front of the seam." if len(sheet_pieces(badge)) > 1 else ""
     # Turned pieces do not reach the edges at which mounts and tapes hold.
     seam = " First hold each piece by clear tape on two of its sides." if has_turned(badge) else seam
     if build.glued:
