@@ -21,7 +21,7 @@ from moireid.simulate.forgeries.courses import KINDS
 ROOT = Path(moireid.__file__).parent
 #: What any room may import: the frozen data, the optics, the errors, and writing files.
 GROUND = {"asbuilt", "badge", "dots", "errors", "extras", "fiducials", "files", "kept"}
-GROUND |= {"lazy", "lenticule", "names", "optics", "profiles", "provenance", "sheets", "turned"}
+GROUND |= {"lazy", "lens_array", "lenticule", "names", "optics", "profiles", "provenance", "sheets", "turned"}
 ROOMS = {
     "archive",
     "attest",

@@ -38,7 +38,7 @@ def names(folder: Path) -> set[str]:
 
 def words_of(pdf: Path) -> str:
     document = pdfium.PdfDocument(pdf)
-    text = document[0].get_textpage().get_text_range()
+    text = "\n".join(page.get_textpage().get_text_range() for page in document)
     document.close()
     return text
 

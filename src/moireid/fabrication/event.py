@@ -24,6 +24,7 @@ from typing import Any
 
 from moireid.badge import Badge, Rect
 from moireid.errors import FabricationError
+from moireid.fabrication.assembly.words import Maker
 from moireid.fabrication.package import file_names, leftover_parts, write_sheets
 from moireid.fabrication.page.artwork import CROP_GAP_MM
 from moireid.fabrication.page.dress import writer_of
@@ -164,6 +165,7 @@ def print_event(
     figures: MountFigures | None = None,
     looks: Sequence[Look | None] | None = None,
     overwrite: bool = False,
+    maker: Maker = "command",
     kept: Sequence[Path] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -187,6 +189,8 @@ def print_event(
         What each wears beside what is read, in the order of the badges; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this event has not.
+    maker : str
+        "command" or "studio": whose words the assembly sheets use.
     kept : sequence of Path
         Files that are read here, and never replaced.
     before_moving : callable, optional
@@ -219,7 +223,7 @@ def print_event(
         planned([folder / file for file in files], overwrite=overwrite, kept=kept)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
-            work = partial(_write_person, parts=parts, measured_scale=measured_scale)
+            work = partial(_write_person, parts=parts, measured_scale=measured_scale, maker=maker)
             worn = looks or [None] * len(badges)
             with _shared(work, badges, [aside / name for name in names], worn, processes) as people_made:
                 mass_g, told = write_parts(badges[0], parts, aside, lambda file: None)
@@ -244,10 +248,10 @@ def print_event(
 
 
 def _write_person(
-    badge: Badge, folder: Path, look: Look | None, parts: Parts, measured_scale: tuple[float, float]
+    badge: Badge, folder: Path, look: Look | None, parts: Parts, measured_scale: tuple[float, float], maker: Maker
 ) -> None:
     folder.mkdir()
-    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None, look=look)
+    write_sheets(badge, folder, parts, measured_scale=measured_scale, say=lambda file: None, maker=maker, look=look)
 
 
 @contextmanager

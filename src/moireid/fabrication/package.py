@@ -11,6 +11,7 @@ from pathlib import Path
 from moireid.badge import Badge
 from moireid.dots import on_dots
 from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.words import Maker
 from moireid.fabrication.page.dress import writer_of
 from moireid.fabrication.page.pdf import write_badge_pdf
 from moireid.fabrication.page.preview import write_preview
@@ -61,6 +62,7 @@ def print_badge(
     figures: MountFigures | None = None,
     look: Look | None = None,
     overwrite: bool = False,
+    maker: Maker = "command",
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Printed:
@@ -82,6 +84,8 @@ def print_badge(
         What the badge wears beside what is read; None for name, lines and id alone.
     overwrite : bool
         Replace older files, and remove those of a mount that this badge has not.
+    maker : str
+        "command" or "studio": whose words the assembly sheet uses.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place, for what must happen together with them
         (issuing); if it raises, no file appears.
@@ -113,7 +117,7 @@ def print_badge(
         say = progress or (lambda name: None)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
-            write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, look=look)
+            write_sheets(badge, aside, parts, measured_scale=measured_scale, say=say, maker=maker, look=look)
             say(MOVING)
             write_worn(badge, aside / MOVING, look)
             mass_g, told = write_parts(badge, parts, aside, say)
@@ -134,6 +138,7 @@ def write_sheets(
     *,
     measured_scale: tuple[float, float],
     say: Callable[[str], None],
+    maker: Maker,
     look: Look | None = None,
 ) -> None:
     """Write a badge's page, preview, assembly sheet and badge.json."""
@@ -143,7 +148,7 @@ def write_sheets(
     write_preview(badge, folder / "preview.png", look)
     say("assembly.pdf")
     write_assembly_pdf(
-        badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures
+        badge, folder / "assembly.pdf", mount=parts.printed, acrylic=parts.acrylic, figures=parts.figures, maker=maker
     )
     write_text(folder / "badge.json", badge_file(badge))
 

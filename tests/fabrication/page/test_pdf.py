@@ -307,7 +307,7 @@ def test_assembly_sheet_tells_this_badges_parts(badge: Badge, tmp_path: Path) ->
         texts.append(document[0].get_textpage().get_text_range())
         document.close()
     for text in texts:
-        assert "75 lines per inch, 0.67 mm thick" in text and "120 × 150 mm" in text and PAYLOAD.hex() in text
+        assert "75 lines per inch (LPI), 0.67 mm" in text and "120 × 150 mm" in text and PAYLOAD.hex() in text
     assert "mount" not in texts[0] and "mount.stl" in texts[1]
 
 

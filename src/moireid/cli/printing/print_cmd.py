@@ -218,10 +218,11 @@ def print_command(
     kind = mount or ("lanyard" if people_csv is None else "none")
     given = {"kerf_mm": kerf_mm, "base_mm": base_mm}
     pairs = [*mount_pairs, *(f"{key}={value}" for key, value in given.items() if value is not None)]
-    if pairs and kind == "none":
+    # An adhesive holds page and sheet together where no mount does.
+    if kind == "none" and any(not pair.strip().startswith("adhesive_mm") for pair in pairs):
         raise SpecError(
             "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip or stand with "
-            "them, or leave them out"
+            "them, or leave them out (adhesive_mm alone goes without a mount)"
         )
     wish = Request(
         clean_name("Everybody" if name is None else name),

@@ -1,4 +1,6 @@
 """assembly.pdf: how the parts go together.
 
-guide.py  parts, steps and views        exploded.py  the parts, moved apart      axonometry.py  drawn from a corner
+words.py      what it says         sketches.py  a picture a step       fringes.py     what a badge looks like
+plate.py      pieces in true size  exploded.py  the parts, moved apart  axonometry.py  drawn from a corner
+guide.py      the pages
 """

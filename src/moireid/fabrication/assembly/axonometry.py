@@ -95,10 +95,10 @@ def draw_exploded(sheet: Sheet, parts: Sequence[Part], area: Rect) -> float:
             top, low = max(z for _, _, z in parts[k - 1].places), min(z for _, _, z in part.places)
             below, bottom = (top if part.screws else min(top, low)) + lifts[k - 1], low + lift
             for x, y in _axes(parts[k - 1], part):
-                _path(sheet, [at((x, y, below)), at((x, y, bottom))], None, 0.6, closed=False)
+                draw_path(sheet, [at((x, y, below)), at((x, y, bottom))], None, 0.6, closed=False)
         _draw_part(sheet, part, functools.partial(at, lift=lift))
         end = max((at((x, y, z + lift)) for x, y, z in part.places), key=lambda place: place[0])
-        _path(sheet, [(end[0] + 0.8, end[1]), (text_x - 1.0, end[1])], None, 0.4, closed=False)
+        draw_path(sheet, [(end[0] + 0.8, end[1]), (text_x - 1.0, end[1])], None, 0.4, closed=False)
         sheet.text(text_x, end[1] - 0.2, part.name, points=9, align="left")
         sheet.text(text_x, end[1] + 3.8, part.detail, points=8, align="left")
     return scale
@@ -140,9 +140,9 @@ def _draw_part(sheet: Sheet, part: Part, at: Callable[[Place], Point]) -> None:
         _draw_prism(sheet, prism, part.grey, at)
     top = max(z for _, _, z in part.places)
     for loop, grey in part.marks:
-        _path(sheet, [at((x, y, top)) for x, y in loop], grey, None)
+        draw_path(sheet, [at((x, y, top)) for x, y in loop], grey, None)
     for start, end in part.hints:
-        _path(sheet, [at((*start, top)), at((*end, top))], None, 0.6, closed=False)
+        draw_path(sheet, [at((*start, top)), at((*end, top))], None, 0.6, closed=False)
 
 
 def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], Point]) -> None:
@@ -180,12 +180,12 @@ def _draw_prism(sheet: Sheet, prism: Prism, grey: float, at: Callable[[Place], P
             ]
             walls.append((min(ends), max(ends), flat, edges))
     for _, _, flat, edges in _back_first(walls):
-        _path(sheet, flat, grey - 0.13, None)
+        draw_path(sheet, flat, grey - 0.13, None)
         for edge in edges:
-            _path(sheet, list(edge), None, INK, closed=False)
+            draw_path(sheet, list(edge), None, INK, closed=False)
     level = prism.low if prism.along_x else prism.high
     loops = [[at(prism.place(point, level)) for point in loop] for loop in (prism.outline, *prism.openings)]
-    _path(sheet, loops[0], grey, INK, holes=loops[1:])
+    draw_path(sheet, loops[0], grey, INK, holes=loops[1:])
 
 
 def _back_first(walls: list[Wall]) -> list[Wall]:
@@ -209,7 +209,7 @@ def _hides(one: Wall, other: Wall) -> bool:
     return near[0] > near[1]
 
 
-def _path(
+def draw_path(
     sheet: Sheet,
     points: Sequence[Point],
     fill: float | None,
@@ -217,8 +217,12 @@ def _path(
     *,
     closed: bool = True,
     holes: Iterable[Sequence[Point]] = (),
+    dash_mm: float | None = None,
 ) -> None:
-    """A path in page mm: grey of its filling and of its line, None to leave it out; holes stay unfilled."""
+    """A path in page mm: grey of its filling and of its line, None to leave it out; holes stay unfilled.
+
+    dash_mm: length of a dash of a line that is cut.
+    """
     path = sheet.canvas.beginPath()
     for loop in (points, *holes):
         for k, (x, y) in enumerate(loop):
@@ -228,11 +232,14 @@ def _path(
             path.close()
     sheet.canvas.setLineWidth(LINE_MM * POINTS_PER_MM)
     sheet.canvas.setLineJoin(1)
+    dashes = [dash_mm * POINTS_PER_MM] * 2 if dash_mm else []
+    sheet.canvas.setDash(dashes)
     if fill is not None:
         sheet.canvas.setFillGray(fill)
     if line is not None:
         sheet.canvas.setStrokeGray(line)
     sheet.canvas.drawPath(path, stroke=int(line is not None), fill=int(fill is not None), fillMode=0)
+    sheet.canvas.setDash([])
 
 
 def _corner(loop: Loop, k: int) -> bool:

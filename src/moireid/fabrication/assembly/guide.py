@@ -1,152 +1,164 @@
-"""assembly.pdf: what to gather, what to do, a section through the stack, and exploded views on pages of their own."""
+"""assembly.pdf: whose badge it is, what to gather and to do, a picture a step, the sheet's plate, exploded views.
+
+Page 1: what to have, and how to print.  Then the steps; the pieces of lens sheet in true size; a view of each way to
+build it.
+"""
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
 
 from moireid.badge import Badge, Lens
 from moireid.fabrication.acrylic.plates import AcrylicPlan
+from moireid.fabrication.assembly import words
 from moireid.fabrication.assembly.axonometry import Part, draw_exploded
 from moireid.fabrication.assembly.exploded import acrylic_parts, plain_parts, printed_parts
+from moireid.fabrication.assembly.plate import draw_plates
+from moireid.fabrication.assembly.words import Build, Maker, Step
+from moireid.fabrication.page.lettering import PICTURE_DPI, name_picture, printable, set_name
 from moireid.fabrication.page.pdf import BOLD, Sheet
+from moireid.fabrication.printed.mount import plan_mount
 from moireid.fabrication.process import MountFigures
-from moireid.fabrication.sight import sheet_pieces
 from moireid.files import whole_file
-from moireid.profiles import PAPERS_MM
-from moireid.turned import Axis
+from moireid.profiles import PAPERS_MM, Printer
 
-#: How the lenses of an upright piece run.
-WAYS: dict[Axis, str] = {"x": "upright", "y": "level"}
-LEFT_MM, TOP_MM, LINE_MM = 22.0, 28.0, 7.0
-#: Lengths that M3 button-head screws are sold in, mm.
-SCREWS_MM = (6, 8, 10, 12, 14, 16, 18, 20, 25, 30)
-#: For each mount: what else to gather for carrying it, and the last step.
-_CARRIED = {
-    "lanyard": ("; a lanyard", "Tie the lanyard to the mount's slot."),
-    "clip": (", with its clip", "Put the clip's hook through the slot from behind, and let the bar drop into it."),
-    "stand": (", with its stand", "Set the mount's bottom edge into the stand's groove."),
-}
+LEFT_MM, TOP_MM, LINE_MM, POINTS = 22.0, 28.0, 4.6, 9.0
+#: A step's picture, and the room between steps.
+PICTURE_MM, STEP_GAP_MM, MOST_STEP_MM = 42.0, 5.0, 29.0
+#: A longer name is set smaller.
+NAME_MM = (150.0, 12.0)
+#: The section is drawn so many times life size.
+STACK_SCALE = 12.0
 
 
 def write_assembly_pdf(
-    badge: Badge, path: Path, *, mount: str, acrylic: AcrylicPlan | None = None, figures: MountFigures | None = None
+    badge: Badge,
+    path: Path,
+    *,
+    mount: str,
+    acrylic: AcrylicPlan | None = None,
+    figures: MountFigures | None = None,
+    maker: Maker = "command",
 ) -> None:
     """Write the sheet of parts and steps, whole or not at all.
 
     Parameters: mount: kind of the printed mount, "none" without one; acrylic: the stack, if one can be built instead
-        of it or alone; figures: those of the plans, None for the defaults.
+        of it or alone; figures: those of the plans, None for the defaults; maker: who makes it, as only a command's
+        sheet speaks of commands.
     """
-    views = _views(badge, mount, acrylic, figures or MountFigures())
+    figures = figures or MountFigures()
+    slots = 0 if mount == "none" else len(plan_mount(badge, mount, figures.printed)[0].slots)
+    build = Build(badge, mount, acrylic, figures, maker, slots)
+    views = _views(build)
     paper = str((badge.print or {}).get("paper", "a4"))
     with whole_file(path) as temporary:
         sheet = Sheet(temporary, PAPERS_MM.get(paper, PAPERS_MM["a4"]), f"Assembly of moiré badge {badge.id}")
-        sheet.text(LEFT_MM, TOP_MM, f"Moiré badge {badge.id}: assembly", points=16, font=BOLD, align="left")
-        y = TOP_MM + 12
-        sections = [("You need", _parts(badge, mount)), ("Steps", _steps(badge, mount, acrylic is not None))]
-        if acrylic:
-            heading = "The mount, in acrylic" if mount == "none" else "Or, instead of the printed mount, in acrylic"
-            sections.append((heading, _acrylic(acrylic)))
-        for heading, lines in sections:
-            sheet.text(LEFT_MM, y, heading, points=12, font=BOLD, align="left")
-            for line in lines:
-                y += LINE_MM
-                sheet.text(LEFT_MM + 4, y, line, points=9, align="left")
-            y += 12
-        _draw_stack(sheet, badge, y)
+        _draw_lists(sheet, build)
+        sheet.canvas.showPage()
+        _draw_steps(sheet, words.steps(build))
+        if badge.lens.kind != "mask":
+            draw_plates(sheet, badge, LEFT_MM, TOP_MM)
         for heading, view in views:
             sheet.canvas.showPage()
             _draw_view(sheet, heading, view)
         sheet.save()
 
 
-def _views(
-    badge: Badge, mount: str, acrylic: AcrylicPlan | None, figures: MountFigures
-) -> list[tuple[str, list[Part]]]:
+def _draw_lists(sheet: Sheet, build: Build) -> None:
+    """The first page: whose badge, what to have, what to set, and a section through the stack."""
+    badge, right = build.badge, sheet.page_mm[0] - LEFT_MM
+    _draw_name(sheet, badge.name)
+    sheet.text(LEFT_MM, TOP_MM + 7, f"How to build this badge · moireid {badge.id}", points=POINTS, align="left")
+    y = TOP_MM + 19
+    lists = [("You need", words.needs(build))]
+    if build.acrylic:
+        heading = "The mount, in acrylic" if build.mount == "none" else "Or, instead of the printed mount, in acrylic"
+        lists.append((heading, words.acrylic(build.acrylic)))
+    for heading, lines in lists:
+        y = _heading(sheet, heading, y)
+        for line in lines:
+            sheet.text(LEFT_MM + 1, y, "•", points=POINTS, align="left")
+            y = paragraph(sheet, line, (LEFT_MM + 5, y), right - LEFT_MM - 5) + 1.4
+        y += 5
+    y = _heading(sheet, "Print settings", y)
+    for name, value in words.settings(build):
+        sheet.text(LEFT_MM + 1, y, name, points=POINTS, font=BOLD, align="left")
+        y = paragraph(sheet, value, (LEFT_MM + 30, y), right - LEFT_MM - 30) + 1.4
+    if (note := words.glue_note(build)) is not None:
+        y = paragraph(sheet, note, (LEFT_MM + 1, y + 3), right - LEFT_MM) + 1.4
+    if y + 16 + badge.lens.thickness_mm * STACK_SCALE < sheet.page_mm[1] - 14:
+        y = _heading(sheet, "The finished badge, cut open", y + 5)
+        draw_stack(sheet, badge, y - 6)
+
+
+def _draw_name(sheet: Sheet, name: str) -> None:
+    """Whose badge it is, as the badge itself is lettered."""
+    shown = set_name(name)
+    if shown.font and not printable(shown.words):
+        picture = name_picture(shown.words, shown.font, NAME_MM, 16.0, PICTURE_DPI)
+        dot_mm = Printer(PICTURE_DPI).dot_mm
+        sheet.picture(picture, (LEFT_MM, TOP_MM + 1 - picture.height * dot_mm), dot_mm)
+    elif shown.words:
+        points = min(18.0, 18.0 * NAME_MM[0] / sheet.text_width_mm(shown.words, 18.0, BOLD))
+        sheet.text(LEFT_MM, TOP_MM, shown.words, points=points, font=BOLD, align="left")
+
+
+def _heading(sheet: Sheet, heading: str, y: float) -> float:
+    """Write a heading, and give where what follows begins."""
+    sheet.text(LEFT_MM, y, heading, points=12, font=BOLD, align="left")
+    return y + 7.0
+
+
+def paragraph(sheet: Sheet, text: str, corner: tuple[float, float], width_mm: float, points: float = POINTS) -> float:
+    """Write words in lines of at most that width from a corner, the first baseline's; give the next baseline's y."""
+    x, y = corner
+    line = ""
+    for word in [*text.split(), None]:
+        longer = f"{line} {word}".strip()
+        if word is None or (line and sheet.text_width_mm(longer, points) > width_mm):
+            sheet.text(x, y, line, points=points, align="left")
+            y, longer = y + LINE_MM * points / POINTS, word or ""
+        line = longer
+    return y
+
+
+def _draw_steps(sheet: Sheet, found: list[Step]) -> None:
+    """The page of steps, each with its picture at the left."""
+    width, height = sheet.page_mm
+    sheet.text(LEFT_MM, TOP_MM - 6, "Step by step", points=16, font=BOLD, align="left")
+    top, tall = TOP_MM, min(MOST_STEP_MM, (height - TOP_MM - 12) / len(found))
+    for number, step in enumerate(found, start=1):
+        step.draw(sheet, (LEFT_MM, top, LEFT_MM + PICTURE_MM, top + tall - STEP_GAP_MM))
+        x = LEFT_MM + PICTURE_MM + 7
+        sheet.text(x, top + 4.5, f"{number}.  {step.title}", points=10.5, font=BOLD, align="left")
+        paragraph(sheet, step.words, (x, top + 10), width - LEFT_MM - x)
+        top += tall
+
+
+def _views(build: Build) -> list[tuple[str, list[Part]]]:
     """The exploded views, one for each way to build the badge: heading and parts."""
-    views = []
-    if mount != "none":
-        views.append(("Exploded view: the printed mount", printed_parts(badge, mount, figures.printed)))
-    if acrylic:
-        parts = acrylic_parts(badge, acrylic, figures.acrylic.film_mm, f"M3 × {_screw_length_mm(acrylic)}")
+    views, figures = [], build.figures
+    if build.mount != "none":
+        parts = printed_parts(build.badge, build.mount, figures.printed)
+        views.append(("Exploded view: the printed mount", parts))
+    if build.acrylic:
+        screw = f"M3 × {words.screw_length_mm(build.acrylic)}"
+        parts = acrylic_parts(build.badge, build.acrylic, figures.acrylic.film_mm, screw)
         views.append(("Exploded view: the mount in acrylic", parts))
-    return views or [("Exploded view", plain_parts(badge, figures.printed))]
+    return views or [("Exploded view", plain_parts(build.badge, figures.printed))]
 
 
 def _draw_view(sheet: Sheet, heading: str, parts: list[Part]) -> None:
     width, height = sheet.page_mm
     sheet.text(LEFT_MM, TOP_MM, heading, points=16, font=BOLD, align="left")
     scale = draw_exploded(sheet, parts, (LEFT_MM, TOP_MM + 18, width - LEFT_MM, height - TOP_MM))
-    words = (
-        f"Parts to one scale, {scale:.2f} of life size, pulled apart from front (top) to back; bottom edge near you."
-    )
-    sheet.text(LEFT_MM, TOP_MM + 8, words, points=9, align="left")
+    told = f"Parts to one scale, {scale:.2f} of life size, pulled apart from front (top) to back; bottom edge near you."
+    sheet.text(LEFT_MM, TOP_MM + 8, told, points=9, align="left")
 
 
-def _parts(badge: Badge, mount: str) -> list[str]:
-    width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
-    lens = badge.lens
-    parts = [f"•  badge.pdf printed at 100 % on card, board {width:g} × {height:g} mm"]
-    for grating, corners in sheet_pieces(badge):
-        across, along = math.dist(corners[0], corners[1]), math.dist(corners[1], corners[2])
-        size = f"{along:.1f} × {across:.1f} mm" if grating.axis == "y" else f"{across:.1f} × {along:.1f} mm"
-        way = WAYS.get(grating.axis, f"across its length, turned by {grating.axis}° clockwise")
-        if lens.kind == "mask":
-            parts.append(f"•  page 2 of badge.pdf printed at 100 % on clear film, cut along its marks to {size}")
-            parts.append(f"•  clear acrylic, {lens.thickness_mm:g} mm thick, cut to {size}")
-            continue
-        parts.append(
-            f"•  a lenticular sheet, {25.4 / lens.pitch_mm:.0f} lines per inch, {lens.thickness_mm:g} mm thick, cut to "
-            f"{size}, lenses {way}"
-        )
-    if mount != "none":
-        parts.append(f"•  the mount: mount.stl or mount.3mf, 3D-printed as it lies{_CARRIED[mount][0]}")
-    return parts
-
-
-def _steps(badge: Badge, mount: str, acrylic: bool) -> list[str]:
-    hold = "2 mm tape along its left and right edges" if mount == "none" else "the mount's lips"
-    hold = "the acrylic cover" if mount == "none" and acrylic else hold
-    if badge.lens.kind == "mask":
-        front, lay = "film", "Lay the acrylic over the striped field, and the film on it, printed side down."
-    else:
-        front, lay = "sheet", "Lay the lenticular sheet over the striped field, its lenses up and along the lines."
-    steps = [
-        "Measure both scale bars. Each must read 150.0 mm, give or take 0.5; else print with --measured-scale.",
-        "Cut the board out along the crop marks.",
-        lay,
-        f"Turn the {front} until the fringes of the plain rows (top, middle, bottom) stand upright.",
-        f"Fix it flat on the paper with {hold}; no air between, markers uncovered.",
-    ]
-    if len(badge.gratings) > 1:
-        steps.append("Join the sheets with a strip of clear tape on the front of the seam, between the striped fields.")
-    if mount != "none":
-        steps += [
-            "Slide board and front together into the mount from the top, down to its bottom edges.",
-            _CARRIED[mount][1],
-        ]
-    return [f"{number}.  {step}" for number, step in enumerate(steps, start=1)]
-
-
-def _acrylic(plan: AcrylicPlan) -> list[str]:
-    film = {plate.name: " (film)" for plate in plan.plates if plate.thickness_mm <= 0.5}
-    plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm{film.get(plate.name, '')}" for plate in plan.plates)
-    return [
-        f"•  acrylic.dxf or acrylic.svg, laser-cut: {plates}",
-        f"•  {len(plan.screws)} button-head screws M3 × {_screw_length_mm(plan)} (ISO 7380) with nuts",
-        f"Lay board and sheet into the frame on the base ({plan.clearance_mm:g} mm of air at each edge), put the cover",
-        f"on, and tighten until it touches the sheet all along; {plan.squeeze_mm:.2f} mm to the frame remain.",
-    ]
-
-
-def _screw_length_mm(plan: AcrylicPlan) -> int:
-    """The shortest screw on sale that reaches through the nut."""
-    return next((size for size in SCREWS_MM if size >= plan.screw_mm), math.ceil(plan.screw_mm))
-
-
-def _draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
+def draw_stack(sheet: Sheet, badge: Badge, top_mm: float) -> None:
     """A section through the stack, 12 times life size, with the true radius and pitches."""
-    scale, lens = 12.0, badge.lens
+    scale, lens = STACK_SCALE, badge.lens
     left, width = LEFT_MM + 4, 10 * lens.pitch_mm * scale
     page_y = top_mm + 8 + lens.thickness_mm * scale
     if lens.kind == "mask":

@@ -50,6 +50,7 @@ def issue_badge(
             badge,
             folder,
             mount=order.mount,
+            maker="studio",
             before_moving=lambda: registry.enroll(badge, told=True),
             progress=lambda file: progress(next(steps), most),
         )
@@ -94,6 +95,7 @@ def issue_event(
             badges,
             folder,
             mount=wanted.mount,
+            maker="studio",
             before_moving=lambda: registry.enroll_many(badges, told=True),
             progress=progress,
         )

@@ -1,0 +1,229 @@
+"""The small pictures beside the steps: line drawings of what hands do, in proportion to the badge, and its fringes.
+
+Convention: each takes an area of the page (x0, y0, x1, y1), mm, y down, and draws within it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from PIL import Image
+
+from moireid.badge import Badge, Point, Rect
+from moireid.fabrication.assembly.axonometry import draw_path
+from moireid.fabrication.assembly.fringes import LEANING_DEG, NARROWER, WIDER, fringe_picture
+from moireid.fabrication.page.pdf import Sheet
+from moireid.fabrication.sight import sheet_pieces
+
+Draw = Callable[[Sheet, Rect], None]
+#: A picture's gap to the next one, and the reach of an arrow's head, mm.
+GAP_MM, HEAD_MM = 3.0, 1.6
+
+
+class Board:
+    """The badge drawn small: places of its frame (`fabrication.sight`) on the page."""
+
+    def __init__(self, badge: Badge, area: Rect, *, spare: float = 1.0) -> None:
+        """Parameters: spare: share of the area that the board fills."""
+        x0, y0, x1, y1 = badge.outline_mm
+        self.badge, self.half = badge, ((x1 - x0) / 2, (y1 - y0) / 2)
+        self.scale = spare * min((area[2] - area[0]) / (x1 - x0), (area[3] - area[1]) / (y1 - y0))
+        self.middle = ((area[0] + area[2]) / 2, (area[1] + area[3]) / 2)
+
+    def at(self, place: Point) -> Point:
+        """Where a place of the frame is drawn."""
+        return self.middle[0] + place[0] * self.scale, self.middle[1] - place[1] * self.scale
+
+    def box(self, x0: float, y0: float, x1: float, y1: float) -> list[Point]:
+        """A rectangle of the frame, as it is drawn."""
+        return [self.at(place) for place in ((x0, y0), (x1, y0), (x1, y1), (x0, y1))]
+
+    def draw(self, sheet: Sheet, *, dash_mm: float | None = None) -> None:
+        """The outline, the markers, and the striped fields."""
+        half_x, half_y = self.half
+        draw_path(sheet, self.box(-half_x, -half_y, half_x, half_y), 1.0, 0.2, dash_mm=dash_mm)
+        x0, y0, x1, y1 = self.badge.outline_mm
+        middle = (x0 + x1) / 2, (y0 + y1) / 2
+        for left, top, right, bottom in self.badge.markers.dark_mm:
+            box = self.box(left - middle[0], middle[1] - bottom, right - middle[0], middle[1] - top)
+            draw_path(sheet, box, 0.25, None)
+        for grating in self.badge.gratings:
+            corners = [(x - (x0 + x1) / 2, (y0 + y1) / 2 - y) for x, y in self.badge.corners_of(grating).tolist()]
+            draw_path(sheet, [self.at(corner) for corner in corners], 0.9, None)
+            stripes(sheet, [self.at(corner) for corner in corners], 1.1, 0.55)
+
+    def pieces(self, sheet: Sheet, moved: Point = (0.0, 0.0)) -> None:
+        """The pieces of sheet, lenses sketched, moved on the page by mm."""
+        for _, corners in sheet_pieces(self.badge):
+            drawn = [(x + moved[0], y + moved[1]) for x, y in (self.at(corner) for corner in corners)]
+            draw_path(sheet, drawn, 0.97, 0.1)
+            stripes(sheet, drawn, 2.2, 0.75)
+
+
+def stripes(sheet: Sheet, corners: Sequence[Point], step_mm: float, grey: float) -> None:
+    """Lines across the first side of a rectangle."""
+    (ax, ay), (bx, by), (cx, cy), (dx, dy) = corners
+    count = max(2, int(math.dist(corners[0], corners[1]) / step_mm))
+    for k in range(1, count):
+        s = k / count
+        ends = [(ax + s * (bx - ax), ay + s * (by - ay)), (dx + s * (cx - dx), dy + s * (cy - dy))]
+        draw_path(sheet, ends, None, grey, closed=False)
+
+
+def arrow(sheet: Sheet, start: Point, end: Point, *, both: bool = False) -> None:
+    """A straight arrow; both: with a head at either end."""
+    draw_path(sheet, [start, end], None, 0.0, closed=False)
+    for tip, tail in ((end, start), (start, end))[: 2 if both else 1]:
+        way = math.atan2(tip[1] - tail[1], tip[0] - tail[0])
+        wings = [
+            (tip[0] - HEAD_MM * math.cos(way + turn), tip[1] - HEAD_MM * math.sin(way + turn)) for turn in (0.4, -0.4)
+        ]
+        draw_path(sheet, [tip, *wings], 0.0, None)
+
+
+def measure(sheet: Sheet, area: Rect) -> None:
+    """A ruler on a scale bar."""
+    x0, x1, y = area[0] + 3, area[2] - 3, (area[1] + area[3]) / 2
+    for k in range(16):
+        x = x0 + (x1 - x0) * k / 15
+        sheet.stroke(x, y, x, y - (3.0 if k % 5 == 0 else 1.6), 0.15)
+    sheet.stroke(x0, y, x1, y, 0.3)
+    draw_path(sheet, [(x0 - 2, y + 0.8), (x1 + 2, y + 0.8), (x1 + 2, y + 7), (x0 - 2, y + 7)], 0.92, 0.3)
+    for k in range(16):
+        x = x0 + (x1 - x0) * k / 15
+        sheet.stroke(x, y + 0.8, x, y + (3.4 if k % 5 == 0 else 2.2), 0.15)
+    sheet.text(x0, y + 6, "0", points=6, align="center")
+    sheet.text(x1, y + 6, "150", points=6, align="center")
+    sheet.text((x0 + x1) / 2, y - 4.5, "150.0 mm", points=7)
+
+
+def cut(badge: Badge) -> Draw:
+    """The board among its crop marks."""
+
+    def draw(sheet: Sheet, area: Rect) -> None:
+        board = Board(badge, area, spare=0.78)
+        board.draw(sheet, dash_mm=1.0)
+        for side_x in (-1, 1):
+            for side_y in (-1, 1):
+                x, y = board.at((side_x * board.half[0], side_y * board.half[1]))
+                sheet.stroke(x + side_x, y, x + 3 * side_x, y, 0.25)
+                sheet.stroke(x, y - side_y, x, y - 3 * side_y, 0.25)
+
+    return draw
+
+
+def lay(badge: Badge) -> Draw:
+    """The sheet on its way to the board."""
+
+    def draw(sheet: Sheet, area: Rect) -> None:
+        board = Board(badge, area, spare=0.8)
+        board.middle = (board.middle[0] - 5, board.middle[1] + 1)
+        board.draw(sheet)
+        board.pieces(sheet, (9.0, -3.5))
+        x, y = board.at((board.half[0], -board.half[1]))
+        arrow(sheet, (x + 8.5, y - 6), (x + 2, y - 3.5))
+
+    return draw
+
+
+def fringes(badge: Badge, *looks: dict[str, float]) -> Draw:
+    """The fringes that are seen, one picture a look (`fringe_picture`'s parameters)."""
+
+    def draw(sheet: Sheet, area: Rect) -> None:
+        pictures = [fringe_picture(badge, **look) for look in looks]
+        wide = (area[2] - area[0] - GAP_MM * (len(pictures) - 1)) / len(pictures)
+        for k, picture in enumerate(pictures):
+            _place(sheet, picture, (area[0] + k * (wide + GAP_MM), area[1], wide, area[3] - area[1]))
+
+    return draw
+
+
+#: The looks that a builder meets: as it should be; turned; of too few and of too many fringes.
+GOOD: dict[str, float] = {}
+LEANING: dict[str, float] = {"turned_deg": LEANING_DEG}
+PITCH: tuple[dict[str, float], ...] = ({"beats": WIDER}, {"beats": NARROWER})
+
+
+def _place(sheet: Sheet, picture: Image.Image, room: tuple[float, float, float, float]) -> None:
+    """A picture in the middle of a room (x, y, width, height), as large as fits."""
+    dot_mm = min(room[2] / picture.width, room[3] / picture.height)
+    x = room[0] + (room[2] - picture.width * dot_mm) / 2
+    sheet.picture(picture, (x, room[1] + (room[3] - picture.height * dot_mm) / 2), dot_mm)
+
+
+def held(badge: Badge, *, taped: bool) -> Draw:
+    """Sheet on the board, held at its left and right edges: by tape, or by a mount that goes over them."""
+
+    def draw(sheet: Sheet, area: Rect) -> None:
+        board = Board(badge, area, spare=0.85)
+        board.draw(sheet)
+        board.pieces(sheet)
+        half_x, half_y = board.half
+        rows = [y for _, corners in sheet_pieces(badge) for _, y in corners]
+        low, high = (min(rows), max(rows)) if taped else (-half_y, half_y)
+        strip = max(2.0, 1.2 / board.scale)
+        for side in (-1, 1):
+            out = half_x + (0.0 if taped else strip)
+            left, right = sorted((side * (half_x - strip), side * out))
+            draw_path(sheet, board.box(left, low, right, high), 0.7, 0.2)
+        if not taped:
+            draw_path(sheet, board.box(-half_x - strip, -half_y - strip, half_x + strip, -half_y), 0.7, 0.2)
+            x, y = board.at((0, half_y))
+            arrow(sheet, (x, y - 2.5), (x, y + 4))
+
+    return draw
+
+
+def carried(badge: Badge, kind: str, slots: int) -> Draw:
+    """The badge as it is worn or stands; slots: lanyard slots of a mount."""
+
+    def draw(sheet: Sheet, area: Rect) -> None:
+        if kind == "stand":
+            x, y = (area[0] + area[2]) / 2, area[3] - 2
+            draw_path(sheet, [(x - 12, y), (x + 12, y)], None, 0.0, closed=False)
+            draw_path(sheet, [(x + 4, y - 1), (x + 8, y - 1), (x + 2, y - 12), (x + 1, y - 12)], 0.75, 0.2)
+            draw_path(sheet, [(x + 5, y - 1.5), (x + 6.2, y - 1.5), (x + 2, y - 20), (x + 0.8, y - 20)], 1.0, 0.0)
+            return
+        board = Board(badge, (area[0], area[1] + 6, area[2], area[3]), spare=0.95)
+        board.draw(sheet)
+        board.pieces(sheet)
+        places = (-0.6, 0.6) if slots == 2 else (0.0,)
+        for share in places:
+            x, y = board.at((share * board.half[0], board.half[1]))
+            draw_path(sheet, [(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
+            draw_path(sheet, board.box(*_tab(board, share)), 0.75, 0.2)
+
+    return draw
+
+
+def _tab(board: Board, share: float) -> Rect:
+    half, low = 1.6 / board.scale, board.half[1]
+    middle = share * board.half[0]
+    return (middle - half, low, middle + half, low + 1.2 / board.scale)
+
+
+def film(badge: Badge, look_m: float) -> Draw:
+    """A phone before the badge, which moves to and fro."""
+
+    def draw(sheet: Sheet, area: Rect) -> None:
+        wide = (area[2] - area[0]) / 2
+        board = Board(badge, (area[0], area[1] + 2, area[0] + wide, area[3] - 6), spare=0.95)
+        board.draw(sheet)
+        board.pieces(sheet)
+        x, y = board.middle[0], area[3] - 1.5
+        arrow(sheet, (x - 9, y), (x + 9, y), both=True)
+        sheet.text(x, y - 1.2, "20 cm", points=6)
+        phone = (area[2] - 11, area[1] + 4, area[2] - 3, area[3] - 6)
+        draw_path(
+            sheet, [(phone[0], phone[1]), (phone[2], phone[1]), (phone[2], phone[3]), (phone[0], phone[3])], 0.4, 0.0
+        )
+        inside = (phone[0] + 0.8, phone[1] + 1.6, phone[2] - 0.8, phone[3] - 1.6)
+        corners = [(inside[0], inside[1]), (inside[2], inside[1]), (inside[2], inside[3]), (inside[0], inside[3])]
+        draw_path(sheet, corners, 1.0, None)
+        middle = (phone[1] + phone[3]) / 2
+        start = area[0] + wide + 1
+        draw_path(sheet, [(start, middle), (phone[0] - 1, middle)], None, 0.5, closed=False, dash_mm=0.8)
+        sheet.text((start + phone[0] - 1) / 2, middle - 1.2, f"{look_m:g} m", points=6)
+
+    return draw

@@ -1,0 +1,263 @@
+"""What the sheet says: what to have, how to print, and what to do, in short sentences with a picture for each step.
+
+Sheets that the studio makes say nothing of commands: whoever issues there has none.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from moireid.badge import Badge
+from moireid.fabrication.acrylic.plates import AcrylicPlan
+from moireid.fabrication.assembly import sketches
+from moireid.fabrication.printed.mount import SLOTS
+from moireid.fabrication.process import MountFigures
+from moireid.fabrication.sight import has_turned, sheet_pieces
+from moireid.sheets import MM_PER_INCH
+from moireid.turned import Axis
+
+#: Who makes the sheet: the command line, or the studio.
+Maker = Literal["command", "studio"]
+#: How the lenses of an upright piece run.
+WAYS: dict[Axis, str] = {"x": "upright", "y": "level"}
+#: Lengths that M3 button-head screws are sold in, mm.
+SCREWS_MM = (6, 8, 10, 12, 14, 16, 18, 20, 25, 30)
+#: A sheet must slide into its mount, and is held by its edges.
+NARROWER_MM = 0.2
+#: Index of the acrylate of clear adhesives: so many times less than air does it add to how far fringes move.
+ADHESIVE_INDEX = 1.47
+
+
+@dataclass(frozen=True)
+class Step:
+    """One thing to do: its title, what to do, and its picture."""
+
+    title: str
+    words: str
+    draw: sketches.Draw
+
+
+@dataclass(frozen=True)
+class Build:
+    """What is built: the badge, the printed mount's kind ("none" without one), the acrylic stack, and its makers.
+
+    slots: lanyard slots that the printed mount has.
+    """
+
+    badge: Badge
+    mount: str
+    acrylic: AcrylicPlan | None
+    figures: MountFigures
+    maker: Maker
+    slots: int = 0
+
+    @property
+    def look_m(self) -> float:
+        """From how far to look and to film, m: 1 m where the badge is read from there."""
+        near, far = self.badge.range_m or (1.0, 1.0)
+        return round(min(max(1.0, near), far), 1)
+
+    @property
+    def glued(self) -> bool:
+        """Whether page and sheet are joined by an adhesive."""
+        return self.figures.printed.adhesive_mm > 0
+
+
+def needs(build: Build) -> list[str]:
+    """What to buy, to have and to make."""
+    badge, figures = build.badge, build.figures.printed
+    width, height = (badge.outline_mm[2 + k] - badge.outline_mm[k] for k in (0, 1))
+    found = [
+        f"Card: white, matt, 200 to 300 g/m² (about {figures.card_mm:g} mm thick), one sheet; the badge is cut to "
+        f"{width:g} × {height:g} mm"
+    ]
+    found += dict.fromkeys(_front(build))
+    if build.glued:
+        found.append(f"Clear adhesive film, {figures.adhesive_mm:g} mm thick, or a sheet with adhesive on its back")
+    if build.mount != "none":
+        extra = {"lanyard": "; a lanyard with two hooks" if build.slots == 2 else "; a lanyard"}.get(build.mount, "")
+        second = {"clip": ", with its clip", "stand": ", with its stand"}.get(build.mount, "")
+        found.append(f"The mount, 3D-printed from mount.3mf or mount.stl as it lies, without supports{second}{extra}")
+    tape = "" if build.glued else ", clear tape"
+    found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
+    if (count := len(sheet_pieces(badge))) > 1 and badge.lens.kind != "mask":
+        found.append(f"{count} pieces of lens sheet are cut: page 3 shows each in true size")
+    return found
+
+
+def _front(build: Build) -> list[str]:
+    """What lies on the card."""
+    lens, found = build.badge.lens, []
+    for grating, corners in sheet_pieces(build.badge):
+        across, along = math.dist(corners[0], corners[1]), math.dist(corners[1], corners[2])
+        size = f"{along:.1f} × {across:.1f} mm" if grating.axis == "y" else f"{across:.1f} × {along:.1f} mm"
+        if lens.kind == "mask":
+            found.append(f"Clear film for your printer: page 2 of badge.pdf, cut along its marks to {size}")
+            found.append(f"Clear acrylic, {lens.thickness_mm:g} mm thick, cut to {size}")
+            continue
+        turned = f"across its length, turned by {grating.axis}° clockwise"
+        way = WAYS.get(grating.axis, turned.replace(".0°", "°"))
+        kind = "Array of lenses (a fly's-eye sheet)" if lens.kind == "array" else "Lenticular sheet"
+        way = "in rows along its edges" if lens.kind == "array" else way
+        found.append(
+            f"{kind}, {MM_PER_INCH / lens.pitch_mm:.0f} lines per inch (LPI), {lens.thickness_mm:.3g} mm "
+            f"thick, cut to {size}, lenses {way}"
+        )
+    return found
+
+
+def settings(build: Build) -> list[tuple[str, str]]:
+    """What to set in the print dialog: name and value."""
+    told = build.badge.print or {}
+    paper = {"letter": "US Letter"}.get(str(told.get("paper", "a4")), str(told.get("paper", "a4")).upper())
+    return [
+        ("File", "badge.pdf, page 1"),
+        ("Paper", f"{paper}, upright, one side; type “heavy” or “card”"),
+        ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
+        ("Resolution", f"{told.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
+        ("Colour", "black only, no smoothing"),
+        ("Tray", "the manual tray, also called multi-purpose: card stays straight"),
+    ]
+
+
+def steps(build: Build) -> list[Step]:
+    """What to do, in order."""
+    badge = build.badge
+    mask, upright = badge.lens.kind == "mask", all(grating.axis == "x" for grating in badge.gratings)
+    several, array = len(sheet_pieces(badge)) > 1, badge.lens.kind == "array"
+    front = "film" if mask else "sheet"
+    one = f"each piece of {front}" if several else f"the {front}"
+    bands = "stand upright" if upright else "run along the field's edges" if array else "run along the printed lines"
+    lay = _LAY_MASK if mask else _LAY_ARRAY if array else _LAY_PIECES if several else _LAY
+    found = [
+        Step("Print it, and measure it", _MEASURE[build.maker], sketches.measure),
+        Step(
+            "Cut",
+            f"Cut the badge out along the corner marks. {_cut(build)}",
+            sketches.cut(badge),
+        ),
+        Step("Lay", f"Lay {lay}. Leave the black squares free.", sketches.lay(badge)),
+        Step(
+            f"Turn the {front} until the bands stand"
+            if upright
+            else f"Turn it until the bands follow the {'edges' if array else 'lines'}",
+            f"Look at it from {build.look_m:g} m. You see wide dark bands. Turn {one} slowly until the bands of the "
+            f"plain rows (top, middle and bottom) {bands}, as here. Codes make the other rows jump; that is right.",
+            sketches.fringes(badge, sketches.GOOD),
+        ),
+        Step(
+            "Do the bands lean?",
+            f"Then the {front} is turned by half a degree or so. Turn it back by a hair. The bands get steeper and "
+            "wider as you come near.",
+            sketches.fringes(badge, sketches.LEANING),
+        ),
+        Step(
+            "Are they much too wide, or too narrow?",
+            f"Compare with preview.png. At twice or half the width (left, right) the {front} has another pitch than "
+            f"its label says, or the print has another size. {_PITCH[build.maker]}",
+            sketches.fringes(badge, *sketches.PITCH),
+        ),
+        _fixed(build, front),
+    ]
+    if build.mount != "none":
+        found.append(_carried(build))
+    return [
+        *found,
+        Step("Film it and check", _CHECK[build.maker].format(look_m=build.look_m), sketches.film(badge, build.look_m)),
+    ]
+
+
+_LAY = "the lens sheet on the striped field: ribs up, and along the printed lines"
+_LAY_PIECES = "each piece of lens sheet on its striped field: ribs up, and along the printed lines"
+_LAY_ARRAY = "the lens sheet on the field of dots: its lenses up, and their rows along the field's edges"
+_LAY_MASK = "the acrylic on the striped field, and the film on it, printed side down"
+_MEASURE: dict[Maker, str] = {
+    "command": "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or "
+    "less. If not, divide what it reads by 150, and make the page again with --measured-scale and that number.",
+    "studio": "Use the settings of page 1. Lay a ruler on both scale bars: each must read 150.0 mm, 0.5 mm more or "
+    "less. If not, look for a setting that fits the page to the paper, switch it off, and print again.",
+}
+_PITCH: dict[Maker, str] = {
+    "command": "Measure the bars again. Then measure the sheet with the chart of moireid pitch-test.",
+    "studio": "Measure the bars again. Then take another sheet, or ask whoever issued the badge.",
+}
+_CHECK: dict[Maker, str] = {
+    "command": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. Then run: "
+    "moireid verify FILM --badge badge.json. To keep how this badge was built: moireid enroll badge.json "
+    "--capture FILM.",
+    "studio": "Film the badge for 8 seconds from {look_m:g} m, and move it 20 cm to and fro. Then open Enroll in the "
+    "studio and give it the film: it keeps how this badge was built. Verify in the studio checks any later film.",
+}
+
+
+def _cut(build: Build) -> str:
+    if build.badge.lens.kind == "mask":
+        return "Cut film and acrylic to the sizes of page 1."
+    return f"Cut the lens sheet by the plate on the next page: no wider, and at most {NARROWER_MM:g} mm narrower."
+
+
+def _fixed(build: Build, front: str) -> Step:
+    badge = build.badge
+    seam = " Join the pieces by clear tape on the front of the seam." if len(sheet_pieces(badge)) > 1 else ""
+    # Turned pieces do not reach the edges at which mounts and tapes hold.
+    seam = " First hold each piece by clear tape on two of its sides." if has_turned(badge) else seam
+    if build.glued:
+        words = (
+            f"Peel 1 cm of the liner off at one edge. Lay the {front}, turn it until the bands are right, and press "
+            "that edge down. Then pull the liner out from below, and rub from there to the other side: no bubbles."
+        )
+        return Step("Glue it", words, sketches.lay(badge))
+    if build.mount != "none":
+        words = (
+            f"Slide card and {front} together into the mount from the top, down to its bottom edge. Springs press them "
+            "on each other; no air may stay between."
+        )
+        return Step("Put it into the mount", words + seam, sketches.held(badge, taped=False))
+    if build.acrylic:
+        words = f"Lay card and {front} into the acrylic frame, put the cover on, and tighten the screws by turns."
+        return Step("Close the stack", words + seam, sketches.held(badge, taped=True))
+    words = f"Hold the {front}, and put clear tape along its left and right edge, 2 mm wide. No air may stay between."
+    return Step("Fix it", words + seam, sketches.held(badge, taped=True))
+
+
+def _carried(build: Build) -> Step:
+    if build.mount == "clip":
+        words = "Put the clip's hook through the slot from behind, and let the bar drop into it."
+        return Step("Put on the clip", words, sketches.carried(build.badge, "clip", SLOTS["clip"]))
+    if build.mount == "stand":
+        words = f"Set the mount's bottom edge into the groove. It leans back by {build.figures.printed.stand_deg:g}°."
+        return Step("Set it on the stand", words, sketches.carried(build.badge, "stand", 0))
+    words = "Hang it from both slots. On one cord a badge turns by itself, and its bands move."
+    if build.slots < 2:
+        words = "Hang it from its slot. On one cord a badge turns by itself, and its bands move: hold it for a check."
+    return Step("Hang it", words, sketches.carried(build.badge, "lanyard", build.slots))
+
+
+def acrylic(plan: AcrylicPlan) -> list[str]:
+    """What the acrylic stack takes, and how it is closed."""
+    film = {plate.name: " (film)" for plate in plan.plates if plate.thickness_mm <= 0.5}
+    plates = ", ".join(f"{plate.name} {plate.thickness_mm:g} mm{film.get(plate.name, '')}" for plate in plan.plates)
+    return [
+        f"Laser-cut from acrylic.dxf or acrylic.svg: {plates}",
+        f"{len(plan.screws)} button-head screws M3 × {screw_length_mm(plan)} (ISO 7380) with nuts",
+        f"Card and sheet lie in the frame, with {plan.clearance_mm:g} mm of air at each edge. Tighten the cover until "
+        f"it touches the sheet all along; {plan.squeeze_mm:.2f} mm to the frame remain.",
+    ]
+
+
+def glue_note(build: Build) -> str | None:
+    """What an adhesive does to the fringes, None where there is none."""
+    if not build.glued:
+        return None
+    adhesive_mm = build.figures.printed.adhesive_mm
+    return (
+        f"The adhesive makes the bands move as far as {adhesive_mm / ADHESIVE_INDEX:.2g} mm of air would. Enroll a "
+        "film of the finished badge, so that this is known."
+    )
+
+
+def screw_length_mm(plan: AcrylicPlan) -> int:
+    """The shortest screw on sale that reaches through the nut."""
+    return next((size for size in SCREWS_MM if size >= plan.screw_mm), math.ceil(plan.screw_mm))

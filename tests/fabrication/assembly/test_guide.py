@@ -1,0 +1,191 @@
+"""The assembly sheet's words, pictures and plate.  Beside each test: the wrong sheet it catches."""
+
+from __future__ import annotations
+
+import ctypes
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pypdfium2 as pdfium
+import pypdfium2.raw as raw
+import pytest
+
+from moireid.badge import Badge
+from moireid.designer import Request, design_badge
+from moireid.fabrication.assembly.fringes import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
+from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.plate import Piece, pieces, placed
+from moireid.fabrication.process import MountFigures, MountProcess, mount_figures
+
+PT_PER_MM = 72 / 25.4
+
+
+@pytest.fixture(scope="module")
+def badge() -> Badge:
+    return design_badge(Request("Ada Lovelace"), bytes(range(8)))
+
+
+def text_of(path: Path) -> list[str]:
+    document = pdfium.PdfDocument(path)
+    found = [" ".join(page.get_textpage().get_text_range().split()) for page in document]
+    document.close()
+    return found
+
+
+def written(badge: Badge, path: Path, mount: str = "lanyard", maker: str = "command", *pairs: str) -> list[str]:
+    write_assembly_pdf(badge, path, mount=mount, maker=maker, figures=mount_figures(pairs))  # type: ignore[arg-type]
+    return text_of(path)
+
+
+def test_the_sheet_names_the_person_and_ends_with_a_check(badge: Badge, tmp_path: Path) -> None:
+    """Catches: a sheet among many that nobody knows whose it is; print settings of another printer; no check."""
+    lists, steps, *_ = written(badge, tmp_path / "a.pdf")
+    assert lists.startswith("Ada Lovelace") and "50 lines per inch" in lists and "1200 dpi" in lists
+    assert "Never “fit to page”" in lists and "manual tray" in lists and "lanyard with two hooks" in lists
+    assert "9. Film it and check" in steps and "moireid verify FILM --badge badge.json" in steps
+    assert "--measured-scale" in steps and "from both slots" in steps
+
+
+def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -> None:
+    """Catches: options and commands for somebody who has a page in a browser."""
+    for kind in ("lanyard", "clip", "stand", "none"):
+        whole = " ".join(written(badge, tmp_path / f"{kind}.pdf", kind, "studio"))
+        assert "--" not in whole and "moireid verify" not in whole and "pitch-test" not in whole
+        assert "open Enroll in the studio" in whole
+
+
+def test_an_adhesive_changes_what_is_bought_and_done(badge: Badge, tmp_path: Path) -> None:
+    """Catches: tape beside glue, no word of what it does to the fringes, or of a glue that is not there."""
+    lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none", "command", "adhesive_mm=0.05")
+    assert "Clear adhesive film, 0.05 mm" in lists and "0.034 mm of air" in lists and "Peel" in steps
+    assert "adhesive" not in " ".join(written(badge, tmp_path / "b.pdf", "none"))
+
+
+def test_a_narrow_badge_s_one_slot_is_told(badge: Badge, tmp_path: Path) -> None:
+    """Catches: two slots promised where there is one, and no warning of its turning."""
+    small = replace(badge, board_mm=(60.0, 60.0, 96.0, 146.0))
+    centers = ((66.0, 66.0), (90.0, 66.0), (90.0, 140.0), (66.0, 140.0))
+    field = (66.0, 76.0, 90.0, 130.0)
+    grating = replace(badge.gratings[0], rect_mm=field, cells=(replace(badge.gratings[0].cells[0], rect_mm=field),))
+    small = replace(
+        small, markers=replace(badge.markers, size_mm=6.0, centers_mm=centers), gratings=(replace(grating, code=None),)
+    )
+    lists, steps, *_ = written(small, tmp_path / "a.pdf")
+    assert "hold it for a check" in steps and "two hooks" not in lists
+
+
+@pytest.mark.parametrize("paper", ["a4", "letter"])
+@pytest.mark.parametrize("name", ["A" * 200, "محمد بن سلمان", "W W " * 40])
+def test_no_word_leaves_the_page_or_lies_on_another(name: str, paper: str, tmp_path: Path) -> None:
+    """Catches: a step more than the page holds, a long name off its edge, lines over each other."""
+    badge = design_badge(Request(name.strip(), axes="xy", paper=paper), bytes(8))
+    written(badge, tmp_path / "a.pdf", "stand", "studio")
+    document = pdfium.PdfDocument(tmp_path / "a.pdf")
+    for number in (0, 1):
+        page = document[number]
+        text = page.get_textpage()
+        boxes = [np.array(text.get_rect(k)) / PT_PER_MM for k in range(text.count_rects())]
+        width, _ = (side / PT_PER_MM for side in page.get_size())
+        assert min(b[0] for b in boxes) > 15 and max(b[2] for b in boxes) < width - 12 and min(b[1] for b in boxes) > 6
+        for k, one in enumerate(boxes):
+            for other in boxes[:k]:
+                wide = min(one[2], other[2]) - max(one[0], other[0])
+                tall = min(one[3], other[3]) - max(one[1], other[1])
+                assert wide < 0.2 or tall < 0.4, (number, one, other)
+    document.close()
+
+
+def beat_and_lean(badge: Badge, **look: float) -> tuple[float, float]:
+    """Fringes to the mm across, and their lean in degrees, of plain lines under the sheet, by Fourier transform."""
+    grating = badge.gratings[0]
+    assert grating.code
+    cell = grating.cells[grating.code.reference_cell]
+    plain = replace(badge, gratings=(replace(grating, cells=(replace(cell, rect_mm=grating.rect_mm),), code=None),))
+    seen = np.asarray(fringe_picture(plain, **look), dtype=float)
+    spectrum = np.abs(
+        np.fft.fft2((seen - seen.mean()) * np.outer(np.hanning(seen.shape[0]), np.hanning(seen.shape[1])), (2048, 2048))
+    )
+    up, across = np.unravel_index(int(np.argmax(spectrum[:, :1024])), (2048, 1024))
+    down = np.fft.fftfreq(2048)[up]
+    return float(across) / 2048 * PX_PER_MM, math.degrees(math.atan2(abs(down), across / 2048))
+
+
+def test_pictures_show_what_the_law_says(badge: Badge) -> None:
+    """Catches: pictures that are painted by hand: fringes of another number, that lean too little or not at all."""
+    grating = badge.gratings[0]
+    assert grating.code
+    cell = grating.cells[grating.code.reference_cell]
+    beat = abs(1 / cell.pitch_mm - 1 / badge.lens.pitch_mm)
+    good, lean = beat_and_lean(badge)
+    assert good == pytest.approx(beat, abs=0.003) and lean < 1.0
+    turned, lean = beat_and_lean(badge, turned_deg=LEANING_DEG)
+    across = 1 / badge.lens.pitch_mm * math.sin(math.radians(LEANING_DEG))
+    assert turned == pytest.approx(beat, abs=0.003) and lean == pytest.approx(
+        math.degrees(math.atan(across / beat)), abs=2
+    )
+    assert beat_and_lean(badge, beats=NARROWER)[0] == pytest.approx(NARROWER * beat, rel=0.15)
+    assert beat_and_lean(badge, beats=WIDER)[0] == pytest.approx(WIDER * beat, rel=0.25)
+
+
+def dashed_mm(path: Path, number: int) -> list[np.ndarray]:
+    """Closed loops of four corners that are not filled, mm: what is cut."""
+    document = pdfium.PdfDocument(path)
+    x, y, found = ctypes.c_float(), ctypes.c_float(), []
+    for thing in document[number].get_objects(filter=[raw.FPDF_PAGEOBJ_PATH]):
+        mode, stroked = ctypes.c_int(), ctypes.c_int()
+        raw.FPDFPath_GetDrawMode(thing.raw, mode, stroked)
+        loop = []
+        for k in range(raw.FPDFPath_CountSegments(thing.raw)):
+            raw.FPDFPathSegment_GetPoint(raw.FPDFPath_GetPathSegment(thing.raw, k), x, y)
+            loop.append((x.value / PT_PER_MM, y.value / PT_PER_MM))
+        if mode.value == 0 and len(loop) >= 4:
+            found.append(np.array(loop[:4]))
+    document.close()
+    return found
+
+
+@pytest.mark.parametrize("axes", ["x", "xy", "hex"])
+def test_the_plate_is_of_true_size_and_its_lenses_stand(axes: str, tmp_path: Path) -> None:
+    """Catches: a plate fitted to the page, width and length exchanged, a piece that is missing or turned."""
+    badge = design_badge(Request("A", axes=axes, range_m=(0.8, 1.5)), bytes(8))
+    words = written(badge, tmp_path / "a.pdf", "none")[2]
+    cut = [np.ptp(loop, axis=0) for loop in dashed_mm(tmp_path / "a.pdf", 2)]
+    found = pieces(badge)
+    assert sorted(map(tuple, np.round(cut, 2))) == sorted(tuple(np.round(piece.size_mm, 2)) for piece in found)
+    assert ("cut 3" in words) == (axes == "hex") and "must measure 100 mm" in words
+    if axes == "x":
+        _, y0, _, y1 = badge.gratings[0].rect_mm
+        assert found[0].size_mm == pytest.approx((146.0, y1 - y0))
+    if axes == "xy":
+        # The second piece's lenses lie level on the badge, so it is cut a quarter turn from how it lies.
+        assert found[1].size_mm[0] > found[0].size_mm[0] > 72
+
+
+def test_any_rectangle_is_drawn_upright_and_pages_follow() -> None:
+    """Catches: a turned piece drawn askew or mirrored; pieces over each other or off the room."""
+    cos, sin = math.cos(0.7), math.sin(0.7)
+    corners = tuple((5 + x * cos - y * sin, 9 + x * sin + y * cos) for x, y in ((0, 0), (40, 0), (40, 25), (0, 25)))
+    piece = Piece("p", corners)
+    assert np.allclose(piece.upright, [(0, 0), (40, 0), (40, 25), (0, 25)]) and piece.size_mm == pytest.approx((40, 25))
+    pages = placed([piece] * 20, (10.0, 10.0, 180.0, 200.0))
+    assert len(pages) == 2 and sum(map(len, pages)) == 20
+    for page in pages:
+        spots = [corner for _, corner in page]
+        assert len(set(spots)) == len(spots) and all(x + 40 <= 180 and y + 25 <= 200 for x, y in spots)
+
+
+def test_the_figures_of_a_stand_reach_the_words(badge: Badge, tmp_path: Path) -> None:
+    """Catches: the default's angle for somebody's own."""
+    figures = MountFigures(printed=MountProcess(stand_deg=25.0))
+    write_assembly_pdf(badge, tmp_path / "a.pdf", mount="stand", figures=figures)
+    assert "leans back by 25°" in text_of(tmp_path / "a.pdf")[1]
+
+
+def test_an_array_of_lenses_is_one_piece(tmp_path: Path) -> None:
+    """Catches: two halves of a sheet for two gratings that cross on one field; a lenticular sheet bought for it."""
+    badge = design_badge(Request("A", front="array", range_m=(0.3, 0.8)), bytes(8))
+    lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none")
+    assert len(pieces(badge)) == 1 and "Array of lenses" in lists and "Lenticular" not in lists
+    assert "2 pieces" not in lists and "follow the edges" in steps
