@@ -64,7 +64,9 @@ class Wear:
             name = self.format_name or "board"
             return in_format(request, name, orientation=self.orientation, lens=self.lens, range_m=range_m)
         request = replace(request, size_mm=size_mm, lens=self.lens or request.lens, range_m=range_m or request.range_m)
-        return request if look is None or range_m is not None else within_reach(request)
+        # Each of three fields is smaller than one over the whole board, so they are read less far.
+        smaller = look is not None or request.axes == "hex"
+        return within_reach(request) if smaller and range_m is None else request
 
     def look(self, axes: str) -> Look | None:
         """What the badge wears; None for name, lines and id alone on a board of its own.
