@@ -24,6 +24,7 @@ from moireid.designer import Request, design_badge
 from moireid.lenticule import view_response
 from moireid.simulate.scene import Scene
 from moireid.simulate.truth import shown_phase_rad
+from moireid.turned import own_rect
 from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.tracking.profiles import ProfileReader
 from moireid.web.pages.preview_law import preview_law
@@ -59,10 +60,10 @@ def page() -> Iterator[Page]:
         browser.close()
 
 
-@pytest.fixture(scope="module", params=["x", "xy", "mask"])
+@pytest.fixture(scope="module", params=["x", "xy", "hex", "mask"])
 def badge(request: pytest.FixtureRequest) -> Badge:
-    """A badge of one axis, of two, and one under a line mask."""
-    wish = Request("Ada", axes="xy") if request.param == "xy" else Request("Ada")
+    """A badge of one axis, of two, of three at angles, and one under a line mask."""
+    wish = Request("Ada", axes=request.param, range_m=(0.8, 2.0)) if request.param != "mask" else Request("Ada")
     if request.param == "mask":
         wish = Request("Ada", front="mask")
     return design_badge(wish, payload_for_name("Ada"))
@@ -81,8 +82,10 @@ def asked(badge: Badge, count: int = 40) -> list[dict[str, Any]]:
     points = []
     for k in range(count):
         g, c = cells[int(rng.integers(len(cells)))]
-        x0, y0, x1, y1 = badge.gratings[g].cells[c].rect_mm
-        points.append({"g": g, "c": c, "x": rng.uniform(x0, x1), "y": rng.uniform(y0, y1), "camera": CAMERAS[k % 5]})
+        grating = badge.gratings[g]
+        low, top, high, bottom = own_rect(grating.axis, grating.cells[c].rect_mm)
+        x, y = badge.frame_of(grating).on_page((rng.uniform(low, high), rng.uniform(top, bottom))).tolist()
+        points.append({"g": g, "c": c, "x": x, "y": y, "camera": CAMERAS[k % 5]})
     return points
 
 
@@ -102,14 +105,14 @@ def test_the_script_sees_the_line_that_a_traced_ray_lands_on(page: Page, badge: 
     expected = []
     for point in points:
         grating = badge.gratings[point["g"]]
-        cell, k = grating.cells[point["c"]], 0 if grating.axis == "x" else 1
-        eye = camera_mm(badge, *point["camera"])
-        tangent = (np.array([point["x"], point["y"]]) - eye[:2]) / abs(eye[2])
-        middle = (badge.outline_mm[k] + badge.outline_mm[k + 2]) / 2
-        lens = (point["x"], point["y"])[k] - badge.lens.thickness_mm * tangent[k]
+        cell, frame, (x0, y0, x1, y1) = grating.cells[point["c"]], badge.frame_of(grating), badge.outline_mm
+        eye, place = camera_mm(badge, *point["camera"]), np.array([point["x"], point["y"]])
+        tangent = frame.directions(place - eye[:2]) / abs(eye[2])
+        middle = float(frame.places(((x0 + x1) / 2, (y0 + y1) / 2))[0])
+        lens = float(frame.places(place)[0]) - badge.lens.thickness_mm * tangent[0]
         # The fringe that lenses at whole pitches from the middle draw, taken between them as the eye does.
         beat = (lens - middle) * (1 / cell.pitch_mm - 1 / badge.lens.pitch_mm) + (middle - cell.edge_mm) / cell.pitch_mm
-        seen = np.angle(view_response(badge.lens, cell.pitch_mm, tangent[k], tangent[1 - k]))
+        seen = np.angle(view_response(badge.lens, cell.pitch_mm, tangent[0], tangent[1]))
         expected.append(2 * math.pi * beat + float(seen))
     off = np.angle(np.exp(1j * (2 * math.pi * turns(page, badge, points) - expected)))
     assert np.abs(off).max() < TRACED_RAD
@@ -159,10 +162,7 @@ def test_a_picture_is_dark_where_the_ink_is_seen(page: Page, badge: Badge) -> No
     code = """async ([law, camera]) => {
         const { brightness, cameraAt, turnsAt } = await import("http://studio.test/fringes.js");
         const at = cameraAt(law, ...camera), [x0, y0, x1, y1] = law.gratings[0].cells[0].rect_mm, count = 400;
-        const along = law.gratings[0].axis === "x";
-        const places = Array.from({ length: count }, (_, k) => along
-            ? [x0 + (k + 0.5) / count * (x1 - x0), (y0 + y1) / 2]
-            : [(x0 + x1) / 2, y0 + (k + 0.5) / count * (y1 - y0)]);
+        const places = Array.from({ length: count }, (_, k) => [x0 + (k + 0.5) / count * (x1 - x0), (y0 + y1) / 2]);
         return [[...brightness(law, 0, 0, at, count)], places.map(([x, y]) => turnsAt(law, 0, 0, x, y, at))];
     }"""
     law = preview_law(badge)

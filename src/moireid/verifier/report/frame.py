@@ -42,7 +42,7 @@ def telling_moment(report: Report) -> Moment:
         return Moment(report.frames["read"] // 2, None, None)
     k = int(np.argmax(track.correlations))
     if report.measurement is not None and report.invariant.verdict == "reject":
-        signal = report.measurement.gratings[0]
+        signal = report.measurement.gratings[report.telling]
         off = np.abs(signal.measured_rad - signal.predicted_rad)
         off = np.where(np.isfinite(signal.phase_sd_rad), off, -1.0)
         k = int(np.argmax(off)) if len(off) == track.tracked else k

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from moireid.turned import axis_words
 from moireid.verifier.report.drawing import BANDS, MEASURED, PREDICTED, Array, broken, figure_of, svg_of
 from moireid.verifier.report.seconds import LAW
 from moireid.verifier.session.cover import Span, seen_spans, within
@@ -24,7 +25,7 @@ def law_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
     """The plot as SVG; None where nothing could be measured."""
     if report.measurement is None:
         return None
-    signal, times = report.measurement.gratings[0], report.measurement.times_s
+    signal, times = report.measurement.gratings[report.telling], report.measurement.times_s
     figure, axes = figure_of(*size)
     shown: set[str] = set()
     for part in report.segments:
@@ -34,7 +35,7 @@ def law_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
             shown.add(part.verdict)
     read = np.where(np.isfinite(signal.phase_sd_rad), signal.measured_rad, np.nan)
     at, law, seen = broken(times, signal.stretch, signal.predicted_rad / (2 * np.pi), read / (2 * np.pi))
-    axes.plot(at, law, color=PREDICTED, linewidth=3.2, alpha=0.55, label="fringes by the law")
+    axes.plot(at, law, color=PREDICTED, linewidth=3.2, alpha=0.55, label=f"fringes by the law{_along(report)}")
     axes.plot(at, seen, color=MEASURED, linewidth=1.3, label="fringes as seen")
     axes.set_xlim(*_shown_s(report, times))
     low, high = axes.get_ylim()
@@ -45,6 +46,13 @@ def law_plot(report: Report, size: tuple[float, float] = WIDE) -> str | None:
     columns = 4 if size == WIDE else 1
     axes.legend(frameon=False, fontsize=9, ncols=columns, loc="lower left", bbox_to_anchor=(-0.02, 1))
     return svg_of(figure)
+
+
+def _along(report: Report) -> str:
+    """Which direction is shown, of a badge that senses several."""
+    if len(report.badge.gratings) == 1:
+        return ""
+    return f", along {axis_words(report.badge.gratings[report.telling].axis)}"
 
 
 def _shown_s(report: Report, times_s: Array) -> Span:

@@ -37,7 +37,7 @@ def plots_of(report: Report) -> list[tuple[str, str]]:
 def _residual_plot(report: Report) -> str:
     """Residual of the measured phase with its error bar."""
     assert report.measurement is not None
-    signal, times = report.measurement.gratings[0], report.measurement.times_s
+    signal, times = report.measurement.gratings[report.telling], report.measurement.times_s
     figure, axes = figure_of(3.7, 3.0)
     error = np.hypot(np.where(np.isfinite(signal.phase_sd_rad), signal.phase_sd_rad, np.nan), signal.pose_sd_rad)
     shown, room, left = broken(times, signal.stretch, 2 * error, signal.measured_rad - signal.predicted_rad)
@@ -52,7 +52,7 @@ def _residual_plot(report: Report) -> str:
 def _window_plot(report: Report) -> str:
     """Correlation over windows of 30 frames, at each window's middle."""
     assert report.measurement is not None
-    signal, times = report.measurement.gratings[0], report.measurement.times_s
+    signal, times = report.measurement.gratings[report.telling], report.measurement.times_s
     figure, axes = figure_of(3.7, 3.0)
     windows = window_correlations(signal.measured_rad, signal.predicted_rad)
     half = WINDOW_FRAMES // 2
@@ -68,7 +68,7 @@ def _parallax_plot(report: Report) -> str:
     """The camera's place, relative to the badge."""
     assert report.measurement is not None
     figure, axes = figure_of(3.7, 3.0)
-    stretch = report.measurement.gratings[0].stretch
+    stretch = report.measurement.gratings[report.telling].stretch
     shown, *places = broken(report.measurement.times_s, stretch, *parallax_of(report).T)
     for place, colour, name in zip(places, (MEASURED, PALE), "xy", strict=True):
         axes.plot(shown, place, color=colour, label=name)
@@ -80,7 +80,7 @@ def _parallax_plot(report: Report) -> str:
 
 def _gain_plot(report: Report) -> str:
     assert report.measurement is not None
-    signal = report.measurement.gratings[0]
+    signal = report.measurement.gratings[report.telling]
     figure, axes = figure_of(3.7, 3.0)
     ends = np.array([signal.predicted_rad.min(), signal.predicted_rad.max()])
     axes.plot(ends, ends, color=PREDICTED, linewidth=3.2, alpha=0.55, label="law: slope 1")

@@ -96,6 +96,17 @@ class Report:
         """The badge that the film was held against."""
         return self.track.badge
 
+    @property
+    def telling(self) -> int:
+        """Number of the grating that tells most of the motion, which is the one that plots show."""
+        told = [figures["information"] or 0.0 for figures in self.invariant.gratings]
+        return told.index(max(told)) if told else 0
+
+    def _gratings(self) -> list[dict[str, Any]]:
+        """The figures of each grating, with the direction that it senses."""
+        figures, gratings = self.invariant.gratings, self.badge.gratings
+        return [{"axis": grating.axis} | one for grating, one in zip(gratings, figures, strict=False)]
+
     def to_json(self) -> dict[str, Any]:
         """Give the object that ``verify --json`` prints.
 
@@ -111,7 +122,7 @@ class Report:
             "format": REPORT_FORMAT,
             "verdict": self.verdict,
             "reasons": [reason.to_json() for reason in self.reasons],
-            "invariant": self.invariant.to_json(),
+            "invariant": self.invariant.to_json() | {"gratings": self._gratings()},
             "identity": self.identity.to_json(),
             "claim_source": self.claim_source,
             "registry": self.registry.to_json() if self.registry else None,

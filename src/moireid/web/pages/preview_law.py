@@ -22,6 +22,7 @@ from moireid.badge import Badge, Cell, Grating, Lens
 from moireid.fabrication.page.artwork import lettering_places, marker_squares
 from moireid.lenticule import landing_mm, view_law
 from moireid.optics import slab_shift_mm
+from moireid.turned import own_rect
 
 #: The camera of the preview goes this far to each side of straight ahead, as a tangent (22 degrees).
 REACH = 0.4
@@ -56,10 +57,10 @@ def preview_law(badge: Badge) -> dict[str, Any]:
 
 
 def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:
-    """One grating: its axis, its law, and its cells."""
-    k, board = (0 if grating.axis == "x" else 1), badge.outline_mm
-    # The camera's own reach, and half the board seen from the nearest place.
-    reach = REACH + 1 / 6 + 0.02
+    """One grating: its axis and frame, its law, and its cells, whose rectangles are in own order (`moireid.turned`)."""
+    frame, (x0, y0, x1, y1) = badge.frame_of(grating), badge.outline_mm
+    # The camera's own reach, and half the board seen from the nearest place; aslant, both reaches add up.
+    reach = (REACH + 1 / 6 + 0.02) * max(abs(a) + abs(b) for a, b in frame.rows)
     along = np.arange(-math.ceil(reach / STEP_X), math.ceil(reach / STEP_X) + 1) * STEP_X
     across = np.arange(0, math.ceil(reach / STEP_Y) + 1) * STEP_Y
     law = view_law(badge.lens, grating.pitch_mm)
@@ -67,7 +68,8 @@ def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:
     kept = law.contrast_kept(along[:, None], across[None, :])
     return {
         "axis": grating.axis,
-        "middle_mm": (board[k] + board[k + 2]) / 2,
+        "own": [[*row, origin] for row, origin in zip(frame.rows, frame.origin_mm, strict=True)],
+        "middle_mm": float(frame.places(((x0 + x1) / 2, (y0 + y1) / 2))[0]),
         "first": float(along[0]),
         "step_along": STEP_X,
         "step_across": STEP_Y,
@@ -75,7 +77,11 @@ def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:
         "contrast": np.round(kept / max(float(kept[len(along) // 2, 0]), 1e-9), 4).tolist(),
         "profile": np.round(_profile(badge.lens, grating.cells[0]), 4).tolist(),
         "cells": [
-            {"rect_mm": _rounded(cell.rect_mm), "pitch_mm": cell.pitch_mm, "edge_mm": cell.edge_mm}
+            {
+                "rect_mm": _rounded(own_rect(grating.axis, cell.rect_mm)),
+                "pitch_mm": cell.pitch_mm,
+                "edge_mm": cell.edge_mm,
+            }
             for cell in grating.cells
         ],
     }

@@ -1,7 +1,8 @@
 // A badge whose fringes follow the phase law: interpolated in the tables that `moireid.web.pages.preview_law` traced.
 //
 // Convention: that of the server's module.  Page mm, x right, y down; a camera {x, y, z} has z < 0 and sees the page's
-// point X along the tangents (X - C) / |z|.  `law` is the server's JSON.
+// point X along the tangents (X - C) / |z|.  `law` is the server's JSON.  Cells lie in their grating's own frame: first
+// along its axis, then along its lines.
 
 /** Pixels to the millimetre of the drawing. */
 const PX_PER_MM = 4;
@@ -24,13 +25,22 @@ function lookUp(grating, table, along, across) {
   return top + (r - r0) * (bottom - top);
 }
 
+/** A vector of the page in a grating's own frame; with `origin` 1 a place. */
+function inOwn(grating, x, y, origin) {
+  return grating.own.map(([a, b, at]) => a * x + b * y + origin * at);
+}
+
+/** A place of a grating's own frame on the page. */
+function onPage(grating, first, second) {
+  const [[a, b, at], [c, d, other]] = grating.own;
+  return [a * (first - at) + c * (second - other), b * (first - at) + d * (second - other)];
+}
+
 /** The place within a printed period that is seen at a point of the page, in turns, not wrapped. */
 export function turnsAt(law, g, cell, x, y, camera) {
   const grating = law.gratings[g], { pitch_mm: printed, edge_mm: edge } = grating.cells[cell];
-  const upright = grating.axis === "x", depth = Math.abs(camera.z);
-  const place = upright ? x : y;
-  const along = (upright ? x - camera.x : y - camera.y) / depth;
-  const across = (upright ? y - camera.y : x - camera.x) / depth;
+  const depth = Math.abs(camera.z), [place] = inOwn(grating, x, y, 1);
+  const [along, across] = inOwn(grating, (x - camera.x) / depth, (y - camera.y) / depth, 0);
   const shift = lookUp(grating, grating.shift_mm, along, across);
   // The markers lie on the page and the fringes on the lenses, one thickness nearer.
   const lens = place - law.lens.thickness_mm * along - grating.middle_mm;
@@ -39,27 +49,26 @@ export function turnsAt(law, g, cell, x, y, camera) {
 
 /** How far the fringes in the middle of a grating's first cell have moved since the camera stood straight ahead, mm. */
 export function movedMm(law, g, camera) {
-  const [x0, y0, x1, y1] = law.gratings[g].cells[0].rect_mm, x = (x0 + x1) / 2, y = (y0 + y1) / 2;
-  const ahead = cameraAt(law, 0, 0, Math.abs(camera.z)), step = 0.5;
-  const upright = law.gratings[g].axis === "x";
+  const grating = law.gratings[g], [low, top, high, bottom] = grating.cells[0].rect_mm;
+  const first = (low + high) / 2, second = (top + bottom) / 2, step = 0.5;
+  const ahead = cameraAt(law, 0, 0, Math.abs(camera.z)), [x, y] = onPage(grating, first, second);
   const here = turnsAt(law, g, 0, x, y, ahead);
-  const slope = (turnsAt(law, g, 0, x + (upright ? step : 0), y + (upright ? 0 : step), ahead) - here) / step;
+  const slope = (turnsAt(law, g, 0, ...onPage(grating, first + step, second), ahead) - here) / step;
   return (here - turnsAt(law, g, 0, x, y, camera)) / slope;
 }
 
 /** Brightness, 0 to 1, along the middle of a cell, `count` samples from its lesser end. */
 export function brightness(law, g, cell, camera, count) {
-  const grating = law.gratings[g], [x0, y0, x1, y1] = grating.cells[cell].rect_mm;
-  const upright = grating.axis === "x", profile = grating.profile, places = profile.length;
+  const grating = law.gratings[g], [low, top, high, bottom] = grating.cells[cell].rect_mm;
+  const profile = grating.profile, places = profile.length;
   const mean = profile.reduce((sum, value) => sum + value, 0) / places;
   const out = new Float32Array(count);
   for (let k = 0; k < count; k++) {
-    const share = (k + 0.5) / count;
-    const x = upright ? x0 + share * (x1 - x0) : (x0 + x1) / 2, y = upright ? (y0 + y1) / 2 : y0 + share * (y1 - y0);
-    const depth = Math.abs(camera.z), right = (x - camera.x) / depth, down = (y - camera.y) / depth;
-    const kept = lookUp(grating, grating.contrast, upright ? right : down, upright ? down : right);
-    const turns = turnsAt(law, g, cell, x, y, camera), at = (turns - Math.floor(turns)) * places, low = Math.floor(at);
-    const value = profile[low % places] + (at - low) * (profile[(low + 1) % places] - profile[low % places]);
+    const [x, y] = onPage(grating, low + (k + 0.5) / count * (high - low), (top + bottom) / 2);
+    const depth = Math.abs(camera.z);
+    const kept = lookUp(grating, grating.contrast, ...inOwn(grating, (x - camera.x) / depth, (y - camera.y) / depth, 0));
+    const turns = turnsAt(law, g, cell, x, y, camera), at = (turns - Math.floor(turns)) * places, from = Math.floor(at);
+    const value = profile[from % places] + (at - from) * (profile[(from + 1) % places] - profile[from % places]);
     out[k] = mean + kept * (value - mean);
   }
   return out;
@@ -73,6 +82,7 @@ export class BadgePicture {
     canvas.width = Math.round((x1 - x0) * PX_PER_MM);
     canvas.height = Math.round((y1 - y0) * PX_PER_MM);
     this.context = canvas.getContext("2d");
+    this.row = Object.assign(document.createElement("canvas"), { height: 1 }).getContext("2d");
     this.fixed();
   }
 
@@ -109,16 +119,23 @@ export class BadgePicture {
   /** The fringes as `camera` sees them. */
   draw(camera) {
     this.law.gratings.forEach((grating, g) => grating.cells.forEach((cell, c) => {
-      const [left, top, width, height] = this.pixels(cell.rect_mm);
-      const upright = grating.axis === "x", light = brightness(this.law, g, c, camera, upright ? width : height);
-      const image = this.context.createImageData(width, height), data = image.data;
-      for (let y = 0, k = 0; y < height; y++) {
-        for (let x = 0; x < width; x++, k += 4) {
-          data[k] = data[k + 1] = data[k + 2] = INK + (PAPER - INK) * light[upright ? x : y];
-          data[k + 3] = 255;
-        }
+      const [low, top, high, bottom] = cell.rect_mm, count = Math.ceil((high - low) * PX_PER_MM);
+      const light = brightness(this.law, g, c, camera, count);
+      const image = this.row.createImageData(count, 1), data = image.data;
+      for (let x = 0, k = 0; x < count; x++, k += 4) {
+        data[k] = data[k + 1] = data[k + 2] = INK + (PAPER - INK) * light[x];
+        data[k + 3] = 255;
       }
-      this.context.putImageData(image, left, top);
+      this.row.canvas.width = count;
+      this.row.putImageData(image, 0, 0);
+      // The row of pixels is laid along the grating's axis and drawn out along its lines.
+      const [[a, b], [d, e]] = grating.own, [x, y] = onPage(grating, low, top), [x0, y0] = this.law.board_mm;
+      const [across, down] = [(high - low) / count, bottom - top].map((value) => value * PX_PER_MM);
+      const pen = this.context;
+      pen.setTransform(a * across, b * across, d * down, e * down, (x - x0) * PX_PER_MM, (y - y0) * PX_PER_MM);
+      // Half a pixel over, so that neighbours leave no seam.
+      pen.drawImage(this.row.canvas, 0, 0, count + 0.5 / across, 1 + 0.5 / down);
+      pen.resetTransform();
     }));
   }
 }

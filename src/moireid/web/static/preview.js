@@ -111,8 +111,10 @@ export class Preview {
     const sides = [side(right, "from the right", "from the left"), side(down, "from below", "from above")];
     const from = sides.filter(Boolean).join(" and ") || "straight ahead";
     const moved = this.law.gratings.map((grating, g) => {
-      const mm = movedMm(this.law, g, camera), ways = grating.axis === "x" ? ["right", "left"] : ["down", "up"];
-      return Math.abs(mm) < 0.5 ? "" : `${Math.abs(mm).toFixed(0)} mm ${mm > 0 ? ways[0] : ways[1]}`;
+      const mm = movedMm(this.law, g, camera), [right, down] = grating.own[0].map((part) => part * Math.sign(mm));
+      const ways = [[down, "down", "up"], [right, "right", "left"]].filter(([part]) => Math.abs(part) > 0.1);
+      const way = ways.map(([part, positive, negative]) => (part > 0 ? positive : negative)).join(" ");
+      return Math.abs(mm) < 0.5 ? "" : `${Math.abs(mm).toFixed(0)} mm ${way}`;
     });
     const shown = [...new Set(moved.filter(Boolean))].join(" and ");
     const told = shown ? `the fringes of the first row have moved ${shown}` : "no fringe has moved";
