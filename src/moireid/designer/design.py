@@ -40,7 +40,7 @@ from moireid.idcodes.spacing import PHASE_LEVELS
 from moireid.optics import rear_pitch_for_beat_mm
 from moireid.profiles import Printer, array_named, lens_named, mask_named, sheet_of_thickness
 from moireid.sheets import MM_PER_INCH
-from moireid.turned import own_rect
+from moireid.turned import axis_words, own_rect
 
 #: More spacing of levels than this many fringes across the grating only shortens the fringes.
 MAX_STEP_FRINGES = 0.55
@@ -294,6 +294,7 @@ def explain(badge: Badge) -> list[tuple[str, str]]:
     rows = [
         ("identity", f"{badge.id}, {badge.payload_bits} bits, {grating.family} code"),
         _explain_front(badge.lens),
+        *_explain_fields(badge),
         ("reference row", f"pitch {middle.pitch_mm:.5f} mm, beat {1 / beats[len(beats) // 2]:.1f} mm"),
         ("slowest and fastest row", f"beat {1 / min(beats):.1f} and {1 / max(beats):.1f} mm"),
         ("level step", f"{abs(code.frequency_step_per_mm) * length_mm:.2f} fringes across {length_mm:g} mm"),
@@ -338,6 +339,19 @@ def _explain_reading(badge: Badge) -> list[tuple[str, str]]:
     share = f"{100 * PROMISED_SHARE:g} of 100 films of 8 s"
     rows += [(f"by {one.words}", f"{share} read up to {read.reach_m(one):.2f} m") for one in RECEIVERS]
     return [*rows, ("a verdict, swaying 8 s", f"up to {verdict_reach_m(badge):.1f} m; farther, move more")]
+
+
+def _explain_fields(badge: Badge) -> list[tuple[str, str]]:
+    """A row for each field of a badge that senses several directions."""
+    if len(badge.gratings) == 1:
+        return []
+    rows = []
+    for grating in badge.gratings:
+        low, top, high, bottom = own_rect(grating.axis, grating.rect_mm)
+        phases = sum(role == "phase" for role in grating.code.roles) if grating.code else 0
+        size = f"{high - low:.1f} mm along its axis, {bottom - top:.1f} mm along its lines, {phases} cells"
+        rows.append((f"field along {axis_words(grating.axis)}", size))
+    return rows
 
 
 def _explain_front(lens: Lens) -> tuple[str, str]:

@@ -25,6 +25,8 @@ MARKER_SIGHT_DEG = 45.0
 FRAME_SIDES = ("top of the frame", "right side of the frame", "bottom of the frame", "left side of the frame")
 #: Between two pieces of lens sheet that are cut to meet.
 SEAM_MM = 0.1
+#: A piece over a turned grating is cut so much larger on each side, as it is laid by hand.
+OVERLAP_MM = 1.0
 
 
 @dataclass(frozen=True)
@@ -100,9 +102,13 @@ def sheet_rects(badge: Badge) -> tuple[Rect, ...]:
 
 def sheet_pieces(badge: Badge) -> tuple[tuple[Grating, tuple[Point, ...]], ...]:
     """Each piece of lens sheet to cut: its grating, and its corners in the frame, the side across the lenses first."""
-    if has_turned(badge):
-        return tuple((grating, corners_in_frame(badge, grating, grating.rect_mm)) for grating in badge.gratings)
     pieces = []
+    if has_turned(badge):
+        for grating in badge.gratings:
+            x0, y0, x1, y1 = grating.rect_mm
+            covering = (x0 - OVERLAP_MM, y0 - OVERLAP_MM, x1 + OVERLAP_MM, y1 + OVERLAP_MM)
+            pieces.append((grating, corners_in_frame(badge, grating, covering)))
+        return tuple(pieces)
     for rect in sheet_rects(badge):
         x, y = (rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2
         bounds = ((g, in_frame(g.rect_mm, badge)) for g in badge.gratings)
