@@ -25,6 +25,8 @@ LINE_AS_MARKER = 9.1 / MIN_LINE_PX
 MARKER_LINES = 7.0
 #: White between a frame's line and a field, in lines and at least, mm: the sheet lies within.
 GAP_LINES, LEAST_GAP_MM = 1.05, 1.5
+#: White between a frame's line and the board's edge, in lines: the outline must not run into a dark jacket.
+EDGE_LINES = 2.0
 #: Shares of the board's height above and below a frame, for name and id.
 ENDS = 0.11
 
@@ -42,7 +44,7 @@ def frame_and_field(request: Request, board: Rect) -> tuple[Rect, float, Rect]:
     widths = (MIN_LINE_PX * far_mm / PHONE.focal_px, (frame.marker_mm or 0.0) / MARKER_LINES, LEAST_LINE_MM)
     line_mm = math.ceil(10 * max(widths) - 1e-9) / 10
     head, foot = (max(ENDS, share) * height for share in (frame.head, frame.foot))
-    margin = max(frame.margin_mm, line_mm)
+    margin = max(frame.margin_mm, EDGE_LINES * line_mm)
     left, top, right, bottom = (round(value, 3) for value in (x0 + margin, y0 + head, x1 - margin, y1 - foot))
     inset = line_mm + max(GAP_LINES * line_mm, LEAST_GAP_MM)
     field = (left + inset, top + inset, right - inset, bottom - inset)

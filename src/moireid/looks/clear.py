@@ -14,8 +14,9 @@ from moireid.turned import bounds_of, own_rect
 
 #: White around a marker, in its modules (`verifier.tracking.template.FREE_MODULES`); a 4x4 marker has six a side.
 MARKER_MODULES, MODULES_A_SIDE = 1.05, 6
-#: White around a coded frame, in its lines and at least, mm (`designer.fiducial`).
-FRAME_LINES, FRAME_LEAST_MM = 1.05, 1.5
+#: White around a coded frame, in its lines and at least, mm.  Where a line is 2 px wide, its outline runs into a dark
+#: ground that is 1.05 lines away, and mostly not into one 1.5 lines away (a test of coded frames holds 2).
+FRAME_LINES, FRAME_LEAST_MM = 2.0, 1.5
 #: White around a grating, mm (`verifier.tracking.borders.REACH_MM`).
 GRATING_MM = 2.0
 #: Between pieces and the white about markers; a ground may be cut off so far beyond the board's edge.

@@ -67,6 +67,22 @@ def test_the_whole_frame_is_registered_to_a_small_part_of_a_pixel(rng):
     assert corners_apart_px(found.homography, page) < 0.1
 
 
+def test_a_dark_ground_two_lines_away_hides_no_frame(rng):
+    """Catches: gaps closed so widely that the outline of a line 2 px wide runs into artwork, or into a jacket."""
+    page = middling(px_per_mm=0.67)
+    picture, (left, top, right, _) = draw_frame(page, SHAPE), FRAME.rect_mm
+    low = top - 2 * FRAME.line_mm
+    ground = np.array([[[left, low - 15.0], [right, low - 15.0], [right, low], [left, low]]])
+    corners = cv2.perspectiveTransform(ground, page)[0]
+    inside = cv2.fillConvexPoly(
+        np.zeros((4 * SHAPE[0], 4 * SHAPE[1]), np.uint8), np.round(4 * corners + 1.5).astype(int), 1
+    )
+    share = cv2.resize(inside.astype(np.float32), SHAPE[::-1], interpolation=cv2.INTER_AREA)
+    luma = filmed(picture * (1 - share) + 80 * share, rng, noise=1.5)
+    straight, _ = FrameFinder(FRAME).enlarged(luma, (0, 0, SHAPE[1], SHAPE[0]))
+    assert corners_apart_px(straight[0], page) < 1.0
+
+
 @pytest.mark.parametrize(("rect", "held"), [((10.0, 85.0, 26.0, 100.0), True), ((10.0, 25.0, 26.0, 125.0), False)])
 def test_a_thumb_over_a_side_is_borne_but_no_side_may_be_missing(rect, held, rng):
     """Catches: a page that slides along its top and bottom because one side is hidden, up to 7 px; a thumb that ends
