@@ -152,3 +152,19 @@ def test_a_row_of_a_list_overrules_what_holds_for_all(content: Content) -> None:
         dressed(badge, {"logo": "logo.png"}, None, [], Path())
     with pytest.raises(SpecError, match="cannot be read"):
         dressed(badge, {"portrait": "none.png"}, look, [], folder)
+
+
+@pytest.mark.parametrize("template", TEMPLATES)
+def test_a_board_with_a_coded_frame_has_room_for_logo_and_words(template: str, content: Content) -> None:
+    """Catches: a band over the logo, where no squares part head and upper."""
+    known = template_named(template)
+    for orientation in ORIENTATIONS:
+        side = known.side(*turned(FORMATS["a6"].size_mm, orientation))
+        wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
+        badge = with_lines(design_badge(in_format(wish, "a6", orientation=orientation), PAYLOAD), LINES)
+        pieces = pieces_of(badge, Look(known, content))
+        words = [piece for piece in pieces if piece.kind != "ground"]
+        covers = [piece for piece in pieces if piece.kind == "ground" and piece.colour == content.colour]
+        assert not any(overlap(a.rect_mm, b.rect_mm) for a, b in itertools.combinations(words, 2))
+        pictures = [piece for piece in words if piece.kind == "picture"]
+        assert pictures and not any(overlap(a.rect_mm, b.rect_mm) for a in pictures for b in covers)

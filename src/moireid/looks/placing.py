@@ -25,6 +25,8 @@ PICTURE_SHARE, GAP_SHARE, MOST_GAP_MM, LEAST_GAP_MM = 0.4, 0.2, 5.0, 1.5
 #: Pieces keep this share of their place's height to its upper and lower edge; more within a ground or between rules.
 AIR_SHARE, INSET_SHARE = 0.06, 0.15
 RULE_MM = 0.5
+#: Of a room that is both head and upper, or both foot and lower, the outer one's share.
+OUTER_SHARE = 0.36
 
 
 @dataclass(frozen=True)
@@ -74,21 +76,37 @@ def pieces_of(badge: Badge, look: Look) -> list[Piece]:
     """
     x0, y0, x1, y1 = badge.outline_mm
     side = look.template.side(x1 - x0, y1 - y0)
-    pieces: list[Piece] = []
-    for number, place in enumerate(side.places, start=1):
-        if all(look.shows(badge, what) for what in place.needs) and not any(
-            look.shows(badge, what) for what in place.lacks
-        ):
-            pieces += _placed(badge, look, place, f"place {number} of template {look.template.name}")
-    return pieces
+    places = [(number, place) for number, place in enumerate(side.places, start=1) if _worn(badge, look, place)]
+    areas = _shared_out(areas_of(badge), {place.area for _, place in places})
+    return [
+        piece
+        for number, place in places
+        for piece in _placed(badge, look, place, areas, f"place {number} of template {look.template.name}")
+    ]
 
 
-def _placed(badge: Badge, look: Look, place: Place, where: str) -> list[Piece]:
-    """The ground, rules and pieces of one place; none where a person has nothing of it."""
+def _worn(badge: Badge, look: Look, place: Place) -> bool:
+    """Whether there is something to show in a place: a piece that the person has, or a ground alone."""
+    here = not place.what or any(look.shows(badge, what) for what in place.what)
+    wanted = all(look.shows(badge, what) for what in place.needs)
+    return here and wanted and not any(look.shows(badge, what) for what in place.lacks)
+
+
+def _shared_out(areas: dict[str, Rect], used: set[str | None]) -> dict[str, Rect]:
+    """The areas; where two that both hold something are one room, the outer one takes `OUTER_SHARE` of it."""
+    for outer, inner, share in (("head", "upper", OUTER_SHARE), ("foot", "lower", 1 - OUTER_SHARE)):
+        if {outer, inner} <= used and areas.get(outer) == areas.get(inner) and outer in areas:
+            x0, y0, x1, y1 = areas[outer]
+            cut = y0 + share * (y1 - y0)
+            above, below = (x0, y0, x1, cut - LEAST_GAP_MM / 2), (x0, cut + LEAST_GAP_MM / 2, x1, y1)
+            areas |= {outer: above, inner: below} if outer == "head" else {inner: above, outer: below}
+    return areas
+
+
+def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], where: str) -> list[Piece]:
+    """The ground, rules and pieces of one place."""
     shown = tuple(what for what in place.what if look.shows(badge, what))
-    if place.what and not shown:
-        return []
-    rect = _rect_of(badge, place, where)
+    rect = _rect_of(badge, place, areas, where)
     check_clear(badge, rect, f"{where} ({', '.join(place.what) or 'a ground'})")
     if rect[3] - rect[1] < LEAST_MM or rect[2] - rect[0] < LEAST_MM:
         raise SpecError(
@@ -104,9 +122,8 @@ def _placed(badge: Badge, look: Look, place: Place, where: str) -> list[Piece]:
     return [*back, *_row(badge, look, place, shown, room, ground)]
 
 
-def _rect_of(badge: Badge, place: Place, where: str) -> Rect:
+def _rect_of(badge: Badge, place: Place, areas: dict[str, Rect], where: str) -> Rect:
     if place.at is None:
-        areas = areas_of(badge)
         if place.area not in areas:
             raise SpecError(
                 f"{where}: this board has no area {place.area}; give the template more head or foot, or take "
