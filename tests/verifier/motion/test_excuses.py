@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from moireid.verifier.motion.excuses import without_camera_s_blame
+from moireid.verifier.motion.figures import Figures
+from moireid.verifier.motion.judge import _likely_true
 from moireid.verifier.reasons import Reason
 
 
@@ -20,19 +22,25 @@ def found(excitation_rad: float, limit_rad: float) -> list[Reason]:
     ]
 
 
-def levels(excitation_rad: float, enlarged: float) -> dict[str, str]:
+def levels(excitation_rad: float, doubt: float) -> dict[str, str]:
     """The level of each finding after the excuses, by its code."""
-    signal = SimpleNamespace(mixed_share=0.0, lasting_px=0.0, zoom=1.0, enlarged=enlarged)
+    signal = SimpleNamespace(mixed_share=0.0, lasting_px=0.0, zoom=1.0, doubt=doubt)
     sheet = SimpleNamespace(expected=1.0)
     return {one.code: one.level for one in without_camera_s_blame(found(excitation_rad, 0.43), [signal], sheet)}  # type: ignore[list-item, arg-type]
 
 
 @pytest.mark.parametrize(
-    ("excitation_rad", "enlarged", "rejected"),
-    [(0.575, 1.79, False), (0.575, 1.0, True), (0.9, 1.79, True)],
+    ("excitation_rad", "doubt", "rejected"),
+    [(0.575, 1.6, False), (0.575, 1.0, True), (0.9, 1.6, True)],
 )
-def test_a_tiny_badge_is_rejected_only_after_much_motion(excitation_rad, enlarged, rejected):
+def test_a_tiny_badge_is_rejected_only_after_much_motion(excitation_rad, doubt, rejected):
     """Catches: a true film of a small badge called forged; an excuse for large markers, or for any amount of motion."""
-    told = levels(excitation_rad, enlarged)
+    told = levels(excitation_rad, doubt)
     assert (told["likelihood"] == "fail") is rejected
     assert ("small" in told) is not rejected
+
+
+@pytest.mark.parametrize(("possible", "level"), [(-0.38, "undecided"), (-1.07, "fail")])
+def test_a_film_is_rejected_only_if_it_would_be_with_all_the_error_that_poses_may_have(possible, level):
+    """Catches: a rejection by the told error bar, which a saving coder exceeds for a second."""
+    assert _likely_true(Figures(score=-1.9, possible_score=possible, suspected="spell")).level == level

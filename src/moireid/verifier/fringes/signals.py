@@ -33,10 +33,12 @@ from moireid.verifier.limits import (
     COVERED_CORRELATION_SDS,
     COVERED_MISFIT_CONTRASTS,
     COVERED_MISFIT_RATIO,
+    DOUBTED_MARKER_PX,
     MAX_PHASE_SD_RAD,
     MAX_VAGUENESS_RATIO,
     PITCH_TOLERANCE_SHARE,
     ROUNDING_ONLY_RAD,
+    SMALL_MARKER_DOUBT_RATIO,
     SMALL_MARKER_POWER,
     SMALL_MARKER_PX,
     SMOOTHED_SHARE,
@@ -61,8 +63,8 @@ class GratingSignal:
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
     median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
     frames whose markers do not lie as on a flat page, so that their poses are left out;
-    focal_at_limit, lasting_px, zoom: as in `CameraFit`; enlarged: factor on the poses' errors that small markers
-    cost, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows
+    focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
+    the error bars tell, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows
     beside the phase, None if it is not known.
     """
 
@@ -81,7 +83,7 @@ class GratingSignal:
     stray_share: float = 0.0
     focal_at_limit: bool = False
     lasting_px: float = 0.0
-    enlarged: float = 1.0
+    doubt: float = 1.0
     zoom: float = 1.0
     mixed_share: float = 0.0
     beyond: BeyondPhase | None = None
@@ -163,9 +165,9 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     camera_mm = smooth_camera(raw_mm, track.times_s, camera.tangent_error, track.vague, numbers)
     posed = time.perf_counter()
     strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
-    enlarged = _small_marker_factor(points_px)
+    enlarged, doubt = _small_marker_factors(points_px)
     poses = _Poses(
-        camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, good, numbers, stray_share, covered
+        camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, doubt, good, numbers, stray_share, covered
     )
     gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
@@ -199,7 +201,7 @@ class _Poses:
     """What all gratings share: the camera's path and its errors.
 
     camera_mm (T, 3), smoothed; page_mm (N, 2): the markers' corners; jitter (2,): standard deviation of the parallax
-    coordinates about the smoothed path; enlarged: as `_small_marker_factor`; good (T,): well-registered frames;
+    coordinates about the smoothed path; enlarged, doubt: as `_small_marker_factors`; good (T,): well-registered frames;
     stretch (T,): as `camera.stretches.stretch_numbers`; stray_share: as in `GratingSignal`;
     covered (T,): frames whose markers are covered in part.
     """
@@ -209,6 +211,7 @@ class _Poses:
     page_mm: Array
     jitter: Array
     enlarged: float
+    doubt: float
     good: NDArray[np.bool_]
     stretch: NDArray[np.int64]
     stray_share: float
@@ -263,7 +266,7 @@ def _grating_signal(
         stray_share=poses.stray_share,
         focal_at_limit=poses.camera.focal_at_limit,
         lasting_px=poses.camera.lasting_px,
-        enlarged=poses.enlarged,
+        doubt=poses.doubt,
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
         beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
@@ -317,11 +320,15 @@ def _covariates(camera_mm: Array, page_mm: Array, frame: OwnFrame) -> Array:
     return np.column_stack([beside * near, near])
 
 
-def _small_marker_factor(corners_px: Array) -> float:
-    """Factor by which pose errors exceed their estimate, from the markers' size; corners_px (T, 16, 2)."""
+def _small_marker_factors(corners_px: Array) -> tuple[float, float]:
+    """By how much pose errors exceed their estimate, and may exceed even that, from the markers' size.
+
+    Parameters: corners_px (T, 16, 2).
+    """
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
-    return math.pow(max(1.0, SMALL_MARKER_PX / max(side, 1.0)), SMALL_MARKER_POWER)
+    enlarged = math.pow(max(1.0, SMALL_MARKER_PX / max(side, 1.0)), SMALL_MARKER_POWER)
+    return enlarged, SMALL_MARKER_DOUBT_RATIO if side < DOUBTED_MARKER_PX else 1.0
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:

@@ -56,7 +56,7 @@ def without_camera_s_blame(reasons: list[Reason], signals: Sequence[GratingSigna
         why = "The fringes' spacing does not follow the distance"
     elif lasting_px > SUSPECT_PX and failed and failed <= {"likelihood", "residual"} and codes["gain"].level != "pass":
         why = "The camera's focal length is doubtful, as the badge does not lie quite where one camera puts it"
-    elif failed and max(s.enlarged for s in signals) > 1 and (tiny := _too_small(codes["motion"])) is not None:
+    elif failed and max(s.doubt for s in signals) > 1 and (tiny := _too_small(codes["motion"])) is not None:
         return [*_open(reasons, POSED), tiny]
     else:
         return reasons

@@ -38,7 +38,8 @@ class Figures:
     goes with the camera's place and what lags by up to a frame; slow_wander_rad: its part below 0.5 Hz; spell_rad: its
     root mean square in the worst second; excitation_rad: standard deviation of the predicted phase; expected_error_rad:
     expected error of one frame; strip_wander_rad: deviation of the worst strip; strip_sd_rad: error bar of a typical
-    strip; place_wander_rad: deviation of places within a strip; score: logarithm of the likelihood ratio; suspected:
+    strip; place_wander_rad: deviation of places within a strip; score: logarithm of the likelihood ratio;
+    possible_score: the same where poses err as much as they may; suspected:
     the likeliest kind of forgery; information: Fisher information on the gain.
     """
 
@@ -58,10 +59,11 @@ class Figures:
     score: float = 0.0
     suspected: str = ""
     information: float = 0.0
+    possible_score: float = 0.0
 
     def to_json(self) -> dict[str, object]:
         """As an entry of `invariant.gratings`."""
-        return {name: json_number(value) for name, value in asdict(self).items()}
+        return {name: json_number(value) for name, value in asdict(self).items() if name != "possible_score"}
 
 
 def figures_of(signal: GratingSignal, gain_spread: float = GAIN_SD_RATIO) -> Figures:
@@ -90,16 +92,20 @@ def figures_of(signal: GratingSignal, gain_spread: float = GAIN_SD_RATIO) -> Fig
     strip_sd = float(np.median(signal.strip_sd_rad)) if len(signal.strip_sd_rad) else 0.0
     places = _places_apart(signal)
     shown = {"wander": slow, "jitter": fast, "spell": spell, "strips": strips, "places": places}
-    score, suspected = log10_ratio(
-        gain,
-        gain_sd,
-        shown,
-        excitation,
-        expected,
-        strip_sd_rad=strip_sd,
-        rounding_rad=signal.rounding_rad,
-        gain_spread=gain_spread,
-    )
+
+    def ratio(error_rad: float) -> tuple[float, str]:
+        return log10_ratio(
+            gain,
+            gain_sd,
+            shown,
+            excitation,
+            error_rad,
+            strip_sd_rad=strip_sd,
+            rounding_rad=signal.rounding_rad,
+            gain_spread=gain_spread,
+        )
+
+    score, suspected = ratio(expected)
     return Figures(
         abs(pearson(measured, predicted)),
         window_correlation_mean(measured, predicted),
@@ -117,6 +123,7 @@ def figures_of(signal: GratingSignal, gain_spread: float = GAIN_SD_RATIO) -> Fig
         score,
         suspected,
         float(np.sum(predicted**2 / (signal.phase_sd_rad[used] ** 2 + signal.pose_sd_rad**2))),
+        score if signal.doubt == 1 else max(score, ratio(signal.doubt * expected)[0]),
     )
 
 

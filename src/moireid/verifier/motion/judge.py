@@ -165,7 +165,7 @@ def _judged(signals: Sequence[GratingSignal], sheet: SheetGain) -> Invariant:
 
 def _mean_figures(figures: Sequence[Figures], share: Array) -> Figures:
     """Mean figures of all gratings, weighted by their information; scores are not averaged."""
-    names = [field.name for field in fields(Figures) if field.name not in ("score", "suspected")]
+    names = [field.name for field in fields(Figures) if field.name not in ("score", "possible_score", "suspected")]
 
     def mean(name: str) -> float:
         return float(sum(w * getattr(f, name) for w, f in zip(share, figures, strict=True) if w > 0))
@@ -381,7 +381,11 @@ def _strips_agree(wander: float, expected: float) -> Reason:
 
 def _likely_true(grating: Figures) -> Reason:
     level: Level = (
-        "pass" if grating.score >= ACCEPTED_LOG10 else "fail" if grating.score <= REJECTED_LOG10 else "undecided"
+        "pass"
+        if grating.score >= ACCEPTED_LOG10
+        else "fail"
+        if grating.possible_score <= REJECTED_LOG10
+        else "undecided"
     )
     size = 10 ** abs(grating.score)
     times = "over a million times" if size > 1e6 else f"{size:,.0f} times" if size >= 10 else f"{size:.1f} times"

@@ -205,7 +205,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         covered_share=float(np.mean([signal.covered_share for signal in signals])),
         focal_at_limit=any(signal.focal_at_limit for signal in signals),
         lasting_px=max(signal.lasting_px for signal in signals),
-        enlarged=max(signal.enlarged for signal in signals),
+        doubt=max(signal.doubt for signal in signals),
         zoom=max(signal.zoom for signal in signals),
         mixed_share=max(signal.mixed_share for signal in signals),
         beyond=joined_in_time([signal.beyond for signal in signals]),
