@@ -1,4 +1,4 @@
-"""What directions a badge senses: run `.venv/bin/python benchmarks/directions.py [--axes x xy hex] [--forgeries]`.
+"""What directions a badge senses: run `.venv/bin/python benchmarks/directions.py [--axes x hex array] [--forgeries]`.
 
 A camera moves in a straight line, to and fro, in directions 30 degrees apart in the badge's plane, and then as a hand
 did.  Each piece of lens sheet is laid with an offset and a twist of its own.  Printed are the verdict, the identity,
@@ -29,6 +29,14 @@ DISTANCE_MM, FRAMES, FPS, SEED = 1200.0, 180, 30, 3
 LAID = tuple((offset_mm, math.radians(deg)) for offset_mm, deg in ((0.11, 0.15), (-0.2, -0.25), (0.05, 0.28)))
 DIRECTIONS_DEG = (0, 30, 60, 90, 120, 150)
 DPI = (300, 600, 1200)
+#: Axes, and a lens array, which senses x and y at every point.
+KINDS_OF_BADGE = ("x", "xy", "hex", "array")
+
+
+def badge_of(kind: str) -> Badge:
+    """The badge of one of `KINDS_OF_BADGE`."""
+    request = Request("Bench", front="array", range_m=RANGE_M)
+    return design_badge(request if kind == "array" else Request("Bench", axes=kind, range_m=RANGE_M), PAYLOAD)
 
 
 def along(direction_deg: float) -> Motion:
@@ -48,7 +56,11 @@ def along(direction_deg: float) -> Motion:
 def judged(badge: Badge, motion: Motion, folder: Path, forge: str | None = None) -> str:
     """One film's outcome as a line."""
     video = folder / "film.mp4"
-    build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, laid=LAID[: len(badge.gratings)])
+    offset_mm, twist_rad = LAID[0]
+    one = badge.lens.kind == "array"
+    # The sheet of an array is one piece.
+    laid = {"lens_offset_mm": offset_mm, "twist_rad": twist_rad} if one else {"laid": LAID[: len(badge.gratings)]}
+    build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, **laid)
     scene = Scene(badge, build, camera_named("phone"))
     film(scene, motion, video, frames=FRAMES, fps=FPS, forge=forge, seed=SEED, overwrite=True)
     report = verify(video, Claim(badge, badge.id))
@@ -94,11 +106,11 @@ def print_dots(badge: Badge) -> None:
 def main() -> None:
     """One line a film."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--axes", nargs="+", choices=("x", "xy", "hex"), default=("x", "xy", "hex"))
+    parser.add_argument("--axes", nargs="+", choices=KINDS_OF_BADGE, default=KINDS_OF_BADGE)
     parser.add_argument("--forgeries", action="store_true", help="forge the badge of three gratings instead")
     parser.add_argument("--dots", action="store_true", help="paint turned lines on dots instead")
     asked = parser.parse_args()
-    badges = {axes: design_badge(Request("Bench", axes=axes, range_m=RANGE_M), PAYLOAD) for axes in ("x", "xy", "hex")}
+    badges = {axes: badge_of(axes) for axes in KINDS_OF_BADGE}
     if asked.dots:
         print_dots(badges["hex"])
         return
@@ -112,7 +124,7 @@ def main() -> None:
         for axes in asked.axes:
             courses = {f"{degrees}°": along(degrees) for degrees in DIRECTIONS_DEG} | {"a hand": hand}
             for course, motion in courses.items():
-                print(f"{axes:<5}{course:<7}{judged(badges[axes], motion, Path(name))}", flush=True)
+                print(f"{axes:<6}{course:<7}{judged(badges[axes], motion, Path(name))}", flush=True)
 
 
 if __name__ == "__main__":

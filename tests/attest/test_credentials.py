@@ -79,7 +79,7 @@ def test_an_embedded_verdict_is_in_a_new_film(here: Path, judged: dict[str, Any]
     assert assertion_of(c2pa.Reader(made)) == report
     badge = load_badge(Path(__file__).parents[1] / "data" / "films" / "badge.json")
     again = verify(made, Claim(badge))
-    assert again.verdict == "accept" and again.invariant.to_json() == judged["invariant"]
+    assert again.verdict == "accept" and again.to_json()["invariant"] == judged["invariant"]
     assert report["input"]["sha256"] == hashlib.sha256(before).hexdigest() != again.film["sha256"]
 
 

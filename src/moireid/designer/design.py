@@ -163,7 +163,8 @@ def _front(request: Request) -> Lens:
     if request.front not in ("mask", "array"):
         raise SpecError(f"front {request.front!r} is not known; choose lens, array or mask")
     if request.lens_thickness_mm is not None:
-        raise SpecError(f"the front {request.front} has no sheet of that label; leave its thickness out")
+        advice = "give its thickness as the gap" if request.front == "mask" else "leave its thickness out"
+        raise SpecError(f"a {request.front} has no lenticular sheet; {advice}")
     if request.front == "array":
         return array_named(request.lens)
     return mask_named(request.lens, request.gap_mm)

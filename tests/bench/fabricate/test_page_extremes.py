@@ -20,8 +20,8 @@ BY_NAME = {case.name: case for case in cases()}
 ROWS = [
     ("150 dpi", "refused", ["print at 300 dpi or more"]),
     ("300 dpi", "right", []),
-    ("badge of 30 x 30 mm", "refused", ["at least 60x66", "within 0.09-1.10 m"]),
-    ("badge of 30 x 150 mm", "refused", ["within 0.21-0.55 m"]),
+    ("badge of 30 x 30 mm", "refused", ["at least 60x66", "within 0.09-1.70 m"]),
+    ("badge of 30 x 150 mm", "refused", ["within 0.21-0.85 m"]),
     ("sheet of 0.2 mm, 50 LPI", "refused", ["0.26 or more"]),
     ("sheet of 0.2 mm, 180 LPI, 600 dpi", "refused", ["choose a range within", "print at 1200 dpi or more"]),
     ("lens pitch 11.999 dots of 600 dpi", "right", []),
