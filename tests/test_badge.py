@@ -342,6 +342,12 @@ WRONG: list[tuple[str, str, Callable[[Document], object]]] = [
     ("fiducial of tomorrow", "markers.kind", lambda d: d["markers"].update(kind="stars")),
     ("frame off the page", "markers.rect_mm", lambda d: d.update(markers=_frame(rect_mm=[10, 10, 160, 120]))),
     ("frame as thick as a box", "markers.line_mm", lambda d: d.update(markers=_frame(line_mm=20))),
+    ("frame too thin for a far camera", "markers.line_mm", lambda d: d.update(markers=_frame(line_mm=0.45))),
+    (
+        "frame beside its grating",
+        "lie within the frame's line",
+        lambda d: (d.update(markers=_frame()), _grating(d).update(rect_mm=[5, 40, 145, 90])),
+    ),
     ("notch beside the line", "notches_mm.0", lambda d: d.update(markers=_frame(notches_mm=[[20, 9, 30, 12]]))),
     ("frame like itself turned", "notches_mm", lambda d: d.update(markers=_frame(notches_mm=[[70, 11, 80, 12]]))),
     ("no gratings", "gratings", lambda d: d.update(gratings=[])),

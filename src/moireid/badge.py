@@ -22,7 +22,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from moireid.errors import SpecError
-from moireid.fiducials import CodedFrame, Fiducial, Markers, Point, check_fiducial, fiducial_document, fiducial_from
+from moireid.fiducials import (
+    CodedFrame,
+    Fiducial,
+    Markers,
+    Point,
+    check_enclosed,
+    check_fiducial,
+    fiducial_document,
+    fiducial_from,
+)
 from moireid.turned import Axis, OwnFrame, Rect, axis_from_json, bounds_of, own_frame, own_rect
 
 if TYPE_CHECKING:
@@ -419,6 +428,8 @@ def _check_geometry(badge: Badge, source: str) -> None:
                 f"one of them reference; got {len(grating.code.roles)}"
             )
     check_fiducial(badge.markers, page, source, _check_rect)
+    for g, grating in enumerate(badge.gratings):
+        check_enclosed(badge.markers, badge.bounds_of(grating), f"gratings.{g}.rect_mm", source)
 
 
 def _check_rect(rect: Rect, outer: Rect, where: str, source: str) -> None:

@@ -16,6 +16,8 @@ from moireid.turned import Rect
 Point = tuple[float, float]
 #: A frame's least line, mm, and its widest as a share of its shorter side.
 LEAST_LINE_MM, WIDEST_LINE_SHARE = 0.4, 0.1
+#: Half a side is a patch of the template with 48 samples or more; far away a thinner line would have none across it.
+THINNEST_LINE_SHARE = 1 / 200
 #: Share of a frame's notched length by which the frame must differ from itself turned or mirrored.
 LEAST_UNLIKE = 0.5
 
@@ -98,10 +100,11 @@ def check_fiducial(
     check_rect(fiducial.rect_mm, page, "markers.rect_mm", source)
     x0, y0, x1, y1 = fiducial.rect_mm
     most = WIDEST_LINE_SHARE * min(x1 - x0, y1 - y0)
-    if not LEAST_LINE_MM <= fiducial.line_mm <= most:
+    least = max(LEAST_LINE_MM, THINNEST_LINE_SHARE * max(x1 - x0, y1 - y0))
+    if not least <= fiducial.line_mm <= most:
         raise SpecError(
-            f"{source}: markers.line_mm={fiducial.line_mm:g} must be {LEAST_LINE_MM:g} to {most:.2f} mm, a tenth of "
-            "the frame's shorter side"
+            f"{source}: markers.line_mm={fiducial.line_mm:g} must be {least:.2f} to {most:.2f} mm, from a two hundredth "
+            "of the frame's longer side to a tenth of its shorter one; correct line or frame"
         )
     for n, notch in enumerate(fiducial.notches_mm):
         check_rect(notch, fiducial.dark_mm[fiducial.side_of(notch)], f"markers.notches_mm.{n}", source)
@@ -110,6 +113,19 @@ def check_fiducial(
         raise SpecError(
             f"{source}: markers.notches_mm: the frame is too like itself turned or mirrored (it differs in "
             f"{100 * unlike:.0f} % of its notches, {100 * LEAST_UNLIKE:.0f} % are needed); place the notches otherwise"
+        )
+
+
+def check_enclosed(fiducial: Fiducial, bounds_mm: Rect, where: str, source: str) -> None:
+    """Check that a grating lies within a coded frame.  Raises: SpecError."""
+    if isinstance(fiducial, Markers):
+        return
+    (x0, y0, x1, y1), line = fiducial.rect_mm, fiducial.line_mm
+    left, top, right, bottom = bounds_mm
+    if left < x0 + line or top < y0 + line or right > x1 - line or bottom > y1 - line:
+        raise SpecError(
+            f"{source}: {where}: {[round(value, 3) for value in bounds_mm]} mm must lie within the frame's line, "
+            f"{[x0 + line, y0 + line, x1 - line, y1 - line]} mm; correct that rectangle or markers.rect_mm"
         )
 
 
