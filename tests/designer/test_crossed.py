@@ -9,6 +9,7 @@ import pytest
 from moireid.badge import badge_from_json
 from moireid.designer import Request, design_badge
 from moireid.designer.crossed import RIM_MM
+from moireid.designer.formats import in_format
 from moireid.errors import DesignError
 
 PAYLOAD = bytes.fromhex("0f5ac3962d784be1")
@@ -60,3 +61,15 @@ def test_what_an_array_cannot_do_is_refused(change, words):
     """Catches: a badge that is made and cannot be read."""
     with pytest.raises(DesignError, match=words):
         design_badge(replace(REQUEST, **change), PAYLOAD)
+
+
+def test_an_array_within_a_frame_has_both_gratings_too():
+    """Catches: a frame's layout that knows no array, whose one grating has cells for half of the word."""
+    badge = design_badge(replace(REQUEST, markers="frame"), bytes(16))
+    assert [grating.axis for grating in badge.gratings] == ["x", "y"]
+
+
+def test_the_default_range_is_cut_to_what_fine_fringes_allow():
+    """Catches: a refusal of --front array by itself."""
+    near_m, far_m = in_format(Request("Ada", front="array"), "board").range_m
+    assert near_m == 0.8 and 2.0 < far_m < 2.5

@@ -146,7 +146,8 @@ def _crossed(
         raise DesignError(
             f"fringes of {min(periods):.1f} mm are too fine beyond {far_m:.2f} m under a lens array; choose a range "
             f"within {request.range_m[0]:g}-{math.floor(100 * far_m) / 100:g} m",
-            far_m=far_m,
+            near_m=request.range_m[0],
+            far_m=math.floor(100 * far_m) / 100,
         )
     steps = [MIN_STEP_FRINGES / length for length in (x1 - x0, y1 - y0)]
     middle = (SPACING_LEVELS - 1) / 2

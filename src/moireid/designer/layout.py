@@ -87,10 +87,7 @@ def lay_out(request: Request) -> Layout:
         upper, lower = board[1] + frame.margin_mm + marker_mm + NAME_MM, centers[3][1] - ID_MM
         cross = Room(side, width / 2 - least_mm, middle - top, middle - min(top, upper), max(bottom, lower) - middle)
         return Layout(page_mm, board, three_fields(cross, GAP_MM, page_mm), markers)
-    if request.front == "array":
-        # Both gratings of an array share the field: its lines cross.
-        return Layout(page_mm, board, (("x", field), ("y", field)), markers)
-    return Layout(page_mm, board, _fields(field, request.axes), markers)
+    return Layout(page_mm, board, _fields(field, request), markers)
 
 
 def _framed(request: Request, page_mm: tuple[float, float], board: Rect) -> Layout:
@@ -103,7 +100,7 @@ def _framed(request: Request, page_mm: tuple[float, float], board: Rect) -> Layo
             f"a frame with a line of {line_mm:g} mm leaves no room for the fringes; choose markers squares, a larger "
             "board or a shorter range"
         )
-    return Layout(page_mm, board, _fields(field, request.axes), coded_frame(rect, line_mm))
+    return Layout(page_mm, board, _fields(field, request), coded_frame(rect, line_mm))
 
 
 def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, float], Rect]:
@@ -121,12 +118,14 @@ def _on_paper(paper: str, width: float, height: float) -> tuple[tuple[float, flo
     )
 
 
-def _fields(field: Rect, axes: str) -> tuple[tuple[Axis, Rect], ...]:
-    """The field as one grating, or as two halves of either axis."""
-    if axes == "x":
+def _fields(field: Rect, request: Request) -> tuple[tuple[Axis, Rect], ...]:
+    """The field as one grating, as two that share it under a lens array, or as two halves of either axis."""
+    if request.front == "array":
+        return ("x", field), ("y", field)
+    if request.axes == "x":
         return (("x", field),)
-    if axes != "xy":
-        raise DesignError(f"axes {axes!r} is not possible; choose x, xy or hex")
+    if request.axes != "xy":
+        raise DesignError(f"axes {request.axes!r} is not possible; choose x, xy or hex")
     middle = (field[0] + field[2]) / 2
     left: Rect = (field[0], field[1], round(middle - GAP_MM / 2, 3), field[3])
     right: Rect = (round(middle + GAP_MM / 2, 3), field[1], field[2], field[3])
