@@ -103,8 +103,8 @@ def check_fiducial(
     least = max(LEAST_LINE_MM, THINNEST_LINE_SHARE * max(x1 - x0, y1 - y0))
     if not least <= fiducial.line_mm <= most:
         raise SpecError(
-            f"{source}: markers.line_mm={fiducial.line_mm:g} must be {least:.2f} to {most:.2f} mm, from a two hundredth "
-            "of the frame's longer side to a tenth of its shorter one; correct line or frame"
+            f"{source}: markers.line_mm={fiducial.line_mm:g} must be {least:.2f} to {most:.2f} mm, from a two "
+            "hundredth of the frame's longer side to a tenth of its shorter one; correct line or frame"
         )
     for n, notch in enumerate(fiducial.notches_mm):
         check_rect(notch, fiducial.dark_mm[fiducial.side_of(notch)], f"markers.notches_mm.{n}", source)

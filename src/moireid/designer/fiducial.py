@@ -27,8 +27,9 @@ MARKER_LINES = 7.0
 GAP_LINES, LEAST_GAP_MM = 1.05, 1.5
 #: White between a frame's line and the board's edge, in lines: the outline must not run into a dark jacket.
 EDGE_LINES = 2.0
-#: Shares of the board's height above and below a frame, for name and id.
-ENDS = 0.11
+#: Least shares of the board's height above and below a frame; and within these, clear of the board's edge and of the
+#: frame's white, what name and id need, mm.
+ENDS, NAME_MM, ID_MM = 0.11, 7.0, 6.5
 
 
 def frame_and_field(request: Request, board: Rect) -> tuple[Rect, float, Rect]:
@@ -43,8 +44,11 @@ def frame_and_field(request: Request, board: Rect) -> tuple[Rect, float, Rect]:
     far_mm = 1000.0 * request.range_m[1]
     widths = (MIN_LINE_PX * far_mm / PHONE.focal_px, (frame.marker_mm or 0.0) / MARKER_LINES, LEAST_LINE_MM)
     line_mm = math.ceil(10 * max(widths) - 1e-9) / 10
-    head, foot = (max(ENDS, share) * height for share in (frame.head, frame.foot))
-    margin = max(frame.margin_mm, EDGE_LINES * line_mm)
+    margin, white = max(frame.margin_mm, EDGE_LINES * line_mm), max(EDGE_LINES * line_mm, LEAST_GAP_MM)
+    head, foot = (
+        max(max(ENDS, share) * height, margin + white + words_mm)
+        for share, words_mm in ((frame.head, NAME_MM), (frame.foot, ID_MM))
+    )
     left, top, right, bottom = (round(value, 3) for value in (x0 + margin, y0 + head, x1 - margin, y1 - foot))
     inset = line_mm + max(GAP_LINES * line_mm, LEAST_GAP_MM)
     field = (left + inset, top + inset, right - inset, bottom - inset)

@@ -64,8 +64,8 @@ class Wear:
             name = self.format_name or "board"
             return in_format(request, name, orientation=self.orientation, lens=self.lens, range_m=range_m)
         request = replace(request, size_mm=size_mm, lens=self.lens or request.lens, range_m=range_m or request.range_m)
-        # Each of three fields is smaller than one over the whole board, so they are read less far.
-        smaller = look is not None or request.axes == "hex"
+        # Each of three fields is smaller than one over the whole board, and an array's fringes are finer.
+        smaller = look is not None or request.axes == "hex" or request.front == "array"
         return within_reach(request) if smaller and range_m is None else request
 
     def look(self, axes: str) -> Look | None:
