@@ -10,6 +10,7 @@ from PIL import Image
 
 from moireid.errors import SpecError
 from moireid.looks import pictures
+from moireid.looks import svg as drawn
 from moireid.looks.content import content_of
 from moireid.looks.pictures import MOST_SIDE_PX, as_portrait, load_picture
 
@@ -46,6 +47,12 @@ def test_an_svg_is_drawn_in_its_shape_and_colours(tmp_path: Path) -> None:
         ('<rect width="9" height="9" onclick="alert(1)"/>', "outside of itself"),
         ('<foreignObject><body xmlns="http://www.w3.org/1999/xhtml"/></foreignObject>', "a page of another kind"),
         ('<filter id="f"><feGaussianBlur stdDeviation="9"/></filter>', "flatten"),
+        ('<rect width="9" height="9" filter="blur(9)"/>', "holds a filter"),
+        ('<rect width="9" height="9" style="marker: none; filter : blur(9)"/>', "holds a filter"),
+        ("<style>rect { mask: url(#a) }</style>", "mask or marker in its style"),
+        ('<marker id="a"/>', "turn strokes into paths"),
+        ('<pattern id="a"/>', "holds patterns"),
+        ('<mask id="a"/>', "holds masks"),
         ("<g>" * 400 + "</g>" * 400, "nested deeper"),
         ("<rect", "is no SVG"),
     ],
@@ -66,8 +73,22 @@ def test_copies_of_copies_and_entities_are_refused(tmp_path: Path) -> None:
     head = '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>'
     with pytest.raises(SpecError, match="entities"):
         load_picture(svg(tmp_path, "<title>&b;</title>", head=head), "logo")
-    with pytest.raises(SpecError, match="no size of a logo"):
-        load_picture(svg(tmp_path, "<g/>", box="0 0 9000 1"), "logo")
+    for box in ("0 0 9000 1", "0 0 . 5", "0 0 1e999 1e999"):
+        with pytest.raises(SpecError, match="no size of a logo"):
+            load_picture(svg(tmp_path, "<g/>", box=box), "logo")
+    cuts = [f'<clipPath id="a{k}">' + f'<g clip-path="url(#a{k - 1})"/>' * 10 + "</clipPath>" for k in range(1, 9)]
+    with pytest.raises(SpecError, match="more than 20000 shapes"):
+        load_picture(svg(tmp_path, '<clipPath id="a0"/>' + "".join(cuts)), "logo")
+
+
+def test_what_takes_long_to_draw_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: layers or a pattern of checks that hold the program for hours."""
+    # A pattern that backtracks takes minutes for this comment.
+    assert load_picture(svg(tmp_path, f'<!--{"<!DOCTYPE " * 100_000}--><path d="M0 0h9v9z"/>'), "logo").width
+    monkeypatch.setattr(drawn, "MOST_SECONDS", 0.3)
+    layers = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/></g>' * 400
+    with pytest.raises(SpecError, match=r"more than 0\.3 s to draw; simplify it"):
+        load_picture(svg(tmp_path, layers), "logo")
 
 
 def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> None:
