@@ -154,6 +154,22 @@ def test_a_row_of_a_list_overrules_what_holds_for_all(content: Content) -> None:
         dressed(badge, {"portrait": "none.png"}, look, [], folder)
 
 
+def test_a_list_names_no_file_outside_of_its_folder(content: Content, tmp_path: Path) -> None:
+    """Catches: somebody else's list that prints a private file of this machine on a badge."""
+    assert content.logo is not None
+    look = Look(template_named("plain"), Content())
+    badge = badge_for(look.template, "a7", "landscape")
+    (tmp_path / "link.png").symlink_to(content.logo)
+    (tmp_path / "round.png").symlink_to(tmp_path / "round.png")
+    for cell in (str(content.logo), f"../{tmp_path.name}/a.png", "link.png", "round.png"):
+        with pytest.raises(SpecError, match=r"is not below the list's folder; put it there"):
+            dressed(badge, {"logo": cell}, look, [], tmp_path)
+    (tmp_path / "logo.png").write_bytes(content.logo.read_bytes())
+    (tmp_path / "link.png").unlink()
+    (tmp_path / "link.png").symlink_to("logo.png")
+    assert dressed(badge, {"logo": "link.png"}, look, [], tmp_path)[1] is not None
+
+
 @pytest.mark.parametrize("template", TEMPLATES)
 def test_a_board_with_a_coded_frame_has_room_for_logo_and_words(template: str, content: Content) -> None:
     """Catches: a band over the logo, where no squares part head and upper."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from moireid.errors import SpecError
+from moireid.files import read_regular
 from moireid.looks.svg import draw_svg
 
 if TYPE_CHECKING:
@@ -34,15 +35,11 @@ def load_picture(path: Path, what: str) -> Image.Image:
     Raises: SpecError for a file that is absent, too large or no such picture, and for an SVG as `draw_svg`.
     """
     try:
-        size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise SpecError(
-                f"{what} {path} has {size / 1e6:.0f} MB, at most {MOST_BYTES / 1e6:.0f} are read; {ADVICE} that is "
-                "smaller"
-            )
-        data = path.read_bytes()
+        data = read_regular(path, MOST_BYTES)
     except OSError as error:
         raise SpecError(f"{what} {path} cannot be read ({error.strerror}); {ADVICE}") from error
+    if len(data) > MOST_BYTES:
+        raise SpecError(f"{what} {path} is larger than {MOST_BYTES / 1e6:.0f} MB; {ADVICE} that is smaller")
     return picture_of(data, f"{what} {path}")
 
 
