@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -123,6 +125,13 @@ def test_a_file_that_is_no_picture_is_refused_in_one_sentence(tmp_path: Path, mo
     Image.new("1", (8000, 8000)).save(tmp_path / "c.png")
     with pytest.raises(SpecError, match="8000 x 8000 pixels, at most 50 million"):
         load_picture(tmp_path / "c.png", "logo")
+    for side in (10_000, 20_000):
+        header = struct.pack(">4sIIBBBBB", b"IHDR", side, side, 8, 2, 0, 0, 0)
+        huge = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + struct.pack(">I", zlib.crc32(header))
+        begun = struct.pack(">I4sI", 0, b"IDAT", zlib.crc32(b"IDAT"))
+        (tmp_path / "huge.png").write_bytes(huge + begun)
+        with pytest.raises(SpecError, match="far too many pixels, at most 50 million"):
+            load_picture(tmp_path / "huge.png", "logo")
     Image.new("RGBA", (9, 9)).save(tmp_path / "d.png")
     with pytest.raises(SpecError, match="wholly transparent"):
         load_picture(tmp_path / "d.png", "logo")
