@@ -20,6 +20,7 @@ from moireid.looks.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zone
 from moireid.looks.columns import dressed, kept_pictures, lines_in
 from moireid.looks.content import Content, clean_lines, lines_of, with_lines
 from moireid.looks.placing import Look, Piece, pieces_of
+from moireid.looks.qr import modules_of
 from moireid.looks.template import TEMPLATES, Template, template_named, template_of
 from moireid.verifier.tracking.borders import REACH_MM
 from moireid.verifier.tracking.template import FREE_MODULES
@@ -112,6 +113,30 @@ def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: 
     # What the message offers works.
     allowed = template_of({"landscape": {"head": 0.4, "place": [place]}}, "own")
     assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Content()))
+
+
+@pytest.mark.parametrize("what", [["qr"] * 60, ["name", *["qr"] * 9], ["name"] * 40])
+def test_more_pieces_than_a_place_has_room_for_are_refused(what: list[str]) -> None:
+    """Catches: pieces of less than no width, which are drawn mirrored over the markers."""
+    own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": [{"what": what, "area": "head"}]}}, "own")
+    with pytest.raises(SpecError, match=f"has no room for {len(what)} pieces side by side"):
+        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Content()))
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_a_qr_code_on_a_colour_has_white_around_it(apart: bool) -> None:
+    """Catches: a code whose edge runs into a dark ground, its place's own or that of a place below it."""
+    band, code = {"area": "foot", "ground": "accent"}, {"what": "qr", "area": "foot"}
+    places = [band, code] if apart else [band | code]
+    own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": places}}, "own")
+    badge = badge_for(own, "a6", "landscape")
+    *_, white, drawn = pieces_of(badge, Look(own, Content()))
+    assert (white.kind, white.colour, drawn.kind) == ("ground", (1.0, 1.0, 1.0), "qr")
+    module = (drawn.rect_mm[2] - drawn.rect_mm[0]) / len(modules_of(badge.id or ""))
+    signs = (-1, -1, 1, 1)
+    assert [sign * (b - a) / module for sign, a, b in zip(signs, drawn.rect_mm, white.rect_mm, strict=True)] == (
+        pytest.approx([4.0] * 4)
+    )
 
 
 def test_words_that_would_be_too_small_are_refused() -> None:
