@@ -115,6 +115,16 @@ def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: 
     assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Content()))
 
 
+def test_a_board_without_room_for_a_template_says_what_works() -> None:
+    """Catches: advice that ends in nothing, or names areas that this board lacks."""
+    known = template_named("plain")
+    side = known.side(*turned(FORMATS["cr80"].size_mm, "landscape"))
+    wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
+    with pytest.raises(SpecError, match=r"no area head; .*, or take --markers squares, beside which there is room$"):
+        pieces_of(design_badge(in_format(wish, "cr80", orientation="landscape"), PAYLOAD), Look(known, Content()))
+    assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Content()))
+
+
 @pytest.mark.parametrize("what", [["qr"] * 60, ["name", *["qr"] * 9], ["name"] * 40])
 def test_more_pieces_than_a_place_has_room_for_are_refused(what: list[str]) -> None:
     """Catches: pieces of less than no width, which are drawn mirrored over the markers."""

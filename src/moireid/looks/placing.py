@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
 from moireid.looks.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, overlap
 from moireid.looks.colours import INK, PAPER, Colour, letters_on, readable, tint
@@ -148,10 +148,12 @@ def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], wher
 def _rect_of(badge: Badge, place: Place, areas: dict[str, Rect], where: str) -> Rect:
     if place.at is None:
         if place.area not in areas:
-            raise SpecError(
-                f"{where}: this board has no area {place.area}; give the template more head or foot, or take "
-                f"{', '.join(areas)}"
+            ways = ["give a template of your own more head or foot"]
+            ways += (
+                ["take --markers squares, beside which there is room"] if isinstance(badge.markers, CodedFrame) else []
             )
+            ways += [f"name another area ({', '.join(areas)})"] if areas else []
+            raise SpecError(f"{where}: this board has no area {place.area}; {', or '.join(ways)}")
         return areas[place.area or ""]
     x0, y0, x1, y1 = badge.outline_mm
     sides = (x1 - x0, y1 - y0) if place.unit == "share" else (1.0, 1.0)
