@@ -1,4 +1,4 @@
-"""Writing files whole or not at all.
+"""Writing files whole or not at all, and reading those of strangers no further than is meant.
 
 A reader never sees half a file: the content goes to a temporary file in the same folder, reaches the disk, and then
 gets the final name in one step.  `planned` checks all outputs before any work starts.
@@ -6,6 +6,7 @@ gets the final name in one step.  `planned` checks all outputs before any work s
 
 from __future__ import annotations
 
+import errno
 import os
 import secrets
 import stat
@@ -15,6 +16,18 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from moireid.errors import SpecError
+
+
+def read_regular(path: Path, most_bytes: int) -> bytes:
+    """The first bytes of a file, one more than `most_bytes` where it is larger, so that the caller sees it.
+
+    Raises: OSError where it cannot be read, and for a pipe or device, which has no end or would be waited for.
+    """
+    # Looked at before it is opened: opening a pipe waits for whoever writes it.
+    if not stat.S_ISREG(path.stat().st_mode):
+        raise OSError(errno.EINVAL, "not a regular file")
+    with path.open("rb") as file:
+        return file.read(most_bytes + 1)
 
 
 def planned(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import struct
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +13,7 @@ from PIL import Image
 
 from moireid.errors import SpecError
 from moireid.looks import pictures
+from moireid.looks import svg as drawn
 from moireid.looks.content import content_of
 from moireid.looks.pictures import MOST_SIDE_PX, as_portrait, load_picture
 
@@ -46,6 +50,12 @@ def test_an_svg_is_drawn_in_its_shape_and_colours(tmp_path: Path) -> None:
         ('<rect width="9" height="9" onclick="alert(1)"/>', "outside of itself"),
         ('<foreignObject><body xmlns="http://www.w3.org/1999/xhtml"/></foreignObject>', "a page of another kind"),
         ('<filter id="f"><feGaussianBlur stdDeviation="9"/></filter>', "flatten"),
+        ('<rect width="9" height="9" filter="blur(9)"/>', "holds a filter"),
+        ('<rect width="9" height="9" style="marker: none; filter : blur(9)"/>', "holds a filter"),
+        ("<style>rect { mask: url(#a) }</style>", "mask or marker in its style"),
+        ('<marker id="a"/>', "turn strokes into paths"),
+        ('<pattern id="a"/>', "holds patterns"),
+        ('<mask id="a"/>', "holds masks"),
         ("<g>" * 400 + "</g>" * 400, "nested deeper"),
         ("<rect", "is no SVG"),
     ],
@@ -66,8 +76,22 @@ def test_copies_of_copies_and_entities_are_refused(tmp_path: Path) -> None:
     head = '<!DOCTYPE svg [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;">]>'
     with pytest.raises(SpecError, match="entities"):
         load_picture(svg(tmp_path, "<title>&b;</title>", head=head), "logo")
-    with pytest.raises(SpecError, match="no size of a logo"):
-        load_picture(svg(tmp_path, "<g/>", box="0 0 9000 1"), "logo")
+    for box in ("0 0 9000 1", "0 0 . 5", "0 0 1e999 1e999"):
+        with pytest.raises(SpecError, match="no size of a logo"):
+            load_picture(svg(tmp_path, "<g/>", box=box), "logo")
+    cuts = [f'<clipPath id="a{k}">' + f'<g clip-path="url(#a{k - 1})"/>' * 10 + "</clipPath>" for k in range(1, 9)]
+    with pytest.raises(SpecError, match="more than 20000 shapes"):
+        load_picture(svg(tmp_path, '<clipPath id="a0"/>' + "".join(cuts)), "logo")
+
+
+def test_what_takes_long_to_draw_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: layers or a pattern of checks that hold the program for hours."""
+    # A pattern that backtracks takes minutes for this comment.
+    assert load_picture(svg(tmp_path, f'<!--{"<!DOCTYPE " * 100_000}--><path d="M0 0h9v9z"/>'), "logo").width
+    monkeypatch.setattr(drawn, "MOST_SECONDS", 0.3)
+    layers = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/></g>' * 400
+    with pytest.raises(SpecError, match=r"more than 0\.3 s to draw; simplify it"):
+        load_picture(svg(tmp_path, layers), "logo")
 
 
 def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> None:
@@ -86,20 +110,33 @@ def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> 
 
 
 def test_a_file_that_is_no_picture_is_refused_in_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Catches: a traceback for a folder, a text, a cut file, a picture that says it is huge."""
+    """Catches: a traceback for a folder, a text, a cut file, a picture that says it is huge; a pipe that is waited
+    for, and a device without end.
+    """
     (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n cut")
     Image.new("RGB", (8, 8)).save(tmp_path / "b.gif")
     for path in (tmp_path / "none.png", tmp_path, tmp_path / "a.png", tmp_path / "b.gif"):
         with pytest.raises(SpecError, match="give a PNG, JPEG or SVG file"):
             load_picture(path, "logo")
+    os.mkfifo(tmp_path / "pipe.png")
+    for special in (tmp_path / "pipe.png", Path("/dev/zero")):
+        with pytest.raises(SpecError, match="not a regular file"):
+            load_picture(special, "logo")
     Image.new("1", (8000, 8000)).save(tmp_path / "c.png")
     with pytest.raises(SpecError, match="8000 x 8000 pixels, at most 50 million"):
         load_picture(tmp_path / "c.png", "logo")
+    for side in (10_000, 20_000):
+        header = struct.pack(">4sIIBBBBB", b"IHDR", side, side, 8, 2, 0, 0, 0)
+        huge = b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + header + struct.pack(">I", zlib.crc32(header))
+        begun = struct.pack(">I4sI", 0, b"IDAT", zlib.crc32(b"IDAT"))
+        (tmp_path / "huge.png").write_bytes(huge + begun)
+        with pytest.raises(SpecError, match="far too many pixels, at most 50 million"):
+            load_picture(tmp_path / "huge.png", "logo")
     Image.new("RGBA", (9, 9)).save(tmp_path / "d.png")
     with pytest.raises(SpecError, match="wholly transparent"):
         load_picture(tmp_path / "d.png", "logo")
     monkeypatch.setattr(pictures, "MOST_BYTES", 10)
-    with pytest.raises(SpecError, match="has 0 MB, at most"):
+    with pytest.raises(SpecError, match="larger than 0 MB"):
         load_picture(tmp_path / "d.png", "logo")
 
 

@@ -20,6 +20,7 @@ from moireid.looks.clear import GRATING_MM, MARKER_MODULES, areas_of, clear_zone
 from moireid.looks.columns import dressed, kept_pictures, lines_in
 from moireid.looks.content import Content, clean_lines, lines_of, with_lines
 from moireid.looks.placing import Look, Piece, pieces_of
+from moireid.looks.qr import modules_of
 from moireid.looks.template import TEMPLATES, Template, template_named, template_of
 from moireid.verifier.tracking.borders import REACH_MM
 from moireid.verifier.tracking.template import FREE_MODULES
@@ -114,6 +115,40 @@ def test_a_template_that_covers_what_is_read_is_refused_with_what_is_free(rect: 
     assert pieces_of(badge_for(allowed, "a6", "landscape"), Look(allowed, Content()))
 
 
+def test_a_board_without_room_for_a_template_says_what_works() -> None:
+    """Catches: advice that ends in nothing, or names areas that this board lacks."""
+    known = template_named("plain")
+    side = known.side(*turned(FORMATS["cr80"].size_mm, "landscape"))
+    wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
+    with pytest.raises(SpecError, match=r"no area head; .*, or take --markers squares, beside which there is room$"):
+        pieces_of(design_badge(in_format(wish, "cr80", orientation="landscape"), PAYLOAD), Look(known, Content()))
+    assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Content()))
+
+
+@pytest.mark.parametrize("what", [["qr"] * 60, ["name", *["qr"] * 9], ["name"] * 40])
+def test_more_pieces_than_a_place_has_room_for_are_refused(what: list[str]) -> None:
+    """Catches: pieces of less than no width, which are drawn mirrored over the markers."""
+    own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": [{"what": what, "area": "head"}]}}, "own")
+    with pytest.raises(SpecError, match=f"has no room for {len(what)} pieces side by side"):
+        pieces_of(badge_for(own, "a6", "landscape"), Look(own, Content()))
+
+
+@pytest.mark.parametrize("apart", [False, True])
+def test_a_qr_code_on_a_colour_has_white_around_it(apart: bool) -> None:
+    """Catches: a code whose edge runs into a dark ground, its place's own or that of a place below it."""
+    band, code = {"area": "foot", "ground": "accent"}, {"what": "qr", "area": "foot"}
+    places = [band, code] if apart else [band | code]
+    own = template_of({"landscape": {"head": 0.3, "foot": 0.3, "place": places}}, "own")
+    badge = badge_for(own, "a6", "landscape")
+    *_, white, drawn = pieces_of(badge, Look(own, Content()))
+    assert (white.kind, white.colour, drawn.kind) == ("ground", (1.0, 1.0, 1.0), "qr")
+    module = (drawn.rect_mm[2] - drawn.rect_mm[0]) / len(modules_of(badge.id or ""))
+    signs = (-1, -1, 1, 1)
+    assert [sign * (b - a) / module for sign, a, b in zip(signs, drawn.rect_mm, white.rect_mm, strict=True)] == (
+        pytest.approx([4.0] * 4)
+    )
+
+
 def test_words_that_would_be_too_small_are_refused() -> None:
     """Catches: a line in letters that nobody can read."""
     known = template_named("plain")
@@ -152,6 +187,22 @@ def test_a_row_of_a_list_overrules_what_holds_for_all(content: Content) -> None:
         dressed(badge, {"logo": "logo.png"}, None, [], Path())
     with pytest.raises(SpecError, match="cannot be read"):
         dressed(badge, {"portrait": "none.png"}, look, [], folder)
+
+
+def test_a_list_names_no_file_outside_of_its_folder(content: Content, tmp_path: Path) -> None:
+    """Catches: somebody else's list that prints a private file of this machine on a badge."""
+    assert content.logo is not None
+    look = Look(template_named("plain"), Content())
+    badge = badge_for(look.template, "a7", "landscape")
+    (tmp_path / "link.png").symlink_to(content.logo)
+    (tmp_path / "round.png").symlink_to(tmp_path / "round.png")
+    for cell in (str(content.logo), f"../{tmp_path.name}/a.png", "link.png", "round.png"):
+        with pytest.raises(SpecError, match=r"is not below the list's folder; put it there"):
+            dressed(badge, {"logo": cell}, look, [], tmp_path)
+    (tmp_path / "logo.png").write_bytes(content.logo.read_bytes())
+    (tmp_path / "link.png").unlink()
+    (tmp_path / "link.png").symlink_to("logo.png")
+    assert dressed(badge, {"logo": "link.png"}, look, [], tmp_path)[1] is not None
 
 
 @pytest.mark.parametrize("template", TEMPLATES)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from pathlib import Path
 
 import pytest
@@ -102,6 +103,9 @@ def test_what_is_no_template_is_refused(tmp_path: Path) -> None:
         (tmp_path / name).write_bytes(text.encode("utf-8", "surrogatepass"))
         with pytest.raises(SpecError, match=r"is not read as|must be a table"):
             template_named(str(tmp_path / name))
+    os.mkfifo(tmp_path / "pipe.toml")
+    with pytest.raises(SpecError, match="not a regular file"):
+        template_named(str(tmp_path / "pipe.toml"))
     (tmp_path / "large.toml").write_text("#" * 200_000)
     with pytest.raises(SpecError, match="larger than 100 kB"):
         template_named(str(tmp_path / "large.toml"))

@@ -96,7 +96,7 @@ def check_clear(badge: Badge, rect: Rect, whose: str) -> None:
     Raises: SpecError that names what is covered and the free areas in mm from the board's corner.
     """
     x0, y0, x1, y1 = badge.outline_mm
-    covered = [name for name, zone in clear_zones(badge) if _overlap(rect, zone)]
+    covered = [name for name, zone in clear_zones(badge) if overlap(rect, zone)]
     outside = rect[0] < x0 - 1e-6 or rect[1] < y0 - 1e-6 or rect[2] > x1 + 1e-6 or rect[3] > y1 + 1e-6
     if not covered and not outside:
         return
@@ -114,5 +114,6 @@ def _on_page(badge: Badge, grating: Grating) -> Rect:
     return bounds_of(badge.frame_of(grating).corners_mm(own_rect(grating.axis, grating.rect_mm)))
 
 
-def _overlap(one: Rect, other: Rect) -> bool:
+def overlap(one: Rect, other: Rect) -> bool:
+    """Whether two rectangles share more than an edge."""
     return all(one[k] < other[k + 2] - 1e-6 and other[k] < one[k + 2] - 1e-6 for k in (0, 1))

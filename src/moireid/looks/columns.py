@@ -1,6 +1,7 @@
 """What a list of people says of their looks: the columns logo, portrait, colour, and line, line1 … line4.
 
-Paths are relative to the list's folder.  An empty cell leaves what holds for all.
+Paths are relative to the list's folder and stay below it, since a list may come from elsewhere: it must not print other
+files of this machine.  An empty cell leaves what holds for all.
 """
 
 from __future__ import annotations
@@ -24,7 +25,10 @@ def lines_in(cells: Mapping[str, str]) -> list[str]:
 
 
 def look_in(cells: Mapping[str, str], look: Look, folder: Path) -> Look:
-    """The look of a row: that of all, with the row's own pictures and colour.  Raises: SpecError as `content_of`."""
+    """The look of a row: that of all, with the row's own pictures and colour.
+
+    Raises: SpecError as `content_of`, and for a file that is not below the folder.
+    """
     given = look.content
     colour = cells.get("colour") or cells.get("color")
     own = content_of(_path(cells.get("logo"), folder), _path(cells.get("portrait"), folder), colour)
@@ -53,4 +57,18 @@ def kept_pictures(looks: Sequence[Look | None]) -> list[Path]:
 
 
 def _path(cell: str | None, folder: Path) -> Path | None:
-    return folder / cell if cell else None
+    """The file that a cell names.  Raises: SpecError where it does not lie below the list's folder."""
+    if not cell:
+        return None
+    given = Path(cell)
+    if given.is_absolute() or ".." in given.parts or not _below(folder / given, folder):
+        raise SpecError(f"the file {cell[:80]!r} is not below the list's folder; put it there, and name it from there")
+    return folder / given
+
+
+def _below(path: Path, folder: Path) -> bool:
+    """Whether a path stays below a folder, wherever links lead."""
+    try:
+        return path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError):  # Links in a circle; letters that no path holds.
+        return False

@@ -7,11 +7,13 @@ show the same.
 from __future__ import annotations
 
 import io
+import warnings
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from moireid.errors import SpecError
+from moireid.files import read_regular
 from moireid.looks.svg import draw_svg
 
 if TYPE_CHECKING:
@@ -34,15 +36,11 @@ def load_picture(path: Path, what: str) -> Image.Image:
     Raises: SpecError for a file that is absent, too large or no such picture, and for an SVG as `draw_svg`.
     """
     try:
-        size = path.stat().st_size
-        if size > MOST_BYTES:
-            raise SpecError(
-                f"{what} {path} has {size / 1e6:.0f} MB, at most {MOST_BYTES / 1e6:.0f} are read; {ADVICE} that is "
-                "smaller"
-            )
-        data = path.read_bytes()
+        data = read_regular(path, MOST_BYTES)
     except OSError as error:
         raise SpecError(f"{what} {path} cannot be read ({error.strerror}); {ADVICE}") from error
+    if len(data) > MOST_BYTES:
+        raise SpecError(f"{what} {path} is larger than {MOST_BYTES / 1e6:.0f} MB; {ADVICE} that is smaller")
     return picture_of(data, f"{what} {path}")
 
 
@@ -53,14 +51,17 @@ def picture_of(data: bytes, whose: str) -> Image.Image:
 
     if _is_svg(data):
         data = draw_svg(data, whose, MOST_SIDE_PX)
+    too_large = f"at most {MOST_PIXELS / 1e6:.0f} million are read; {ADVICE} that is smaller"
     try:
-        with Image.open(io.BytesIO(data), formats=FORMATS) as opened:
+        with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):
+            opening = Image.open(io.BytesIO(data), formats=FORMATS)
+        with opening as opened:
             if opened.width * opened.height > MOST_PIXELS:
-                raise SpecError(
-                    f"{whose} has {opened.width} x {opened.height} pixels, at most {MOST_PIXELS / 1e6:.0f} million are "
-                    f"read; {ADVICE} that is smaller"
-                )
+                raise SpecError(f"{whose} has {opened.width} x {opened.height} pixels, {too_large}")
             upright = ImageOps.exif_transpose(opened).convert("RGBA")
+    except (Image.DecompressionBombError, Image.DecompressionBombWarning) as error:
+        # Pillow refuses a header of very many pixels before it says how many.
+        raise SpecError(f"{whose} has far too many pixels, {too_large}") from error
     except (UnidentifiedImageError, OSError, SyntaxError, ValueError) as error:
         raise SpecError(f"{whose} is no picture that is read here; {ADVICE}") from error
     upright.thumbnail((MOST_SIDE_PX, MOST_SIDE_PX), Image.Resampling.LANCZOS)

@@ -8,11 +8,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
-from moireid.looks.clear import BLEED_MM, LEAST_MM, areas_of, check_clear
+from moireid.looks.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, overlap
 from moireid.looks.colours import INK, PAPER, Colour, letters_on, readable, tint
 from moireid.looks.content import Content, lines_of
+from moireid.looks.qr import QUIET_MODULES, modules_of
 from moireid.looks.template import Place, Template
 
 if TYPE_CHECKING:
@@ -78,11 +79,24 @@ def pieces_of(badge: Badge, look: Look) -> list[Piece]:
     side = look.template.side(x1 - x0, y1 - y0)
     places = [(number, place) for number, place in enumerate(side.places, start=1) if _worn(badge, look, place)]
     areas = _shared_out(areas_of(badge), {place.area for _, place in places})
-    return [
-        piece
-        for number, place in places
-        for piece in _placed(badge, look, place, areas, f"place {number} of template {look.template.name}")
-    ]
+    pieces: list[Piece] = []
+    for number, place in places:
+        for piece in _placed(badge, look, place, areas, f"place {number} of template {look.template.name}"):
+            pieces += _on_white(badge, piece, pieces) if piece.kind == "qr" else [piece]
+    return pieces
+
+
+def _on_white(badge: Badge, code: Piece, behind: list[Piece]) -> list[Piece]:
+    """A QR code; where a ground or rule lies in its quiet zone, on white of its size, and smaller within."""
+    modules = len(modules_of(badge.id or "none"))
+    x0, y0, x1, y1 = code.rect_mm
+    quiet = QUIET_MODULES * (x1 - x0) / modules
+    zone = (x0 - quiet, y0 - quiet, x1 + quiet, y1 + quiet)
+    if not any(piece.kind == "ground" and overlap(zone, piece.rect_mm) for piece in behind):
+        return [code]
+    quiet = QUIET_MODULES * (x1 - x0) / (modules + 2 * QUIET_MODULES)
+    within = (x0 + quiet, y0 + quiet, x1 - quiet, y1 - quiet)
+    return [Piece("ground", code.rect_mm, PAPER), Piece("qr", within)]
 
 
 def _worn(badge: Badge, look: Look, place: Place) -> bool:
@@ -119,16 +133,27 @@ def _placed(badge: Badge, look: Look, place: Place, areas: dict[str, Rect], wher
     inset = (INSET_SHARE if framed else AIR_SHARE if set(shown) & {"name", "words"} else 0.0) * (rect[3] - rect[1])
     across = inset if place.ground != "none" and not place.bleed else 0.0
     room = (rect[0] + across, rect[1] + inset, rect[2] - across, rect[3] - inset)
-    return [*back, *_row(badge, look, place, shown, room, ground)]
+    row = _row(badge, look, place, shown, room, ground) if shown else []
+    for piece in row:
+        wide = piece.rect_mm[2] - piece.rect_mm[0]
+        if wide <= 0 or piece.rect_mm[0] < room[0] - 1e-6 or piece.rect_mm[2] > room[2] + 1e-6:
+            raise SpecError(
+                f"{where} has no room for {len(shown)} pieces side by side ({', '.join(shown)[:60]}); list fewer, or "
+                "spread them over more places"
+            )
+        check_clear(badge, piece.rect_mm, f"{where} ({piece.kind})")
+    return [*back, *row]
 
 
 def _rect_of(badge: Badge, place: Place, areas: dict[str, Rect], where: str) -> Rect:
     if place.at is None:
         if place.area not in areas:
-            raise SpecError(
-                f"{where}: this board has no area {place.area}; give the template more head or foot, or take "
-                f"{', '.join(areas)}"
+            ways = ["give a template of your own more head or foot"]
+            ways += (
+                ["take --markers squares, beside which there is room"] if isinstance(badge.markers, CodedFrame) else []
             )
+            ways += [f"name another area ({', '.join(areas)})"] if areas else []
+            raise SpecError(f"{where}: this board has no area {place.area}; {', or '.join(ways)}")
         return areas[place.area or ""]
     x0, y0, x1, y1 = badge.outline_mm
     sides = (x1 - x0, y1 - y0) if place.unit == "share" else (1.0, 1.0)

@@ -1,12 +1,16 @@
 """Logos in SVG: refused where they ask for more than lines and colours, and drawn by resvg.
 
 resvg runs no scripts.  What would make a logo differ from machine to machine (letters that need a font, files beside
-it), reach out (links), or take hours (filters, copies of copies) is refused before it is drawn.
+it), reach out (links), or take hours (filters, copies of copies) is refused before it is drawn.  What takes long all
+the same (hundreds of see-through layers) is stopped: the drawing is made in a process of its own.
 """
 
 from __future__ import annotations
 
+import math
 import re
+import subprocess
+import sys
 from xml.etree import ElementTree
 
 from moireid.errors import SpecError
@@ -18,28 +22,55 @@ REFUSED = {
     "text": "letters that need a font; turn text into paths",
     "image": "a picture within; give that picture itself as PNG or JPEG",
     "filter": "filters (shadows, blur); flatten them",
+    "mask": "masks; flatten them",
+    "marker": "markers (arrow heads); turn strokes into paths",
+    "pattern": "patterns; turn them into paths",
     "animate": "animation; save it without",
     "set": "animation; save it without",
 }
-MOST_ELEMENTS, MOST_DEPTH = 20_000, 100
+MOST_ELEMENTS, MOST_DEPTH, MOST_BYTES = 20_000, 100, 5_000_000
+#: A logo of a thousand shapes takes 2 s; a see-through layer of full size takes 0.2 s.
+MOST_SECONDS = 30.0
 #: What an attribute or style may point at: a place within the file.
-_OUTSIDE = re.compile(r"url\(\s*['\"]?(?!#)|@import|expression\(|javascript:", re.IGNORECASE)
+_OUTSIDE = re.compile(r"url\((?!\s*['\"]?#)|@import|expression\(|javascript:", re.IGNORECASE)
+_POINTED_AT = re.compile(r"url\(\s*['\"]?#([^'\")]*)")
+#: The refused elements as properties, where a filter needs no element: filter="blur(9)".
+_PROPERTY = re.compile(r"filter|mask|marker(-start|-mid|-end)?")
+_STYLED = re.compile(r"(?<![\w-])(filter|mask|marker)(-start|-mid|-end)?\s*:(?!\s*none)", re.IGNORECASE)
+_NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
+#: Run in the process that draws: the SVG comes in, the PNG goes out; a side of 0 px follows the other.
+_DRAW = """
+import sys, resvg_py
+wide, high = (int(side) or None for side in sys.argv[1:])
+text = sys.stdin.buffer.read().decode("utf-8")
+try:
+    png = resvg_py.svg_to_bytes(svg_string=text, skip_system_fonts=True, width=wide, height=high)
+except (ValueError, RuntimeError) as error:
+    sys.exit(str(error))
+sys.stdout.buffer.write(bytes(png))
+"""
 
 
 def draw_svg(data: bytes, whose: str, longer_px: int) -> bytes:
     """The drawing as a PNG whose longer side has that many pixels.
 
-    Raises: SpecError for what is no SVG, and for what this module refuses.
+    Raises: SpecError for what is no SVG, for what this module refuses, and for what takes over `MOST_SECONDS`.
     """
-    import resvg_py
-
     width, height = check_svg(data, whose)
-    wide, high = (longer_px, None) if width >= height else (None, longer_px)
+    sides = (longer_px, 0) if width >= height else (0, longer_px)
+    # -P: a file beside the user's logo must not be taken for the program that draws.
+    command = [sys.executable, "-P", "-c", _DRAW, *map(str, sides)]
     try:
-        text = data.decode("utf-8")
-        return bytes(resvg_py.svg_to_bytes(svg_string=text, skip_system_fonts=True, width=wide, height=high))
-    except (ValueError, RuntimeError, UnicodeDecodeError) as error:
-        raise SpecError(f"{whose} cannot be drawn ({str(error)[:80]}); save it as a plain SVG, or as PNG") from error
+        done = subprocess.run(command, input=data, capture_output=True, timeout=MOST_SECONDS, check=False)
+    except subprocess.TimeoutExpired as error:
+        raise SpecError(
+            f"{whose} takes more than {MOST_SECONDS:g} s to draw; simplify it (see-through layers take longest), or "
+            "save it as PNG"
+        ) from error
+    if done.returncode:
+        told = done.stderr.decode("utf-8", "replace").strip()[-80:]
+        raise SpecError(f"{whose} cannot be drawn ({told}); save it as a plain SVG, or as PNG")
+    return done.stdout
 
 
 def check_svg(data: bytes, whose: str) -> tuple[float, float]:
@@ -47,10 +78,14 @@ def check_svg(data: bytes, whose: str) -> tuple[float, float]:
 
     Raises: SpecError with the first thing that may not be in it.
     """
-    if re.search(rb"<!(DOCTYPE[^>\[]*\[|ENTITY)", data, re.IGNORECASE):
-        raise SpecError(f"{whose} defines entities of its own; save it as a plain SVG")
+    if len(data) > MOST_BYTES:
+        raise SpecError(f"{whose} has more than {MOST_BYTES / 1e6:g} MB of SVG; simplify it, or save it as PNG")
     try:
-        root = ElementTree.fromstring(data)
+        # The parser and resvg get one text, whatever encoding the file says of itself.
+        text = data.decode("utf-8")
+        if _defines_entities(text):
+            raise SpecError(f"{whose} defines entities of its own; save it as a plain SVG")
+        root = ElementTree.fromstring(text)
     except (ElementTree.ParseError, ValueError, LookupError) as error:
         raise SpecError(f"{whose} is no SVG ({str(error)[:80]}); save it as a plain SVG, or as PNG") from error
     if _plain(root.tag) != "svg":
@@ -61,6 +96,13 @@ def check_svg(data: bytes, whose: str) -> tuple[float, float]:
     return _size(root, whose)
 
 
+def _defines_entities(text: str) -> bool:
+    """Whether there is an entity, or a document type with definitions of its own."""
+    low = text.lower()
+    types = low.split("<!doctype")[1:]
+    return "<!entity" in low or any("[" in part.partition(">")[0] for part in types)
+
+
 def _check_element(element: ElementTree.Element, whose: str) -> None:
     tag = _plain(element.tag)
     kind = next((name for name in REFUSED if tag.lower().startswith(name.lower())), None)
@@ -68,8 +110,13 @@ def _check_element(element: ElementTree.Element, whose: str) -> None:
         raise SpecError(f"{whose} holds {REFUSED[kind]}")
     if _OUTSIDE.search(element.text or "") and tag == "style":
         raise SpecError(f"{whose} asks for something outside of itself in its style; save it as a plain SVG")
+    if tag == "style" and _STYLED.search(element.text or ""):
+        raise SpecError(f"{whose} holds a filter, mask or marker in its style; flatten it")
     for key, value in element.attrib.items():
         name = _plain(key).lower()
+        styled = name == "style" and _STYLED.search(value)
+        if styled or (_PROPERTY.fullmatch(name) and value.strip() != "none"):
+            raise SpecError(f"{whose} holds a filter, mask or marker ({name}={value[:40]!r}); flatten it")
         outside = name == "href" and not value.startswith("#") and tag != "a"
         if name.startswith("on") or outside or _OUTSIDE.search(value):
             raise SpecError(
@@ -87,9 +134,7 @@ def _check_copies(root: ElementTree.Element, whose: str) -> None:
             raise SpecError(f"{whose} is nested deeper than {MOST_DEPTH}; save it as a plain SVG, or as PNG")
         if element not in counted:
             inside = list(element)
-            if _plain(element.tag) == "use":
-                href = next((value for key, value in element.attrib.items() if _plain(key) == "href"), "")
-                inside += [by_id[href[1:]]] if href[1:] in by_id else []
+            inside += [by_id[name] for name in _pointed_at(element) if name in by_id]
             counted[element] = 1 + sum(drawn(child, depth + 1) for child in inside)
         return counted[element]
 
@@ -97,12 +142,20 @@ def _check_copies(root: ElementTree.Element, whose: str) -> None:
         raise SpecError(f"{whose} draws more than {MOST_ELEMENTS} shapes; simplify it, or save it as PNG")
 
 
+def _pointed_at(element: ElementTree.Element) -> list[str]:
+    """What an element draws beside its content, by id: copies, cuts (clip paths) and colours that run (gradients)."""
+    names = [name for value in element.attrib.values() for name in _POINTED_AT.findall(value)]
+    if _plain(element.tag) == "use":
+        names += [value[1:] for key, value in element.attrib.items() if _plain(key) == "href"]
+    return names
+
+
 def _size(root: ElementTree.Element, whose: str) -> tuple[float, float]:
-    numbers = [float(part) for part in re.findall(r"-?[\d.]+(?:e-?\d+)?", root.get("viewBox", ""))]
+    numbers = [float(part) for part in _NUMBER.findall(root.get("viewBox", ""))]
     if len(numbers) != 4:
-        lengths = [re.match(r"\s*([\d.]+)", root.get(side, "")) for side in ("width", "height")]
-        numbers = [0.0, 0.0, *(float(found[1]) if found else 0.0 for found in lengths)]
-    if not (numbers[2] > 0 and numbers[3] > 0 and max(numbers[2:]) <= 50 * min(numbers[2:])):
+        lengths = [_NUMBER.match(root.get(side, "").strip()) for side in ("width", "height")]
+        numbers = [0.0, 0.0, *(float(found[0]) if found else 0.0 for found in lengths)]
+    if not (min(numbers[2:]) > 0 and max(numbers[2:]) < math.inf and max(numbers[2:]) <= 50 * min(numbers[2:])):
         raise SpecError(f"{whose} says no size of a logo (viewBox); save it as a plain SVG, or as PNG")
     return numbers[2], numbers[3]
 

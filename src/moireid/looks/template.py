@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from moireid.errors import SpecError
+from moireid.files import read_regular
 from moireid.looks.colours import Colour, colour_named
 
 TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam")
@@ -99,8 +100,7 @@ def template_named(name: str) -> Template:
             f"template {name!r} is not known; choose one of {', '.join(TEMPLATES)}, or give a .toml or .json file"
         )
     try:
-        with path.open("rb") as file:
-            data = file.read(MOST_FILE_BYTES + 1)
+        data = read_regular(path, MOST_FILE_BYTES)
     except OSError as error:
         raise SpecError(f"template {path} cannot be read ({error.strerror}); give the path of a template") from error
     if len(data) > MOST_FILE_BYTES:
