@@ -35,6 +35,11 @@ JOINERS = "\u200c\u200d"
 #: The signs that a picture letter may be followed by: its look as text or as a picture.
 LOOKS = "\ufe0e\ufe0f"
 MONGOLIAN = range(0x1820, 0x18AB)
+#: A longer name or line does not fit on a badge, and is too long to type as a claim.
+NAME_LIMIT, MOST_LINES = 200, 4
+#: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
+#: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
+UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
 
 
 def hidden_letters(name: str) -> list[str]:
@@ -53,6 +58,25 @@ def hidden_words(name: str) -> str | None:
         return None
     more = f" and {len(found) - 3} more" if len(found) > 3 else ""
     return f"holds letters that nobody sees ({', '.join(found[:3])}{more})"
+
+
+def unprintable(text: str) -> bool:
+    """Whether a name or line holds letters that no text needs, or is of joiners alone."""
+    visible = text.strip(JOINERS)
+    return not visible or any(
+        unicodedata.category(letter) in UNPRINTABLE and letter not in JOINERS for letter in visible
+    )
+
+
+def line_fault(line: object) -> str | None:
+    """Why something cannot stand below a name, as a part of a sentence; None where it can."""
+    if not isinstance(line, str):
+        return "is no text"
+    if len(line) > NAME_LIMIT:
+        return f"has {len(line)} characters, at most {NAME_LIMIT} fit"
+    if line.strip() and unprintable(line.strip()):
+        return "holds control, invisible or unassigned characters"
+    return hidden_words(line)
 
 
 def _invisible(letter: str) -> bool:
@@ -86,13 +110,16 @@ def _joins(name: str, place: int) -> bool:
 
 
 def line_of(print_data: Mapping[str, Any] | None) -> str | None:
-    """The first line below the name on a badge, which tells people of one name apart; None where there is none.
+    """The first line below the name on a badge, which tells people of one name apart; None where there is none, or none
+    of plain text: whoever wrote the badge's file could have put anything there.
 
     Parameters: print_data: `Badge.print`, whose key "lines" holds the lines from above to below.
     """
     lines = (print_data or {}).get("lines")
     first = lines[0] if isinstance(lines, list | tuple) and lines else None
-    return unicodedata.normalize("NFC", first).strip() or None if isinstance(first, str) else None
+    if not isinstance(first, str) or line_fault(first) is not None:
+        return None
+    return unicodedata.normalize("NFC", first).strip() or None
 
 
 def named_by(claim: str) -> list[tuple[str, str]]:

@@ -116,6 +116,16 @@ def test_name_that_nobody_can_claim_is_refused(registry, name):
         registry.enroll(replace(badge_of("Ada"), name=name))
 
 
+@pytest.mark.parametrize("lines", [["\x1b[2JEditor"], ["Edi\u200btor"], ["x" * 3_000_000], [7], "Editor", ["x"] * 5])
+def test_lines_that_are_no_plain_text_are_refused(registry, lines):
+    """Catches: what a stranger's file holds below the name, in the signed record and on every list; in batches too."""
+    badge = replace(badge_of("Ada"), print={"lines": lines})
+    for enroll in (registry.enroll, lambda bad: registry.enroll_many([badge_of("Bo"), bad])):
+        with pytest.raises(RegistryError, match="below the name 'Ada'"):
+            enroll(badge)
+    assert {record.name for record in registry.records()} <= {"Bo"}
+
+
 def test_text_that_is_not_unicode_is_refused(registry):
     """Catches: a lone surrogate, which JSON may spell, reaching the driver."""
     with pytest.raises(RegistryError, match="not Unicode"):

@@ -10,8 +10,9 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.looks.content import MOST_LINES, Content, content_of, with_lines
+from moireid.looks.content import Content, content_of, with_lines
 from moireid.looks.placing import Look
+from moireid.names import MOST_LINES
 
 PICTURES = ("logo", "portrait", "colour", "color")
 LINES = ("line", *(f"line{number}" for number in range(1, MOST_LINES + 1)))
