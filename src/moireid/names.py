@@ -133,13 +133,3 @@ def named_by(claim: str) -> list[tuple[str, str]]:
 def told_apart(badge_id: str, line: str | None) -> str:
     """An id with the line on its badge, for a list of namesakes."""
     return badge_id if line is None else f"{badge_id} ({line[:60]})"
-
-
-def by_line(people: list[tuple[str, str | None]]) -> str:
-    """The end of a sentence that tells how to claim one of several people by their lines; empty where none has one
-    that the others lack.
-
-    Parameters: people: name and line of each.
-    """
-    alone = [f"{name}, {line}" for name, line in people if line and people.count((name, line)) == 1]
-    return f", or the name with the line below it, such as {alone[0][:140]!r}" if alone else ""

@@ -16,7 +16,7 @@ import moireid.registry
 from kit.registries import badge_of, url_of
 from moireid.badge import badge_from_json
 from moireid.errors import RegistryError, SpecError
-from moireid.registry import claims, open_registry, store
+from moireid.registry import claimed, claims, open_registry, store
 from moireid.registry.face import reading
 
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
@@ -204,6 +204,23 @@ def test_people_of_one_name_are_chosen_by_their_lines(registry):
     with pytest.raises(RegistryError, match="2 people") as caught:
         registry.find("Silva, Ana, Reporter")
     assert caught.value.details["ids"] == ["0a0a0a", "0e0e0e"]
+
+
+def test_nobody_is_chosen_by_a_line_that_looks_like_a_namesake_s(registry):
+    """Catches: Cyrillic letters or another case in a line that choose the forger's badge without a word, or that are
+    given as advice; a choice that does not tell of the others."""
+    lines = {"0a0a0a": "Reporter", "0b0b0b": "Rep\u043erter", "0c0c0c": "Editor"}
+    for badge_id, line in lines.items():
+        registry.enroll(replace(badge_of("Ana Silva", bytes.fromhex(badge_id)), print={"lines": [line]}))
+    for line in ("Reporter", "Rep\u043erter"):
+        with pytest.raises(RegistryError, match="lines that look alike") as caught:
+            claimed(registry, f"Ana Silva, {line}")
+        assert sorted(caught.value.details["ids"]) == ["0a0a0a", "0b0b0b"]
+    with pytest.raises(RegistryError, match="such as 'Ana Silva, Editor'"):
+        registry.find("Ana Silva")
+    known = claimed(registry, "Ana Silva, Editor").provenance
+    assert (known.line, known.others) == ("Editor", 2)
+    assert claimed(registry, "0b0b0b").provenance.line is None
 
 
 def test_many_people_of_one_name_are_counted_not_all_listed(registry):
