@@ -37,6 +37,8 @@ LOOKS = "\ufe0e\ufe0f"
 MONGOLIAN = range(0x1820, 0x18AB)
 #: A longer name or line does not fit on a badge, and is too long to type as a claim.
 NAME_LIMIT, MOST_LINES = 200, 4
+#: Letters of a claim "NAME, LINE" at most, and commas of it at which a line may begin: each is looked up.
+CLAIM_LIMIT, MOST_COMMAS = 2 * NAME_LIMIT + 2, 16
 #: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
 #: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
 UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
@@ -123,9 +125,11 @@ def line_of(print_data: Mapping[str, Any] | None) -> str | None:
 
 
 def named_by(claim: str) -> list[tuple[str, str]]:
-    """Every way to read a claim such as "Ana Silva, Reporter" as a name and the line below it, one a comma."""
+    """The ways to read a claim such as "Ana Silva, Reporter" as a name and the line below it, one for each of the first
+    `MOST_COMMAS` commas.
+    """
     whole = unicodedata.normalize("NFC", claim)
-    places = [k for k, letter in enumerate(whole) if letter == ","]
+    places = [k for k, letter in enumerate(whole) if letter == ","][:MOST_COMMAS]
     pairs = [(whole[:k].strip(), whole[k + 1 :].strip()) for k in places]
     return [(name, line) for name, line in pairs if name and line]
 

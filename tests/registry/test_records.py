@@ -16,8 +16,11 @@ import moireid.registry
 from kit.registries import badge_of, url_of
 from moireid.badge import badge_from_json
 from moireid.errors import RegistryError, SpecError
+from moireid.names import named_by
 from moireid.registry import claimed, claims, open_registry, store
 from moireid.registry.face import reading
+from moireid.web.jobs.claims import find_claimed
+from moireid.web.problems import Refusal
 
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 
@@ -204,6 +207,18 @@ def test_people_of_one_name_are_chosen_by_their_lines(registry):
     with pytest.raises(RegistryError, match="2 people") as caught:
         registry.find("Silva, Ana, Reporter")
     assert caught.value.details["ids"] == ["0a0a0a", "0e0e0e"]
+
+
+def test_a_long_claim_is_refused_before_it_is_split(registry):
+    """Catches: memory that grows with the square of a claim's commas; a server's error for it in the studio."""
+    for claim in (", " * 100_000, "x" * 403):
+        with pytest.raises(RegistryError, match="at most 402 can be claimed") as caught:
+            registry.find(claim)
+        assert len(str(caught.value)) < 200
+        with pytest.raises(Refusal, match="at most 402") as refused:
+            find_claimed(registry, claim, ids=False)
+        assert (refused.value.status, refused.value.code) == (422, "long_claim")
+    assert len(named_by("a," * 200)) <= 16 and ("a,b", "c") in named_by("a,b,c")
 
 
 def test_nobody_is_chosen_by_a_line_that_looks_like_a_namesake_s(registry):

@@ -83,12 +83,8 @@ def test_claims_mean_in_a_bundle_what_they_mean_in_the_registry(people, tmp_path
 
 def test_a_bundle_chooses_nobody_by_a_line_that_looks_like_another(people, tmp_path):
     """Catches: a look-alike of a namesake's line that is refused with the registry and taken without it."""
-    for payload, line in (
-        (b"\x01\x02\x05", "Reporter"),
-        (b"\x01\x02\x06", "Rep\u043erter"),
-        (b"\x01\x02\x07", "Editor"),
-    ):
-        people.enroll(replace(badge_of("Cy", payload), print={"lines": [line]}))
+    for last, line in enumerate(("Reporter", "Rep\u043erter", "Editor"), start=5):
+        people.enroll(replace(badge_of("Cy", bytes((1, 2, last))), print={"lines": [line]}))
     with Bundle(published(people, tmp_path / "b")) as bundle:
         with pytest.raises(RegistryError, match="lines that look alike"):
             bundle.claimed("Cy, Reporter")

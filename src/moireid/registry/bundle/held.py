@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 import sqlite3
-import unicodedata
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -25,6 +24,7 @@ from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.bundle.content import Content, Person
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.standing import hold
+from moireid.registry.claims import claim_text
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head, Rotation, linked, rotation_of
 from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
@@ -151,7 +151,7 @@ class Bundle:
         RegistryError
             Where it means nobody, or several people.
         """
-        name = unicodedata.normalize("NFC", claim)
+        name = claim_text(claim)
         found = self._content.named(name)
         found += [one for first, line in named_by(name) for one in self._content.named(first) if one.line == line]
         found = found or self._of_id(claim.lower())
