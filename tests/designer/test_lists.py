@@ -73,6 +73,8 @@ def test_what_cannot_be_read_is_refused_with_its_row(data: bytes, words: str) ->
 
 def test_namesakes_are_told_apart_by_their_lines() -> None:
     """Catches: a line that is read and lost; a warning about people who are told apart, or none about twins."""
+    people = parse_people(b"name,line1,line2\nAna Silva,Reporter,News\nAna Silva,,Editor\n").people
+    assert [one.note for one in design_people(people, Request("Everybody"))] == [None, None]
     people = parse_people(b"name,role\nAna Silva,Reporter\nAna Silva,Editor\nAna Silva,Editor\n").people
     told = list(design_people(people, Request("Everybody")))
     assert [line_of(one.badge.print) for one in told if one.badge] == ["Reporter", "Editor", "Editor"]
