@@ -11,6 +11,8 @@ import unicodedata
 from collections.abc import Mapping
 from typing import Any
 
+from moireid.errors import RegistryError
+
 #: Code points that are drawn as nothing (Default_Ignorable_Code_Point of Unicode), first and last of each range.
 INVISIBLE = (
     (0x00AD, 0x00AD),
@@ -124,6 +126,18 @@ def line_of(print_data: Mapping[str, Any] | None) -> str | None:
     if not isinstance(first, str) or line_fault(first) is not None:
         return None
     return unicodedata.normalize("NFC", first).strip() or None
+
+
+def claim_text(claim: str) -> str:
+    """The claim in NFC.  Raises: RegistryError (`code` "long_claim") where no name with a line is as long."""
+    name = unicodedata.normalize("NFC", claim)
+    if len(name) > CLAIM_LIMIT:
+        raise RegistryError(
+            f"the claim {name[:30]!r}… has {len(name)} characters, and at most {CLAIM_LIMIT} can be claimed; give the "
+            "name, the name with the line below it, or the id",
+            code="long_claim",
+        )
+    return name
 
 
 def named_by(claim: str) -> list[tuple[str, str]]:

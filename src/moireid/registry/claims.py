@@ -14,7 +14,7 @@ from collections.abc import Callable
 from sqlalchemy import or_
 
 from moireid.errors import RegistryError
-from moireid.names import CLAIM_LIMIT, line_of, named_by, told_apart
+from moireid.names import claim_text, line_of, named_by, told_apart
 from moireid.registry.canonical import unpack
 from moireid.registry.engine import AnyRow, AnySelect
 from moireid.registry.look_alikes import by_line, line_alike
@@ -74,18 +74,6 @@ def _check_line(claim: str, row: AnyRow, found: list[AnyRow]) -> None:
             ids=[one.id for one in alike],
             by_line="",
         )
-
-
-def claim_text(claim: str) -> str:
-    """The claim in NFC.  Raises: RegistryError (`code` "long_claim") where no name with a line is as long."""
-    name = unicodedata.normalize("NFC", claim)
-    if len(name) > CLAIM_LIMIT:
-        raise RegistryError(
-            f"the claim {name[:30]!r}… has {len(name)} characters, and at most {CLAIM_LIMIT} can be claimed; give the "
-            "name, the name with the line below it, or the id",
-            code="long_claim",
-        )
-    return name
 
 
 def as_id(claim: str) -> str:

@@ -19,12 +19,11 @@ from types import TracebackType
 from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
-from moireid.names import named_by
+from moireid.names import claim_text, named_by
 from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.bundle.content import Content, Person
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.standing import hold
-from moireid.registry.claims import claim_text
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head, Rotation, linked, rotation_of
 from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
