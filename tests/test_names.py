@@ -6,7 +6,7 @@ import unicodedata
 
 import pytest
 
-from moireid.names import INVISIBLE, hidden_letters, hidden_words
+from moireid.names import INVISIBLE, hidden_letters, hidden_words, line_fault, line_of
 
 
 @pytest.mark.parametrize(
@@ -47,3 +47,10 @@ def test_the_ranges_are_in_order_and_hold_no_letter_that_is_seen() -> None:
     for first, last in INVISIBLE:
         for code in range(first, last + 1):
             assert unicodedata.category(chr(code)) in ("Cf", "Cn", "Mn") or chr(code) in "\u115f\u1160\u3164\uffa0"
+
+
+@pytest.mark.parametrize("line", ["Rep\u200borter", "\u202eretropeR", "\x1b[31mOwner", "x" * 201, "\u200d", 7, None])
+def test_lines_are_as_plain_as_names(line: object) -> None:
+    """Catches: a line of somebody's file that passes for another, moves the cursor of a terminal, or fills a screen."""
+    assert line_fault(line) is not None and line_of({"lines": [line, "Reporter"]}) is None
+    assert line_fault("Reporter, Neues Öffentliches") is None and line_of({"lines": ["Reporter "]}) == "Reporter"

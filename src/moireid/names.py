@@ -11,6 +11,8 @@ import unicodedata
 from collections.abc import Mapping
 from typing import Any
 
+from moireid.errors import RegistryError
+
 #: Code points that are drawn as nothing (Default_Ignorable_Code_Point of Unicode), first and last of each range.
 INVISIBLE = (
     (0x00AD, 0x00AD),
@@ -35,6 +37,15 @@ JOINERS = "\u200c\u200d"
 #: The signs that a picture letter may be followed by: its look as text or as a picture.
 LOOKS = "\ufe0e\ufe0f"
 MONGOLIAN = range(0x1820, 0x18AB)
+#: A longer name or line does not fit on a badge, and is too long to type as a claim.
+NAME_LIMIT, MOST_LINES = 200, 4
+#: The columns of a list that hold the lines below a name, from above to below.
+LINE_COLUMNS = ("line", *(f"line{number}" for number in range(1, MOST_LINES + 1)))
+#: Letters of a claim "NAME, LINE" at most, and commas of it at which a line may begin: each is looked up.
+CLAIM_LIMIT, MOST_COMMAS = 2 * NAME_LIMIT + 2, 16
+#: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
+#: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
+UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
 
 
 def hidden_letters(name: str) -> list[str]:
@@ -53,6 +64,25 @@ def hidden_words(name: str) -> str | None:
         return None
     more = f" and {len(found) - 3} more" if len(found) > 3 else ""
     return f"holds letters that nobody sees ({', '.join(found[:3])}{more})"
+
+
+def unprintable(text: str) -> bool:
+    """Whether a name or line holds letters that no text needs, or is of joiners alone."""
+    visible = text.strip(JOINERS)
+    return not visible or any(
+        unicodedata.category(letter) in UNPRINTABLE and letter not in JOINERS for letter in visible
+    )
+
+
+def line_fault(line: object) -> str | None:
+    """Why something cannot stand below a name, as a part of a sentence; None where it can."""
+    if not isinstance(line, str):
+        return "is no text"
+    if len(line) > NAME_LIMIT:
+        return f"has {len(line)} characters, at most {NAME_LIMIT} fit"
+    if line.strip() and unprintable(line.strip()):
+        return "holds control, invisible or unassigned characters"
+    return hidden_words(line)
 
 
 def _invisible(letter: str) -> bool:
@@ -86,19 +116,36 @@ def _joins(name: str, place: int) -> bool:
 
 
 def line_of(print_data: Mapping[str, Any] | None) -> str | None:
-    """The first line below the name on a badge, which tells people of one name apart; None where there is none.
+    """The first line below the name on a badge, which tells people of one name apart; None where there is none, or none
+    of plain text: whoever wrote the badge's file could have put anything there.
 
     Parameters: print_data: `Badge.print`, whose key "lines" holds the lines from above to below.
     """
     lines = (print_data or {}).get("lines")
     first = lines[0] if isinstance(lines, list | tuple) and lines else None
-    return unicodedata.normalize("NFC", first).strip() or None if isinstance(first, str) else None
+    if not isinstance(first, str) or line_fault(first) is not None:
+        return None
+    return unicodedata.normalize("NFC", first).strip() or None
+
+
+def claim_text(claim: str) -> str:
+    """The claim in NFC.  Raises: RegistryError (`code` "long_claim") where no name with a line is as long."""
+    name = unicodedata.normalize("NFC", claim)
+    if len(name) > CLAIM_LIMIT:
+        raise RegistryError(
+            f"the claim {name[:30]!r}… has {len(name)} characters, and at most {CLAIM_LIMIT} can be claimed; give the "
+            "name, the name with the line below it, or the id",
+            code="long_claim",
+        )
+    return name
 
 
 def named_by(claim: str) -> list[tuple[str, str]]:
-    """Every way to read a claim such as "Ana Silva, Reporter" as a name and the line below it, one a comma."""
+    """The ways to read a claim such as "Ana Silva, Reporter" as a name and the line below it, one for each of the first
+    `MOST_COMMAS` commas.
+    """
     whole = unicodedata.normalize("NFC", claim)
-    places = [k for k, letter in enumerate(whole) if letter == ","]
+    places = [k for k, letter in enumerate(whole) if letter == ","][:MOST_COMMAS]
     pairs = [(whole[:k].strip(), whole[k + 1 :].strip()) for k in places]
     return [(name, line) for name, line in pairs if name and line]
 
@@ -106,13 +153,3 @@ def named_by(claim: str) -> list[tuple[str, str]]:
 def told_apart(badge_id: str, line: str | None) -> str:
     """An id with the line on its badge, for a list of namesakes."""
     return badge_id if line is None else f"{badge_id} ({line[:60]})"
-
-
-def by_line(people: list[tuple[str, str | None]]) -> str:
-    """The end of a sentence that tells how to claim one of several people by their lines; empty where none has one
-    that the others lack.
-
-    Parameters: people: name and line of each.
-    """
-    alone = [f"{name}, {line}" for name, line in people if line and people.count((name, line)) == 1]
-    return f", or the name with the line below it, such as {alone[0][:140]!r}" if alone else ""

@@ -62,13 +62,16 @@ class Provenance:
     source: "registry" where an authority signed them, "bundle" where it signed them in a bundle, "file" where somebody
     handed them over; file_name: the name in such a file, where the registry holds its identity under another one;
     alike: name and id of enrolled people whose names are others and look like the claimed one; standing: of the
-    registry, None where none was asked.
+    registry, None where none was asked; line: below the name, where the claim chose among people of one name by it, and
+    others: how many more badges bear that name.
     """
 
     source: Source
     file_name: str | None = None
     alike: tuple[str, ...] = ()
     standing: Standing | None = None
+    line: str | None = None
+    others: int = 0
 
 
 #: What is known of a badge.json that somebody hands over.

@@ -30,9 +30,10 @@ from moireid.designer import (
 )
 from moireid.designer.drawn import drawn_badge
 from moireid.designer.people import Person, design_people, without_held
-from moireid.designer.request import NAME_LIMIT, clean_name, parse_range_m, parse_size_mm
+from moireid.designer.request import clean_name, parse_range_m, parse_size_mm
 from moireid.errors import CodeError, DesignError, RegistryError, SpecError
 from moireid.idcodes import is_name_derived
+from moireid.names import NAME_LIMIT
 from moireid.profiles import PAPERS_MM, lens_named
 
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"

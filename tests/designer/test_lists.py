@@ -36,6 +36,18 @@ def test_windows_1252_is_taken_and_told() -> None:
     listed = read_list(ROWS.encode("cp1252"), source="people.csv")
     assert listed.rows[0][1]["name"] == "Zoë Müller"
     assert listed.note and "Windows-1252" in listed.note and "row 2 then has 'Zoë Müller'" in listed.note
+    names = "".join(f"Zo{letter}\n" for letter in "ëêéèïîíìöôó")
+    note = read_list(f"name\nAda\n{names}".encode("cp1252")).note
+    assert note and all(f"row {row} then has 'Zo" in note for row in range(3, 13)) and "and 1 more" in note
+
+
+@pytest.mark.parametrize("name", ["Łukasz", "Miłosz", "Kaźmierczak", "Święcki", "Jaś", "Żak", "ŁUKASZ", "Anna Kość"])
+def test_a_list_of_central_europe_is_not_taken_for_a_western_one(name: str) -> None:
+    """Catches: £ukasz and Œwiêcki on a badge, when the note shows another row's good name."""
+    with pytest.raises(SpecError, match="row 3 is not UTF-8"):
+        read_list(f"name;line\nJosé;Editor\n{name};Editor\n".encode("cp1250"))
+    for western in ("Schœlcher", "Œhler", "L’Écuyer", "«Bo» Ñuñez", "¿Qué?", "D’Ávila", "ÅNGSTRÖM", "Straße", "Ümit"):
+        assert read_list(f"name\n{western}\n".encode("cp1252")).rows[0][1]["name"] == western
 
 
 @pytest.mark.parametrize(
@@ -61,6 +73,8 @@ def test_what_cannot_be_read_is_refused_with_its_row(data: bytes, words: str) ->
 
 def test_namesakes_are_told_apart_by_their_lines() -> None:
     """Catches: a line that is read and lost; a warning about people who are told apart, or none about twins."""
+    people = parse_people(b"name,line1,line2\nAna Silva,Reporter,News\nAna Silva,,Editor\n").people
+    assert [one.note for one in design_people(people, Request("Everybody"))] == [None, None]
     people = parse_people(b"name,role\nAna Silva,Reporter\nAna Silva,Editor\nAna Silva,Editor\n").people
     told = list(design_people(people, Request("Everybody")))
     assert [line_of(one.badge.print) for one in told if one.badge] == ["Reporter", "Editor", "Editor"]

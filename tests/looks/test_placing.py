@@ -165,8 +165,9 @@ def test_lines_are_checked_and_kept_in_the_badge() -> None:
     assert with_lines(badge, [" "]) == badge
     with pytest.raises(SpecError, match="5 lines are too many"):
         clean_lines("abcde")
-    with pytest.raises(SpecError, match="control"):
-        clean_lines(["a\x07"])
+    for hidden in ("a\x07", "\u202eretropeR", "Repo\u200brter"):
+        with pytest.raises(SpecError, match="plain text"):
+            clean_lines([hidden])
     with pytest.raises(SpecError, match="has 81 characters"):
         clean_lines(["a" * 81])
 

@@ -16,8 +16,11 @@ import moireid.registry
 from kit.registries import badge_of, url_of
 from moireid.badge import badge_from_json
 from moireid.errors import RegistryError, SpecError
-from moireid.registry import claims, open_registry, store
+from moireid.names import named_by
+from moireid.registry import claimed, claims, open_registry, store
 from moireid.registry.face import reading
+from moireid.web.jobs.claims import find_claimed
+from moireid.web.problems import Refusal
 
 ZOE_NFC, ZOE_NFD = "Zo\u00eb", "Zoe\u0308"
 
@@ -116,6 +119,16 @@ def test_name_that_nobody_can_claim_is_refused(registry, name):
         registry.enroll(replace(badge_of("Ada"), name=name))
 
 
+@pytest.mark.parametrize("lines", [["\x1b[2JEditor"], ["Edi\u200btor"], ["x" * 3_000_000], [7], "Editor", ["x"] * 5])
+def test_lines_that_are_no_plain_text_are_refused(registry, lines):
+    """Catches: what a stranger's file holds below the name, in the signed record and on every list; in batches too."""
+    badge = replace(badge_of("Ada"), print={"lines": lines})
+    for enroll in (registry.enroll, lambda bad: registry.enroll_many([badge_of("Bo"), bad])):
+        with pytest.raises(RegistryError, match="below the name 'Ada'"):
+            enroll(badge)
+    assert {record.name for record in registry.records()} <= {"Bo"}
+
+
 def test_text_that_is_not_unicode_is_refused(registry):
     """Catches: a lone surrogate, which JSON may spell, reaching the driver."""
     with pytest.raises(RegistryError, match="not Unicode"):
@@ -194,6 +207,35 @@ def test_people_of_one_name_are_chosen_by_their_lines(registry):
     with pytest.raises(RegistryError, match="2 people") as caught:
         registry.find("Silva, Ana, Reporter")
     assert caught.value.details["ids"] == ["0a0a0a", "0e0e0e"]
+
+
+def test_a_long_claim_is_refused_before_it_is_split(registry):
+    """Catches: memory that grows with the square of a claim's commas; a server's error for it in the studio."""
+    for claim in (", " * 100_000, "x" * 403):
+        with pytest.raises(RegistryError, match="at most 402 can be claimed") as caught:
+            registry.find(claim)
+        assert len(str(caught.value)) < 200
+        with pytest.raises(Refusal, match="at most 402") as refused:
+            find_claimed(registry, claim, ids=False)
+        assert (refused.value.status, refused.value.code) == (422, "long_claim")
+    assert len(named_by("a," * 200)) <= 16 and ("a,b", "c") in named_by("a,b,c")
+
+
+def test_nobody_is_chosen_by_a_line_that_looks_like_a_namesake_s(registry):
+    """Catches: Cyrillic letters or another case in a line that choose the forger's badge without a word, or that are
+    given as advice; a choice that does not tell of the others."""
+    lines = {"0a0a0a": "Reporter", "0b0b0b": "Rep\u043erter", "0c0c0c": "Editor"}
+    for badge_id, line in lines.items():
+        registry.enroll(replace(badge_of("Ana Silva", bytes.fromhex(badge_id)), print={"lines": [line]}))
+    for line in ("Reporter", "Rep\u043erter"):
+        with pytest.raises(RegistryError, match="lines that look alike") as caught:
+            claimed(registry, f"Ana Silva, {line}")
+        assert sorted(caught.value.details["ids"]) == ["0a0a0a", "0b0b0b"]
+    with pytest.raises(RegistryError, match="such as 'Ana Silva, Editor'"):
+        registry.find("Ana Silva")
+    known = claimed(registry, "Ana Silva, Editor").provenance
+    assert (known.line, known.others) == ("Editor", 2)
+    assert claimed(registry, "0b0b0b").provenance.line is None
 
 
 def test_many_people_of_one_name_are_counted_not_all_listed(registry):

@@ -23,7 +23,11 @@ WORKBOOKS = {b"PK\x03\x04": "a workbook (such as .xlsx or .ods)", b"\xd0\xcf\x11
 #: Taken where a list is not Unicode: Excel saves "CSV" so in western Europe and America.
 WESTERN = "cp1252"
 #: Signs within and at the end of words that names and offices do have.
-GOOD_SIGNS, CLOSING = "’‘´·–—®™©", "”“»…"
+GOOD_SIGNS, CLOSING, OPENING = "’‘´·–—®™©", "”“»…", "“„‚«‹¡¿…•"
+#: Polish ś before w and ć and at a word's end, read as Windows-1252; no word of its own languages has them.
+WRONG_PAIRS = ("œw", "œæ", "œ ")
+#: So many cells are shown in which a guess matters.
+SHOWN = 10
 SAVE_AS = "save it as “CSV UTF-8”"
 
 
@@ -57,7 +61,7 @@ def read_list(data: bytes, *, source: str = "the list", needed: str = "name") ->
             _check_row(row, number, columns, separator, source)
             cells = [cell.strip() for cell in row] + [""] * (len(columns) - len(row))
             people.append((number, {column: cells[k] for k, column in enumerate(columns)}))
-    return Listed(columns, tuple(people), _with_example(note, people))
+    return Listed(columns, tuple(people), _with_examples(note, people, needed))
 
 
 def decoded(data: bytes, source: str = "the list") -> tuple[str, str | None]:
@@ -83,7 +87,7 @@ def decoded(data: bytes, source: str = "the list") -> tuple[str, str | None]:
         if strange := _strange(line):
             raise unreadable(
                 source,
-                f"row {row} is not UTF-8, and as Windows-1252 it has {strange!r} within a word, which no name has; "
+                f"row {row} is not UTF-8, and as Windows-1252 it has {strange!r} in a word, which no name has; "
                 f"{SAVE_AS}",
             )
     return text, f"{source} is not UTF-8 and was read as Windows-1252"
@@ -100,13 +104,32 @@ def _utf16(data: bytes, source: str) -> str:
 
 
 def _strange(line: str) -> str | None:
-    """A sign between two letters that is none: an old encoding's letter read as Windows-1252."""
-    for before, sign, after in zip(line, line[1:], line[2:] + " ", strict=False):
-        odd = ord(sign) > 127 and not sign.isalpha() and sign not in GOOD_SIGNS
-        ends = (after.isspace() or after in SEPARATORS) and sign not in CLOSING
-        if odd and before.isalpha() and (after.isalpha() or ends):
+    """What no word of Windows-1252 has: an old encoding's letters read as its signs, or as capitals within a word."""
+    for before, sign, after in zip(" " + line, line, line[1:] + " ", strict=False):
+        wrong = _odd_sign if not sign.isalpha() else _odd_letter
+        if ord(sign) > 127 and wrong(before, sign, after):
             return sign
     return None
+
+
+def _odd_sign(before: str, sign: str, after: str) -> bool:
+    """Whether a sign stands in a word, at its end or at its beginning, as none does there."""
+    if sign in GOOD_SIGNS:
+        return False
+    if before.isalpha():
+        return after.isalpha() or (_parts(after) and sign not in CLOSING)
+    return after.isalpha() and _parts(before) and sign not in OPENING and not sign.isspace()
+
+
+def _odd_letter(before: str, letter: str, after: str) -> bool:
+    """Whether a letter stands as in no word: a capital right after a small letter, or before what never follows it."""
+    pair = (letter + (" " if _parts(after) else after)).lower()
+    return (before.islower() and letter.isupper()) or pair in WRONG_PAIRS
+
+
+def _parts(letter: str) -> bool:
+    """Whether it parts words or cells."""
+    return letter.isspace() or letter == '"' or letter in SEPARATORS
 
 
 def _rows(text: str, source: str, needed: str) -> tuple[list[list[str]], str]:
@@ -162,15 +185,15 @@ def _check_row(row: list[str], number: int, columns: tuple[str, ...], separator:
         )
 
 
-def _with_example(note: str | None, people: list[tuple[int, dict[str, str]]]) -> str | None:
-    """A note with the first row in which the guess shows."""
-    if note is None:
-        return None
-    for number, cells in people:
-        for cell in cells.values():
-            if not cell.isascii():
-                return f"{note}: row {number} then has {cell[:60]!r}; if that is wrong, {SAVE_AS}"
-    return note
+def _with_examples(note: str | None, people: list[tuple[int, dict[str, str]]], needed: str) -> str | None:
+    """A note with the rows in which the guess shows, the cells of the column `needed` first."""
+    cells = [(number, column, cell) for number, row in people for column, cell in row.items() if not cell.isascii()]
+    if note is None or not cells:
+        return note
+    cells.sort(key=lambda one: one[1] != needed)
+    shown = ", ".join(f"row {number} then has {cell[:60]!r}" for number, _, cell in cells[:SHOWN])
+    more = f" and {len(cells) - SHOWN} more" if len(cells) > SHOWN else ""
+    return f"{note}: {shown}{more}; if one of them is wrong, {SAVE_AS}"
 
 
 def unreadable(source: str, why: str | None) -> SpecError:

@@ -15,7 +15,7 @@ from moireid.designer.lists import read_list, unreadable
 from moireid.designer.payload import payload_from_hex
 from moireid.designer.request import Request, clean_name
 from moireid.errors import MoireIdError, SpecError
-from moireid.names import line_of
+from moireid.names import LINE_COLUMNS, line_of
 
 MOST_PEOPLE = 10_000
 #: What a font says to a name: None where it prints all of it, else what it leaves out; it raises where nothing is left.
@@ -33,8 +33,8 @@ class Person:
 
     @property
     def line(self) -> str:
-        """The line below the name, empty where none is given: the column line, or else role."""
-        return self.cells.get("line") or self.cells.get("role") or ""
+        """The first line below the name, empty where none is given: the column line, line1 and so on, or else role."""
+        return next((self.cells[column] for column in (*LINE_COLUMNS, "role") if self.cells.get(column)), "")
 
 
 @dataclass(frozen=True)
@@ -155,8 +155,8 @@ def _alike(twin: int, person: Person, badge: Badge) -> str:
     line = line_of(badge.print)
     also = f" and the line {line[:40]!r}" if line else ""
     return (
-        f"rows {twin} and {person.row} bear the name {badge.name[:40]!r}{also}, so their ids alone tell them apart; a "
-        "column line, such as what each does, is printed below the name and tells them apart too"
+        f"rows {twin} and {person.row} bear the name {badge.name[:40]!r}{also}, so claims tell them apart by "
+        "their ids alone; a column line, such as what each does, is printed below the name and tells them apart too"
     )
 
 

@@ -7,17 +7,12 @@ import unicodedata
 from dataclasses import dataclass, field
 
 from moireid.errors import SpecError
-from moireid.names import JOINERS, hidden_words
+from moireid.names import NAME_LIMIT, hidden_words, unprintable
 
 #: White at the edges of the published board.
 MARGIN_MM = 5.0
-#: A longer name does not fit on a badge, and is too long to type as a claim.
-NAME_LIMIT = 200
 #: Printers are off by some tenths of a percent; 5 % means that the page was fitted to the paper, and must be reprinted.
 MAX_SCALE_OFF = 0.05
-#: Unicode categories that no name needs: control, format (which can turn text round), surrogates, private use,
-#: unassigned, and line and paragraph ends.  The joiners that some scripts spell with are let through.
-UNPRINTABLE = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
 
 
 @dataclass(frozen=True)
@@ -103,8 +98,7 @@ def clean_name(name: str) -> str:
         raise SpecError("the name is empty; give the name of the person who will wear the badge")
     if len(cleaned) > NAME_LIMIT:
         raise SpecError(f"the name has {len(cleaned)} characters, at most {NAME_LIMIT} fit; shorten it")
-    visible = cleaned.strip(JOINERS)
-    if not visible or any(unicodedata.category(letter) in UNPRINTABLE and letter not in JOINERS for letter in visible):
+    if unprintable(cleaned):
         raise SpecError("the name holds control, invisible or unassigned characters; give plain text")
     if (hidden := hidden_words(cleaned)) is not None:
         raise SpecError(f"the name {cleaned[:80]!r} {hidden}, so it passes for another; give it without them")

@@ -11,16 +11,16 @@ from pathlib import Path
 
 from moireid.badge import Badge
 from moireid.errors import SpecError
-from moireid.looks.content import MOST_LINES, Content, content_of, with_lines
+from moireid.looks.content import Content, content_of, with_lines
 from moireid.looks.placing import Look
+from moireid.names import LINE_COLUMNS
 
 PICTURES = ("logo", "portrait", "colour", "color")
-LINES = ("line", *(f"line{number}" for number in range(1, MOST_LINES + 1)))
 
 
 def lines_in(cells: Mapping[str, str]) -> list[str]:
     """The lines of a row, from above to below; a role where there is no line."""
-    lines = [cells[column] for column in LINES if cells.get(column)]
+    lines = [cells[column] for column in LINE_COLUMNS if cells.get(column)]
     return lines or [role for role in [cells.get("role", "")] if role]
 
 

@@ -17,11 +17,12 @@ from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.looks.colours import Colour, colour_named
 from moireid.looks.pictures import as_portrait, load_picture
+from moireid.names import MOST_LINES, line_fault
 
 if TYPE_CHECKING:
     from PIL import Image
 
-MOST_LINES, MOST_LETTERS = 4, 80
+MOST_LETTERS = 80
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,6 @@ def clean_lines(lines: Sequence[str]) -> tuple[str, ...]:
             raise SpecError(
                 f"line {line[:30]!r}… has {len(line)} characters, at most {MOST_LETTERS} can be read; shorten it"
             )
-        if any(unicodedata.category(letter) in ("Cc", "Cs", "Co", "Cn", "Zl", "Zp") for letter in line):
-            raise SpecError(f"line {line[:30]!r} holds control or unassigned characters; give plain text")
+        if (fault := line_fault(line)) is not None:
+            raise SpecError(f"line {line[:30]!r} {fault}; give plain text")
     return tuple(cleaned)

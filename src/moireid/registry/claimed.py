@@ -13,6 +13,7 @@ from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge
 from moireid.errors import RegistryError
 from moireid.provenance import Barred, Claimed, Holder, Provenance
+from moireid.registry.claims import chosen_line
 from moireid.registry.record import Record
 from moireid.registry.store import Registry
 
@@ -51,7 +52,9 @@ def claimed(registry: Registry, claim: str) -> Claimed:
             raise RegistryError(text, **error.details | {"alike": alike}) from error
         raise
     registry.check_newest(record)
-    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name)))
+    line = chosen_line(claim, record.name, record.id, record.line)
+    others = 0 if line is None else registry.count(record.name) - 1
+    return _of_record(record, Provenance("registry", alike=_alike(registry, record.name), line=line, others=others))
 
 
 def claimed_by_file(registry: Registry, badge: Badge) -> Claimed:

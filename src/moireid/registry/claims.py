@@ -2,7 +2,7 @@
 
 Convention: names and the lines below them are compared exactly after Unicode NFC, ids in lower case; nothing else is
 folded or trimmed.  "Ana Silva, Reporter" means the person of that whole name, and whoever is named Ana Silva and has
-the line Reporter; where both exist, neither is taken.
+the line Reporter; where both exist, neither is taken.  Nor is anybody taken by a line that looks like a namesake's.
 """
 
 from __future__ import annotations
@@ -14,9 +14,10 @@ from collections.abc import Callable
 from sqlalchemy import or_
 
 from moireid.errors import RegistryError
-from moireid.names import by_line, line_of, named_by, told_apart
+from moireid.names import claim_text, line_of, named_by, told_apart
 from moireid.registry.canonical import unpack
 from moireid.registry.engine import AnyRow, AnySelect
+from moireid.registry.look_alikes import by_line, line_alike
 from moireid.registry.record import storable
 from moireid.registry.schema import badges, select_records
 
@@ -27,9 +28,10 @@ LISTED = 10
 def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) -> AnyRow:
     """The one row of `select_records` that `claim` means; `rows` runs a query in the registry called `shown`.
 
-    Raises: RegistryError where there is none, or more than one; `error.details["ids"]` lists those.
+    Raises: RegistryError where there is none, or more than one; `error.details["ids"]` lists those.  Also as
+        `claim_text`.
     """
-    name = unicodedata.normalize("NFC", claim)
+    name = claim_text(claim)
     matches = []
     if storable(name):
         pairs = named_by(name)
@@ -49,7 +51,29 @@ def find_row(claim: str, rows: Callable[[AnySelect], list[AnyRow]], shown: str) 
         )
     if len(matches) > 1:
         raise _ambiguous(claim, name, matches)
+    _check_line(claim, matches[0], found)
     return matches[0]
+
+
+def chosen_line(claim: str, name: str, badge_id: str, line: str | None) -> str | None:
+    """The line by which a claim chose the person of this name, id and line; None where it is the name or the id."""
+    return None if unicodedata.normalize("NFC", claim) == name or as_id(claim) == badge_id else line
+
+
+def _check_line(claim: str, row: AnyRow, found: list[AnyRow]) -> None:
+    """Raise RegistryError where a row was chosen by a line that looks like that of a namesake among those found."""
+    line = chosen_line(claim, row.name_nfc, row.id, row_line(row))
+    others = [one for one in found if one.name_nfc == row.name_nfc and line_alike(line, [row_line(one)])]
+    if others:
+        alike = [row, *others]
+        listed = ", ".join(told_apart(one.id, row_line(one)) for one in alike[:LISTED])
+        raise RegistryError(
+            f"{len(alike)} people are named {row.name_nfc[:80]!r} with lines that look alike, with ids {listed}; claim "
+            "one of these ids",
+            claim=claim,
+            ids=[one.id for one in alike],
+            by_line="",
+        )
 
 
 def as_id(claim: str) -> str:

@@ -11,7 +11,8 @@ needs another schema version, whose step computes them anew (`upkeep/migration.p
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Sequence
 from functools import cache
 
 from moireid.names import INVISIBLE
@@ -60,6 +61,25 @@ def alike_within(names: Iterable[str]) -> list[tuple[str, str]]:
         for key in keys:
             first.setdefault(key, name)
     return pairs
+
+
+def by_line(people: Sequence[tuple[str, str | None]]) -> str:
+    """The end of a sentence that tells how to claim one of several people by their lines; empty where none has one that
+    looks like nobody else's.
+
+    Parameters: people: name and line of each.
+    """
+    looks = [{(name, see(line or "")) for see in (skeleton, folded_skeleton)} for name, line in people]
+    seen = Counter(look for pair in looks for look in pair)
+    for (name, line), pair in zip(people, looks, strict=True):
+        if line and all(seen[look] == 1 for look in pair):
+            return f", or the name with the line below it, such as {f'{name}, {line}'[:140]!r}"
+    return ""
+
+
+def line_alike(line: str | None, others: Iterable[str | None]) -> bool:
+    """Whether a line below a name looks like one of the other lines, and is another."""
+    return line is not None and any(looks_like(line, other) for other in others if other is not None)
 
 
 @cache

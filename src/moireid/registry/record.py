@@ -14,7 +14,7 @@ from typing import Any
 
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError, SpecError
-from moireid.names import hidden_words, line_of
+from moireid.names import MOST_LINES, hidden_words, line_fault, line_of
 from moireid.provenance import Barred
 from moireid.registry.canonical import canonical_json, pack, sha256_hex, unpack, utc_now
 from moireid.registry.engine import AnyRow
@@ -309,7 +309,9 @@ def storable_json(document: object, what: str, remedy: str) -> str:
 
 
 def claimable_name(badge: Badge, shown: str) -> str:
-    """The name of a badge as claims are compared with it.  Raises: RegistryError where nobody can type it."""
+    """The name of a badge as claims are compared with it.  Raises: RegistryError where nobody can type it, or the
+    lines below it are not plain text.
+    """
     if badge.id is None:
         raise RegistryError(
             f"the badge of {badge.name[:80]!r} has no id, so registry {shown} cannot hold it; enroll one that "
@@ -326,7 +328,20 @@ def claimable_name(badge: Badge, shown: str) -> str:
             f"the name {name[:80]!r} {hidden}, so it passes for another; print the badge with the name without them",
             code="hidden_letters",
         )
+    _check_lines(badge)
     return name
+
+
+def _check_lines(badge: Badge) -> None:
+    """Raise RegistryError where the lines below a badge's name are no few lines of plain text: lists show them."""
+    lines = (badge.print or {}).get("lines", [])
+    many = not isinstance(lines, list | tuple) or len(lines) > MOST_LINES
+    fault = f"are no list of at most {MOST_LINES}" if many else next(filter(None, map(line_fault, lines)), None)
+    if fault is not None:
+        what = "the lines" if many else "a line"
+        raise RegistryError(
+            f"{what} below the name {badge.name[:80]!r} {fault}; print the badge with plain lines", code="lines"
+        )
 
 
 def storable(text: str) -> bool:

@@ -81,6 +81,17 @@ def test_claims_mean_in_a_bundle_what_they_mean_in_the_registry(people, tmp_path
     assert (standing.fingerprint, standing.head) == (people.fingerprint, people.head())
 
 
+def test_a_bundle_chooses_nobody_by_a_line_that_looks_like_another(people, tmp_path):
+    """Catches: a look-alike of a namesake's line that is refused with the registry and taken without it."""
+    for last, line in enumerate(("Reporter", "Rep\u043erter", "Editor"), start=5):
+        people.enroll(replace(badge_of("Cy", bytes((1, 2, last))), print={"lines": [line]}))
+    with Bundle(published(people, tmp_path / "b")) as bundle:
+        with pytest.raises(RegistryError, match="lines that look alike"):
+            bundle.claimed("Cy, Reporter")
+        known = bundle.claimed("Cy, Editor").provenance
+    assert (known.line, known.others) == ("Editor", 4)
+
+
 def test_it_gives_no_badge_away(people, tmp_path):
     """Catches: an identity, lines, or a log entry's record in the file; one specimen that is somebody's badge."""
     whole = published(people, tmp_path / "b").read_bytes()

@@ -141,8 +141,9 @@ def registry_checkpoint(
 def registry_publish(path: Path, days: float, registry_url: str | None, overwrite: bool, as_json: bool) -> None:
     """Write a trust bundle, for verifying offline.
 
-    It is one signed file for any web server. It holds names, revocations with their reasons, layouts, and a
-    checkpoint. It holds no badge files, and identities only sealed: nobody can print a badge from it.
+    It is one signed file for any web server. It holds names and the lines below them, such as what each person
+    does, revocations with their reasons, layouts, and a checkpoint. It holds no badge files, and identities only
+    sealed: nobody can print a badge from it.
 
     Whoever fetches it runs `moireid verify FILM --claim NAME --bundle FILE --trust FINGERPRINT`.
     """

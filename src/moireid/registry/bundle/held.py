@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import re
 import sqlite3
-import unicodedata
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -20,14 +19,14 @@ from types import TracebackType
 from moireid.asbuilt import as_built_from_json
 from moireid.badge import Badge, badge_from_json
 from moireid.errors import RegistryError
-from moireid.names import by_line, named_by
+from moireid.names import claim_text, named_by
 from moireid.provenance import Claimed, Holder, Provenance
 from moireid.registry.bundle.content import Content, Person
 from moireid.registry.bundle.parcel import check_expiry, opened_parcel
 from moireid.registry.checkpoints.standing import hold
 from moireid.registry.keys import Authority
 from moireid.registry.log import Head, Rotation, linked, rotation_of
-from moireid.registry.look_alikes import folded_skeleton, skeleton
+from moireid.registry.look_alikes import by_line, folded_skeleton, line_alike, skeleton
 from moireid.registry.record import Fault
 
 #: So many people of names that look alike are named.
@@ -151,7 +150,7 @@ class Bundle:
         RegistryError
             Where it means nobody, or several people.
         """
-        name = unicodedata.normalize("NFC", claim)
+        name = claim_text(claim)
         found = self._content.named(name)
         found += [one for first, line in named_by(name) for one in self._content.named(first) if one.line == line]
         found = found or self._of_id(claim.lower())
@@ -176,7 +175,22 @@ class Bundle:
                 ids=[],
                 alike=alike,
             )
-        return self._of(found[0])
+        return self._chosen(name, found[0])
+
+    def _chosen(self, claim: str, person: Person) -> Claimed:
+        """The one who is meant.  Raises: RegistryError where a line chose, and a namesake's looks like it."""
+        found = self._of(person)
+        if claim == person.name or _ID.fullmatch(claim.lower()):
+            return found
+        others = [one for one in self._content.named(person.name) if one != person]
+        if line_alike(person.line, [one.line for one in others]):
+            raise RegistryError(
+                f"people are named {person.name[:80]!r} with lines that look alike, and a bundle keeps their ids "
+                "sealed; claim the id that the person or the registry gave you",
+                claim=claim,
+                ids=[],
+            )
+        return replace(found, provenance=replace(found.provenance, line=person.line, others=len(others)))
 
     def holder_of(self, badge_id: object) -> Holder | None:
         """Tell who holds the badge that was read in a film, by trying its identity on every seal.

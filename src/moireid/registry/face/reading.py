@@ -226,15 +226,21 @@ class Reading:
         """
         return [self._ledger.record(row).badge for row in self._ledger.rows(select_layouts())]
 
-    def count(self) -> int:
+    def count(self, name: str | None = None) -> int:
         """Count the records.
+
+        Parameters
+        ----------
+        name : str, optional
+            Only those of this very name, in Unicode NFC.
 
         Returns
         -------
         int
             Revoked ones too.
         """
-        return int(self._ledger.rows(select(func.count()).select_from(badges))[0][0])
+        query = select(func.count()).select_from(badges)
+        return int(self._ledger.rows(query if name is None else query.where(badges.c.name_nfc == name))[0][0])
 
 
 def _by(look: Callable[[str], str], names: Iterable[str]) -> dict[str, list[str]]:

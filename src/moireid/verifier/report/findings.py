@@ -21,6 +21,7 @@ WARNINGS = frozenset(
     {
         "claim_source",
         "look_alike",
+        "chosen_line",
         "hidden_letters",
         "name_derived",
         "copyable",

@@ -86,7 +86,7 @@ def claim_reasons(claim: Claim, identity: Identity) -> tuple[Reason, ...]:
         return ()
     if claim.seal is not None:
         claim = replace(claim, badge=replace(claim.badge, id=identity.claimed_id), badge_id=identity.claimed_id)
-    found = [_source(claim), _name(claim), _look_alike(claim), _hidden(claim)]
+    found = [_source(claim), _name(claim), _look_alike(claim), _chosen(claim), _hidden(claim)]
     about = badge_notes(claim.badge, copyable=claim.as_built is None and identity.verdict == "match")
     return (*(reason for reason in found if reason is not None), *about)
 
@@ -158,6 +158,15 @@ def _look_alike(claim: Claim) -> Reason | None:
         "other letters or case; compare the identities."
     )
     return Reason("look_alike", "note", float(len(alike)), 0.0, "people", text)
+
+
+def _chosen(claim: Claim) -> Reason | None:
+    known = claim.provenance
+    if known is None or known.line is None:
+        return None
+    bear = "1 other badge bears" if known.others == 1 else f"{known.others} other badges bear"
+    text = f"The claim chose the person named {claim.badge.name!r} with the line {known.line!r}; {bear} that name."
+    return Reason("chosen_line", "note", float(known.others), 0.0, "badges", text)
 
 
 def _hidden(claim: Claim) -> Reason | None:

@@ -90,12 +90,14 @@ def sealed(found: Claimed) -> Claimed:
 def find_claimed(registry: Registry, claim: str, *, ids: bool) -> Claimed:
     """Like `claimed`; ids: whether those who ask may be told of other ids than the claimed one.
 
-    Raises: Refusal 404 where the claim means nobody, 409 where it means several people.
+    Raises: Refusal 404 where the claim means nobody, 409 where it means several people, 422 where it is too long.
     """
     try:
         found = claimed(registry, claim)
     except RegistryError as error:
         known = error.details.get("ids")
+        if error.details.get("code") == "long_claim":
+            raise Refusal(422, "long_claim", f"{str(error)[:1].upper()}{str(error)[1:]}.") from error
         if known == []:
             text = f"Nobody named {claim[:80]!r} is in the registry, and no badge has such an id."
             if alike := error.details.get("alike"):
