@@ -13,9 +13,11 @@ from dataclasses import replace
 
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
+    GAIN_TOLERANCE_SHARE,
     MAX_LASTING_PX,
     MAX_MIXED_SHARE,
     MIN_CORRELATION,
+    MIN_EXCITATION_TO_ERROR_RATIO,
     MOST_ZOOM,
     SMALL_MARKER_DOUBT_RATIO,
     SUSPECT_PX,
@@ -25,6 +27,8 @@ from moireid.verifier.reasons import Reason
 
 #: What fails where poses or phases are wrong.  Strips share them, so they still must agree.
 POSED = {"correlation", "gain", "likelihood", "residual"}
+#: Derived: the doubted errors' power over that of the least motion.
+SMALL_GAIN_ROOM = (SMALL_MARKER_DOUBT_RATIO / MIN_EXCITATION_TO_ERROR_RATIO) ** 2
 
 
 def without_hand_s_blame(reasons: list[Reason]) -> list[Reason]:
@@ -56,7 +60,7 @@ def without_camera_s_blame(reasons: list[Reason], signals: Sequence[GratingSigna
         why = "The fringes' spacing does not follow the distance"
     elif lasting_px > SUSPECT_PX and failed and failed <= {"likelihood", "residual"} and codes["gain"].level != "pass":
         why = "The camera's focal length is doubtful, as the badge does not lie quite where one camera puts it"
-    elif failed and max(s.doubt for s in signals) > 1 and (tiny := _too_small(codes["motion"])) is not None:
+    elif failed and max(s.doubt for s in signals) > 1 and (tiny := _too_small(codes, sheet)) is not None:
         return [*_open(reasons, POSED), tiny]
     else:
         return reasons
@@ -86,9 +90,16 @@ def _looks_zoomed(codes: Mapping[str, Reason], sheet: SheetGain) -> bool:
     return 1 / MOST_ZOOM < gain / sheet.expected < MOST_ZOOM
 
 
-def _too_small(motion: Reason) -> Reason | None:
-    """The finding that markers are small, where the motion would not be enough if poses erred as much as they may."""
-    if not isinstance(motion.measured, float) or not isinstance(motion.limit, float):
+def _too_small(codes: Mapping[str, Reason], sheet: SheetGain) -> Reason | None:
+    """The finding that markers are small, where the motion would not be enough if poses erred as much as they may.
+
+    Source: errors of the prediction lower the gain by their power over that of the motion (errors in variables), by
+        `SMALL_GAIN_ROOM` at most where the motion is enough by what is told; one farther off has another cause.
+    """
+    motion, gain = codes["motion"], codes["gain"].measured
+    if not (isinstance(motion.measured, float) and isinstance(motion.limit, float) and isinstance(gain, float)):
+        return None
+    if abs(gain / sheet.expected - 1) > GAIN_TOLERANCE_SHARE + SMALL_GAIN_ROOM:
         return None
     needed = SMALL_MARKER_DOUBT_RATIO * motion.limit
     text = (
