@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from moireid.badge import Badge, Rect
+from moireid.badge import Badge, CodedFrame, Rect
 from moireid.designer import Request, design_badge
 from moireid.designer.formats import FORMATS, ORIENTATIONS, in_format, turned
 from moireid.designer.request import Frame
@@ -120,8 +120,14 @@ def test_a_board_without_room_for_a_template_says_what_works() -> None:
     known = template_named("plain")
     side = known.side(*turned(FORMATS["cr80"].size_mm, "landscape"))
     wish = replace(Request("Ada Lovelace", markers="frame"), frame=Frame(head=side.head, foot=side.foot))
-    with pytest.raises(SpecError, match=r"no area head; .*, or take --markers squares, beside which there is room$"):
-        pieces_of(design_badge(in_format(wish, "cr80", orientation="landscape"), PAYLOAD), Look(known, Content()))
+    badge = design_badge(in_format(wish, "cr80", orientation="landscape"), PAYLOAD)
+    assert isinstance(badge.markers, CodedFrame)
+    x0, _, x1, y1 = badge.markers.rect_mm
+    # Every format leaves a frame room; a frame up to the board's edge, made by hand, does not.
+    high = replace(badge.markers, rect_mm=(x0, badge.outline_mm[1] + 4, x1, y1))
+    words = r"no area head; .*, or take --markers squares, beside which there is room, or name another area .foot, .*$"
+    with pytest.raises(SpecError, match=words):
+        pieces_of(replace(badge, markers=high), Look(known, Content()))
     assert pieces_of(badge_for(known, "cr80", "landscape"), Look(known, Content()))
 
 
