@@ -41,14 +41,15 @@ class Format:
     words: str
 
 
-#: Sizes: cards by ISO/IEC 7810, paper by ISO 216, and the pouch of 4 x 3 inches that conferences buy.  Markers are as
-#: large as the far end asks for (14 px in 1080p), and no larger.
+#: Sizes: cards by ISO/IEC 7810, paper by ISO 216, and the pouch of 4 x 3 inches that conferences buy.  Markers have
+#: 19 px or more at the far end in 1080p.  Ranges are those of a verdict by eight seconds of swaying
+#: (`reach.verdict_reach_m`); only the board, as the one that was first, states how far it is read.
 FORMATS = {
-    "cr80": Format((85.6, 54.0), "75lpi-18mil", (0.2, 0.8), Frame(3.0, 8.5), 3.18, "a card holder"),
-    "a7": Format((105.0, 74.0), "75lpi-18mil", (0.3, 1.1), Frame(4.0, 11.0), 3.0, "an A7 pouch"),
-    "4x3in": Format((101.6, 76.2), "75lpi-18mil", (0.3, 1.1), Frame(4.0, 11.0), 3.0, "a pouch of 4 x 3 inches"),
-    "a6": Format((148.0, 105.0), "62lpi-27mil", (0.4, 1.5), Frame(5.0, 15.0), 4.0, "an A6 pouch"),
-    "a5": Format((210.0, 148.0), "50lpi", (0.6, 2.0), Frame(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"),
+    "cr80": Format((85.6, 54.0), "75lpi-18mil", (0.3, 0.6), Frame(3.0, 8.5), 3.18, "a card holder"),
+    "a7": Format((105.0, 74.0), "75lpi-18mil", (0.3, 0.75), Frame(4.0, 11.0), 3.0, "an A7 pouch"),
+    "4x3in": Format((101.6, 76.2), "75lpi-18mil", (0.3, 0.75), Frame(4.0, 11.0), 3.0, "a pouch of 4 x 3 inches"),
+    "a6": Format((148.0, 105.0), "62lpi-27mil", (0.4, 1.05), Frame(5.0, 15.0), 4.0, "an A6 pouch"),
+    "a5": Format((210.0, 148.0), "50lpi", (0.6, 1.5), Frame(6.0, 20.0), 4.0, "an A5 pouch, or a sign on a desk"),
     # For a laptop's camera of 720p, which has two thirds of the pixels that designs count on: all must suffice for
     # half as far again, and such cameras are soft and slow: markers of 14 px are lost there, of 22 px followed.
     "webcam": Format((150.0, 120.0), "50lpi", (0.4, 0.9), Frame(4.0, 22.0), 4.0, "a hand or a stand, for calls"),

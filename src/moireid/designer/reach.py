@@ -31,9 +31,10 @@ MIN_STEP_FRINGES = 0.40
 #: A uniform band of the pitch code that is lower than this has no profile of its own.
 MIN_BAND_PX = 4.0
 #: Poses err by the square of the distance over that of the page, so a verdict needs so much more motion.  Eight seconds
-#: of swaying are accepted up to this distance, m, for a millimetre between the markers' outer edges.
-#: Source: the board of 146 mm to 2.5 m and one of 60 mm to 0.9 m (`benchmarks/link.py`, `benchmarks/small_pages.py`).
-VERDICT_M_PER_MM = 0.0185
+#: of swaying, in a film of crf 28, are accepted up to this distance, m, for a millimetre of the markers' extent (root
+#: of width by height).  Source: the formats' far ends in `benchmarks/link.py`; the board at 1.5 m was accepted, at
+#: 1.75 m in four films of six.
+VERDICT_M_PER_MM = 0.0098
 
 
 def fringe_length_mm(layout: Layout) -> float:

@@ -121,10 +121,13 @@ SMOOTHED_SHARE = 0.5
 #: error. From this side length on, the error is as estimated; below, it grows with this power of one over the size.
 #: Ray-traced films: as estimated at 1 to 2 m, 1.4 to 1.7 times at 3 m (13 px), 2.5 times at 4 m.
 SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
-#: Those figures are of films of good quality.  Where a coder saves, it leaves small squares where they were for some
-#: frames, and poses err in spells that no reprojection shows: with markers below the first figure, true films of crf 28
-#: erred by up to 2.3 times their error bar in one of six films (`benchmarks/link.py`, board at 2 m), and by 1.55 times
-#: at 10 to 13 px.  Such a film is rejected only if it would be with errors so many times larger.
+#: What smoothing leaves of the pose error, over what it removes times the residuals' slow part over their fast one
+#: (`one_camera.slow_to_fast`).  Films of `benchmarks/small_pages.py`: 1.15 times, with a scatter of a fifth; the
+#: estimate from reprojection errors alone is up to 2.6 times too small there.  A coder that saves moves a small square
+#: by whole quarters of a pixel, so what turns slowly stays as it was for a while.
+SLOW_ERROR_RATIO = 1.15
+#: With markers below the first figure both may still be too small, in the worst of those films by 1.4.  Such a film is
+#: rejected only if it would be with errors so many times larger.
 DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO = 24.0, 1.6
 #: In faint print a codec repeats the same error for many frames, and smoothing does not reduce it.  From this error by
 #: rounding on (`strip_phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast

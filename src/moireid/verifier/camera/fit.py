@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.camera.one_camera import lasting_error_px
+from moireid.verifier.camera.one_camera import lasting_error_px, slow_to_fast
 from moireid.verifier.camera.plane_pose import PlanePoses
 from moireid.verifier.camera.self_calibration import FilmWide
 from moireid.verifier.camera.zoom_course import unzoomed, zoom_course
@@ -44,8 +44,8 @@ class CameraFit:
     focal_at_limit: whether the search for the focal length ended at its border, so that it is no solution;
     axis_px: where the optical axis meets the picture, from its middle; aspect: width of a pixel over its height; axis
     and focal length are in px of the height; print_aspect: height over width of the print, over those of the design;
-    lasting_px: error that one camera leaves over many frames (`one_camera`); log_zoom (T,): logarithm of the zoom
-    within the film, over its mean; cuts (T,): frames before which the picture jumps.
+    lasting_px: error that one camera leaves over many frames (`one_camera`); slow_to_fast: as there; log_zoom (T,):
+    logarithm of the zoom within the film, over its mean; cuts (T,): frames before which the picture jumps.
     """
 
     camera_mm: Array
@@ -65,6 +65,7 @@ class CameraFit:
     lasting_px: float = 0.0
     log_zoom: Array = field(default_factory=lambda: np.zeros(0))
     cuts: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, bool))
+    slow_to_fast: float = 0.0
 
     @property
     def zoom(self) -> float:
@@ -109,6 +110,7 @@ def fit_camera(
         lasting_px,
         log_zoom,
         film.cuts,
+        slow_to_fast(film.residuals_px(final), times_s, np.cumsum(film.cuts)),
     )
 
 

@@ -38,6 +38,7 @@ from moireid.verifier.limits import (
     MAX_VAGUENESS_RATIO,
     PITCH_TOLERANCE_SHARE,
     ROUNDING_ONLY_RAD,
+    SLOW_ERROR_RATIO,
     SMALL_MARKER_DOUBT_RATIO,
     SMALL_MARKER_POWER,
     SMALL_MARKER_PX,
@@ -167,7 +168,16 @@ def measure(track: Track, *, focal_px: float | None = None) -> Measurement:
     strips = [_measured_strip(track, badge, index, camera_mm) for index in range(len(track.strips))]
     enlarged, doubt = _small_marker_factors(points_px)
     poses = _Poses(
-        camera, camera_mm, page_mm, _pose_noise(raw_mm, camera_mm), enlarged, doubt, good, numbers, stray_share, covered
+        camera,
+        camera_mm,
+        page_mm,
+        *_pose_noise(raw_mm, camera_mm, good),
+        enlarged,
+        doubt,
+        good,
+        numbers,
+        stray_share,
+        covered,
     )
     gratings = tuple(_grating_signal(track, badge, g, strips, poses) for g in range(len(badge.gratings)))
     stages = {"pose": posed - clock, "fringe": time.perf_counter() - posed}
@@ -201,7 +211,8 @@ class _Poses:
     """What all gratings share: the camera's path and its errors.
 
     camera_mm (T, 3), smoothed; page_mm (N, 2): the markers' corners; jitter (2,): standard deviation of the parallax
-    coordinates about the smoothed path; enlarged, doubt: as `_small_marker_factors`; good (T,): well-registered frames;
+    coordinates about the smoothed path, from the median deviation; removed (2,): the same from all well-registered
+    frames; enlarged, doubt: as `_small_marker_factors`; good (T,): well-registered frames;
     stretch (T,): as `camera.stretches.stretch_numbers`; stray_share: as in `GratingSignal`;
     covered (T,): frames whose markers are covered in part.
     """
@@ -210,6 +221,7 @@ class _Poses:
     camera_mm: Array
     page_mm: Array
     jitter: Array
+    removed: Array
     enlarged: float
     doubt: float
     good: NDArray[np.bool_]
@@ -244,10 +256,14 @@ def _grating_signal(
     clear = sum(float(np.mean(~strip.phase.covered & ~poses.covered)) for strip in own)
     frame = badge.frame_of(grating)
     rounding = float(np.median([rounding_rad(strip.phase) for strip in own])) if own else 0.0
-    jitter, whole = (float(frame.spreads(pair)[0]) for pair in (poses.jitter, poses.camera.tangent_error))
-    tangent_error = _after_smoothing(jitter, whole, rounding)
+    jitter, removed, whole = (
+        float(frame.spreads(pair)[0]) for pair in (poses.jitter, poses.removed, poses.camera.tangent_error)
+    )
+    # The larger of two estimates: from the reprojection errors, and from what smoothing removed.
+    slow = SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
+    tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
     phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
-    signal = _combine(phases, predictions, poses.enlarged * tangent_error, badge, grating, track.times_s, poses.stretch)
+    signal = _combine(phases, predictions, tangent_error, badge, grating, track.times_s, poses.stretch)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -345,10 +361,13 @@ def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float
     return min(ends) - tolerance, max(ends) + tolerance
 
 
-def _pose_noise(raw_mm: Array, smooth_mm: Array) -> Array:
-    """Standard deviation of the parallax coordinates (x, y) about the smoothed path, from the median deviation."""
+def _pose_noise(raw_mm: Array, smooth_mm: Array, good: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Standard deviations of the parallax coordinates (x, y) about the smoothed path: from the median deviation, and
+    of all well-registered frames, as errors come in spells.
+    """
     wander = raw_mm[:, :2] / raw_mm[:, 2:] - smooth_mm[:, :2] / smooth_mm[:, 2:]
-    return np.asarray(1.4826 * np.median(np.abs(wander), axis=0))
+    every = wander[good] if good.any() else wander
+    return 1.4826 * np.median(np.abs(wander), axis=0), np.sqrt((every**2).mean(axis=0))
 
 
 def _after_smoothing(wander: float, whole: float, rounding: float) -> float:
