@@ -64,6 +64,7 @@ def stream(ada: Badge, tmp_path: Path) -> Path:
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_everybody_in_a_room_is_judged_by_name(
     ada: Badge, stream: Path, platform: tuple[str, queue.SimpleQueue[dict[str, Any]]], tmp_path: Path
 ) -> None:

@@ -33,6 +33,7 @@ def camera(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_a_network_camera_is_judged_by_its_own_clock(camera: str) -> None:
     """Catches: a process without the network that such a stream needs; a password in a report; times of arrival."""
     found = watched(camera)
@@ -43,6 +44,7 @@ def test_a_network_camera_is_judged_by_its_own_clock(camera: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_a_camera_that_is_not_there_is_a_sentence(camera: str) -> None:
     """Catches: an error of a library in the place of a sentence, or one that tells the password."""
     for address in (camera.replace("/badge", "/none"), "rtsp://me:secret@127.0.0.1:9/badge"):
@@ -52,6 +54,7 @@ def test_a_camera_that_is_not_there_is_a_sentence(camera: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 @pytest.mark.skipif(sys.platform != "linux", reason="X11 is asked of Linux alone")
 def test_a_screen_is_read_as_it_is_shown(monkeypatch: pytest.MonkeyPatch) -> None:
     """Catches: a screen that gives no pictures, or their times by another clock, so that all of them come too late."""

@@ -6,7 +6,6 @@ Beside each test: the wrong implementation it catches.
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,7 +13,7 @@ import av
 import pytest
 
 from kit.sending import Pictures, Sender, Server, ask, post
-from kit.streams import FPS, Handler, pictures, prototype, served, watched
+from kit.streams import Handler, pictures, prototype, served, watched
 from moireid.errors import MediaError
 from moireid.sandbox.seal import MEANS
 from moireid.verifier import Claim, Frame, Verifier
@@ -83,9 +82,15 @@ def test_a_token_is_drawn_where_none_is_given() -> None:
     assert len(drawn) == 2 and min(map(len, drawn)) >= 20
 
 
+#: Less than a program for streaming sends: sender and judge share two processors here.
+FPS, SIZE = 15, (960, 540)
+
+
 @pytest.fixture(scope="module")
 def shots() -> list[av.VideoFrame]:
-    return pictures()
+    """The film there and back: its four seconds have too few pictures for a verdict."""
+    there = pictures(size=SIZE)[::2]
+    return there + there[-2::-1]
 
 
 def enough_s(shots: list[av.VideoFrame]) -> float:
@@ -100,17 +105,19 @@ def enough_s(shots: list[av.VideoFrame]) -> float:
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 @pytest.mark.parametrize("codec", ["VP8", "H264"])
-def test_a_sender_is_judged_within_two_seconds_of_enough_motion(shots: list[av.VideoFrame], codec: str) -> None:
+def test_a_sender_is_judged_as_soon_as_it_moved_enough(shots: list[av.VideoFrame], codec: str) -> None:
     """Catches: a verdict that waits, a receiver that loses pictures, one that asks a server of anybody's for addresses.
 
-    The badge lies still while the session is made and the clock settles, and then moves.
+    The badge lies still while the session is made and the clock settles, and then moves.  All times are the sender's,
+    whose pictures carry them: a slow machine sends later, and is judged later.
     """
     still_s, enough = 3.0, enough_s(shots)
-    track, events, sender = Pictures(shots, FPS, still_s=still_s), list[tuple[float, dict[str, Any]]](), list[Sender]()
+    track, events, sender = Pictures(shots, FPS, still_s=still_s), list[dict[str, Any]](), list[Sender]()
 
     def heed(event: dict[str, Any]) -> None:
-        events.append((time.monotonic(), event))
+        events.append(event)
         if event["event"] == "waiting":
             sender.append(Sender(event["address"], event["token"], track, codec=codec))
         elif event["event"] == "status" and event["verdict"] == "accept":
@@ -118,14 +125,14 @@ def test_a_sender_is_judged_within_two_seconds_of_enough_motion(shots: list[av.V
 
     # A busy machine may need seconds for the first pictures.
     found = watched("whip://127.0.0.1:0/in", tell=heed, patience=Patience(20.0, 8.0, 1.0))
-    assert sender[0].status == 201 and track.begun_s is not None
-    accepted_s = next(at for at, one in events if one["event"] == "status" and one["verdict"] == "accept")
-    waited = accepted_s - (track.begun_s + still_s + enough)
-    assert waited <= 2.0
+    assert sender[0].status == 201
+    accepted_s = [one["time_s"] for one in events if one["event"] == "status" and one["verdict"] == "accept"]
+    assert accepted_s and accepted_s[0] <= still_s + enough + 2.0, (accepted_s, found["reasons"])
     assert found["end"]["why"] == "source" and found["sealed"] == list(MEANS)
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_a_sender_that_never_comes_through_is_a_sentence() -> None:
     """Catches: a wait without end for whoever describes a session and sends nothing; a description that breaks it."""
     for sdp in (SDP, SDP + "m=video 9 UDP/TLS/RTP/SAVPF 96\r\n" * 100):
@@ -162,6 +169,7 @@ class Whep(Handler):
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_a_stream_is_asked_for(shots: list[av.VideoFrame], tmp_path: Any) -> None:
     """Catches: a token that is not told, a session that is left open, an answer of 401 that is no sentence."""
     server = Server(Pictures(shots, FPS))

@@ -44,7 +44,9 @@ MIN_COVER_SHARE = 0.5
 
 #: A badge that is lost moves unseen, and what is not seen is no evidence.  Set by hand: one frame may be missing, with
 #: half a frame for times that jitter; shorter than the second figure is no gap, longer than the third is always one.
-MAX_MISSING_FRAMES, MIN_GAP_S, MAX_GAP_S = 2.5, 0.05, 0.3
+#: The second is what a film of 15 frames a second may miss: calls lose pictures for so long, and whoever wants a film
+#: with few pictures can send one.
+MAX_MISSING_FRAMES, MIN_GAP_S, MAX_GAP_S = 2.5, 2.5 / 15, 0.3
 #: The fastest change of speed of a badge's turn, or of the camera's way around it: parallax coordinate per second
 #: squared.  Derived: wrists reach some 50 rad/s^2 in quick everyday moves, an arm 3 g (30 m/s^2, the same at 0.5 m).
 #: What is faster within one frame, and this many times the usual scatter of poses, is a cut.

@@ -37,11 +37,14 @@ def stretch_numbers(times_s: Array, tangents: Array, cuts: NDArray[np.bool_] | N
     return np.cumsum(ends)
 
 
-def longest_step_s(times_s: Array) -> float:
-    """The longest time between two frames of one stretch: one may be missing, or some where a file's times jitter."""
+def longest_step_s(times_s: Array, least_s: float = MIN_GAP_S) -> float:
+    """The longest time between two frames of one stretch: one may be missing, or more in so short a time.
+
+    Parameters: least_s: 0 asks for neighbours alone.
+    """
     steps = np.diff(times_s)
     usual = float(np.median(steps[steps > 0])) if (steps > 0).any() else 0.0
-    return min(max(MAX_MISSING_FRAMES * usual, MIN_GAP_S), MAX_GAP_S)
+    return min(max(MAX_MISSING_FRAMES * usual, least_s), MAX_GAP_S)
 
 
 def jumps(times_s: Array, tangents: Array) -> NDArray[np.bool_]:

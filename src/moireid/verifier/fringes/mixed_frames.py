@@ -40,7 +40,7 @@ def carried_rad(
     seen = homographies[1:] @ np.append(frame.on_page(middle_mm), 1.0)
     before = np.linalg.solve(homographies[:-1], seen[..., None])[..., 0]
     moved_mm = frame.places(before[:, :2] / before[:, 2:])[:, 0] - middle_mm[0]
-    moved_mm[np.diff(times_s) > longest_step_s(times_s)] = 0.0
+    moved_mm[np.diff(times_s) > longest_step_s(times_s, least_s=0.0)] = 0.0
     return np.asarray(np.concatenate([[0.0], 2 * np.pi * frequency_per_mm * moved_mm]))
 
 

@@ -23,6 +23,9 @@ from moireid.verifier.reasons import Level, Reason, json_number
 
 Array = NDArray[np.float64]
 Span = tuple[float, float]
+#: Seconds whose pictures were lost are not covered, though motion is followed across them (`limits.MIN_GAP_S`): whoever
+#: takes out what would tell gains no cover by it.  A gap shorter than this is a file's times that jitter.
+JITTER_S = 0.05
 #: Spans that a sentence names.
 MOST_NAMED = 3
 
@@ -58,7 +61,7 @@ def seen_spans(times_s: Array) -> tuple[Span, ...]:
     """Runs of tracked frames at these times (T,), first and last time of each, s."""
     if not len(times_s):
         return ()
-    runs = unbroken(times_s, longest_step_s(times_s))
+    runs = unbroken(times_s, longest_step_s(times_s, JITTER_S))
     return tuple((float(times_s[run[0]]), float(times_s[run[-1]])) for run in runs)
 
 
@@ -73,7 +76,7 @@ def judged_spans(signals: Sequence[GratingSignal]) -> tuple[Span, ...]:
     read = np.any([_told(signal) for signal in signals], axis=0)
     if not read.any():
         return ()
-    longest = longest_step_s(times)
+    longest = longest_step_s(times, JITTER_S)
     runs = unbroken(times[read], longest)
     return tuple((float(times[read][run[0]]), float(times[read][run[-1]])) for run in runs)
 
