@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import io
 import struct
+import threading
 import time
 import zlib
 from collections.abc import Iterator
@@ -18,7 +19,7 @@ from PIL import Image, PngImagePlugin
 from kit.webbing import Visit, studio
 from moireid.errors import SpecError
 from moireid.looks.pictures import load_picture
-from moireid.web import pictures
+from moireid.web import forms, pictures
 from moireid.web.auth.roles import Visitor
 from moireid.web.picture_work import MOST_BYTES, MOST_SIDE_PX, encoded
 from moireid.web.pictures import read_picture, read_pictures
@@ -171,6 +172,23 @@ def test_uploads_have_limits_and_leave_nothing(visit: Visit) -> None:
         refused = visit.ask("POST", "/api/badges/pictures", role, files={"picture": ("a.jpg", large)})
         assert refused.status_code == (401 if role is None else 403)
     assert visit.studio.jobs.ledger.counts()["receiving"] == 0 and visit.studio.jobs.ledger.stored() == held
+
+
+def test_what_all_pictures_of_a_form_take_is_limited(visit: Visit, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: small drawings that become pictures without end or take hours, forms that fill the memory together."""
+    data = np.random.default_rng(0).integers(0, 255, (900, 900, 3), dtype=np.uint8)
+    made = io.BytesIO()
+    Image.fromarray(data).save(made, "JPEG", quality=30)
+    sent = [("picture", Picture(f"{k}.jpg", made.getvalue())) for k in range(4)]
+    first, *_, last = read_pictures(sent, Limits(pictures_bytes=2_500_000))
+    assert isinstance(first, Picture) and isinstance(last, SpecError) and "too large together" in str(last)
+    monkeypatch.setattr(pictures, "FORM_SECONDS", -1.0)
+    assert "send fewer at a time" in str(read_pictures(sent, LIMITS)[0])
+    monkeypatch.setattr(forms, "_large", threading.BoundedSemaphore(1))
+    forms._large.acquire()
+    large = {"files": {"picture": ("a.jpg", made.getvalue() + b"\0" * 300_000)}}
+    told = visit.ask("POST", "/api/badges/pictures", "issuer", **large)
+    assert told.status_code == 503 and told.headers["retry-after"] == "60"
 
 
 def test_the_disk_s_share_holds_for_pictures_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -5,6 +5,7 @@ films.
 from __future__ import annotations
 
 import asyncio
+import threading
 import time
 from collections.abc import Callable, Coroutine, Mapping
 from dataclasses import dataclass, field
@@ -18,12 +19,15 @@ from starlette.types import Message
 
 from moireid.web.auth.roles import Visitor
 from moireid.web.pictures import KIND
+from moireid.web.problems import Refusal
 from moireid.web.store.pictures import Picture
 from moireid.web.studio import studio_of
 from moireid.web.uploads import GRACE_S, LEAST_RATE, called
 
 #: More than any of our forms has; and files of other forms, such as a badge.json.
 MOST_FIELDS, MOST_FILES = 40, 2
+#: Forms with pictures that come at a time: small files among them are held in memory.
+_large = threading.BoundedSemaphore(4)
 
 
 @dataclass(frozen=True)
@@ -106,6 +110,18 @@ async def picture_fields(request: Request, visitor: Visitor, most: Mapping[str, 
     small = length.isdecimal() and int(length) <= limits.form_bytes
     if small or not request.headers.get("content-type", "").startswith("multipart/form-data"):
         return await _read(request, within(request), most)
+    if not _large.acquire(blocking=False):
+        text = "Too many forms with pictures come at once; try again in a minute."
+        raise Refusal(503, "busy", text, headers={"Retry-After": "60"})
+    try:
+        return await _read_large(request, visitor, most)
+    finally:
+        _large.release()
+
+
+async def _read_large(request: Request, visitor: Visitor, most: Mapping[str, int]) -> Fields:
+    studio = studio_of(request)
+    limits = studio.settings.limits
     async with studio.jobs.coming(KIND, visitor.id, visitor.role) as job:
         body = within(request, limits.form_bytes + limits.pictures_bytes, lambda size: studio.jobs.stored(job, size))
         sent = await _read(request, body, most)

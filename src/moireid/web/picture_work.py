@@ -15,8 +15,8 @@ from moireid.looks.pictures import picture_of
 from moireid.looks.svg import draw_svg_here
 from moireid.sandbox.child import Talk
 
-#: Longer side of a picture as it is handed back, px: 68 mm at 600 dpi, wider than any on a card.
-MOST_SIDE_PX = 1600
+#: Longer side of a picture as it is handed back, px: 51 mm at 600 dpi, as wide as any on a card.
+MOST_SIDE_PX = 1200
 #: A picture of more colours is a photograph, which is handed back as JPEG where nothing of it is transparent.
 DRAWN_COLOURS, QUALITY = 4096, 92
 #: What takes more is handed back smaller.

@@ -40,6 +40,8 @@ _places = threading.BoundedSemaphore(AT_A_TIME)
 #: Answers: a picture of `picture_work.MOST_BYTES` in letters, and its frame.
 ANSWER_BYTES = 8 << 20
 START_S, SCRATCH_BYTES = 60.0, 1 << 20
+#: How long the pictures of one form may be read, all together.
+FORM_SECONDS = 180.0
 
 
 def read_pictures(sent: Sequence[tuple[str, Picture]], limits: Limits) -> list[Picture | SpecError]:
@@ -50,17 +52,35 @@ def read_pictures(sent: Sequence[tuple[str, Picture]], limits: Limits) -> list[P
     """
     if not sent:
         return []
+    for_all = TooMuch(limits)
     if not _places.acquire(timeout=WAIT_S):
         text = "Too many pictures wait to be read; try again in a minute."
         raise Refusal(503, "busy", text, headers={"Retry-After": "60"})
     reader = Reader(limits)
     try:
-        return [reader.read(_whose(what, one), one) for what, one in sent]
+        return [for_all.take(reader, _whose(what, one), one) for what, one in sent]
     except OSError as error:
         raise Refusal(503, "system", f"No picture can be read just now ({error.strerror}); try again later.") from error
     finally:
         reader.end()
         _places.release()
+
+
+class TooMuch:
+    """What all pictures of one form may take together: small drawings can be large pictures, and take long."""
+
+    def __init__(self, limits: Limits) -> None:
+        self._last, self._bytes = time.monotonic() + FORM_SECONDS, limits.pictures_bytes
+
+    def take(self, reader: Reader, whose: str, picture: Picture) -> Picture | SpecError:
+        """The picture as it is read, or why there is no room for it."""
+        if time.monotonic() > self._last:
+            return SpecError(f"the pictures take longer than {FORM_SECONDS:g} s together; send fewer at a time")
+        made = reader.read(whose, picture)
+        self._bytes -= len(made.data) if isinstance(made, Picture) else 0
+        if self._bytes < 0:
+            return SpecError(f"the pictures are too large together, from {whose} on; send smaller ones")
+        return made
 
 
 def read_picture(what: str, picture: Picture, limits: Limits) -> Picture:

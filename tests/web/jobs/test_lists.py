@@ -98,6 +98,8 @@ def test_rows_wear_their_own_pictures_and_namesakes_are_told_apart(visit: Visit)
     assert {"/verify?claim=Ana%20Silva%2C%20Reporter", "/verify?claim=Ana%20Silva%2C%20Editor"} <= set(
         re.findall(r'href="([^"]*)"', listed)
     )
+    again = html.unescape(sent(visit, "name,line1\nAna Silva,Editor\nAna Silva,Guest\nBob,\n", []).text)
+    assert f"badge {ids[1]} has the name and the line 'Editor' too" in again and again.count(" too, so claims") == 1
     record = visit.ask("POST", "/issue", "issuer", data={"name": "Ana Silva", "lines": "Guest", "do": "check"}).text
     assert "“<bdi>Ana Silva, Guest</bdi>” means this one" in record and "(<bdi>Editor</bdi>)" in record
 

@@ -24,7 +24,7 @@ from moireid.looks.placing import Look
 from moireid.names import line_of
 from moireid.registry import Registry
 from moireid.registry.look_alikes import alike_within
-from moireid.web.jobs.orders import Wish
+from moireid.web.jobs.orders import Wish, named
 
 #: An event's badges are made one after the other in one child; a larger one is for the command line.
 MOST_AT_AN_EVENT = 300
@@ -152,6 +152,16 @@ def _unnamed(people: Iterable[Person], pictures: Mapping[str, Path]) -> str | No
     )
 
 
+def _namesakes(badge: Badge, registry: Registry) -> list[str]:
+    """A note where somebody who is enrolled has the same name and the same first line."""
+    line = line_of(badge.print)
+    same = [one for one in named(registry, badge.name) if one.id != badge.id and one.line == line and not one.barred()]
+    if not same:
+        return []
+    what = f"the name and the line {line[:40]!r}" if line else "the name, and no line"
+    return [f"badge {same[0].id} has {what} too, so claims tell the two apart by their ids alone"]
+
+
 def _row(one: Dressed, registry: Registry, alike: list[str]) -> dict[str, Any]:
     """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too.
 
@@ -161,6 +171,7 @@ def _row(one: Dressed, registry: Registry, alike: list[str]) -> dict[str, Any]:
     row, name = person.row, person.name
     notes = [note for note in (one.designed.note, one.designed.name_note) if note]
     notes += [f"looks like {other}, in other letters or case" for other in alike[:1]]
+    notes += _namesakes(badge, registry) if badge is not None else []
     holder = registry.by_id(badge.id or "") if badge is not None else None
     if holder is not None and holder.revoked_at is not None:
         fault = f"row {row} ({name[:40]!r}): badge {holder.id} was revoked; give another payload in that row"

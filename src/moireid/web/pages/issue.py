@@ -172,6 +172,10 @@ class _Chosen:
             else:
                 here.add(key)
                 self.pictures, self.kept = self.pictures | {key: made}, ""
+        most = self.studio.settings.limits.pictures_bytes
+        if sum(len(one.data) for one in self.pictures.values()) > most:
+            self.pictures, self.kept = {}, ""
+            faults.append(SpecError(f"the pictures take more than {most / 1e6:.0f} MB together; choose smaller ones"))
         if faults:
             more = f" (and {len(faults) - 1} more cannot be used)" if len(faults) > 1 else ""
             raise SpecError(f"{faults[0]}{more}")

@@ -36,7 +36,7 @@ def _formats() -> list[tuple[str, str, str]]:
         form = FORMATS[value]
         size = " × ".join(f"{side:g}" for side in form.size_mm)
         near, far = form.range_m
-        told.append((value, name, f"{size} mm, {where}; filmed from {near:g} to {far:g} m"))
+        told.append((value, name, f"{size}\u00a0mm, {where}; filmed from {near:g} to {far:g}\u00a0m"))
     return told
 
 
