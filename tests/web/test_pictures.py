@@ -19,10 +19,11 @@ from PIL import Image, PngImagePlugin
 from kit.webbing import Visit, studio
 from moireid.errors import SpecError
 from moireid.looks.pictures import load_picture
+from moireid.sandbox.process import sealed_here
 from moireid.web import forms, pictures
 from moireid.web.auth.roles import Visitor
 from moireid.web.picture_work import MOST_BYTES, MOST_SIDE_PX, encoded
-from moireid.web.pictures import read_picture, read_pictures
+from moireid.web.pictures import Reader, read_picture, read_pictures
 from moireid.web.settings import Limits
 from moireid.web.store.pictures import Picture
 
@@ -110,6 +111,16 @@ def test_an_svg_that_takes_memory_or_time_ends_its_own_process_alone(monkeypatch
     assert isinstance(memory, SpecError) and "memory" in str(memory)
     assert isinstance(late, SpecError) and "to draw; simplify it" in str(late)
     assert isinstance(good, Picture)
+
+
+def test_who_reads_pictures_is_sealed() -> None:
+    """Catches: a reader that could open the server's files, or reach the network, once a picture has it in hand."""
+    reader = Reader(LIMITS)
+    try:
+        assert isinstance(reader.read("logo", Picture("a.svg", LOGO)), Picture)
+        assert reader._child is not None and reader._child.sealed == sealed_here()
+    finally:
+        reader.end()
 
 
 def test_no_picture_is_handed_on_larger_than_is_said() -> None:

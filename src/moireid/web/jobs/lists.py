@@ -28,8 +28,8 @@ from moireid.web.jobs.orders import Wish, named
 
 #: An event's badges are made one after the other in one child; a larger one is for the command line.
 MOST_AT_AN_EVENT = 300
-#: The key of the logo that all badges wear which have none of their own.
-FOR_ALL = "logo for all"
+#: The key of the logo that all badges wear which have none of their own; no file's `picture_key` has a stroke.
+FOR_ALL = "/for all"
 #: The columns whose cells name files.
 NAMED = ("logo", "portrait")
 #: Names that are told of pictures that no row names.
@@ -108,11 +108,9 @@ def _own(cells: Mapping[str, str], pictures: Mapping[str, Path]) -> dict[str, st
 def _found(cell: str, pictures: Mapping[str, Path]) -> Path | None:
     """The picture that a cell names: of that very name, or the only one that differs in capitals alone."""
     key = picture_key(cell)
-    if key == FOR_ALL:
-        return None
     if key in pictures:
         return pictures[key]
-    alike = [file for name, file in pictures.items() if name.casefold() == key.casefold() and name != FOR_ALL]
+    alike = [file for name, file in pictures.items() if name.casefold() == key.casefold()]
     return alike[0] if len(alike) == 1 else None
 
 
