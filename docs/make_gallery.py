@@ -68,6 +68,8 @@ LOGO = (
     "L84 22v26H74zM124 12h28v9h-18v5h15v9h-15v4h18v9h-28zM160 12h11l6 22 7-22h9l7 22 6-22h10l-11 36h-10l-7-21-7 21"
     'h-10z" fill="#1f2a37"/></svg>'
 )
+#: Where the studio's form has a small picture of each template, and its longer side, px.
+STYLES, STYLE_PX = DOCS.parent / "src" / "moireid" / "web" / "static", 300
 #: Pixels of the window that a report's page is shown in; all of the page is shown.
 PAGE = {"width": 960, "height": 800}
 
@@ -133,6 +135,9 @@ def _worn(work: Path) -> None:
         with Image.open(out / "preview.png") as picture:
             width = round(330 * picture.width / picture.height)
             shown.append(picture.convert("RGB").resize((width, 330), Image.Resampling.LANCZOS))
+            small = picture.convert("RGB")
+            small.thumbnail((STYLE_PX, STYLE_PX), Image.Resampling.LANCZOS)
+            small.save(STYLES / f"style-{template}.webp", quality=70, method=6)
     row = Image.new("RGB", (sum(one.width + 14 for one in shown) - 14, 330), "white")
     for k, one in enumerate(shown):
         row.paste(one, (sum(before.width + 14 for before in shown[:k]), 0))

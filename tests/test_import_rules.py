@@ -168,10 +168,13 @@ WITHIN: dict[str, set[str]] = {
     "web.auth": {"store", "problems", "settings", "studio"},
     "web.door": {"auth", "store", "problems", "settings"},
     "web.jobs": {"auth", "door", "store", "problems", "settings"},
-    "web.api": {"auth", "jobs", "store", "checks", "forms", "issue_jobs", "problems", "reports", "studio", "uploads"},
-    "web.pages": {
-        *("auth", "jobs", "store", "checks", "forms", "issue_jobs", "problems", "reports", "samples", "studio"),
+    "web.api": {
+        *("auth", "jobs", "store", "checks", "forms", "issue_jobs", "pictures", "problems", "reports", "studio"),
         "uploads",
+    },
+    "web.pages": {
+        *("auth", "jobs", "store", "checks", "forms", "issue_jobs", "pictures", "problems", "reports", "samples"),
+        *("studio", "uploads"),
     },
     "web.live": {"auth", "jobs", "pages", "checks", "forms", "links", "problems", "store", "studio"},
 }

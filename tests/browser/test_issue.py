@@ -30,14 +30,17 @@ from kit.webbing import Visit, film_form, studio
 from moireid.asbuilt import AsBuilt, as_built_from_json
 from moireid.badge import Badge, load_badge
 from moireid.designer import Request, design_badge
+from moireid.looks.content import with_lines
 from moireid.simulate.cameras import camera_named
 from moireid.simulate.filming import film
 from moireid.simulate.motion import motion_named
 from moireid.simulate.scene import Build, Scene
 from moireid.verifier.session.capture import capture_as_built
+from moireid.web.jobs.claims import find_claimed
 from moireid.web.pages.built_words import measured_words
 
 BUILD = Build.typical(5)
+LOGO = b'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 60 20"><path d="M0 0h60v20H0z" fill="#ff00ff"/></svg>'
 WIDE, PHONE = {"width": 1280, "height": 900}, {"width": 390, "height": 844}
 
 
@@ -130,7 +133,7 @@ def test_a_badge_is_issued_downloaded_read_back_and_enrolled(
     page.goto("/issue")
     look("issue")
     page.get_by_label("Name", exact=True).fill(ada.name)
-    page.get_by_label("Mount").select_option("none")
+    page.locator("#mount").select_option("none")
     # The film is of this badge; without an identity given, one is drawn by chance.
     page.locator("details:has(#payload)").evaluate("details => { details.open = true }")
     page.locator("#payload").fill(ada.id or "")
@@ -217,6 +220,8 @@ def test_the_preview_follows_pointer_keys_and_sliders_and_heeds_reduced_motion(p
     page.emulate_media(reduced_motion="reduce")
     page.reload()
     canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    assert box is not None
     page.mouse.move(box["x"] + 0.8 * box["width"], box["y"] + 0.5 * box["height"])
     page.wait_for_timeout(200)
     assert "straight ahead" in (words.text_content() or "")
@@ -253,10 +258,15 @@ def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> No
     """Catches: a fault that loses the form or runs what was typed; a page that a long name bursts."""
     page.goto("/issue")
     page.get_by_label("Name", exact=True).fill("<script>window.hit = 1</script>")
+    page.get_by_text("More choices", exact=True).click()
     page.get_by_label("Farthest camera").fill("9")
+    page.locator("#logo").set_input_files({"name": "logo.svg", "mimeType": "image/svg+xml", "buffer": LOGO})
     page.get_by_role("button", name="Check").click()
     assert "choose a range within" in (page.get_by_role("alert").text_content() or "")
+    # What was typed stays, in view, and the logo need not be chosen again.
     assert page.get_by_label("Farthest camera").input_value() == "9"
+    expect(page.get_by_label("Farthest camera")).to_be_visible()
+    expect(page.get_by_text("logo.svg is kept")).to_be_visible()
     look("issue-fault")
     page.get_by_role("link", name="An event").click()
     page.get_by_label("or the list itself").fill(
@@ -271,6 +281,61 @@ def test_faults_and_lists_are_shown_where_they_are(page: Page, look: Look) -> No
     page.get_by_role("link", name="Download the package").wait_for(timeout=60_000)
     look("event-issued")
     assert page.evaluate("window.hit") is None
+
+
+@pytest.mark.slow
+def test_a_badge_with_all_that_it_can_wear_is_seen_before_and_after_it_is_made(page: Page, look: Look) -> None:
+    """Catches: a preview without the logo, with the default's letters or that stands still; choices that are lost."""
+    page.goto("/issue")
+    page.get_by_label("Name", exact=True).fill("Nellie Bly")
+    page.get_by_label("Lines below the name").fill("Reporter\nExample News")
+    page.get_by_role("radio", name="A7", exact=False).check()
+    page.get_by_role("radio", name="Conference").check()
+    page.locator("#colour").fill("#0000ff")
+    page.locator("#mount").select_option("none")
+    page.locator("#logo").set_input_files({"name": "logo.svg", "mimeType": "image/svg+xml", "buffer": LOGO})
+    page.get_by_role("button", name="Check").click()
+    canvas = page.locator("canvas")
+    shares = """canvas => {
+      const data = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data, seen = [0, 0];
+      for (let k = 0; k < data.length; k += 4) {
+        if (data[k] > 200 && data[k + 1] < 60 && data[k + 2] > 200) seen[0] += 4 / data.length;
+        if (data[k] < 60 && data[k + 1] < 60 && data[k + 2] > 200) seen[1] += 4 / data.length;
+      }
+      return Math.min(...seen);
+    }"""
+    # The page's policy lets no text be run as a condition.
+    begun = time.monotonic()
+    while canvas.evaluate(shares) < 0.003:
+        assert time.monotonic() - begun < 20
+        page.wait_for_timeout(100)
+    row = "canvas => [...canvas.getContext('2d').getImageData(0, 0.7 * canvas.height, canvas.width, 1).data].join()"
+    ahead = canvas.evaluate(row)
+    page.get_by_label("Seen from left to right").press("End")
+    expect(page.locator("[data-words]")).to_contain_text("from the right")
+    assert canvas.evaluate(row) != ahead and canvas.evaluate(shares) > 0.003
+    look("issue-worn-checked")
+    page.get_by_role("button", name="Issue and make the package").click()
+    made = page.get_by_role("img", name="The finished badge as it is worn")
+    made.wait_for(timeout=90_000)
+    assert made.evaluate("picture => picture.decode().then(() => picture.naturalWidth)") > 100
+    look("issue-worn-issued")
+
+
+def test_namesakes_are_offered_by_the_line_below_their_name(page: Page, visit: Visit) -> None:
+    """Catches: one suggestion for two people, ids in the place of lines, a suggestion that the claim does not take."""
+    for line in ("Reporter", "Editor"):
+        badge = design_badge(Request("Ana Silva"), payload_for_name(f"Ana Silva {line}"))
+        visit.studio.registry.enroll(with_lines(badge, [line]))
+    for address in ("/verify", "/live", "/call", "/links", "/enroll"):
+        page.goto(address)
+        with page.expect_response("**/api/registry?*search=Ana"):
+            page.locator("#claim").fill("Ana")
+        page.locator("#claim-claims option").first.wait_for(state="attached")
+        offered = page.locator("#claim-claims option").evaluate_all("all => all.map((one) => one.value)")
+        assert sorted(offered) == ["Ana Silva, Editor", "Ana Silva, Reporter"], address
+    for claim in offered:
+        assert find_claimed(visit.studio.registry, claim, ids=False).badge.name == "Ana Silva"
 
 
 @pytest.mark.slow

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from moireid.badge import Badge
 from moireid.errors import SpecError
 from moireid.looks.colours import Colour, colour_named
-from moireid.looks.pictures import as_portrait, load_picture
+from moireid.looks.pictures import as_portrait, load_picture, picture_of
 from moireid.names import MOST_LINES, line_fault
 
 if TYPE_CHECKING:
@@ -43,6 +43,12 @@ class Content:
 def _loaded(path: Path, what: str) -> Image.Image:
     picture = load_picture(path, what)
     return as_portrait(picture) if what == "portrait" else picture
+
+
+def forget_pictures() -> None:
+    """Keep no loaded picture, in a program that goes on for long and sees those of many."""
+    _loaded.cache_clear()
+    picture_of.cache_clear()
 
 
 def content_of(logo: Path | None = None, portrait: Path | None = None, colour: str | None = None) -> Content:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import warnings
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -44,13 +45,16 @@ def load_picture(path: Path, what: str) -> Image.Image:
     return picture_of(data, f"{what} {path}")
 
 
-@lru_cache(maxsize=64)
-def picture_of(data: bytes, whose: str) -> Image.Image:
-    """The picture of a file's bytes; `whose` names it in messages.  Raises: SpecError as `load_picture`."""
+@lru_cache(maxsize=16)
+def picture_of(data: bytes, whose: str, draw: Callable[[bytes, str, int], bytes] = draw_svg) -> Image.Image:
+    """The picture of a file's bytes; `whose` names it in messages, `draw` draws an SVG.
+
+    Raises: SpecError as `load_picture`.
+    """
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     if _is_svg(data):
-        data = draw_svg(data, whose, MOST_SIDE_PX)
+        data = draw(data, whose, MOST_SIDE_PX)
     too_large = f"at most {MOST_PIXELS / 1e6:.0f} million are read; {ADVICE} that is smaller"
     try:
         with warnings.catch_warnings(action="error", category=Image.DecompressionBombWarning):

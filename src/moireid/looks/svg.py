@@ -52,25 +52,52 @@ sys.stdout.buffer.write(bytes(png))
 
 
 def draw_svg(data: bytes, whose: str, longer_px: int) -> bytes:
-    """The drawing as a PNG whose longer side has that many pixels.
+    """The drawing as a PNG whose longer side has that many pixels, made in a process of its own.
 
     Raises: SpecError for what is no SVG, for what this module refuses, and for what takes over `MOST_SECONDS`.
     """
-    width, height = check_svg(data, whose)
-    sides = (longer_px, 0) if width >= height else (0, longer_px)
+    sides = _sides_px(data, whose, longer_px)
     # -P: a file beside the user's logo must not be taken for the program that draws.
     command = [sys.executable, "-P", "-c", _DRAW, *map(str, sides)]
     try:
         done = subprocess.run(command, input=data, capture_output=True, timeout=MOST_SECONDS, check=False)
     except subprocess.TimeoutExpired as error:
-        raise SpecError(
-            f"{whose} takes more than {MOST_SECONDS:g} s to draw; simplify it (see-through layers take longest), or "
-            "save it as PNG"
-        ) from error
+        raise too_slow(whose) from error
     if done.returncode:
-        told = done.stderr.decode("utf-8", "replace").strip()[-80:]
-        raise SpecError(f"{whose} cannot be drawn ({told}); save it as a plain SVG, or as PNG")
+        raise _undrawn(whose, done.stderr.decode("utf-8", "replace"))
     return done.stdout
+
+
+def draw_svg_here(data: bytes, whose: str, longer_px: int) -> bytes:
+    """The same in this process, for one that was started for it, within limits; its parent stops it.
+
+    Raises: SpecError as `draw_svg`, but for time.
+    """
+    import resvg_py
+
+    wide, high = (side or None for side in _sides_px(data, whose, longer_px))
+    try:
+        return bytes(resvg_py.svg_to_bytes(data.decode("utf-8"), skip_system_fonts=True, width=wide, height=high))
+    except (ValueError, RuntimeError) as error:
+        raise _undrawn(whose, str(error)) from error
+
+
+def too_slow(whose: str) -> SpecError:
+    """The error of a drawing that takes over `MOST_SECONDS`."""
+    return SpecError(
+        f"{whose} takes more than {MOST_SECONDS:g} s to draw; simplify it (see-through layers take longest), or "
+        "save it as PNG"
+    )
+
+
+def _undrawn(whose: str, told: str) -> SpecError:
+    return SpecError(f"{whose} cannot be drawn ({told.strip()[-80:]}); save it as a plain SVG, or as PNG")
+
+
+def _sides_px(data: bytes, whose: str, longer_px: int) -> tuple[int, int]:
+    """Width and height to draw, px; 0 for the one that follows the other.  Raises: SpecError as `check_svg`."""
+    width, height = check_svg(data, whose)
+    return (longer_px, 0) if width >= height else (0, longer_px)
 
 
 def check_svg(data: bytes, whose: str) -> tuple[float, float]:

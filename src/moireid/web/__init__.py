@@ -10,6 +10,7 @@ forms.py     fields and small files, within a limit
 uploads.py   a form with a film, to the disk       checks.py    from a form to a job at work
 issue_jobs.py  orders to jobs, and back             reports.py    a verdict as a page
 links.py     one-time links, and what came of them  samples.py    films to try, in samples/
+pictures.py  logos and portraits, kept until printed; picture_work.py  the sealed process that reads them
 pages/       the pages      api/  the API          live/        the live check
 app.py       create_app: which routes there are
 

@@ -58,7 +58,7 @@ ROUTERS: tuple[APIRouter, ...] = (
 )
 #: Time between two looks for links that are to be removed, s.
 FORGET_S = 3600.0
-KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml"}
+KINDS = {".css": "text/css", ".js": "text/javascript", ".svg": "image/svg+xml", ".webp": "image/webp"}
 
 
 async def _forget(studio: Studio) -> None:

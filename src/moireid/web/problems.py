@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from pydantic import BaseModel
@@ -25,3 +26,22 @@ class Refusal(Exception):
 def problem_responses(*statuses: int) -> dict[int | str, dict[str, Any]]:
     """The `responses` of a route that may answer with these problems, for /openapi.json."""
     return {status: {"model": Problem} for status in statuses}
+
+
+#: What the library says for the command line, as the fields of the pages say it; the first that fits counts.
+PLAIN = (
+    (r" \(--[a-z-]+( [a-z]+)?\)", ""),
+    (r"leave out --code and --axes", "let the fringes sense motion sideways"),
+    (r"take --markers squares", "take squares as markers"),
+    (r"--axes x or xy", "fringes that sense motion sideways, or sideways and up and down"),
+    (r"--axes xy", "fringes that sense motion sideways and up and down"),
+    (r"run the command again", "issue the badges again"),
+    (r"--(axes|colour|format|front|lens|line|logo|markers|mount|orientation|portrait|range|size|template)\b", r"\1"),
+)
+
+
+def plain(sentence: str) -> str:
+    """A sentence of the library without the words of the command line."""
+    for pattern, words in PLAIN:
+        sentence = re.sub(pattern, words, sentence)
+    return sentence

@@ -16,7 +16,8 @@ KEEP_VERDICTS_DAYS = 365.0
 class Limits:
     """What one visitor, and all of them together, may ask of the machine.
 
-    upload_bytes: of one film; form_bytes: of all other fields of a form; idle_s, upload_s: an upload is ended when it
+    upload_bytes: of one film; form_bytes: of all other fields of a form; picture_bytes, pictures_bytes: of one logo or
+    portrait, and of all that come with one form; idle_s, upload_s: an upload is ended when it
     sends nothing for idle_s, or takes longer than upload_s; uploads: most films on their way; workers: films judged at
     a time; waiting: most jobs that wait, more are refused; job_s: wall time of one job; memory_bytes: private memory of
     one job; disk_bytes: of all films and results, half of it for one owner; keep_s: how long results are kept; stop_s:
@@ -27,6 +28,8 @@ class Limits:
 
     upload_bytes: int = 512 << 20
     form_bytes: int = 1 << 20
+    picture_bytes: int = 10_000_000
+    pictures_bytes: int = 100_000_000
     idle_s: float = 30.0
     upload_s: float = 900.0
     uploads: int = 128

@@ -24,7 +24,7 @@ from moireid.web.jobs.claims import prepared
 from moireid.web.jobs.cluster import Dispatcher, Parcel
 from moireid.web.jobs.queue import Jobs
 from moireid.web.links import Links
-from moireid.web.problems import Refusal
+from moireid.web.problems import Refusal, plain
 from moireid.web.settings import Settings
 from moireid.web.store.database import database_of
 from moireid.web.store.ledger import Ledger
@@ -138,9 +138,12 @@ class Studio:
             raise Refusal(503, "registry", f"{text[:1].upper()}{text[1:]}.") from error
 
     def sentence(self, error: Exception | str) -> str:
-        """An error's sentence without the registry's place, which is not for those who come from outside."""
+        """An error's sentence without the registry's place, which is not for those who come from outside, and without
+        the words of the command line.
+        """
         shown = self.registry.shown_url
-        return " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+        told = " ".join(str(error).split()).replace(f"registry {shown}", "the registry").replace(shown, "the registry")
+        return plain(told)
 
     def audit(self, expected_head: str) -> Audit:
         """Audit the registry; only one audit runs at a time, because each reads everything.

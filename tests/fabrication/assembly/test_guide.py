@@ -189,3 +189,10 @@ def test_an_array_of_lenses_is_one_piece(tmp_path: Path) -> None:
     lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none")
     assert len(pieces(badge)) == 1 and "Array of lenses" in lists and "Lenticular" not in lists
     assert "2 pieces" not in lists and "follow the edges" in steps
+
+
+def test_a_frame_is_left_free_and_no_squares_are_spoken_of(tmp_path: Path) -> None:
+    """Catches: squares on the sheet of a badge that has none."""
+    badge = design_badge(Request("A", markers="frame"), bytes(8))
+    _, steps, *_ = written(badge, tmp_path / "a.pdf", "none", "studio")
+    assert "Leave the black frame free" in steps and "squares" not in steps

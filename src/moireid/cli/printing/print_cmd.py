@@ -21,7 +21,8 @@ from moireid.cli.common import (
     status_line,
     tell_mount,
 )
-from moireid.cli.printing.wear_options import Wear, wear_options
+from moireid.cli.printing.wear import Wear
+from moireid.cli.printing.wear_options import wear_options
 from moireid.errors import SpecError
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ import math
 from dataclasses import dataclass
 from typing import Literal
 
-from moireid.badge import Badge
+from moireid.badge import Badge, CodedFrame
 from moireid.fabrication.acrylic.plates import AcrylicPlan
 from moireid.fabrication.assembly import sketches
 from moireid.fabrication.printed.mount import SLOTS
@@ -117,7 +117,7 @@ def settings(build: Build) -> list[tuple[str, str]]:
         ("Paper", f"{paper}, upright, one side; type “heavy” or “card”"),
         ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
         ("Resolution", f"{told.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
-        ("Colour", "black only, no smoothing"),
+        ("Colour", "black only, no smoothing; of a badge with colours: colour, and black as pure black"),
         ("Tray", "the manual tray, also called multi-purpose: card stays straight"),
     ]
 
@@ -131,6 +131,7 @@ def steps(build: Build) -> list[Step]:
     one = f"each piece of {front}" if several else f"the {front}"
     bands = "stand upright" if upright else "run along the field's edges" if array else "run along the printed lines"
     lay = _LAY_MASK if mask else _LAY_ARRAY if array else _LAY_PIECES if several else _LAY
+    marks = "frame" if isinstance(badge.markers, CodedFrame) else "squares"
     found = [
         Step("Print it, and measure it", _MEASURE[build.maker], sketches.measure),
         Step(
@@ -138,7 +139,7 @@ def steps(build: Build) -> list[Step]:
             f"Cut the badge out along the corner marks. {_cut(build)}",
             sketches.cut(badge),
         ),
-        Step("Lay", f"Lay {lay}. Leave the black squares free.", sketches.lay(badge)),
+        Step("Lay", f"Lay {lay}. Leave the black {marks} free.", sketches.lay(badge)),
         Step(
             f"Turn the {front} until the bands stand"
             if upright

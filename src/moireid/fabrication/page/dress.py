@@ -21,8 +21,8 @@ from moireid.looks.placing import Look, Piece, pieces_of
 from moireid.looks.qr import modules_of
 from moireid.looks.template import template_named
 
-#: Longer sides at which a picture is searched for markers, px: from far away, and near.
-SEEN_PX = (80, 160, 320, 640)
+#: Longer sides at which a picture is searched for markers, px: from near, and far away.
+SEEN_PX = (640, 320, 160, 80)
 
 
 def look_of(badge: Badge, look: Look | None) -> Look | None:
@@ -68,8 +68,9 @@ def _holds_marker(badge: Badge, picture: Image.Image) -> bool:
         return False
     known = cv2.aruco.getPredefinedDictionary(getattr(cv2.aruco, badge.markers.dictionary))
     detector = cv2.aruco.ArucoDetector(known)
+    small = picture.copy()
     for side in SEEN_PX:
-        small = picture.copy()
+        # Each of the last, as the whole picture is large.
         small.thumbnail((side, side))
         page = Image.new("L", (small.width + side // 4, small.height + side // 4), 255)
         page.paste(small.convert("L"), (side // 8, side // 8), small)

@@ -7,18 +7,19 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Path, Request
 from fastapi.concurrency import run_in_threadpool
-from fastapi.responses import FileResponse, StreamingResponse
+from fastapi.responses import FileResponse, Response, StreamingResponse
 from pydantic import BaseModel, Field
 
 from moireid.web.api.events import events_of
 from moireid.web.api.films import JobStatus, status_of
-from moireid.web.api.schema import form
+from moireid.web.api.schema import form, picture_form
 from moireid.web.auth.roles import Visitor, require
 from moireid.web.checks import received
-from moireid.web.forms import ShortRoute
-from moireid.web.issue_jobs import keep, package_of, start_badge, start_capture
+from moireid.web.forms import ShortRoute, picture_fields
+from moireid.web.issue_jobs import keep, package_of, pictures_of, preview_of, start_badge, start_capture
 from moireid.web.jobs.orders import Order, checked
-from moireid.web.problems import Refusal, problem_responses
+from moireid.web.pictures import at_hand, keep_pictures, read_picture
+from moireid.web.problems import Refusal, plain, problem_responses
 from moireid.web.studio import studio_of
 
 router = APIRouter(prefix="/api/badges", route_class=ShortRoute, responses=problem_responses(401, 403, 422))
@@ -50,8 +51,16 @@ class CheckAnswer(BaseModel):
     link_budget: list[Link]
     files: list[str] = Field(description="Files of the mount.")
     left_out: dict[str, str] = Field(description="Which of the two mounts cannot be made, and why.")
-    note: str | None
+    note: str | None = Field(description="On letters that no font has, and on a mount that is not made.")
     badge: dict[str, Any] = Field(description="badge.json.")
+
+
+class PictureAnswer(BaseModel):
+    """A picture that was read, and is kept for you alone until it is removed."""
+
+    id: str = Field(description="What `logo` or `portrait` of an order says.")
+    bytes: int = Field(description="Size of what is kept: a PNG or JPEG of our own making.")
+    kept_s: float = Field(description="How long it is kept.")
 
 
 class AsBuiltAnswer(BaseModel):
@@ -69,7 +78,9 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
 
     An identity that the order does not name is drawn; give the answer's `id` as `payload` to issue this very badge.
     """
-    found = checked(order, studio_of(request).registry)
+    studio = studio_of(request)
+    with at_hand(pictures_of(studio, order, visitor)) as files:
+        found = checked(order, studio.registry, files)
     links = [
         Link(
             distance_m=metres,
@@ -89,8 +100,8 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
         explain=dict(found.rows),
         link_budget=links,
         files=list(found.files),
-        left_out=found.left_out,
-        note=found.note,
+        left_out={shop: plain(why) for shop, why in found.left_out.items()},
+        note="; ".join(found.notes) or None,
         badge=json.loads(found.badge.to_json()),
     )
 
@@ -99,9 +110,32 @@ def check(request: Request, order: Order, visitor: Issuer) -> CheckAnswer:
 def issue(request: Request, order: Order, visitor: Issuer) -> JobStatus:
     """Issue a badge and make its package: a job, whose end offers package.zip."""
     studio = studio_of(request)
+    pictures = pictures_of(studio, order, visitor)
     # Checked now, so that a faulty order is refused before a job begins.
-    found = checked(order, studio.registry)
-    return status_of(start_badge(studio, order.of(found.badge), visitor))
+    with at_hand(pictures) as files:
+        found = checked(order, studio.registry, files)
+    return status_of(start_badge(studio, order.of(found.badge), visitor, pictures))
+
+
+@router.post(
+    "/pictures",
+    status_code=201,
+    responses=problem_responses(400, 408, 413, 503),
+    openapi_extra=picture_form(),
+)
+async def picture(request: Request, visitor: Issuer) -> PictureAnswer:
+    """Hand in a logo or a portrait for an order: SVG, PNG or JPEG, read as the command reads it.
+
+    Of an SVG with scripts, letters that need a font, filters or anything from elsewhere the answer says what to change.
+    """
+    studio = studio_of(request)
+    sent = await picture_fields(request, visitor, {"picture": 1})
+    if "picture" not in sent.pictures:
+        raise Refusal(422, "fields", "The form has no picture; send it as the file `picture`.")
+    limits = studio.settings.limits
+    made = await run_in_threadpool(read_picture, "picture", sent.pictures["picture"][0], limits)
+    kept = await run_in_threadpool(keep_pictures, studio, visitor, {"picture": made})
+    return PictureAnswer(id=kept, bytes=len(made.data), kept_s=limits.keep_s)
 
 
 @router.get("/jobs/{job_id}", responses=problem_responses(404))
@@ -132,6 +166,17 @@ async def events(request: Request, job_id: JobId, visitor: Issuer) -> StreamingR
 def package(request: Request, job_id: JobId, visitor: Issuer) -> FileResponse:
     """Everything that a job has made, as one archive."""
     return package_of(studio_of(request).jobs.find(job_id, visitor.id, "badge", "event"))
+
+
+@router.get(
+    "/jobs/{job_id}/preview.webp",
+    responses=problem_responses(404)
+    | {200: {"content": {"image/webp": {}}, "description": "the badge as worn, its fringes moving"}},
+    response_class=Response,
+)
+def preview(request: Request, job_id: JobId, visitor: Issuer) -> Response:
+    """The moving preview of the badge that a job has made."""
+    return Response(preview_of(studio_of(request).jobs.find(job_id, visitor.id, "badge")), media_type="image/webp")
 
 
 @router.post(

@@ -56,6 +56,13 @@ def form(*names: str) -> dict[str, Any]:
     return {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": schema}}}}
 
 
+def picture_form() -> dict[str, Any]:
+    """The request body of the route that takes a logo or a portrait."""
+    picture = {"type": "string", "format": "binary", "description": "SVG, PNG or JPEG"}
+    schema = {"type": "object", "required": ["picture"], "properties": {"picture": picture}}
+    return {"requestBody": {"required": True, "content": {"multipart/form-data": {"schema": schema}}}}
+
+
 def answers(schema: dict[str, Any], description: str) -> dict[int | str, dict[str, Any]]:
     """The `responses` of a route whose answer has this schema."""
     return {200: {"description": description, "content": {"application/json": {"schema": schema}}}}

@@ -5,6 +5,7 @@ doing.py  one job, from its taking to its end                claims.py   from it
 cluster.py  films judged by a Dask deployment
 child.py  the process for each job; task.py its work         work.py  what a film's process does, sealed
 making.py what a process does that makes badges              asking.py  what a film's process may ask
-issue_work.py, enroll_work.py  badges and captures           orders.py  wishes, checked as by the command
+issue_work.py  badges and their packages                      orders.py  wishes, checked as by the command
+lists.py  lists of people: what each badge wears
 heard.py  what a process says, checked
 """

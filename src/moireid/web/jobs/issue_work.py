@@ -4,6 +4,8 @@ The functions are called through `making.WORK`, with the file of the order and w
 They write to the present folder.  A badge is issued together with its files, as by `print-your-badge --registry`.
 If a child dies after issuing and before its archive is ready, the same order again makes it and issues nothing new, if
 it gives the identities.
+
+An order is an archive of ours: `ORDER` or `PEOPLE`, and the pictures that the server has had made of the visitor's.
 """
 
 from __future__ import annotations
@@ -15,55 +17,51 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from moireid.designer.drawn import drawn_badge
-from moireid.designer.people import Designed, badges_of, design_people, parse_people
+from moireid.designer.people import parse_people
 from moireid.errors import SpecError
-from moireid.fabrication.page.lettering import name_note
-from moireid.idcodes import is_name_derived
+from moireid.names import line_of
 from moireid.registry import Registry, open_registry
 from moireid.registry.keys import KEYS_VARIABLE, SIGNER_VARIABLE
-from moireid.registry.look_alikes import alike_within
-from moireid.web.jobs.orders import Order, Wish
-from moireid.web.jobs.task import PACKAGE, Progress, Tell
-
-#: An event's badges are made one after the other in one child; a larger one is for the command line.
-MOST_AT_AN_EVENT = 300
+from moireid.web.jobs.lists import dress_people
+from moireid.web.jobs.orders import Order, Wish, ready
+from moireid.web.jobs.task import ORDER, PACKAGE, PEOPLE, Progress, Tell
+from moireid.web.problems import plain
+from moireid.web.store.pictures import unpacked, written
 
 
 def issue_badge(
     order_file: Path, progress: Progress, tell: Tell, *, registry_url: str, keys: str, signer: str | None, actor: str
 ) -> None:
-    """Make one badge's package, and issue the badge; `order_file` holds the JSON of an `Order`.
+    """Make one badge's package, and issue the badge; `order_file` holds an `Order`.
 
-    Raises: as `orders.checked`, and FabricationError where a file fails its check.
+    Raises: as `orders.ready`, and FabricationError where a file fails its check.
     """
     from moireid.fabrication.package import file_names, print_badge
-    from moireid.fabrication.parts import plan_parts
 
-    order = Order.model_validate_json(order_file.read_text(encoding="utf-8"))
-    folder, steps = Path("badge"), count(1)
+    content, pictures = _opened(order_file, ORDER)
+    order, folder, steps = Order.model_validate_json(content), Path("badge"), count(1)
     with _registry(registry_url, keys, signer, actor) as registry:
-        drawn = drawn_badge(order.request(order.name), order.chosen(), registry.by_id)
-        badge, holder = drawn.badge, drawn.holder
-        most = len(file_names(plan_parts(badge, order.mount), moving=True))
+        made = ready(order, registry, pictures)
+        most = len(file_names(made.parts, moving=True))
         printed = print_badge(
-            badge,
+            made.badge,
             folder,
-            mount=order.mount,
+            mount=made.mount,
+            look=made.look,
             maker="studio",
-            before_moving=lambda: registry.enroll(badge, told=True),
+            before_moving=lambda: registry.enroll(made.badge, told=True),
             progress=lambda file: progress(next(steps), most),
         )
-    _pack(folder, f"badge-{badge.id}")
+    _pack(folder, f"badge-{made.badge.id}")
     tell(
         {
             "result": {
                 "kind": "badge",
-                "id": badge.id,
-                "name": badge.name,
+                "id": made.badge.id,
+                "name": made.badge.name,
                 "files": list(printed.files),
-                "already_issued": holder is not None,
-                "left_out": printed.left_out,
+                "already_issued": made.holder is not None,
+                "left_out": {shop: plain(why) for shop, why in printed.left_out.items()},
                 "mount_mass_g": printed.mount_mass_g,
             }
         }
@@ -71,7 +69,7 @@ def issue_badge(
 
 
 def issue_event(
-    people_csv: Path,
+    people_file: Path,
     progress: Progress,
     tell: Tell,
     *,
@@ -88,13 +86,18 @@ def issue_event(
     from moireid.fabrication.event import print_event
 
     wanted, folder = Wish.model_validate(wish), Path("event")
+    content, pictures = _opened(people_file, PEOPLE)
     with _registry(registry_url, keys, signer, actor) as registry:
-        people, request = parse_people(people_csv.read_bytes()), wanted.request("Everybody")
-        badges = badges_of(design_people(people.people, request, holder_of=registry.by_id, name_note=name_note))
+        rows = list(dress_people(parse_people(content).people, wanted, pictures, registry.by_id))
+        for row in rows:
+            if row.fault is not None:
+                raise SpecError(row.fault)
+        badges = [row.badge for row in rows if row.badge is not None]
         event = print_event(
             badges,
             folder,
-            mount=wanted.mount,
+            mount=wanted.mount or "none",
+            looks=[row.look for row in rows],
             maker="studio",
             before_moving=lambda: registry.enroll_many(badges, told=True),
             progress=progress,
@@ -104,14 +107,20 @@ def issue_event(
         {
             "result": {
                 "kind": "event",
-                "people": [{"id": badge.id, "name": badge.name} for badge in badges],
+                "people": [{"id": badge.id, "name": badge.name, "line": line_of(badge.print)} for badge in badges],
                 "sheets": event.sheet_count,
                 "boards_to_a_sheet": event.boards_to_a_sheet,
-                "left_out": event.left_out,
+                "left_out": {shop: plain(why) for shop, why in event.left_out.items()},
                 "mount_mass_g": event.mount_mass_g,
             }
         }
     )
+
+
+def _opened(order_file: Path, name: str) -> tuple[bytes, dict[str, Path]]:
+    """What is ordered, and the files of its pictures by key."""
+    with zipfile.ZipFile(order_file) as packed:
+        return packed.read(name), written(unpacked(packed), Path("pictures"))
 
 
 def _registry(url: str, keys: str, signer: str | None, actor: str) -> Registry:
@@ -126,63 +135,10 @@ def _registry(url: str, keys: str, signer: str | None, actor: str) -> Registry:
     return open_registry(url, create=False, actor=actor)
 
 
-def understood(people_csv: bytes, wish: Wish, registry: Registry) -> tuple[list[dict[str, Any]], str | None]:
-    """How a list was understood, row by row: row, name, id (None where there is a fault, or it will be drawn), fault,
-    note, line; and what was guessed on reading it, if anything.
-
-    Raises: SpecError where the list as a whole cannot be read, or names too many.
-    """
-    found = parse_people(people_csv)
-    people = found.people
-    if len(people) > MOST_AT_AN_EVENT:
-        raise SpecError(
-            f"the list names {len(people)} people, and {MOST_AT_AN_EVENT} can be issued from a page at once; split it, "
-            "or use the command print-your-badge"
-        )
-    designed = list(design_people(people, wish.request("Everybody"), holder_of=registry.by_id, name_note=name_note))
-    names = [one.badge.name for one in designed if one.badge]
-    alike = {
-        name: [f"{other.name} ({other.id})" for other in found] for name, found in registry.look_alikes(names).items()
-    }
-    for name, other in alike_within(names):
-        alike.setdefault(name, []).append(f"{other}, who is in this list")
-    return [_row(one, registry, alike.get(one.badge.name, []) if one.badge else []) for one in designed], found.note
-
-
-def _row(one: Designed, registry: Registry, alike: list[str]) -> dict[str, Any]:
-    """One row of the table: a badge that somebody else holds, or that was revoked, is a fault too.
-
-    An identity that is drawn is drawn anew when the list is issued, so it is not told here.
-    """
-    row, name, badge, fault = one.person.row, one.person.name, one.badge, str(one.fault) if one.fault else None
-    notes = [note for note in (one.note, one.name_note) if note]
-    notes += [f"looks like {other}, in other letters or case" for other in alike[:1]]
-    holder = registry.by_id(badge.id or "") if badge is not None else None
-    if holder is not None and holder.revoked_at is not None:
-        fault = f"row {row} ({name[:40]!r}): badge {holder.id} was revoked; give another payload in that row"
-    elif holder is not None and holder.badge != badge:
-        fault = (
-            f"row {row} ({name[:40]!r}): badge {holder.id} is held by {holder.name!r} and is another badge; give "
-            "another payload in that row"
-        )
-    elif holder is not None:
-        notes.append(f"issued already on {holder.issued_at[:10]}; its files are made again")
-    if badge is not None and is_name_derived(badge):
-        notes.append("made from the name, so anybody who knows it can print this badge")
-    told = badge.id if badge is not None and one.person.payload and not fault else None
-    return {
-        "row": row,
-        "name": name,
-        "line": one.person.line,
-        "id": told,
-        "fault": fault,
-        "note": "; ".join(notes) or None,
-    }
-
-
 def _pack(folder: Path, top: str) -> None:
-    """Put a folder's files into `PACKAGE` under `top`, and take the folder away."""
+    """Put a folder's files into `PACKAGE` under `top`, and take folder and pictures away."""
     with zipfile.ZipFile(PACKAGE, "w", zipfile.ZIP_DEFLATED) as packed:
         for path in sorted(path for path in folder.rglob("*") if path.is_file()):
             packed.write(path, f"{top}/{path.relative_to(folder).as_posix()}")
     shutil.rmtree(folder)
+    shutil.rmtree("pictures")

@@ -176,6 +176,20 @@ class Jobs:
         job.state = "waiting"
         self.workers.wake()
 
+    def keep(self, job: Job, name: str, size: int) -> None:
+        """Keep a file of a job that nobody works on, for as long as results are kept.
+
+        Raises: Refusal 503 where it cannot be stored, 404 where the job was removed meanwhile.
+        """
+        self.stored(job, size)
+        try:
+            self._storage.sent(job.id, name)
+        except (StorageError, OSError) as error:
+            raise Refusal(503, "storage", "The file cannot be stored just now; try again later.") from error
+        if not self.ledger.keep(job):
+            raise Refusal(404, "no_job", "This was removed meanwhile; send it again.")
+        job.state = "done"
+
     def find(self, job_id: str, owner: str, *kinds: str) -> Job:
         """The job with that id, if it belongs to `owner` and is of one of `kinds` (none named: of any kind).
 

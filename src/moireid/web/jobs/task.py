@@ -17,6 +17,8 @@ from moireid.lenticule import ViewLaw
 SIGNALS = "signals.csv"
 #: What was made of an order, there too.
 PACKAGE = "package.zip"
+#: In the archive of an order: one badge as JSON; or a list of people.
+ORDER, PEOPLE = "order.json", "people.csv"
 #: A lens, a pitch (mm) and their law.
 Law = tuple[Lens, float, ViewLaw]
 #: Told how far a job is (done, of how many); what it has found; and asked what the server alone knows.

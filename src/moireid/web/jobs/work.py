@@ -6,6 +6,7 @@ job can begin at once (`child.py`).
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -18,17 +19,17 @@ import jsonschema  # noqa: F401 - loaded ahead
 import matplotlib.backends.backend_svg
 import matplotlib.figure  # noqa: F401 - loaded ahead
 
-from moireid.badge import Badge
+from moireid.badge import Badge, badge_from_json
 from moireid.lenticule import know_law
 from moireid.provenance import Claimed
 from moireid.sandbox.child import Talk
 from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.page import signals_csv
 from moireid.verifier.report.pictures import pictures_of
+from moireid.verifier.session.capture import capture_as_built
 from moireid.verifier.session.claim import Claim
 from moireid.verifier.session.film import verify
 from moireid.verifier.session.identify import identify
-from moireid.web.jobs.enroll_work import measure_capture
 from moireid.web.jobs.task import SIGNALS, Ask, Law, Progress, Task, Tell
 
 #: Least time between two reports of progress.
@@ -103,6 +104,16 @@ def identify_film(
     """What `moireid identify --json` prints, but the name and the registry: those are the server's own word."""
     _know(laws)
     tell({"result": identify(video, layouts, Asked(ask), focal_px=focal_px, progress=progress).to_json()})
+
+
+def measure_capture(video: Path, progress: Progress, tell: Tell, *, badge_json: str) -> None:
+    """The as-built figures of the badge in a film, as `moireid enroll --capture` measures them; nothing is stored.
+
+    Raises: MediaError where the film cannot be read or does not show this badge in motion.
+    """
+    badge = badge_from_json(badge_json)
+    found = capture_as_built([video], badge, progress=progress)
+    tell({"result": {"kind": "capture", "id": badge.id, "as_built": json.loads(found.to_json())}})
 
 
 def _know(laws: Sequence[Law]) -> None:

@@ -12,6 +12,7 @@ from fastapi import Path as InPath
 from fastapi.responses import RedirectResponse, Response
 
 from moireid import __version__
+from moireid.names import CLAIM_LIMIT
 from moireid.registry import holder_of
 from moireid.verifier.report.circumstances import Circumstances, read_id
 from moireid.verifier.report.live_headline import live_headline_of, shown
@@ -58,14 +59,14 @@ def listed(request: Request, visitor: Verifier, claim: str = "") -> Response:
     """Make a link, and see what became of others."""
     studio = studio_of(request)
     rows = [_shown(studio, link) for link in studio.links.of_asker(visitor.id, SHOWN)]
-    return _page(request, "links.html.j2", rows=rows, claim=claim[:200], asks=visitor.note[:LONGEST_ASKS])
+    return _page(request, "links.html.j2", rows=rows, claim=claim[:CLAIM_LIMIT], asks=visitor.note[:LONGEST_ASKS])
 
 
 @router.post("")
 def make(
     request: Request,
     visitor: Verifier,
-    claim: Annotated[str, Form(max_length=200)],
+    claim: Annotated[str, Form(max_length=CLAIM_LIMIT)],
     asks: Annotated[str, Form(max_length=LONGEST_ASKS)],
     pictures: Annotated[bool, Form()] = False,
 ) -> Response:

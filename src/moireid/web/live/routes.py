@@ -12,6 +12,7 @@ from typing import Any
 from fastapi import APIRouter, Request, Response, WebSocket
 
 from moireid.errors import RegistryError
+from moireid.names import CLAIM_LIMIT
 from moireid.registry import Claimed
 from moireid.verifier.live.challenge import FACE, HOLD_S
 from moireid.verifier.live.pace import CALL, MOVES
@@ -29,13 +30,13 @@ router = APIRouter(dependencies=[require("verifier")], include_in_schema=False)
 @router.get("/live")
 def live_page(request: Request, claim: str = "") -> Response:
     """The camera, the running verdict, and the challenge."""
-    return render(request, "live.html.j2", claim=claim[:200], moves=MOVES, hold_s=HOLD_S, face=FACE)
+    return render(request, "live.html.j2", claim=claim[:CLAIM_LIMIT], moves=MOVES, hold_s=HOLD_S, face=FACE)
 
 
 @router.get("/call")
 def call_page(request: Request, claim: str = "") -> Response:
     """The call's window, the tile in it, the running verdict, and prompts to read aloud."""
-    return render(request, "call.html.j2", claim=claim[:200], moves=CALL.moves, least_px=LEAST_WIDTH_PX)
+    return render(request, "call.html.j2", claim=claim[:CLAIM_LIMIT], moves=CALL.moves, least_px=LEAST_WIDTH_PX)
 
 
 @router.websocket("/live/socket")

@@ -12,6 +12,8 @@ lenses' place, which is a constant there, fixed in this way; s is traced by `moi
 
 from __future__ import annotations
 
+import base64
+import io
 import math
 from typing import Any
 
@@ -20,7 +22,10 @@ from numpy.typing import NDArray
 
 from moireid.badge import Badge, Cell, Grating, Lens
 from moireid.fabrication.page.artwork import lettering_places, marker_squares
+from moireid.fabrication.page.dress import look_of
+from moireid.fabrication.page.preview import draw_preview
 from moireid.lenticule import landing_mm, view_law
+from moireid.looks.placing import Look
 from moireid.optics import slab_shift_mm
 from moireid.turned import own_rect
 
@@ -30,16 +35,19 @@ REACH = 0.4
 NEAR_MM, FAR_MM = 500.0, 3000.0
 #: Steps of the table: straight lines between them are within 0.001 rad of the law (a test checks it).
 STEP_X, STEP_Y = 0.02, 0.05
+#: Longer side of the picture of what is worn, px, and its quality: it comes within the page.
+WORN_PX, WORN_QUALITY = 900, 80
 #: Number of places in a printed period with a brightness, and of rays through one lens.
 PLACES, RAYS = 96, 96
 
 
-def preview_law(badge: Badge) -> dict[str, Any]:
+def preview_law(badge: Badge, look: Look | None = None) -> dict[str, Any]:
     """What `static/fringes.js` draws `badge` from, ready for JSON; lengths in mm.
 
     Convention and source: module docstring.  Per grating: `shift_mm` and `contrast`, rows by tangent along the axis
     from -`reach` on, columns by tangent across from 0 on (both are even in that); `profile`: brightness at `PLACES`
-    turns of a printed period, seen straight on; cells as in badge.json.
+    turns of a printed period, seen straight on; cells as in badge.json.  `worn`: the board with all that it wears, as
+    the address of a picture, None where that is name and id alone; it covers markers and words.
     """
     x0, y0, x1, y1 = badge.outline_mm
     size = (x1 - x0, y1 - y0)
@@ -53,7 +61,17 @@ def preview_law(badge: Badge) -> dict[str, Any]:
             for black, white in marker_squares(badge)
         ],
         "words": _words(badge),
+        "worn": _worn(badge, look),
     }
+
+
+def _worn(badge: Badge, look: Look | None) -> str | None:
+    if look_of(badge, look) is None:
+        return None
+    picture, made = draw_preview(badge, look), io.BytesIO()
+    picture.thumbnail((WORN_PX, WORN_PX))
+    picture.save(made, format="WEBP", quality=WORN_QUALITY)
+    return "data:image/webp;base64," + base64.b64encode(made.getvalue()).decode()
 
 
 def _grating(badge: Badge, grating: Grating) -> dict[str, Any]:

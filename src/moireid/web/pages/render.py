@@ -13,6 +13,7 @@ from moireid import __version__
 from moireid.verifier.report.page import template as report_template
 from moireid.web.auth.roles import visitor_of
 from moireid.web.auth.tokens import Role
+from moireid.web.problems import plain
 from moireid.web.studio import studio_of
 
 
@@ -45,6 +46,8 @@ _environment = jinja2.Environment(
     trim_blocks=True,
     lstrip_blocks=True,
 )
+#: Sentences of the library about what was not made.
+_environment.filters["plain"] = plain
 
 
 def render(request: Request, template: str, *, status: int = 200, **context: Any) -> HTMLResponse:

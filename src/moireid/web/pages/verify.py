@@ -11,6 +11,7 @@ from fastapi import APIRouter, Form, Request
 from fastapi import Path as InPath
 from fastapi.responses import RedirectResponse, Response
 
+from moireid.names import CLAIM_LIMIT
 from moireid.verifier.report.page import told
 from moireid.verifier.report.pictures import KINDS as KINDS_OF
 from moireid.verifier.report.pictures import NAME
@@ -33,7 +34,7 @@ PICTURE_POLICY = {"Content-Security-Policy": "default-src 'none'; style-src 'uns
 @router.get("")
 def form(request: Request, visitor: Verifier, claim: str = "") -> Response:
     """Choose a film, and say whose badge it shows."""
-    return render(request, "verify.html.j2", limits=studio_of(request).settings.limits, claim=claim[:200])
+    return render(request, "verify.html.j2", limits=studio_of(request).settings.limits, claim=claim[:CLAIM_LIMIT])
 
 
 @router.post("")

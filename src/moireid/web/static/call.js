@@ -159,7 +159,7 @@ function status(event) {
   const worst = seen(event);
   quality();
   $("challenge").disabled = !(event.badge && event.face) || $("challenge").dataset.asked === "yes";
-  if (!event.badge) $("advice").textContent = "No badge is seen. Say: “Please hold your badge below your face, with its four corners in the picture.”";
+  if (!event.badge) $("advice").textContent = "No badge is seen. Say: “Please hold your badge below your face, the whole of it in the picture.”";
   else if (!event.face) $("advice").textContent = "No face is seen. Say: “Please look at the camera, in good light.”";
   else $("advice").textContent = worst ? worst.text : "The badge is the claimed one, and its fringes obey the law.";
 }

@@ -84,6 +84,17 @@ export class BadgePicture {
     this.context = canvas.getContext("2d");
     this.row = Object.assign(document.createElement("canvas"), { height: 1 }).getContext("2d");
     this.fixed();
+    if (law.worn) this.wear(law.worn);
+  }
+
+  /** The picture of all that the badge wears, in the place of markers and words, as soon as it is loaded. */
+  wear(address) {
+    const worn = new Image();
+    worn.addEventListener("load", () => {
+      this.context.drawImage(worn, 0, 0, this.context.canvas.width, this.context.canvas.height);
+      if (this.camera) this.draw(this.camera);
+    });
+    worn.src = address;
   }
 
   /** A rectangle of the page in whole pixels: left, top, width, height. */
@@ -118,6 +129,7 @@ export class BadgePicture {
 
   /** The fringes as `camera` sees them. */
   draw(camera) {
+    this.camera = camera;
     this.law.gratings.forEach((grating, g) => grating.cells.forEach((cell, c) => {
       const [low, top, high, bottom] = cell.rect_mm, count = Math.ceil((high - low) * PX_PER_MM);
       const light = brightness(this.law, g, c, camera, count);

@@ -101,7 +101,7 @@ function draw() {
 function status(event) {
   const worst = seen(event), rate = check.rate();
   $("challenge").disabled = !(event.badge && event.face) || $("challenge").dataset.asked === "yes";
-  if (!event.badge) $("advice").textContent = "No badge is seen: hold it so that its four markers are in the picture.";
+  if (!event.badge) $("advice").textContent = "No badge is seen: keep the whole badge in view, and hold a small one nearer.";
   else if (!event.face) $("advice").textContent = "No face is seen: look at the camera, in good light.";
   else $("advice").textContent = worst ? worst.text : "The badge is the claimed one, and its fringes obey the law.";
   const filmed = shots.length / 2;

@@ -1,4 +1,4 @@
-// The form of a film: dropping a file, progress of the upload, suggestions for names.  The form also works without this.
+// The form of a film: dropping a file, progress of the upload.  The form also works without this.
 "use strict";
 const form = document.getElementById("verify");
 const video = document.getElementById("video");
@@ -22,17 +22,6 @@ const claimed = document.getElementById("claimed");
 for (const radio of form.querySelectorAll("input[name=kind]")) {
   radio.addEventListener("change", () => { claimed.hidden = form.kind.value === "identify"; });
 }
-
-const claim = document.getElementById("claim");
-const people = document.getElementById("people");
-let asked = 0;
-claim.addEventListener("input", async () => {
-  const mine = ++asked;
-  const answer = await fetch(`/api/registry?limit=10&search=${encodeURIComponent(claim.value)}`);
-  if (!answer.ok || mine !== asked) return;
-  const names = new Set((await answer.json()).badges.map((badge) => badge.name));
-  people.replaceChildren(...[...names].map((name) => Object.assign(document.createElement("option"), { value: name })));
-});
 
 function fail(text) {
   error.textContent = text;

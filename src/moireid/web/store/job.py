@@ -14,8 +14,8 @@ from moireid.provenance import Barred, Standing
 
 State = Literal["receiving", "waiting", "working", "done", "failed"]
 STATES: tuple[State, ...] = ("receiving", "waiting", "working", "done", "failed")
-#: Work that badges are made by, and the films of issuers: verifiers' films never stand before it.
-ISSUE = frozenset({"badge", "event", "capture"})
+#: Work that badges are made by, and the films and pictures of issuers: verifiers' films never stand before it.
+ISSUE = frozenset({"badge", "event", "capture", "pictures"})
 #: How often a job is begun at most; one that dies with its worker is done again, once.  An event's identities are drawn
 #: as it is made: begun again, it would issue all of them anew.
 TRIES, TRIES_OF = 2, {"event": 1}

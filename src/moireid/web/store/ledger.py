@@ -63,6 +63,11 @@ class Ledger:
         values |= {"wish": json.dumps(job.wish), "about": job.about()}
         return self._change(and_(jobs.c.id == job.id, jobs.c.state == "receiving"), values)
 
+    def keep(self, job: Job) -> bool:
+        """End a job whose file has come and is only kept; False where it was removed meanwhile."""
+        values: dict[str, Any] = {"state": "done", "holder": None, "lease": 0.0, "ended": self.database.now}
+        return self._change(and_(jobs.c.id == job.id, jobs.c.state == "receiving"), values | {"bytes": job.bytes})
+
     def take(self, lanes: Sequence[Lane]) -> Job | None:
         """The next job for a worker of these lanes, now this process's own; None where there is none.
 

@@ -1,0 +1,96 @@
+"""What a badge wears and how large it is, as it was asked for: the same for `print-your-badge` and for the studio."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from moireid.errors import FabricationError, SpecError
+
+if TYPE_CHECKING:
+    from moireid.badge import Badge
+    from moireid.designer import Request
+    from moireid.fabrication.parts import Parts
+    from moireid.fabrication.process import MountFigures
+    from moireid.looks.placing import Look
+
+
+@dataclass(frozen=True)
+class Wear:
+    """What was asked for; None where nothing was."""
+
+    format_name: str | None
+    orientation: str | None
+    size_text: str | None
+    lens: str | None
+    range_text: str | None
+    template: str | None
+    lines: tuple[str, ...]
+    logo: Path | None
+    portrait: Path | None
+    colour: str | None
+
+    def fit(self, request: Request) -> Request:
+        """The request in that format or size, with lens and range as given or else as suit it and its template.
+
+        Raises: SpecError for options that contradict each other; DesignError where nothing works.
+        """
+        from moireid.designer.formats import format_named, in_format, turned, within_reach
+        from moireid.designer.request import parse_range_m, parse_size_mm
+
+        if self.size_text is not None and (self.format_name is not None or self.orientation is not None):
+            raise SpecError("--size is for a badge of no format; give it without --format and --orientation")
+        range_m = parse_range_m(self.range_text) if self.range_text else None
+        size_mm = parse_size_mm(self.size_text) if self.size_text else request.size_mm
+        if self.format_name is not None or self.orientation is not None:
+            size_mm = turned(format_named(self.format_name or "board").size_mm, self.orientation)
+        look = self.look(request.axes)
+        if look is not None:
+            side = look.template.side(*size_mm)
+            request = replace(request, frame=replace(request.frame, head=side.head, foot=side.foot))
+        if self.format_name is not None or self.orientation is not None:
+            name = self.format_name or "board"
+            return in_format(request, name, orientation=self.orientation, lens=self.lens, range_m=range_m)
+        request = replace(request, size_mm=size_mm, lens=self.lens or request.lens, range_m=range_m or request.range_m)
+        # Each of three fields is smaller than one over the whole board, and an array's fringes are finer.
+        smaller = look is not None or request.axes == "hex" or request.front == "array"
+        return within_reach(request) if smaller and range_m is None else request
+
+    def look(self, axes: str) -> Look | None:
+        """What the badge wears; None for name, lines and id alone on a board of its own.
+
+        Parameters: axes: of the fringes; three directions take the room of a template, unless one is asked for.
+        Raises: SpecError for a template, picture or colour that is none.
+        """
+        from moireid.designer.formats import format_named
+        from moireid.looks.content import Content, content_of
+        from moireid.looks.placing import Look
+        from moireid.looks.template import template_named
+
+        content = content_of(self.logo, self.portrait, self.colour)
+        plain = (axes == "hex" or self.format_name in (None, "board")) and content == Content()
+        if self.template is None and plain:
+            return None
+        own = "webcam" if self.format_name == "webcam" else "plain"
+        corner_mm = format_named(self.format_name or "board").corner_mm
+        return Look(template_named(self.template or own), content, corner_mm)
+
+    def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[str, Parts, str | None]:
+        """The mount's kind, its parts, and a note where a format gets no mount by itself, as none can be made.
+
+        Raises: FabricationError where a mount that was asked for cannot be made.
+        """
+        from moireid.fabrication.parts import plan_parts
+
+        if mount is not None or self.format_name in (None, "board"):
+            kind = mount or "lanyard"
+            return kind, plan_parts(badge, kind, figures), None
+        try:
+            return "lanyard", plan_parts(badge, "lanyard", figures), None
+        except FabricationError:
+            from moireid.designer.formats import format_named
+
+            holder = format_named(self.format_name or "board").words
+            note = f"no mount is made for {self.format_name}; the badge goes into {holder}"
+            return "none", plan_parts(badge, "none", figures), note
