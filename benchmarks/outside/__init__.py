@@ -1,0 +1,21 @@
+"""An outside tracer: films of a printed badge that share nothing with `moireid.simulate`.
+
+What judges films must not be tested by the renderer of its own authors alone.  This one takes the page as a picture,
+`badge.pdf` rasterised, and of `badge.json` what somebody who builds the badge knows: the board's outline, the lens
+sheet, and where it is laid.  Rays go through the true shape of each lens.  It never imports the simulator, the phase
+law or the lenticule's table of `moireid`; a test holds that.
+
+page.py      the page as a raster, and the sheets that are laid on it
+build.py     what goes wrong when a badge is printed and put together
+lens.py      one ray through a cylinder lens or a round lens, by Snell's law
+motion.py    where badge and camera are: a wearer who sways, a camera that walks, a measured hand
+camera.py    a phone's or laptop's camera: rays of its pixels, shutter, noise
+trace.py     one frame in linear light
+sensor.py    from light to bytes: vignetting, noise, gamma
+forge.py     thirteen lies: the lens region's picture taken from a wrong view
+film.py      all of it together, into an H.264 file
+rows.py      what became of films, and the tables
+
+Convention: badge frame in mm, origin at the board's centre, x right, y down, z into the page, whose ink is at z = 0; so
+the crowns of lenses are at z = -thickness and a camera is at negative z.  Camera frame: x right, y down, z forward.
+"""

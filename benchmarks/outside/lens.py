@@ -1,0 +1,110 @@
+"""One ray through a cylinder lens or a round lens, by Snell's law.
+
+Convention: s runs across the lenses, t along them, both in mm; z runs into the sheet from the plane of its crowns, so
+the flat back is at z = thickness.  A ray is given by where it crosses z = 0 and by ds/dz and dt/dz in air.
+Source: intersection of a line with a circle (a sphere), Snell's law as vectors, Fresnel's equations.  No phase law and
+no small angle enters.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numba import njit
+
+#: A ray that grazes may pass over this many lenses before it meets one.
+MOST_LENSES = 12
+STEPS = 3
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def through_cylinder(s, ds, dt, edge, pitch, radius, thickness, index):
+    """Where the ray lands on the back: s, t less where it began, and the share of light that passes the surface.
+
+    edge: s of an edge between two lenses.
+    """
+    cell = math.floor((s - edge) / pitch)
+    middle, z, x = 0.0, 0.0, 0.0
+    for _ in range(MOST_LENSES):
+        middle = edge + (cell + 0.5) * pitch
+        x = s - middle
+        b = ds * x - radius
+        disc = b * b - (1.0 + ds * ds) * x * x
+        if disc >= 0.0:
+            z = x * x / (math.sqrt(disc) - b)
+            x += ds * z
+            if abs(x) <= 0.5 * pitch:
+                break
+        cell += 1 if ds > 0 else -1
+    return _refract(s, 0.0, ds, dt, z, x / radius, 0.0, (z - radius) / radius, thickness, index)
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def through_cylinders(count, s, t, ds, dt, share, edge, pitch, radius, thickness, index):
+    """As `through_cylinder` for `count` rays: s and t become where they land, share what passes.
+
+    No branch stands in the loop, so that a processor does several rays at a time; a ray passes over `STEPS` lenses at
+    most, which is enough up to slopes of one.
+    """
+    for k in range(count):
+        cell = np.floor((s[k] - edge) / pitch)
+        way = 1.0 if ds[k] > 0 else -1.0
+        a = 1.0 + ds[k] * ds[k]
+        z, x = 0.0, 0.0
+        for step in range(STEPS):
+            x = s[k] - edge - (cell + 0.5) * pitch
+            b = ds[k] * x - radius
+            disc = b * b - a * x * x
+            z = x * x / (math.sqrt(max(disc, 0.0)) - b)
+            x += ds[k] * z
+            missed = disc < 0.0 or abs(x) > 0.5 * pitch
+            cell += way if missed and step < STEPS - 1 else 0.0
+        s[k], t[k], share[k] = _refract(
+            s[k], t[k], ds[k], dt[k], z, x / radius, 0.0, (z - radius) / radius, thickness, index
+        )
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def through_sphere(s, t, ds, dt, edge, pitch, radius, thickness, index):
+    """As `through_cylinder`, for round lenses on a square grid with its corner at (edge, edge)."""
+    i, j = math.floor((s - edge) / pitch), math.floor((t - edge) / pitch)
+    z, x, y = 0.0, 0.0, 0.0
+    for _ in range(MOST_LENSES):
+        x, y = s - edge - (i + 0.5) * pitch, t - edge - (j + 0.5) * pitch
+        x0, y0 = x, y
+        b = ds * x + dt * y - radius
+        c = x * x + y * y
+        disc = b * b - (1.0 + ds * ds + dt * dt) * c
+        if disc >= 0.0:
+            z = c / (math.sqrt(disc) - b)
+            x, y = x + ds * z, y + dt * z
+            if abs(x) <= 0.5 * pitch and abs(y) <= 0.5 * pitch:
+                break
+        # The wall by which the ray leaves this cell.
+        out_s = (math.copysign(0.5 * pitch, ds) - x0) / ds if ds != 0 else math.inf
+        out_t = (math.copysign(0.5 * pitch, dt) - y0) / dt if dt != 0 else math.inf
+        if out_s < out_t:
+            i += 1 if ds > 0 else -1
+        else:
+            j += 1 if dt > 0 else -1
+    landed_s, landed_t, share = _refract(
+        s, t, ds, dt, z, x / radius, y / radius, (z - radius) / radius, thickness, index
+    )
+    return landed_s, landed_t, share
+
+
+@njit(cache=True, fastmath=True, error_model="numpy", inline="always")
+def _refract(s, t, ds, dt, z, ns, nt, nz, thickness, index):
+    """Turn the ray at the surface, whose outward normal is (ns, nt, nz), and follow it to the flat back."""
+    length = 1.0 / math.sqrt(1.0 + ds * ds + dt * dt)
+    es, et, ez = ds * length, dt * length, length
+    cos_in = -(es * ns + et * nt + ez * nz)
+    ratio = 1.0 / index
+    cos_out = math.sqrt(1.0 - ratio * ratio * (1.0 - cos_in * cos_in))
+    turn = ratio * cos_in - cos_out
+    fs, ft, fz = ratio * es + turn * ns, ratio * et + turn * nt, ratio * ez + turn * nz
+    deep = (thickness - z) / fz
+    across = (cos_in - index * cos_out) / (cos_in + index * cos_out)
+    along = (index * cos_in - cos_out) / (index * cos_in + cos_out)
+    return s + ds * z + fs * deep, t + dt * z + ft * deep, 1.0 - 0.5 * (across * across + along * along)

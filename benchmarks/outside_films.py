@@ -1,0 +1,246 @@
+"""Films by an outside tracer, judged: run `.venv/bin/python benchmarks/outside_films.py [--formats a7,a6] [--clips N]`.
+
+Badges are made by the command `print-your-badge`, in each format, lying and standing, plain and with all that templates
+wear, with squares and with a thin frame; each is filmed twice by `outside`, which shares nothing with
+`moireid.simulate`, at distances that fill the range that the badge itself states, and judged by `moireid.verifier`.
+Printed is, for each format, how many films were accepted, left open and rejected, how many identities of 64 bits were
+read, and the gain furthest from 1; then each film that was not accepted and read, with what makes it again: `--formats
+F --only K` beside the same `--clips` and `--seed`, with `--keep DIR` to look at it.  With `--forgeries`, thirteen lies
+about badges of each format instead.
+
+Every draw follows from `--seed`, the format and the film's number.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from outside.build import built
+from outside.camera import LAPTOP, PHONE, drawn
+from outside.film import Shoot, film
+from outside.forge import KINDS
+from outside.motion import KINDS as MOTIONS
+from outside.motion import course
+from outside.page import load_page
+from outside.rows import Row, add, known, table
+
+FORMATS = ("cr80", "a7", "4x3in", "a6", "a5", "webcam", "board")
+FRAMES, FPS, PER_BADGE = 240, 30, 2
+LINES = ["--line", "Reporter · Example News", "--line", "Accredited until 31 Dec 2026"]
+#: What badges wear, in turns; LOGO and PORTRAIT stand for files.
+WEAR: tuple[tuple[str, ...], ...] = (
+    ("--orientation", "landscape"),
+    ("--orientation", "portrait", "--template", "conference", "--logo", "LOGO", *LINES, "--colour", "#134e8c"),
+    ("--orientation", "landscape", "--markers", "frame"),
+    ("--orientation", "portrait"),
+    ("--orientation", "landscape", "--template", "newsroom", "--logo", "LOGO", "--portrait", "PORTRAIT", *LINES[:2]),
+    ("--orientation", "portrait", "--markers", "frame"),
+    ("--orientation", "landscape", "--template", "court", "--logo", "LOGO", *LINES[:2]),
+    ("--orientation", "portrait", "--axes", "xy"),
+    ("--orientation", "landscape", "--template", "conference", "--markers", "frame", *LINES[:2]),
+    ("--orientation", "landscape", "--template", "webcam", *LINES[:2]),
+)
+#: Fronts that are asked for by `--fronts`: three turned fields, and an array of round lenses.
+FRONTS: dict[str, tuple[str, ...]] = {"hex": ("--axes", "hex"), "array": ("--front", "array")}
+PROGRAM = Path(sys.executable).with_name("print-your-badge")
+
+
+@dataclass(frozen=True)
+class Task:
+    """One film to make: of which format, which badge, its number, where in the range (0 to 1), and the lie, if any."""
+
+    format: str
+    number: int
+    badge: int
+    place: float
+    base_seed: int
+    clips: int
+    forge: str | None = None
+    front: str | None = None
+    keep: str | None = None
+
+    @property
+    def seed(self) -> list[int]:
+        """What every draw of the film follows from."""
+        kind = KINDS.index(self.forge) + 1 if self.forge else 0
+        return [self.base_seed, FORMATS.index(self.format), self.number, kind]
+
+
+def issued(task: Task, folder: Path) -> str:
+    """Make the task's badge by the command, in `folder`; say what it wears.  A wish without room is made plain."""
+    rng = np.random.default_rng([task.base_seed, FORMATS.index(task.format), 1000 + task.badge])
+    wish = WEAR[task.badge % len(WEAR)] if task.front is None else FRONTS[task.front]
+    payload = rng.bytes(8).hex()
+    words = [str(_picture(word, folder)) if word in ("LOGO", "PORTRAIT") else word for word in wish]
+    for each, told in ((words, " ".join(wish)), (words[:2], f"{wish[:2]} for want of room")):
+        command = [
+            str(PROGRAM),
+            f"Guest {task.badge}",
+            "--format",
+            task.format,
+            "--mount",
+            "none",
+            "--payload",
+            payload,
+        ]
+        done = subprocess.run(
+            [*command, *each, "--out", str(folder / "badge"), "--json"], capture_output=True, text=True, check=False
+        )
+        if done.returncode == 0:
+            return told
+    raise RuntimeError(f"{task.format}: {done.stderr.strip()}")
+
+
+def _picture(word: str, folder: Path) -> Path:
+    """A logo of nested squares, or a portrait that is a chessboard: pictures of many edges."""
+    from PIL import Image, ImageDraw
+
+    path = folder / f"{word.lower()}.png"
+    if word == "PORTRAIT":
+        Image.fromarray((255 * np.kron(np.indices((10, 8)).sum(axis=0) % 2, np.ones((40, 40)))).astype(np.uint8)).save(
+            path
+        )
+        return path
+    picture = Image.new("RGB", (600, 200), "white")
+    draw = ImageDraw.Draw(picture)
+    for k, colour in enumerate(("black", "#134e8c", "white", "black", "#134e8c")):
+        draw.rectangle((20 + 18 * k, 20 + 18 * k, 180 - 18 * k, 180 - 18 * k), fill=colour)
+    draw.rectangle((220, 60, 580, 140), outline="black", width=12)
+    picture.save(path)
+    return path
+
+
+def judged(task: Task) -> Row:
+    """Make one film and judge it."""
+    from moireid.badge import load_badge
+    from moireid.verifier import Claim, verify
+
+    rng = np.random.default_rng(task.seed)
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(task.keep) / _name(task) if task.keep else Path(made)
+        folder.mkdir(parents=True, exist_ok=True)
+        wear = issued(task, folder)
+        badge = load_badge(folder / "badge" / "badge.json")
+        assert badge.range_m is not None
+        near, far = badge.range_m
+        distance_m = near + task.place * (far - near)
+        camera = drawn(rng, LAPTOP if task.format == "webcam" else PHONE)
+        motion, crf = MOTIONS[task.number % len(MOTIONS)], (23, 28)[task.number % 2]
+        walk = course(motion, 1000 * distance_m, FRAMES / FPS, rng)
+        page = load_page(folder / "badge")
+        shoot = Shoot(FRAMES, FPS, crf, int(rng.integers(1 << 30)), task.forge)
+        begun = time.process_time()
+        places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
+        film_s, begun = time.process_time() - begun, time.process_time()
+        report = verify(folder / "film.mp4", Claim(badge, badge.id))
+        verify_s = time.process_time() - begun
+        if task.keep:
+            (folder / "report.json").write_text(json.dumps(report.to_json(), indent=1), encoding="utf-8")
+    tangents = -places[:, 0] / places[:, 2]
+    found = report.to_json()
+    return Row(
+        task.format,
+        task.number,
+        task.forge,
+        wear,
+        round(distance_m, 3),
+        motion,
+        crf,
+        report.verdict,
+        report.identity.decoded_id == badge.id,
+        report.identity.decoded_id not in (None, badge.id),
+        found["invariant"].get("gain_ratio"),
+        [_told(reason) for reason in found["reasons"] if reason["level"] != "pass"],
+        film_s,
+        verify_s,
+        (float(tangents.min()), float(tangents.max())),
+        found["frames"]["tracked"],
+        task.front,
+    )
+
+
+def _name(task: Task) -> str:
+    return "_".join(str(word) for word in (task.format, task.number, task.forge or task.front) if word is not None)
+
+
+def _told(reason: dict[str, Any]) -> str:
+    """A reason as code, what was measured and the limit."""
+    return f"{reason['code']}[{reason['level']}] {reason.get('measured')} / {reason.get('limit')}"
+
+
+def tasks(arguments: argparse.Namespace) -> list[Task]:
+    """All films that are asked for; a film's place in the range does not depend on which others are made."""
+    found = []
+    for name in arguments.formats:
+        rng = np.random.default_rng([arguments.seed, FORMATS.index(name), 999])
+        clips = arguments.clips
+        order = rng.permutation(clips)
+        spread = (order + rng.random(clips)) / clips
+        common = {"base_seed": arguments.seed, "clips": clips, "keep": arguments.keep}
+        if arguments.forgeries:
+            # A lie of each kind, about badges that wear different things, over the range.
+            places = (np.random.default_rng([arguments.seed, 31]).permutation(len(KINDS)) + 0.5) / len(KINDS)
+            found += [Task(name, k, k, float(places[k]), forge=kind, **common) for k, kind in enumerate(KINDS)]
+        elif arguments.fronts:
+            found += [
+                Task(name, k, k // PER_BADGE, float(spread[k]), front=front, **common)
+                for front in arguments.fronts
+                for k in range(clips)
+            ]
+        else:
+            found += [Task(name, k, k // PER_BADGE, float(spread[k]), **common) for k in range(clips)]
+    wanted = set(arguments.only)
+    # All formats, and all kinds, go on together, so that a run that is stopped tells of each.
+    steps = len(KINDS) if arguments.forgeries else arguments.clips
+    turn = 2 if arguments.forgeries else 0
+    found.sort(key=lambda task: (task.number - turn * FORMATS.index(task.format)) % steps)
+    return [task for task in found if not wanted or task.number in wanted]
+
+
+def main() -> None:
+    """Make and judge all films, two at a time, and print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--formats", type=lambda text: text.split(","), default=list(FORMATS), metavar="F,…")
+    parser.add_argument("--clips", type=int, default=50, metavar="N", help="films of each format; default: 50")
+    parser.add_argument("--forgeries", action="store_true", help="thirteen lies about each format instead")
+    parser.add_argument("--fronts", type=lambda text: text.split(","), default=[], metavar="F,…", help="hex, array")
+    parser.add_argument("--only", type=int, nargs="*", default=[], metavar="K", help="only the films of these numbers")
+    parser.add_argument("--workers", type=int, default=2, metavar="N", help="films at a time; default: 2")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", metavar="DIR", help="keep badges, films, courses and reports there")
+    parser.add_argument(
+        "--rows", type=Path, metavar="FILE", help="append a line of JSON for each film; known ones are not made again"
+    )
+    arguments = parser.parse_args()
+    os.nice(10)
+    rows = known(arguments.rows)
+    done = {(row.format, row.number, row.forge, row.front) for row in rows}
+    todo = [task for task in tasks(arguments) if (task.format, task.number, task.forge, task.front) not in done]
+    with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
+        for ready in as_completed([pool.submit(judged, task) for task in todo]):
+            row = ready.result()
+            rows.append(row)
+            print(
+                f"{row.format} {row.number} {row.forge or ''} {row.distance_m} m: {row.verdict}, read {row.read}",
+                file=sys.stderr,
+                flush=True,
+            )
+            if arguments.rows:
+                add(row, arguments.rows)
+    print(table(rows, FORMATS), flush=True)
+
+
+if __name__ == "__main__":
+    main()
