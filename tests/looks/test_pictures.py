@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import struct
+import sys
 import zlib
 from pathlib import Path
 
@@ -92,6 +93,17 @@ def test_what_takes_long_to_draw_is_stopped(tmp_path: Path, monkeypatch: pytest.
     layers = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/></g>' * 400
     with pytest.raises(SpecError, match=r"more than 0\.3 s to draw; simplify it"):
         load_picture(svg(tmp_path, layers), "logo")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's own memory")
+def test_a_drawing_takes_no_more_memory_than_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: see-through layers within each other that take the whole machine's memory."""
+    nested = '<g opacity=".9"><rect width="90" height="90"/><rect width="9" height="9"/>' * 60 + "</g>" * 60
+    assert load_picture(svg(tmp_path, nested), "logo").width
+    monkeypatch.setattr(drawn, "MOST_MEMORY_BYTES", 20_000_000)
+    pictures.picture_of.cache_clear()
+    with pytest.raises(SpecError, match="cannot be drawn"):
+        load_picture(svg(tmp_path, nested), "logo")
 
 
 def test_photographs_are_upright_small_and_cut_to_a_portrait(tmp_path: Path) -> None:

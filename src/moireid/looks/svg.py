@@ -31,6 +31,8 @@ REFUSED = {
 MOST_ELEMENTS, MOST_DEPTH, MOST_BYTES = 20_000, 100, 5_000_000
 #: A logo of a thousand shapes takes 2 s; a see-through layer of full size takes 0.2 s.
 MOST_SECONDS = 30.0
+#: A see-through layer takes 16 MB at 2,000 pixels a side, and layers lie within each other `MOST_DEPTH` deep at most.
+MOST_MEMORY_BYTES = 2 << 30
 #: What an attribute or style may point at: a place within the file.
 _OUTSIDE = re.compile(r"url\((?!\s*['\"]?#)|@import|expression\(|javascript:", re.IGNORECASE)
 _POINTED_AT = re.compile(r"url\(\s*['\"]?#([^'\")]*)")
@@ -41,6 +43,10 @@ _NUMBER = re.compile(r"-?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
 #: Run in the process that draws: the SVG comes in, the PNG goes out; a side of 0 px follows the other.
 _DRAW = """
 import sys, resvg_py
+most_bytes = int(sys.argv.pop())
+if sys.platform != "win32":
+    from moireid.sandbox.limits import ProcessLimits, confine
+    confine(ProcessLimits(most_bytes))
 wide, high = (int(side) or None for side in sys.argv[1:])
 text = sys.stdin.buffer.read().decode("utf-8")
 try:
@@ -58,7 +64,7 @@ def draw_svg(data: bytes, whose: str, longer_px: int) -> bytes:
     """
     sides = _sides_px(data, whose, longer_px)
     # -P: a file beside the user's logo must not be taken for the program that draws.
-    command = [sys.executable, "-P", "-c", _DRAW, *map(str, sides)]
+    command = [sys.executable, "-P", "-c", _DRAW, *map(str, sides), str(MOST_MEMORY_BYTES)]
     try:
         done = subprocess.run(command, input=data, capture_output=True, timeout=MOST_SECONDS, check=False)
     except subprocess.TimeoutExpired as error:
