@@ -1,9 +1,10 @@
-"""What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--pictures FOLDER]`.
+"""What it takes to print each mount: run `.venv/bin/python benchmarks/mounts.py [--mount KIND] [--pictures FOLDER]`.
 
 Each mount is sliced by PrusaSlicer as for a common printer (a 0.4 mm nozzle, layers of 0.2 mm, PLA), once plain and
 once with supports wherever the slicer asks for them below 44 degrees from level.  Told are the time, the plastic, how
-much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it.  Formats are those of
-people's holders; where a mount cannot be made for one, the reason stands in its row.
+much of it supports would be, and the area of faces that hang in the air as `overhang_mm2` has it; of a snap-in holder
+also the strain of a catch as the badge passes, and the force that pushes a badge out.  Formats are those of people's
+holders; where a mount cannot be made for one, the reason stands in its row.
 
 With --pictures, each mount is also drawn as it lies on the bed, seen from above and from below.
 """
@@ -65,7 +66,10 @@ def row(name: str, badge: Badge, kind: str, folder: Path) -> str:
     hanging = sum(overhang_mm2(piece) for piece in trimesh.load_mesh(report.stl).split())
     (plain_g, time), (held_g, _) = sliced(report.stl), sliced(report.stl, *SUPPORTS)
     size = " x ".join(f"{side:.0f}" for side in report.size_mm)
-    return f"{name:<8}{kind:<9}{size:<18}{time:>12}{plain_g:>8.1f}{held_g - plain_g:>13.1f}{hanging:>14.2f}"
+    snap = ""
+    if kind == "holder":
+        snap = f"{100 * report.figures['strain']:>12.2f}{report.figures['hold_n']:>9.1f}"
+    return f"{name:<8}{kind:<9}{size:<18}{time:>12}{plain_g:>8.1f}{held_g - plain_g:>13.1f}{hanging:>14.2f}{snap}"
 
 
 def draw(stl: Path, path: Path) -> None:
@@ -91,12 +95,15 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pictures", type=Path, help="Folder for a picture of each mount.")
-    pictures = parser.parse_args().pictures
+    parser.add_argument("--mount", choices=KINDS, help="One kind alone; default: all.")
+    given = parser.parse_args()
+    pictures = given.pictures
     print(
         f"{'format':<8}{'mount':<9}{'on the bed, mm':<18}{'time':>12}{'PLA, g':>8}{'supports, g':>13}{'hangs, mm2':>14}"
+        f"{'strain, %':>12}{'out, N':>9}"
     )
     for name, (size_mm, lens, range_m) in FORMATS.items():
-        for kind in KINDS:
+        for kind in [given.mount] if given.mount else KINDS:
             with tempfile.TemporaryDirectory() as folder:
                 try:
                     badge = design_badge(Request("Bench", lens=lens, size_mm=size_mm, range_m=range_m), bytes(8))

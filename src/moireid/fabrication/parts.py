@@ -124,7 +124,7 @@ def _figures_of(parts: Parts, report: MountReport | None) -> dict[str, float]:
     """The figures of what was made, by name."""
     figures: dict[str, float] = {}
     if report:
-        figures |= {"twist_deg": report.twist_deg, "press_mm": report.press_mm}
+        figures |= report.figures
     if stack := parts.acrylic:
         figures |= {
             "acrylic_clearance_mm": stack.clearance_mm,

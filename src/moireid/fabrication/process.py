@@ -43,6 +43,8 @@ MOST_MM = {
         "slot_mm": 60.0,
         "adhesive_mm": 0.2,
         "stand_deg": STAND_DEG[1],
+        "snap_clearance_mm": 1.0,
+        "bite_mm": 3.0,
     },
     "acrylic": {"rim_mm": 50.0, "hole_mm": 4.5, "card_mm": 2.0, "film_mm": 0.5, "adhesive_mm": 0.2},
 }
@@ -61,7 +63,8 @@ class MountProcess:
     room between sheet and lip, at the board's edge; preload_mm: how far the springs' pads stand higher than that room,
     so that they press card and sheet on the lips; slot_mm: lanyard slots, width and height, narrowed on a narrow board;
     seat_mm: how far a printed register edge may be off its place; adhesive_mm: between page and lens sheet, 0 where the
-    mount alone holds them together; stand_deg: how far a stand leans the badge back, degrees.
+    mount alone holds them together; stand_deg: how far a stand leans the badge back, degrees; snap_clearance_mm: air on
+    each side of a badge in a snap-in holder; bite_mm: how far its catches come over the badge's edge.
     """
 
     clearance_mm: float = 0.3
@@ -77,6 +80,8 @@ class MountProcess:
     seat_mm: float = 0.05
     adhesive_mm: float = 0.0
     stand_deg: float = 12.0
+    snap_clearance_mm: float = 0.2
+    bite_mm: float = 0.55
 
     def __post_init__(self) -> None:
         _check_positive(self, but=("adhesive_mm",))

@@ -171,7 +171,8 @@ def test_a_mount_that_fails_leaves_no_file(ada: Badge, tmp_path: Path, monkeypat
 
 def test_mount_that_is_none_of_ours_is_named(ada: Badge, tmp_path: Path) -> None:
     """Catches: an unknown word taken for a lanyard, or a KeyError."""
-    with pytest.raises(FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand, none"):
+    kinds = "lanyard, clip, stand, holder, none"
+    with pytest.raises(FabricationError, match=f"mount 'magnet' is not known; choose one of {kinds}"):
         package.print_badge(ada, tmp_path, mount="magnet")
 
 

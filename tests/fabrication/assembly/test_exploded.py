@@ -149,7 +149,7 @@ def test_outlines_have_the_plans_proportions(size: tuple[float, float], tmp_path
     assert max(wall[1] for wall in walls) == pytest.approx(scale * seen(0, 0, 8.0)[1], abs=0.01)
 
 
-@pytest.mark.parametrize("mount", ["none", "lanyard", "clip", "stand"])
+@pytest.mark.parametrize("mount", ["none", "lanyard", "clip", "stand", "holder"])
 @pytest.mark.parametrize("paper", ["a4", "letter"])
 def test_nothing_leaves_the_page_or_meets_a_label(mount: str, paper: str, tmp_path: Path) -> None:
     """Catches: a part or label off the paper, labels over each other or over the drawing, a font not carried."""

@@ -50,7 +50,7 @@ def test_the_sheet_names_the_person_and_ends_with_a_check(badge: Badge, tmp_path
 
 def test_the_studio_s_sheet_has_no_command_in_it(badge: Badge, tmp_path: Path) -> None:
     """Catches: options and commands for somebody who has a page in a browser."""
-    for kind in ("lanyard", "clip", "stand", "none"):
+    for kind in ("lanyard", "clip", "stand", "holder", "none"):
         whole = " ".join(written(badge, tmp_path / f"{kind}.pdf", kind, "studio"))
         assert "--" not in whole and "moireid verify" not in whole and "pitch-test" not in whole
         assert "open Enroll in the studio" in whole
@@ -61,6 +61,14 @@ def test_an_adhesive_changes_what_is_bought_and_done(badge: Badge, tmp_path: Pat
     lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none", "command", "adhesive_mm=0.05")
     assert "Clear adhesive film, 0.05 mm" in lists and "0.034 mm of air" in lists and "Peel" in steps
     assert "adhesive" not in " ".join(written(badge, tmp_path / "b.pdf", "none"))
+
+
+def test_a_snap_in_holder_takes_a_taped_badge(badge: Badge, tmp_path: Path) -> None:
+    """Catches: a badge that is slid into a tray that is not there, or pressed in untaped; no way out of the holder."""
+    lists, steps, *_ = written(badge, tmp_path / "a.pdf", "holder")
+    assert "The snap-in holder, 3D-printed" in lists and "lanyard with two hooks" in lists and "clear tape" in lists
+    assert steps.index("clear tape") < steps.index("Press it into the holder") < steps.index("Hang it")
+    assert "push a thumb through the hole" in steps and "Slide" not in steps
 
 
 def test_a_narrow_badge_s_one_slot_is_told(badge: Badge, tmp_path: Path) -> None:

@@ -339,8 +339,8 @@ def pocket_mm(solid: Any, level: float) -> float:
 def test_register_edges_bound_the_twist(badge: Badge, report: MountReport) -> None:
     """Catches: a bound in radians, one for a single edge, and none at all."""
     # Two edges 0.05 mm off in opposite ways, 144.8 mm apart, and the same again would be two parts' errors.
-    assert report.twist_deg == pytest.approx(math.degrees(math.atan(0.1 / 144.8)))
-    assert report.press_mm == 0.25
+    assert report.figures["twist_deg"] == pytest.approx(math.degrees(math.atan(0.1 / 144.8)))
+    assert report.figures["press_mm"] == 0.25
     with pytest.raises(FabricationError, match=r"turns the sheet by 0\.40 degrees, allowed are 0\.3") as caught:
         lanyard_mount(badge, MountProcess(seat_mm=0.5))
     assert caught.value.details["twist_deg"] == pytest.approx(math.degrees(math.atan(1.0 / 144.8)))
@@ -434,7 +434,9 @@ def test_stand_needs_no_tab_and_so_takes_a_narrow_board(badge: Badge) -> None:
     tray, stand = mount.mount_bodies(tiny, "stand")
     assert tuple(tray.laid.bounding_box().max)[:2] == pytest.approx((17.3, 20.0), abs=1e-4)
     assert stand.laid.is_valid and len(stand.laid.solids()) == 1
-    with pytest.raises(FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand"):
+    with pytest.raises(
+        FabricationError, match="mount 'magnet' is not known; choose one of lanyard, clip, stand, holder"
+    ):
         mount.mount_bodies(tiny, "magnet")
 
 

@@ -20,7 +20,7 @@ from moireid.fabrication.parts import Parts, plan_parts, write_parts
 from moireid.fabrication.process import mount_figures
 from moireid.profiles import LensProfile, lens_named, save_lens_profile
 
-KINDS = ("lanyard", "clip", "stand")
+KINDS = ("lanyard", "clip", "stand", "holder")
 PAYLOAD = bytes(range(8))
 #: A lens that is as thick as its focal length is at most 0.72 of that wide, at the refractive index of 1.56.
 THIN_PITCH_SHARE = 0.7
@@ -72,6 +72,8 @@ BUILT = (
     ("spacer 3 mm", "mask", "stand"),
     ("board 186x273 mm", "mask", "lanyard"),
     ("kerf 1 mm", "lens", "clip"),
+    ("board 60x66 mm", "lens", "holder"),
+    ("spacer 0.5 mm", "mask", "holder"),
 )
 
 

@@ -115,9 +115,10 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--mount",
-    type=click.Choice(["lanyard", "clip", "stand", "none"]),
+    type=click.Choice(["lanyard", "clip", "stand", "holder", "none"]),
     show_default="lanyard; with --people none",
-    help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut.",
+    help="What holds the badge; it comes as parts to 3D-print and as an acrylic stack to laser-cut. Into a holder a "
+    "finished badge is pressed.",
 )
 @click.option(
     "--kerf",
@@ -222,8 +223,8 @@ def print_command(
     # An adhesive holds page and sheet together where no mount does.
     if kind == "none" and any(not pair.strip().startswith("adhesive_mm") for pair in pairs):
         raise SpecError(
-            "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip or stand with "
-            "them, or leave them out (adhesive_mm alone goes without a mount)"
+            "--kerf, --acrylic and --mount-figure are figures of a mount; give --mount lanyard, clip, stand or "
+            "holder with them, or leave them out (adhesive_mm alone goes without a mount)"
         )
     wish = Request(
         clean_name("Everybody" if name is None else name),

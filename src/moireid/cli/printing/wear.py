@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -77,20 +78,34 @@ class Wear:
         return Look(template_named(self.template or own), content, corner_mm)
 
     def parts(self, badge: Badge, mount: str | None, figures: MountFigures) -> tuple[str, Parts, str | None]:
-        """The mount's kind, its parts, and a note where a format gets no mount by itself, as none can be made.
+        """The mount's kind, its parts, and a note where a format gets another mount than the one asked for.
 
-        Raises: FabricationError where a mount that was asked for cannot be made.
+        A format whose mount cannot be printed gets the snap-in holder, which fits all; only where that cannot be made
+        either, none.
+        Raises: FabricationError where a mount that was asked for cannot be made, nor a holder instead; or where a
+            figure of the printer was given by name.
         """
+        from moireid.designer.formats import format_named
         from moireid.fabrication.parts import plan_parts
+        from moireid.fabrication.printed.mount import plan_mount
 
-        if mount is not None or self.format_name in (None, "board"):
-            kind = mount or "lanyard"
+        form, kind = self.format_name, mount or "lanyard"
+        if kind in ("holder", "none") or form in (None, "board") or "printed" in figures.insisted:
             return kind, plan_parts(badge, kind, figures), None
+        wished, refused = None, None
         try:
-            return "lanyard", plan_parts(badge, "lanyard", figures), None
-        except FabricationError:
-            from moireid.designer.formats import format_named
-
-            holder = format_named(self.format_name or "board").words
-            note = f"no mount is made for {self.format_name}; the badge goes into {holder}"
-            return "none", plan_parts(badge, "none", figures), note
+            wished = plan_parts(badge, kind, figures)
+        except FabricationError as error:
+            refused = error
+        if wished is not None and "printed" not in wished.left_out:
+            return kind, wished, None
+        with suppress(FabricationError):
+            plan_mount(badge, "holder", figures.printed)
+            note = f"no printed mount of the kind {kind} fits {form}; a snap-in holder is made instead"
+            return "holder", plan_parts(badge, "holder", figures), note
+        if wished is not None:
+            return kind, wished, None
+        if mount is not None and refused is not None:
+            raise refused
+        note = f"no mount is made for {form}; the badge goes into {format_named(form or kind).words}"
+        return "none", plan_parts(badge, "none", figures), note

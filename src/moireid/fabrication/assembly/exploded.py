@@ -17,7 +17,8 @@ from moireid.fabrication.assembly.axonometry import GAP, Loop, Part, Prism, proj
 from moireid.fabrication.page.artwork import marker_squares
 from moireid.fabrication.printed.holders import Holder
 from moireid.fabrication.printed.mount import plan_mount
-from moireid.fabrication.printed.tray import TrayPlan, tab_corners
+from moireid.fabrication.printed.snap import SnapPlan, hole_mm
+from moireid.fabrication.printed.tray import TrayPlan, tab_corners, tab_outline, tabs_of
 from moireid.fabrication.process import MountProcess
 from moireid.fabrication.sight import corners_in_frame, in_frame, sheet_pieces
 
@@ -39,6 +40,8 @@ def plain_parts(badge: Badge, process: MountProcess) -> list[Part]:
 def printed_parts(badge: Badge, kind: str, process: MountProcess) -> list[Part]:
     """The printed mount with card and front, from behind to the front.  Raises: FabricationError as `plan_mount`."""
     plan, holder = plan_mount(badge, kind, process)
+    if isinstance(plan, SnapPlan):
+        return [_snap(plan, process), *plain_parts(badge, process)]
     behind = [_holder(holder, plan)] if holder else []
     return [*behind, _tray(plan, process), *plain_parts(badge, process)]
 
@@ -111,10 +114,7 @@ def _tray(plan: TrayPlan, process: MountProcess) -> Part:
     """Back plate with its tab, the rim on three sides, and the lips."""
     half_y, wall, x = plan.half_mm[1], process.wall_mm, plan.out_x
     outline = ((-x, plan.bottom), (x, plan.bottom), (x, half_y), *tab_corners(plan, wall), (-x, half_y))
-    across, up = plan.slot_mm[0] / 2, plan.slot_mm[1] / 2
-    y = half_y + 2 * wall + up
-    box = ((-across, y - up), (across, y - up), (across, y + up), (-across, y + up))
-    slots = tuple(_loop(Contour(box, (up,) * 4).moved(middle, 0.0)) for middle in plan.slots)
+    slots = _slots(plan.slot_mm, half_y + 2 * wall, plan.slots)
     inner = x - wall
     rim = (
         (-x, half_y),
@@ -134,6 +134,28 @@ def _tray(plan: TrayPlan, process: MountProcess) -> Part:
     prisms += [Prism(_box(lip), plan.rim_top, plan.lip_top) for lip in lips]
     size = f"{plan.lip_top + process.back_mm:.1f} mm deep, back {process.back_mm:g} mm"
     return Part("tray, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP if plan.tab else GAP)
+
+
+def _slots(size: Point, low: float, middles: tuple[float, ...]) -> tuple[Loop, ...]:
+    """Lanyard slots that begin at a height."""
+    across, up = size[0] / 2, size[1] / 2
+    box = ((-across, low), (across, low), (across, low + size[1]), (-across, low + size[1]))
+    return tuple(_loop(Contour(box, (up,) * 4).moved(middle, 0.0)) for middle in middles)
+
+
+def _snap(plan: SnapPlan, process: MountProcess) -> Part:
+    """The snap-in holder: back plate with tab and hole, rim, and the catches' noses."""
+    (x, y), wall = plan.out_mm, process.wall_mm
+    tabs = tab_outline(tabs_of(plan.slots, plan.slot_mm[0], wall), y, plan.tab_top, wall)
+    outline = ((-x, -y), (x, -y), (x, y), *tabs, (-x, y))
+    openings = (*_slots(plan.slot_mm, y + 2 * wall, plan.slots), _round(plan.hole_at, hole_mm(plan)))
+    pocket_x, pocket_y = plan.inner_x, plan.half_mm[1] + plan.clearance_mm
+    pocket = _box((-pocket_x, -pocket_y, pocket_x, pocket_y))
+    prisms = [Prism(outline, -process.back_mm, 0.0, openings)]
+    prisms.append(Prism(_box((-x, -y, x, y)), 0.0, plan.rim_top, (pocket,)))
+    prisms += [Prism(_box(nose), plan.rim_top, plan.nose_top) for nose in plan.nose_rects()]
+    size = f"{plan.nose_top + process.back_mm:.1f} mm deep, back {process.back_mm:g} mm"
+    return Part("snap-in holder, 3D-printed", size, tuple(prisms), 0.88, gap=TAB_GAP)
 
 
 def _holder(holder: Holder, plan: TrayPlan) -> Part:

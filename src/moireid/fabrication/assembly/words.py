@@ -77,9 +77,11 @@ def needs(build: Build) -> list[str]:
     if build.glued:
         found.append(f"Clear adhesive film, {figures.adhesive_mm:g} mm thick, or a sheet with adhesive on its back")
     if build.mount != "none":
-        extra = {"lanyard": "; a lanyard with two hooks" if build.slots == 2 else "; a lanyard"}.get(build.mount, "")
+        lanyard = "; a lanyard with two hooks" if build.slots == 2 else "; a lanyard"
+        extra = lanyard if build.mount in ("lanyard", "holder") else ""
         second = {"clip": ", with its clip", "stand": ", with its stand"}.get(build.mount, "")
-        found.append(f"The mount, 3D-printed from mount.3mf or mount.stl as it lies, without supports{second}{extra}")
+        what = "snap-in holder" if build.mount == "holder" else "mount"
+        found.append(f"The {what}, 3D-printed from mount.3mf or mount.stl as it lies, without supports{second}{extra}")
     tape = "" if build.glued else ", clear tape"
     found.append(f"A ruler of 15 cm or more, a sharp knife{tape}, and a phone that films")
     if (count := len(sheet_pieces(badge))) > 1 and badge.lens.kind != "mask":
@@ -162,6 +164,8 @@ def steps(build: Build) -> list[Step]:
         ),
         _fixed(build, front),
     ]
+    if build.mount == "holder":
+        found.append(_pressed(build))
     if build.mount != "none":
         found.append(_carried(build))
     return [
@@ -210,17 +214,25 @@ def _fixed(build: Build, front: str) -> Step:
             "that edge down. Then pull the liner out from below, and rub from there to the other side: no bubbles."
         )
         return Step("Glue it", words, sketches.lay(badge))
-    if build.mount != "none":
+    if build.mount not in ("none", "holder"):
         words = (
             f"Slide card and {front} together into the mount from the top, down to its bottom edge. Springs press them "
             "on each other; no air may stay between."
         )
         return Step("Put it into the mount", words + seam, sketches.held(badge, taped=False))
-    if build.acrylic:
+    if build.acrylic and build.mount != "holder":
         words = f"Lay card and {front} into the acrylic frame, put the cover on, and tighten the screws by turns."
         return Step("Close the stack", words + seam, sketches.held(badge, taped=True))
     words = f"Hold the {front}, and put clear tape along its left and right edge, 2 mm wide. No air may stay between."
     return Step("Fix it", words + seam, sketches.held(badge, taped=True))
+
+
+def _pressed(build: Build) -> Step:
+    words = (
+        "Lay the finished badge on the holder, square to its rim, and press first its left edge and then its right "
+        "one down until the catches snap over it. To take it out, push a thumb through the hole from behind."
+    )
+    return Step("Press it into the holder", words, sketches.pressed)
 
 
 def _carried(build: Build) -> Step:

@@ -1,4 +1,6 @@
-"""The printed mount: the tray and its holder, as STEP, STL and 3MF files that are each read back and checked.
+"""The printed mount as STEP, STL and 3MF files that are each read back and checked.
+
+It is the tray and what carries it, or the snap-in holder.
 
 Convention: the frame of `sight`, its origin on the tray's floor.  The files hold the bodies as they lie on the bed:
 the tray on its back, clip or stand to the right of it.
@@ -22,14 +24,15 @@ from moireid.fabrication.meshes import (
     solid_of,
 )
 from moireid.fabrication.printed.holders import Holder, as_printed, in_use, plan_holder, shape_holder
+from moireid.fabrication.printed.snap import SnapPlan, check_snap, plan_snap, shape_snap
 from moireid.fabrication.printed.tray import TrayPlan, plan_tray, seated_twist_deg, shape_tray
 from moireid.fabrication.process import BED_MM, LEAST_WALL_MM, MountProcess
 from moireid.fabrication.solids import Expected, cad_package, check_step, check_stl, export_step, export_stl
 from moireid.files import planned, whole_file
 
-KINDS = ("lanyard", "clip", "stand")
+KINDS = ("lanyard", "clip", "stand", "holder")
 #: Lanyard slots of each: a badge on two cords keeps still; a clip has one hook; a stand needs none.
-SLOTS = {"lanyard": 2, "clip": 1, "stand": 0}
+SLOTS = {"lanyard": 2, "clip": 1, "stand": 0, "holder": 2}
 PLA_G_PER_MM3 = 1.24e-3
 #: Where surfaces touch, float32 vertices leave overlaps thinner than 1e-5 mm; more than this is interference.
 TOUCH_MM3 = 0.01
@@ -49,9 +52,11 @@ class Body:
 class MountReport:
     """The files that were written and checked, and what the part will be.
 
-    mass_g: of solid PLA; size_mm: of all bodies on the bed; twist_deg: the most that page and lens may be turned
-    against each other when both stand on their register edges; press_mm: how far the springs are bent, which is
-    more than none, so that no air is left between page and lens.
+    mass_g: of solid PLA; size_mm: of all bodies on the bed; figures: of a tray twist_deg, the most that page and lens
+    may be turned against each other when both stand on their register edges, and press_mm, how far the springs are
+    bent, which is more than none, so that no air is left between page and lens; of a snap-in holder strain, the most
+    of a catch, bite_mm, how much it holds at least of a badge that lies to the other side, and hold_n, the force that
+    pushes a badge out, N.
     """
 
     step: Path
@@ -61,9 +66,8 @@ class MountReport:
     size_mm: tuple[float, float, float]
     mass_g: float
     triangles: int
-    twist_deg: float
-    press_mm: float
     bodies: tuple[Body, ...]
+    figures: dict[str, float]
 
 
 def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
@@ -71,14 +75,19 @@ def lanyard_mount(badge: Badge, process: MountProcess | None = None) -> Any:
     return mount_bodies(badge, "lanyard", process)[0].laid
 
 
-def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan, Holder | None]:
-    """The figures of a mount, checked in milliseconds and before any CAD package is needed.
+def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan | SnapPlan, Holder | None]:
+    """The figures of a mount, checked in milliseconds and before any CAD package is needed: of a tray and what carries
+    it, or of a snap-in holder.
 
     Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, or a body is larger than a
         printer.
     """
     if kind not in KINDS:
         raise FabricationError(f"mount {kind!r} is not known; choose one of {', '.join(KINDS)}")
+    if kind == "holder":
+        snap = plan_snap(badge, process)
+        _check_bed(kind, 2 * snap.out_mm[0], snap.tab_top + snap.out_mm[1], snap.nose_top + process.back_mm)
+        return snap, None
     plan = plan_tray(badge, process, slots=SLOTS[kind])
     holder = plan_holder(badge, plan, process, kind)
     _check_bed("tray", 2 * plan.out_x, plan.tab_top - plan.bottom, plan.lip_top + process.back_mm)
@@ -88,7 +97,7 @@ def plan_mount(badge: Badge, kind: str, process: MountProcess) -> tuple[TrayPlan
 
 
 def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -> tuple[Body, ...]:
-    """The bodies of a mount; the tray is the first.
+    """The bodies of a mount; the tray, or the snap-in holder, is the first.
 
     Parameters: kind: one of `KINDS`.
     Raises: FabricationError where a lip, a rim or a wall would hide fringes or markers, a body is larger than a
@@ -96,10 +105,12 @@ def mount_bodies(badge: Badge, kind: str, process: MountProcess | None = None) -
     """
     process = process or MountProcess()
     plan, holder = plan_mount(badge, kind, process)
-    lower = (-plan.out_x, plan.bottom, -process.back_mm)
-    upper = (plan.out_x, plan.tab_top, plan.lip_top)
     b3d = cad_package("build123d")
     try:
+        if isinstance(plan, SnapPlan):
+            return (_snap_body(b3d, plan, process),)
+        lower = (-plan.out_x, plan.bottom, -process.back_mm)
+        upper = (plan.out_x, plan.tab_top, plan.lip_top)
         tray = shape_tray(b3d, plan, process)
         bodies = [Body("tray", tray, tray, Expected(float(tray.volume), lower, upper))]
         if holder:
@@ -131,7 +142,7 @@ def write_mount(
     for name in ("trimesh", "manifold3d", "lib3mf", "build123d"):
         cad_package(name)
     bodies = mount_bodies(badge, kind, process)
-    plan = plan_tray(badge, process, slots=SLOTS[kind])
+    plan, _ = plan_mount(badge, kind, process)
     expected = _together([body.expected for body in bodies])
     whole = bodies[0].laid if len(bodies) == 1 else cad_package("build123d").Compound([body.laid for body in bodies])
     with whole_file(step) as new_step, whole_file(stl) as new_stl, whole_file(three_mf) as new_3mf:
@@ -142,7 +153,12 @@ def write_mount(
         meshes = _bodies_of(read_mesh(new_stl), bodies)
         export_3mf([(body.name, mesh) for body, mesh in zip(bodies, meshes, strict=True)], new_3mf)
         check_3mf(new_3mf, [body.expected for body in bodies])
-        _check_bodies(badge, bodies, meshes, plan, process)
+        for body, mesh in zip(bodies, meshes, strict=True):
+            check_overhangs(mesh, body.name)
+        if isinstance(plan, SnapPlan):
+            _check_snap_body(meshes[0], plan, process)
+        else:
+            _check_bodies(bodies, meshes, plan, process)
     (x0, y0, z0), (x1, y1, z1) = expected.lower_mm, expected.upper_mm
     return MountReport(
         step,
@@ -152,10 +168,30 @@ def write_mount(
         (x1 - x0, y1 - y0, z1 - z0),
         expected.volume_mm3 * PLA_G_PER_MM3,
         triangles,
-        seated_twist_deg(plan, process),
-        process.preload_mm,
         bodies,
+        _told(plan, process),
     )
+
+
+def _told(plan: TrayPlan | SnapPlan, process: MountProcess) -> dict[str, float]:
+    """Figures of a mount by name: `MountReport`."""
+    if isinstance(plan, SnapPlan):
+        hold_n = plan.hold_n(process.back_mm)
+        return {"strain": plan.strain, "bite_mm": plan.bite_mm - plan.clearance_mm, "hold_n": hold_n}
+    return {"twist_deg": seated_twist_deg(plan, process), "press_mm": process.preload_mm}
+
+
+def _snap_body(b3d: Any, plan: SnapPlan, process: MountProcess) -> Body:
+    shape, (x, y) = shape_snap(b3d, plan, process), plan.out_mm
+    corners = (-x, -y, -process.back_mm), (x, plan.tab_top, plan.nose_top)
+    return Body("holder", shape, shape, Expected(float(shape.volume), *corners))
+
+
+def _check_snap_body(mesh: Any, plan: SnapPlan, process: MountProcess) -> None:
+    """Check a snap-in holder's walls, and that a badge goes in, is held and comes out.  Raises: FabricationError."""
+    body = solid_of(mesh)
+    check_walls(body, [-process.back_mm / 2, plan.sheet_top, plan.nose_top - 0.1], LEAST_WALL_MM, "holder")
+    check_snap(body, plan, process)
 
 
 def _holder_body(b3d: Any, holder: Holder, plan: TrayPlan, process: MountProcess) -> Body:
@@ -192,15 +228,11 @@ def _bodies_of(mesh: Any, bodies: tuple[Body, ...]) -> list[Any]:
     return pieces
 
 
-def _check_bodies(
-    badge: Badge, bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess
-) -> None:
-    """Check that no wall is too thin, nothing needs supports, and that card, sheet, tray and holder do not overlap.
+def _check_bodies(bodies: tuple[Body, ...], meshes: list[Any], plan: TrayPlan, process: MountProcess) -> None:
+    """Check that no wall is too thin, and that card, sheet, tray and holder do not overlap.
 
     Raises: FabricationError.
     """
-    for body, mesh in zip(bodies, meshes, strict=True):
-        check_overhangs(mesh, body.name)
     tray, card_mm = solid_of(meshes[0]), process.card_mm
     half_x, half_y = plan.half_mm
     levels = [-process.back_mm / 2, plan.side_top - 0.1, plan.rim_top - 0.1]

@@ -83,13 +83,8 @@ class TrayPlan:
         return bool(self.slots)
 
     def tabs(self, wall_mm: float) -> tuple[tuple[float, float], ...]:
-        """Left and right end of each tab's upper edge; slots that are near each other share a tab."""
-        half = self.slot_mm[0] / 2 + 2 * wall_mm
-        ends = [(x - half, x + half) for x in self.slots]
-        # Each foot is two walls wider on both sides, and rounded.
-        if len(ends) == 2 and ends[1][0] - ends[0][1] < 6 * wall_mm:
-            return ((ends[0][0], ends[1][1]),)
-        return tuple(ends)
+        """Left and right end of each tab's upper edge."""
+        return tabs_of(self.slots, self.slot_mm[0], wall_mm)
 
     @property
     def stepped(self) -> bool:
@@ -143,7 +138,7 @@ def plan_tray(badge: Badge, process: MountProcess, *, slots: int = 2) -> TrayPla
     side_top = process.card_mm + SIDE_MM
     rim_mm = process.clearance_mm + process.wall_mm
     spans = sheet_spans(badge)
-    slot_mm = _slot_mm(2 * half[0], process, slots) if slots else process.slot_mm
+    slot_mm, places = slots_in(2 * half[0], process, slots) if slots else (process.slot_mm, ())
     plan = TrayPlan(
         half_mm=half,
         out_x=half[0] + rim_mm,
@@ -159,7 +154,7 @@ def plan_tray(badge: Badge, process: MountProcess, *, slots: int = 2) -> TrayPla
         spans=spans,
         lips=spans,
         slot_mm=slot_mm,
-        slots=_slots(2 * half[0], slot_mm[0], process, slots) if slots else (),
+        slots=places,
     )
     if process.lip_reach_mm < (least := max(LEAST_REACH_MM, process.clearance_mm + LEAST_LIP_MM)) - 1e-9:
         raise FabricationError(
@@ -248,6 +243,25 @@ def block(b3d: Any, rect: Rect, z0: float, z1: float) -> Any:
     """A box from its corners, mm."""
     centre = ((rect[0] + rect[2]) / 2, (rect[1] + rect[3]) / 2, (z0 + z1) / 2)
     return b3d.Box(rect[2] - rect[0], rect[3] - rect[1], z1 - z0).moved(b3d.Location(centre))
+
+
+def slots_in(width: float, process: MountProcess, slots: int) -> tuple[tuple[float, float], tuple[float, ...]]:
+    """A slot's width and height, and the x of each slot's middle, on a board so wide.
+
+    Raises: FabricationError where the board is too narrow for any strap.
+    """
+    slot_mm = _slot_mm(width, process, slots)
+    return slot_mm, _slots(width, slot_mm[0], process, slots)
+
+
+def tabs_of(slots: tuple[float, ...], slot_mm: float, wall_mm: float) -> tuple[tuple[float, float], ...]:
+    """Left and right end of each tab's upper edge; slots that are near each other share a tab."""
+    half = slot_mm / 2 + 2 * wall_mm
+    ends = [(x - half, x + half) for x in slots]
+    # Each foot is two walls wider on both sides, and rounded.
+    if len(ends) == 2 and ends[1][0] - ends[0][1] < 6 * wall_mm:
+        return ((ends[0][0], ends[1][1]),)
+    return tuple(ends)
 
 
 def _slot_mm(width: float, process: MountProcess, slots: int) -> tuple[float, float]:
@@ -349,11 +363,14 @@ def _outline(b3d: Any, plan: TrayPlan, process: MountProcess) -> Any:
 
 def tab_corners(plan: TrayPlan, wall_mm: float) -> list[Point]:
     """Corners of the tabs, from right to left along the tray's upper edge."""
-    low, high, foot = plan.half_mm[1], plan.tab_top, 2 * wall_mm
+    return tab_outline(plan.tabs(wall_mm), plan.half_mm[1], plan.tab_top, wall_mm)
+
+
+def tab_outline(tabs: tuple[tuple[float, float], ...], low: float, high: float, wall_mm: float) -> list[Point]:
+    """Corners of tabs that stand on an edge, from right to left."""
+    foot = 2 * wall_mm
     return [
-        corner
-        for x0, x1 in reversed(plan.tabs(wall_mm))
-        for corner in ((x1 + foot, low), (x1, high), (x0, high), (x0 - foot, low))
+        corner for x0, x1 in reversed(tabs) for corner in ((x1 + foot, low), (x1, high), (x0, high), (x0 - foot, low))
     ]
 
 

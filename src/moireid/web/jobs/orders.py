@@ -47,7 +47,7 @@ LensLabel = Literal[
     "75lpi-18mil",
     "100lpi-14mil",
 ]
-Mount = Literal["lanyard", "clip", "stand", "none"]
+Mount = Literal["lanyard", "clip", "stand", "holder", "none"]
 #: Names of `designer.formats.FORMATS`, and of `looks.template.TEMPLATES`.
 FormatName = Literal["cr80", "a7", "4x3in", "a6", "a5", "webcam", "board"]
 TemplateName = Literal["plain", "conference", "newsroom", "court", "webcam"]
