@@ -467,14 +467,15 @@ def test_a_codec_that_shows_fringes_a_frame_late_is_no_forger_and_a_longer_delay
     assert delayed.score < -3 < 0.8 < lagging.score
 
 
+@pytest.mark.parametrize("what", ["covered_share", "held_share"])
 @pytest.mark.parametrize(("gain", "verdict"), [(1.0, "inconclusive"), (0.5, "reject")])
-def test_what_covers_a_badge_excuses_a_residual_and_no_gain(gain, verdict):
+def test_what_covers_a_badge_excuses_a_residual_and_no_gain(gain, verdict, what):
     """Catches: a hand before a true badge called a forgery; half a gain excused by a caption."""
     predicted = course(1)
     measured = gain * predicted + 0.2 * jitter(predicted)
     assert judged(signal(predicted, measured)).verdict == "reject"
-    covered = replace(signal(predicted, measured), covered_share=0.2)
-    assert judged(covered).verdict == verdict
+    covered = replace(signal(predicted, measured), **{what: 0.2})
+    assert judged(covered).verdict == verdict and levels(judged(covered))["covered"] == "note"
 
 
 @pytest.mark.parametrize(

@@ -36,15 +36,16 @@ SLIT_MM, PROUD_MM = 0.8, 0.4
 RIM_MM = 0.3
 #: One catch for so much of the sheet's edge, which leaves 3 mm of whole wall between two; at most so many on a side.
 EDGE_A_CATCH_MM, MOST_CATCHES = 24.0, 4
-#: Strain at yield of the weakest plastic in question: PLA printed along its lines (Stratasys' data sheet; PETG bears
-#: more).  Of it an amorphous plastic bears 70 %, and 60 % of that where it is bent again and again.  Source of both
-#: shares: Bayer, Snap-Fit Joints for Plastics, part B.
+#: Strain at yield of the weakest plastic in question, PLA printed along its lines: assumed, as a seller's table of
+#: figures has it, and measured by nobody here; PETG bears more.  Of it an amorphous plastic bears 70 %, and 60 % of
+#: that where it is bent again and again.  Source of both shares: Bayer, Snap-Fit Joints for Plastics, as others quote
+#: it.
 YIELD_STRAIN = 0.015
 MOST_STRAIN = 0.6 * 0.7 * YIELD_STRAIN
 #: What a catch must hold of a badge that lies to the other side, mm.
 LEAST_BITE_MM = 0.3
-#: Modulus of printed PETG, which is the softer of both, N/mm^2, and friction on the nose: the low end of what data
-#: sheets and manuals give.
+#: Modulus of printed PETG, which is the softer of both, N/mm^2, and friction on the nose: both assumed, and on the low
+#: side, so that a holder holds no worse than told.
 MODULUS_N_MM2, FRICTION = 1500.0, 0.2
 #: The thumb's hole: its diameter, and its middle's distance from the right edge, mm, or less on a narrow badge.
 HOLE_MM, HOLE_IN_MM = 16.0, 16.0

@@ -115,12 +115,14 @@ def smooth_camera(
     frequency f is 1 / (1 + (f / cut-off)^4).
     """
     columns = np.column_stack([camera_mm[:, 0] / camera_mm[:, 2], camera_mm[:, 1] / camera_mm[:, 2], camera_mm[:, 2]])
+    # The film's own scatter is that of its usual frame, be it one with a marker covered.
+    spread = None if vague is None else vague / np.median(vague, axis=0)
     for stretch in unbroken(times_s, GAP_S, numbers):
         if len(stretch) >= 8:
             clock = rising(times_s[stretch])
             for k in range(3):
                 explained = SMOOTHED_ERROR_RATIO * tangent_error[k] if k < 2 else 0.0
-                weights = vague[stretch, k] ** -2.0 if vague is not None and k < 2 else None
+                weights = spread[stretch, k] ** -2.0 if spread is not None and k < 2 else None
                 columns[stretch, k] = _smooth(clock, columns[stretch, k], explained, weights)
     return np.column_stack([columns[:, 0] * columns[:, 2], columns[:, 1] * columns[:, 2], columns[:, 2]])
 

@@ -62,8 +62,9 @@ class GratingSignal:
     spread of the parallax along the grating's axis from focal length and distortion, as a share; covariates (T, 2): the
     camera's parallax along the lines, and one over its distance, 1/mm, if known; strip_sd_rad (S,): error bar of
     each strip's phase, median over its frames; rounding_rad: phase error of a place from rounding to whole counts,
-    median over its strips; covered_share: share of strips and frames that something covers; stray_share: share of
-    frames whose markers do not lie as on a flat page, so that their poses are left out;
+    median over its strips; covered_share: share of strips and frames that something covers; held_share: share of
+    frames in which something covers a marker or a part of the frame; stray_share: share of frames whose markers do not
+    lie as on a flat page, so that their poses are left out;
     focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
     the error bars tell, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows
     beside the phase, None if it is not known.
@@ -81,6 +82,7 @@ class GratingSignal:
     strip_sd_rad: Array = field(default_factory=lambda: np.zeros(0))
     rounding_rad: float = 0.0
     covered_share: float = 0.0
+    held_share: float = 0.0
     stray_share: float = 0.0
     focal_at_limit: bool = False
     lasting_px: float = 0.0
@@ -279,6 +281,7 @@ def _grating_signal(
         covariates=_covariates(poses.camera_mm, poses.page_mm, frame),
         rounding_rad=rounding,
         covered_share=1 - clear / max(len(every), 1),
+        held_share=0.0 if track.vague is None else float(np.mean((track.vague > 1).any(axis=1))),
         stray_share=poses.stray_share,
         focal_at_limit=poses.camera.focal_at_limit,
         lasting_px=poses.camera.lasting_px,

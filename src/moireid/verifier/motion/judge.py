@@ -138,7 +138,7 @@ def _judged(signals: Sequence[GratingSignal], sheet: SheetGain) -> Invariant:
     decisive = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
     reasons = [_enough_motion(whole.excitation_rad, whole.expected_error_rad)]
     reasons += _explained_frames(max(signal.stray_share for signal in signals))
-    reasons += _uncovered(max(signal.covered_share for signal in signals))
+    reasons += _uncovered(*(max(getattr(one, name) for one in signals) for name in ("covered_share", "held_share")))
     if any(signal.focal_at_limit for signal in signals):
         reasons.append(Reason("focal", "undecided", None, None, "", FOCAL_AT_LIMIT))
     if reasons[0].level == "pass":
@@ -277,10 +277,16 @@ def _explained_frames(share: float) -> list[Reason]:
     return [Reason("strays", level, share, MAX_STRAY_SHARE, "share", text)]
 
 
-def _uncovered(share: float) -> list[Reason]:
-    """Whether enough of the rows is to be seen; nothing where all of them are."""
-    if share < 0.005:
+def _uncovered(share: float, held: float) -> list[Reason]:
+    """Whether enough of the rows is to be seen; nothing where all of them are, and all of what tells the pose.
+
+    Parameters: held: share of frames in which something covers a marker.
+    """
+    if share < 0.005 and held < 0.005:
         return []
+    if share < 0.005:
+        text = f"Something covers an edge of the badge (a hand, a caption) in {100 * held:.0f} % of the frames."
+        return [Reason("covered", "note", held, None, "share", text)]
     level: Level = "note" if share <= MAX_COVERED_SHARE else "undecided"
     text = f"Something covers the badge (a hand, a caption, glare): {100 * share:.0f} % of its rows are not judged"
     text += "." if level == "note" else f"; at most {100 * MAX_COVERED_SHARE:.0f} % are allowed. Film it uncovered."

@@ -203,6 +203,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         rounding_rad=float(np.mean([signal.rounding_rad for signal in signals])),
         stray_share=float(np.mean([signal.stray_share for signal in signals])),
         covered_share=float(np.mean([signal.covered_share for signal in signals])),
+        held_share=float(np.mean([signal.held_share for signal in signals])),
         focal_at_limit=any(signal.focal_at_limit for signal in signals),
         lasting_px=max(signal.lasting_px for signal in signals),
         doubt=max(signal.doubt for signal in signals),

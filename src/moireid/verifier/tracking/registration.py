@@ -54,14 +54,18 @@ SMEARED_CORRELATION = 0.5
 MIN_GAIN = 2.0
 #: The template is drawn again when the picture's scale changes by more than this factor.
 SCALE_STEP = 1.2
+#: A patch of a frame counts as covered where the print leaves more than this share of its power unexplained, and so
+#: many times what it leaves in the middle one of the patches.  Set by hand: a fingertip over a corner leaves a third in
+#: the two patches beside it, and a hundredth to a tenth in the others.
+SQUARES, COVERED_LEFT, COVERED_LEFT_RATIO = 4, 0.2, 4.0
 
 
 @dataclass(frozen=True)
 class Registration:
     """Homography page mm -> image px, (3, 3) with h33 = 1; correlation of picture and print over the markers.
 
-    vague: standard deviation of the tilt along x and y over that with all four markers; contrast: between black and
-    white in the clearest marker, in the picture's own unit.
+    vague: standard deviation of the tilt along x and y over that with the whole fiducial visible; contrast: between
+    black and white in the clearest marker, in the picture's own unit.
     """
 
     homography: Array
@@ -155,6 +159,8 @@ class PageRegistrar:
             if held is None:
                 return None
             warp, correlation, vague, contrast = held
+        elif not all(seen):
+            vague = _ratios(template.tilt_sd(seen), template.tilt_sd((True,) * len(seen)))
         homography = warp @ self._from_page
         if not (correlation >= MIN_CORRELATION and np.all(np.isfinite(homography))):
             return None
@@ -210,9 +216,8 @@ class PageRegistrar:
     def _vagueness(self, normal: Array, template: Template) -> tuple[float, float]:
         """Standard deviations of the two tilts over those with all four markers, for the same noise."""
         whole = without_gains(template.jacobian.astype(float), template.samples.parts, template.values)
-        least = np.diag(np.linalg.pinv(whole @ whole.T))[6:8]
-        ratio = np.sqrt(np.maximum(np.diag(np.linalg.pinv(normal))[6:8] / least, 1.0))
-        return float(ratio[0]), float(ratio[1])
+        least, found = (np.sqrt(np.diag(np.linalg.pinv(one))[6:8]) for one in (whole @ whole.T, normal))
+        return _ratios(found, least)
 
     def residuals(
         self, picture: Picture | NDArray[Any], homography: Array, template: Template
@@ -261,7 +266,7 @@ class Compared:
 def _compared(values: NDArray[np.float32], template: Template) -> Compared:
     """The brightness (N,) at a template's places, against its print."""
     least = SMEARED_CORRELATION if template.smeared else MARKER_CORRELATION
-    centred, gains, seen, explained, whole = [], [], [], 0.0, 0.0
+    centred, gains, seen, fits = [], [], [], []
     # Four numbers each: Python's own arithmetic takes less time than NumPy's calls.
     for part, printed, power in zip(template.samples.parts, template.printed, template.power, strict=True):
         own = values[part] - np.add.reduce(values[part]) / (part.stop - part.start)
@@ -270,9 +275,29 @@ def _compared(values: NDArray[np.float32], template: Template) -> Compared:
         gains.append(along / power)
         # A washed-out marker must not be scaled up to full contrast.
         seen.append(along > MIN_GAIN * power and along >= least * most)
-        if seen[-1]:
-            explained, whole = explained + along, whole + most
+        fits.append((along, most))
+    seen = _uncovered(seen, fits)
+    explained = sum(along for (along, _), shown in zip(fits, seen, strict=True) if shown)
+    whole = sum(most for (_, most), shown in zip(fits, seen, strict=True) if shown)
     return Compared(centred, gains, tuple(seen), explained / whole if whole > 0 else 0.0, max(gains))
+
+
+def _uncovered(seen: list[bool], fits: list[tuple[float, float]]) -> list[bool]:
+    """The visible patches without those that a thumb lies over in part; only a frame has enough to leave some out.
+
+    Parameters: fits: of each patch, what the print explains, and what it would if it explained all.
+    """
+    if len(seen) <= SQUARES or not all(most > 0 for _, most in fits):
+        return seen
+    left = [1 - (along / most) ** 2 for along, most in fits]
+    most_left = max(COVERED_LEFT, COVERED_LEFT_RATIO * sorted(left)[len(left) // 2])
+    return [shown and own <= most_left for shown, own in zip(seen, left, strict=True)]
+
+
+def _ratios(found: Array, least: Array) -> tuple[float, float]:
+    """One over the other, and at least 1."""
+    x, y = np.maximum(found / least, 1.0)
+    return float(x), float(y)
 
 
 def _stepped(warp: Array, step: Array) -> Array | None:

@@ -142,6 +142,12 @@ class Template:
             self.solvers[seen] = [np.ascontiguousarray(solver[:, part]) for part in self.samples.parts]
         return self.solvers[seen]
 
+    def tilt_sd(self, seen: tuple[bool, ...]) -> Array:
+        """Standard deviation of the warp's two tilts, for noise of one unit in each sample of what is visible, (2,)."""
+        return np.asarray(
+            np.sqrt(np.sum([(part[6:8].astype(float) ** 2).sum(axis=1) for part in self.solver(seen)], axis=0))
+        )
+
 
 def printer_of(fiducial: Fiducial) -> TemplatePrinter:
     """The printer of a fiducial's templates."""
