@@ -110,8 +110,9 @@ def painted(pdf: Path, raster: str, dpi: int) -> np.ndarray:
         kind, ending = ("-mono", "pbm") if raster == "poppler" else ("-gray", "pgm")
         subprocess.run([needs("pdftoppm"), kind, "-r", str(dpi), "-singlefile", pdf, out], check=True)
         picture = Path(f"{out}.{ending}")
-    Image.MAX_IMAGE_PIXELS = None
-    return np.asarray(Image.open(picture).convert("L")) < 128
+    with pytest.MonkeyPatch.context() as here:
+        here.setattr(Image, "MAX_IMAGE_PIXELS", None)
+        return np.asarray(Image.open(picture).convert("L")) < 128
 
 
 def edge_errors(dark: np.ndarray, badge: Badge, dpi: int) -> tuple[np.ndarray, list[float]]:
