@@ -53,6 +53,31 @@ VERDICT_EXIT = {"accept": ACCEPT, "reject": REJECT, "inconclusive": INCONCLUSIVE
 
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the result as one JSON object on stdout.")
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace files that already exist.")
+# What whoever prints tells of printer and paper.
+printer_dpi_option = click.option(
+    "--printer-dpi",
+    type=click.IntRange(72, 9600),
+    default=1200,
+    metavar="DPI",
+    show_default=True,
+    help="The printer's dots per inch.",
+)
+paper_option = click.option(
+    "--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size."
+)
+form_option = click.option(
+    "--form",
+    type=click.Choice(["dots", "vector"]),
+    default="dots",
+    show_default=True,
+    help="How the lines are drawn: dots, on the printer's grid; vector, free of it.",
+)
+scale_option = click.option(
+    "--measured-scale",
+    "scale_text",
+    metavar="X[,Y]",
+    help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
+)
 registry_option = click.option(
     "--registry",
     "registry_url",

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import FiniteRange, FolderPath, friendly, json_option, overwrite_option, say, show_json
+from moireid.cli.common import (
+    FiniteRange,
+    FolderPath,
+    form_option,
+    friendly,
+    json_option,
+    overwrite_option,
+    paper_option,
+    printer_dpi_option,
+    say,
+    scale_option,
+    show_json,
+)
 from moireid.errors import MediaError, SpecError
 
 if TYPE_CHECKING:
@@ -33,15 +45,8 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
     metavar="LABEL|FILE",
     help="What the sheet is sold as: a label of print-your-badge, or a lens profile (.json).",
 )
-@click.option(
-    "--printer-dpi",
-    type=click.IntRange(72, 9600),
-    default=1200,
-    metavar="DPI",
-    show_default=True,
-    help="The printer's dots per inch.",
-)
-@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size.")
+@printer_dpi_option
+@paper_option
 @click.option(
     "--distance",
     type=FiniteRange(0.1, 100),
@@ -58,19 +63,8 @@ DISTANCE_SD = {"--distance": 0.03, "--focal-px": 0.02, "the camera's note": 0.06
     show_default=True,
     help="Bands on each side of the middle, 0.1 lines per inch apart.",
 )
-@click.option(
-    "--form",
-    type=click.Choice(["dots", "vector"]),
-    default="dots",
-    show_default=True,
-    help="How the lines are drawn: dots, on the printer's grid; vector, free of it.",
-)
-@click.option(
-    "--measured-scale",
-    "scale_text",
-    metavar="X[,Y]",
-    help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
-)
+@form_option
+@scale_option
 @overwrite_option
 @json_option
 @friendly

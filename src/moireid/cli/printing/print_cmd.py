@@ -13,10 +13,14 @@ from moireid.cli.common import (
     FolderPath,
     actor_option,
     expires_option,
+    form_option,
     friendly,
     json_option,
     overwrite_option,
+    paper_option,
+    printer_dpi_option,
     say,
+    scale_option,
     show_json,
     status_line,
     tell_mount,
@@ -77,15 +81,8 @@ if TYPE_CHECKING:
 @click.option(
     "--gap", "gap_mm", type=FiniteRange(0, 100), show_default="1.5", metavar="MM", help="Thickness of a mask's spacer."
 )
-@click.option(
-    "--printer-dpi",
-    type=click.IntRange(72, 9600),
-    default=1200,
-    metavar="DPI",
-    show_default=True,
-    help="The printer's dots per inch.",
-)
-@click.option("--paper", type=click.Choice(["a4", "letter"]), default="a4", show_default=True, help="Paper size.")
+@printer_dpi_option
+@paper_option
 @click.option(
     "--axes",
     type=click.Choice(["x", "xy", "hex"]),
@@ -100,19 +97,8 @@ if TYPE_CHECKING:
     show_default=True,
     help="What a film finds the badge by: squares in its corners, or a thin frame around the fringes.",
 )
-@click.option(
-    "--form",
-    type=click.Choice(["dots", "vector"]),
-    default="dots",
-    show_default=True,
-    help="How the lines are drawn: dots, on the printer's grid; vector, free of it.",
-)
-@click.option(
-    "--measured-scale",
-    "scale_text",
-    metavar="X[,Y]",
-    help="Measured over stated length of the scale bars of an earlier print, such as 0.9973; corrects the size.",
-)
+@form_option
+@scale_option
 @click.option(
     "--mount",
     type=click.Choice(["lanyard", "clip", "stand", "holder", "none"]),
@@ -179,8 +165,8 @@ def print_command(
 ) -> None:
     """Make a badge for NAME, ready to print.
 
-    The folder gets badge.pdf (the page to print at 100 %), preview.png, assembly.pdf (how to build the badge), the
-    files of a mount, and badge.json, which the other commands read.
+    The folder gets badge.pdf (the page to print at 100 %), preview.png and preview.webp (the badge as worn; the second
+    moves), assembly.pdf (how to build it), the files of a mount, and badge.json, which the other commands read.
 
     The identity is drawn from the system's chance, so the same name printed twice gives two different badges: keep the
     folder, as badge.json is the only copy. It has 128 bits where badge and range carry them; with --registry it has 64,
