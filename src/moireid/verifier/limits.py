@@ -155,6 +155,8 @@ COVERED_MISFIT_RATIO, COVERED_MISFIT_CONTRASTS = 2.0, 0.2
 COVERED_CORRELATION, COVERED_CORRELATION_SDS = 0.03, 5.0
 #: At most this share of rows and frames may be covered.  Set by hand: the larger part must be seen.
 MAX_COVERED_SHARE = 0.5
+#: A hand is told of where it covers a marker in this share of the frames.  Set by hand: in fewer it may be smeared.
+MIN_HELD_SHARE = 0.05
 #: Places within a strip: frames with a larger error bar of the phase are left out; shifts are averaged over this time
 #: (faster patches look like noise to the eye too); blocks with less than this share of the median information are left
 #: out, as they lie on a plateau of the fringe. Set by hand; `EXPECTED["places"]` was fitted with them.

@@ -34,6 +34,7 @@ from moireid.verifier.limits import (
     MIN_CORRELATION,
     MIN_EXCITATION_RAD,
     MIN_EXCITATION_TO_ERROR_RATIO,
+    MIN_HELD_SHARE,
     POSSIBLE_ERROR_RATIO,
     POSSIBLE_RESIDUAL_RATIO,
     REJECTED_LOG10,
@@ -282,10 +283,10 @@ def _uncovered(share: float, held: float) -> list[Reason]:
 
     Parameters: held: share of frames in which something covers a marker.
     """
-    if share < 0.005 and held < 0.005:
+    if share < 0.005 and held < MIN_HELD_SHARE:
         return []
     if share < 0.005:
-        text = f"Something covers an edge of the badge (a hand, a caption) in {100 * held:.0f} % of the frames."
+        text = f"Something covers an edge of the badge (a hand, a caption, glare) in {100 * held:.0f} % of the frames."
         return [Reason("covered", "note", held, None, "share", text)]
     level: Level = "note" if share <= MAX_COVERED_SHARE else "undecided"
     text = f"Something covers the badge (a hand, a caption, glare): {100 * share:.0f} % of its rows are not judged"
