@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 from moireid.verifier.camera.fit import CameraFit
+from moireid.verifier.fringes.beyond_phase import BeyondPhase
+from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal, Measurement
 from moireid.verifier.limits import GAIN_TOLERANCE_SHARE, MAX_CERTAINTY_LOG10, MIN_CORRELATION, MIN_EXCITATION_RAD
 from moireid.verifier.motion.figures import figures_of, pearson, window_correlation_mean
@@ -309,6 +311,21 @@ def test_vague_frames_are_left_out():
     sd[::7], measured[::7] = np.inf, 50.0
     outcome = judged(replace(full, phase_sd_rad=sd, measured_rad=measured))
     assert outcome.verdict == "accept" and outcome.gain_ratio == pytest.approx(1.0, abs=0.01)
+
+
+def test_a_badge_that_moves_where_nobody_sees_it_is_said_to_leap():
+    """Catches: who moved a badge in a call that loses pictures, told that it hardly moved; motion between two stretches
+    that counts as seen.
+    """
+    resting = signal(0.05 * course(), 0.05 * course())
+    nothing = np.zeros(FRAMES)
+    depth = DepthLaw(nothing, nothing, nothing)
+    for leap, told in ((3.0, {"leaps", "motion"}), (0.1, {"motion"})):
+        way = np.where(np.arange(FRAMES) < FRAMES / 2, 0.0, leap)
+        leaping = replace(resting, beyond=BeyondPhase(way, depth, nothing.astype(complex), np.zeros((FRAMES, 2))))
+        found = judged(leaping)
+        assert found.verdict == "inconclusive"
+        assert {code for code, level in levels(found).items() if level == "undecided"} == told
 
 
 # Several gratings.

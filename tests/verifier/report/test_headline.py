@@ -150,6 +150,10 @@ def test_an_open_film_says_why_and_what_to_do() -> None:
     assert found.title == "Cannot tell: the badge hardly moved" and "20 cm" in found.advice
     both = document("reject", finding("motion", "undecided"), finding("identity"), identity="mismatch")
     assert not title(both).startswith("Cannot tell")
+    leaping = document(
+        "inconclusive", finding("motion", "undecided"), finding("leaps", "undecided"), law="inconclusive"
+    )
+    assert title(leaping) == "Cannot tell: the badge moved only where pictures are missing"
     first = [finding(code, "undecided") for code in ("cover", "identity", "motion", "badge_absent")]
     assert title(document("inconclusive", *first)) == "Cannot tell: the badge is hardly to be seen"
     assert set(OPEN) >= {"badge_absent", "fringes", "motion", "identity", "built", "cover", "steady", "gain", "camera"}

@@ -138,6 +138,8 @@ def _judged(signals: Sequence[GratingSignal], sheet: SheetGain) -> Invariant:
     moved = [f for f in figures if _enough_motion(f.excitation_rad, f.expected_error_rad).level == "pass"]
     decisive = min(moved, key=lambda f: f.score) if moved else max(figures, key=lambda f: f.information)
     reasons = [_enough_motion(whole.excitation_rad, whole.expected_error_rad)]
+    if reasons[0].level != "pass":
+        reasons += _leaps(signals, reasons[0].limit)
     reasons += _explained_frames(max(signal.stray_share for signal in signals))
     reasons += _uncovered(*(max(getattr(one, name) for one in signals) for name in ("covered_share", "held_share")))
     if any(signal.focal_at_limit for signal in signals):
@@ -326,6 +328,19 @@ def _enough_motion(excitation: float, expected: float) -> Reason:
         "camera sideways by 20 cm or more, several times."
     )
     return Reason("motion", "undecided", excitation, limit, "rad", text)
+
+
+def _leaps(signals: Sequence[GratingSignal], limit: object) -> list[Reason]:
+    """Whether the badge moved enough where nobody saw it; nothing where it did not."""
+    ways = [s.beyond.law_rad[np.isfinite(s.phase_sd_rad)] for s in signals if s.beyond is not None]
+    apart = max((float(way.std()) for way in ways if len(way)), default=0.0)
+    if not (isinstance(limit, float) and apart >= limit):
+        return []
+    text = (
+        "The badge moved, but by leaps: the film is cut, or pictures are missing, where it did, and fringes that "
+        "nobody saw move prove nothing. Film again in one piece, or use a faster connection."
+    )
+    return [Reason("leaps", "undecided", apart, limit, "rad", text)]
 
 
 def _correlated(correlation: float, excitation: float, expected: float) -> Reason:

@@ -13,6 +13,7 @@ from moireid.verifier.report.open_words import SHOW
 
 AGAIN = "Begin again, with the badge and the face in good light. If it comes out so again, do not take it for live."
 MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
+SLOWLY = "Begin again over a faster connection, or with a smaller picture, and move the badge slowly."
 DISTRUST = "Do not take this for the badge. If you think that it is, begin again in better light, with another camera."
 PIN = "Pin the person in the call's program, so that their tile is large and stays where it is, and begin again."
 RECOGNISE = "Only the badge was checked: is the face {name}'s, and does it pass behind the badge as a face does?"
@@ -50,7 +51,7 @@ def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) 
         poor = next((one for one in found.open if one["code"] in TILE), None)
         if poor is not None:
             return replace(film, title=f"Cannot tell: {TILE[poor['code']]}", text=poor["text"], advice=PIN)
-        advice = MOVE if found.open and found.open[0]["code"] == "motion" else SHOW
+        advice = {"motion": MOVE, "leaps": SLOWLY}.get(found.open[0]["code"] if found.open else "", SHOW)
         return replace(film, text="This check neither proves nor disproves the badge.", advice=advice)
     return _refused(film, found)
 

@@ -26,6 +26,10 @@ OPEN = {
     "badge_absent": Words("the badge is hardly to be seen", NEARER),
     "fringes": Words("no fringes could be read", NEARER),
     "motion": Words("the badge hardly moved", MOVE),
+    "leaps": Words(
+        "the badge moved only where pictures are missing",
+        "Ask for another film in one piece; in a call, for a faster connection.",
+    ),
     "correlation": Words("the fringes are not clear enough", NEARER),
     "gain": Words(
         "how far the fringes move does not settle it",
