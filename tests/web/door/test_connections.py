@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-import time
 from collections.abc import Awaitable, Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+import pytest
 import uvicorn
 
 from moireid.web.door.connections import Door, behind
@@ -92,13 +92,13 @@ def test_headers_that_crawl_get_no_more_time() -> None:
 
     async def talk(port: int) -> None:
         reader, writer = await asyncio.open_connection("127.0.0.1", port)
-        begun = time.monotonic()
         for byte in ASK[:-4]:
             writer.write(bytes([byte]))
             await asyncio.sleep(0.02)
             if reader.at_eof() or writer.is_closing():
                 break
-        assert time.monotonic() - begun < 1.0
+        else:
+            pytest.fail(f"after {0.02 * len(ASK):g} s it still listens")
         other, its = await asyncio.open_connection("127.0.0.1", port)
         its.write(POST)
         await asyncio.sleep(0.5)
