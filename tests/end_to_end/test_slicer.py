@@ -62,7 +62,7 @@ def test_a_stock_slicer_finds_nothing_to_repair(
 ) -> None:
     """Catches: a mesh with holes, turned or flat facets, bodies that a slicer merges, another unit, an empty layer."""
     report = made(badges[front], kind, tmp_path)
-    bodies = 1 if kind == "lanyard" else 2
+    bodies = 1 if kind in ("lanyard", "holder") else 2
     for path in (report.stl, report.three_mf):
         told = sliced(slicer, "--info", str(path), home=tmp_path)
         meshes = re.findall(r"^manifold = (\w+)$", told, re.MULTILINE)
