@@ -63,12 +63,12 @@ def look(page: Page, pictures: Path, name: str, *, shapes: Collection[str] = tup
 
 
 def settled(verdict: Callable[[], str], *unlucky: str) -> str:
-    """The words of the first verdict that is not left open, nor one of `unlucky`, or of the fifth.
+    """The words of the first verdict that is not left open, nor one of `unlucky`, or of the eighth.
 
     These films run in real time.  On a machine that others use too, pictures come too late to be judged; being slow
     settles nothing, so then the film is shown again.
     """
-    for _ in range(5):
+    for _ in range(8):
         words = verdict()
         if not words.startswith(("? ", *unlucky)):
             break
