@@ -128,8 +128,9 @@ SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
 #: estimate from reprojection errors alone is up to 2.6 times too small there.  A coder that saves moves a small square
 #: by whole quarters of a pixel, so what turns slowly stays as it was for a while.
 SLOW_ERROR_RATIO = 1.15
-#: With markers below the first figure both may still be too small, in the worst of those films by 1.4.  Such a film is
-#: rejected only if it would be with errors so many times larger.
+#: With markers below the first figure both may still be too small.  Such a film is rejected only if it would be with
+#: errors so many times larger.  Films of `benchmarks/small_pages.py`: mostly by 1.4 at most, in two of 24 by 2.1 and
+#: 2.6, and the last is rejected though it is true (docs/accuracy.md).
 DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO = 24.0, 1.6
 #: In faint print a codec repeats the same error for many frames, and smoothing does not reduce it.  From this error by
 #: rounding on (`strip_phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast
