@@ -241,6 +241,7 @@ def test_what_is_no_stream_is_refused_in_a_sentence(content: bytes, words: str, 
 
 
 @pytest.mark.slow
+@pytest.mark.alone
 def test_somebody_may_stop_it_and_its_time_may_end(film: Path, pipe: Path) -> None:
     """Catches: a stop that loses the verdict, a time that is not kept."""
     stop, hold = threading.Event(), threading.Event()
