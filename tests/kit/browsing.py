@@ -62,14 +62,21 @@ def look(page: Page, pictures: Path, name: str, *, shapes: Collection[str] = tup
         page.set_viewport_size(before)
 
 
-def settled(verdict: Callable[[], str], *unlucky: str) -> str:
+#: What a verdict says where pictures came too late or not at all.
+LOST = ("No picture came for", "or pictures are missing", "no picture came for")
+
+
+def settled(verdict: Callable[[], str], *unlucky: str, reasons: Callable[[], str]) -> str:
     """The words of the first verdict that is not left open, nor one of `unlucky`, or of the eighth.
 
     These films run in real time.  On a machine that others use too, pictures come too late to be judged; being slow
-    settles nothing, so then the film is shown again.
+    settles nothing, so then the film is shown again.  A machine that loses pictures each time cannot tell whether the
+    page is right, and the test says so.
     """
     for _ in range(8):
         words = verdict()
         if not words.startswith(("? ", *unlucky)):
-            break
+            return words
+    if words.startswith("? ") and any(told in reasons() for told in LOST):
+        pytest.skip("this machine is too slow for films in real time: each of eight sessions lost pictures")
     return words

@@ -44,16 +44,18 @@ MIN_COVER_SHARE = 0.5
 
 #: A badge that is lost moves unseen, and what is not seen is no evidence.  Set by hand: one frame may be missing, with
 #: half a frame for times that jitter; shorter than the second figure is no gap, longer than the third is always one.
-#: The second is what a film of 15 frames a second may miss: calls lose pictures for so long, and whoever wants a film
+#: The second is what a film of 12 frames a second may miss: calls lose pictures for so long, and whoever wants a film
 #: with few pictures can send one.
-MAX_MISSING_FRAMES, MIN_GAP_S, MAX_GAP_S = 2.5, 2.5 / 15, 0.3
+MAX_MISSING_FRAMES, MIN_GAP_S, MAX_GAP_S = 2.5, 2.5 / 12, 0.3
 #: The fastest change of speed of a badge's turn, or of the camera's way around it: parallax coordinate per second
 #: squared.  Derived: wrists reach some 50 rad/s^2 in quick everyday moves, an arm 3 g (30 m/s^2, the same at 0.5 m).
 #: What is faster within one frame, and this many times the usual scatter of poses, is a cut.
 MAX_TURN_PER_S2, JUMP_NOISE_SDS = 60.0, 8.0
-#: A corner of the badge jumps in the picture from this on, in focal lengths.  Set by hand: 0.6 px in a 720p film.  To
-#: take a jerk for a cut does no harm: its speed is then taken from one side.
-MAX_PICTURE_JUMP = 0.0005
+#: A corner of the badge jumps in the picture from the first figure on, in focal lengths.  Set by hand: 0.6 px in a 720p
+#: film.  It may do so by what a hand's jerk, the second figure (focal lengths per s^3), does in the time between
+#: frames, of which the third counts at most.  Derived: a hand that goes 20 cm in 0.9 s half a metre away jerks by 33
+#: (60 times the way over the cube of the time; Flash and Hogan 1985): 1 px at 30 frames a second, and 17 px at 12.
+MAX_PICTURE_JUMP, HAND_JERK_PER_S3, MOST_JERK_S = 0.0005, 40.0, 0.1
 #: Derived: beyond half a turn (pi) between two frames the direction is ambiguous; this stays three error bars of an
 #: uncertain phase below.
 MAX_STEP_RAD = 2.5
@@ -128,10 +130,10 @@ SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
 #: estimate from reprojection errors alone is up to 2.6 times too small there.  A coder that saves moves a small square
 #: by whole quarters of a pixel, so what turns slowly stays as it was for a while.
 SLOW_ERROR_RATIO = 1.15
-#: With markers below the first figure both may still be too small.  Such a film is rejected only if it would be with
-#: errors so many times larger.  Films of `benchmarks/small_pages.py`: mostly by 1.4 at most, in two of 24 by 2.1 and
-#: 2.6, and the last is rejected though it is true (docs/accuracy.md).
-DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO = 24.0, 1.6
+#: With markers below the first figure both may still be too small: in most of 24 films of `benchmarks/small_pages.py`
+#: by 1.4 at most, in two by 2.1 and 2.6.  Motion that would not be enough with errors larger by the second figure proves
+#: nothing against a film; and an unlikely film is rejected only if it is so with errors larger by the third.
+DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO, SMALL_MARKER_WORST_RATIO = 24.0, 1.6, 2.6
 #: In faint print a codec repeats the same error for many frames, and smoothing does not reduce it.  From this error by
 #: rounding on (`strip_phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast
 #: of 5 %, at which the pose error is twice that by `SMOOTHED_SHARE`; at 20 % it is not.

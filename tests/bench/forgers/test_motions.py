@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from moireid.bench.forgers.cases import LEAST_SPAN, Shoot, drift_on_sweep, late_on_sweep, spell, turn_tangent
+from moireid.bench.forgers.cases import (
+    LEAST_SPAN,
+    Shoot,
+    drift_on_sweep,
+    late_on_sweep,
+    moving,
+    slides,
+    spell,
+    turn_tangent,
+)
 from moireid.bench.forgers.motions import in_turns, one_way, seen_only, with_jump
 from moireid.lenticule import view_law
 from moireid.simulate.motion import Poses, motion_named
@@ -111,3 +120,12 @@ def test_a_drift_has_a_constant_speed_by_chance(ada):
         assert np.ptp(np.diff(shown[:, 0])) < 1e-6
         ratios.append((shown[-1, 0] - shown[0, 0]) / (true[-1, 0] - true[0, 0]))
     assert np.ptp(ratios) > 1 and min(ratios) >= -2 and max(ratios) <= 3
+
+
+def test_a_slide_show_rests_and_steps_to_true_places(ada):
+    """Catches: photographs from beside the course; a step a frame early or late; a film at another rate."""
+    shoot = Shoot(ada, 1000.0, 1, 240)
+    filming, times = slides(0.25, 12.0)(shoot), np.arange(36) / 12
+    shown, true = filming.motion(times).camera_mm, moving(shoot)(times).camera_mm
+    assert filming.fps == 12.0 and filming.show is None
+    assert shown == pytest.approx(np.repeat(true[::3], 3, axis=0))

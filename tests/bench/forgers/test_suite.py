@@ -34,7 +34,7 @@ def test_a_film_has_the_frames_and_the_edit_of_its_case(tmp_path: Path):
             seen.append((frame, luma.shape, homography.shape))
             return np.full_like(luma, 40 + 20 * frame)
 
-        return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), edit=edit, frames_times=1.5)
+        return Filming(one_way(shoot.distance_mm, shoot.seed, length_s=shoot.length_s), edit=edit, seconds_times=1.5)
 
     film_case(Case("made up", True, make), Shoot(badge, 1000.0, 1, 4), tmp_path / "a.mp4")
     frames = list(Film(tmp_path / "a.mp4").frames())

@@ -607,6 +607,23 @@ def test_cuts_are_found_in_the_picture(kind, before, times):
     assert np.flatnonzero(jumps(across_a_cut(kind, times), times)).tolist() == before
 
 
+@pytest.mark.parametrize("fps", [12.0, 24.0, 30.0])
+def test_a_quick_hand_is_no_cut_however_few_pictures_there_are(fps):
+    """Catches: moves that a prompt asks for (20 cm in 0.9 s, at 0.7 m), cut up where they begin and end because a call
+    shows twelve pictures a second, some of them late; a jump of as many pixels that is then missed."""
+    rng = np.random.default_rng(3)
+    times = np.arange(0.0, 8.0, 1 / fps)
+    taken = times + rng.uniform(0.0, 0.1 / fps, len(times))
+    way = np.clip((taken[:, None] - [2.0, 5.0]) / 0.9, 0, 1)
+    sway = (way**3 * (10 - 15 * way + 6 * way**2)) @ [0.3, -0.3]
+    points = np.stack([sway, np.zeros_like(sway)], axis=1)[:, None] + np.array([[0.0, 0.0], [0.05, 0.02]])
+    points += 3e-5 * rng.standard_normal(points.shape)
+    assert not jumps(points, times).any()
+    place = round(1.0 * fps)
+    points[place:] += [1.5 * 40.0 / fps**3, 0.0]
+    assert np.flatnonzero(jumps(points, times)).tolist() == [place]
+
+
 def test_nothing_is_interpolated_from_one_take_to_another():
     """Catches: a stray frame beside a cut put halfway between two takes, from where it bends the smoothed path."""
     camera = np.column_stack([np.repeat([0.0, 400.0], 10), np.zeros(20), np.full(20, -1000.0)])

@@ -135,8 +135,13 @@ def test_a_small_tile_and_two_people_in_it_are_named() -> None:
 MOVES = ("left", "right", FACE, "right", "left")
 
 
-def called(badge: Badge, who: Any, asked: tuple[str, ...], delay_s: float) -> list[dict[str, Any]]:
-    """The events of a call of these prompts over a line with so much delay, there and back, and 2 % of loss."""
+def called(
+    badge: Badge, who: Any, asked: tuple[str, ...], delay_s: float, *, slow: bool = False
+) -> list[dict[str, Any]]:
+    """The events of a call of these prompts over a line with so much delay, there and back, and 2 % of loss.
+
+    Parameters: slow: every second picture is sent, a tenth of these is lost, and the others are late by up to 30 ms.
+    """
     now_s, chance = 0.0, random.Random(1)
     prompts = [Prompt(move, 1.7 * k) for k, move in enumerate(asked)]
     check = LiveCheck(
@@ -150,7 +155,10 @@ def called(badge: Badge, who: Any, asked: tuple[str, ...], delay_s: float) -> li
     filmed = frames(badge, portrait(), who, length_s=60.0, fps=FPS)
     for number, picture in enumerate(coded(filmed, 800, FPS, loss=0.02, chance=chance)):
         now_s = number / FPS + delay_s / 2
-        told = check.push(picture, now_s, now_s + 0.03)
+        if slow and (number % 2 or chance.random() < 0.1):
+            continue
+        claimed_s = now_s + (chance.uniform(0.0, 0.03) if slow else 0.0)
+        told = check.push(picture, claimed_s, now_s + 0.03)
         for event in told:
             if event["event"] == "prompt":
                 who.hear(event["move"], now_s)
@@ -161,9 +169,10 @@ def called(badge: Badge, who: Any, asked: tuple[str, ...], delay_s: float) -> li
 
 
 @pytest.mark.slow
-def test_a_call_over_a_late_line_is_accepted(ada: Badge) -> None:
-    """Catches: prompts that do not wait for their answers; lost pictures that are taken for a badge at rest."""
-    events = called(ada, Caller(FACE_MM, 1.5, random.Random(2)), MOVES, 1.5)
+def test_a_call_over_a_late_and_slow_line_is_accepted(ada: Badge) -> None:
+    """Catches: prompts that do not wait for their answers; lost pictures that are taken for a badge at rest; quick
+    moves at twelve pictures a second that are taken for cuts."""
+    events = called(ada, Caller(FACE_MM, 1.5, random.Random(2)), MOVES, 1.5, slow=True)
     kinds = [event["event"] for event in events if event["event"] != "status"]
     assert kinds == ["challenge", *["prompt", "prompted"] * len(MOVES), "verdict"]
     assert events[-1]["verdict"] == "accept" and events[-1]["in_call"], events[-1]["reasons"]

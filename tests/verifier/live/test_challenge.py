@@ -78,6 +78,21 @@ def test_a_badge_that_is_not_seen_or_never_rests_does_not_pass() -> None:
     assert judge_prompt(replace(course, place=swing), prompts[0]).level == "fail"
 
 
+def test_a_prompt_is_not_failed_by_pictures_that_never_came() -> None:
+    """Catches: a hold before the face that is too short because its pictures were lost; a badge that was hidden, with
+    all pictures there, taken for a bad connection."""
+    course, prompts = follow([FACE])
+    frames_s, at_s = course.times_s, prompts[0].at_s
+    lost = (frames_s > at_s + 1.6) & (frames_s < at_s + 2.2)
+    broken = Course(frames_s[~lost], course.place[~lost], course.before_face[~lost] & (frames_s[~lost] < at_s + 2.6))
+    for seen_s, level, words in (
+        (broken.times_s, "undecided", "no picture came for 0.6 s"),
+        (frames_s, "fail", "stay"),
+    ):
+        reason = judge_prompt(broken, prompts[0], frames_s=seen_s)
+        assert (reason.level, words in reason.text) == (level, True), reason.text
+
+
 def test_pieces_of_an_older_clip_are_told_by_their_seams() -> None:
     """Catches: cuts between prompts, with a pause or without, so that recorded answers are played as they are asked; a
     slow connection that is blamed on the badge.

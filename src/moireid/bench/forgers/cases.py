@@ -19,7 +19,7 @@ from moireid.bench.forgers.edits import (
     fingers_on,
     hand_over,
 )
-from moireid.bench.forgers.motions import in_turns, one_way, seen_only, with_jump
+from moireid.bench.forgers.motions import in_steps, in_turns, one_way, seen_only, with_jump
 from moireid.bench.forgers.photographs import Photographs, still
 from moireid.simulate.filming import Show
 from moireid.simulate.forgeries.shown import Shown
@@ -59,12 +59,16 @@ class Shoot:
 
 @dataclass(frozen=True)
 class Filming:
-    """How a case is filmed: where the camera is, what is shown in place of the truth, and what an editor changes."""
+    """How a case is filmed: where the camera is, what is shown in place of the truth, and what an editor changes.
+
+    seconds_times: how many times as long as other cases; fps: frames per second.
+    """
 
     motion: Motion
     show: Show | None = None
     edit: Edit | None = None
-    frames_times: float = 1.0
+    seconds_times: float = 1.0
+    fps: float = FPS
 
 
 @dataclass(frozen=True)
@@ -132,6 +136,11 @@ def still_in_turns(gap_s: float) -> Make:
     return make
 
 
+def slides(hold_s: float, fps: float = FPS) -> Make:
+    """A slide show of true photographs from along the course: page and fringes stand still, and then step as one."""
+    return lambda shoot: Filming(in_steps(moving(shoot), hold_s), fps=fps)
+
+
 def turn_tangent(badge: Badge) -> float:
     """Difference of parallax that turns the fringes once, about the front view."""
     from moireid.lenticule import view_law
@@ -188,7 +197,7 @@ def spell(seconds: float) -> Make:
 
 def short_of_film(seconds: float, times: float) -> Make:
     """A true badge for some seconds of a film that is longer by far."""
-    return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), frames_times=times)
+    return lambda shoot: Filming(seen_only(moving(shoot), [(1.0, 1.0 + seconds)]), seconds_times=times)
 
 
 def decoy(shoot: Shoot) -> Filming:
@@ -274,6 +283,10 @@ def cases() -> list[Case]:
     attacks = [
         Case("one photograph in turns, plain cuts", False, still_in_turns(0.0)),
         Case("one photograph in turns, gaps", False, still_in_turns(0.5)),
+        *(
+            Case(f"photographs for {hold_s:g} s each, {fps:g} frames a second", False, slides(hold_s, fps))
+            for hold_s, fps in ((0.2, 30.0), (0.25, 12.0), (0.5, 12.0), (0.5, 8.0))
+        ),
         *(
             Case(f"{count} photographs, cross-faded", False, photographs(count))
             for count in (3, 5, 8, 12, 18, 24, 36, 48, 64, 96)

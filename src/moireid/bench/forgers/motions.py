@@ -83,3 +83,9 @@ def seen_only(motion: Motion, spans_s: list[tuple[float, float]]) -> Motion:
         return Poses(true.camera_mm, rotation)
 
     return poses
+
+
+def in_steps(motion: Motion, hold_s: float) -> Motion:
+    """The same course, of which each place is held for so long."""
+    # Many frames lie on a step, and rounding must not put some before it and some behind.
+    return lambda times_s: motion(np.floor(np.asarray(times_s) / hold_s + 1e-6) * hold_s)

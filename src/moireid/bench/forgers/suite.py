@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from moireid.badge import Badge
-from moireid.bench.forgers.cases import FPS, Case, Shoot, cases
+from moireid.bench.forgers.cases import Case, Shoot, cases
 from moireid.bench.rows import Where, chosen_names, rows_of_cases
 from moireid.bench.verdicts import told
 from moireid.designer import Request, design_badge
@@ -40,8 +40,8 @@ def film_case(case: Case, shoot: Shoot, video: Path) -> None:
         Scene(shoot.badge, Build.typical(shoot.seed), CAMERA),
         filming.motion,
         video,
-        frames=round(shoot.frames * filming.frames_times),
-        fps=FPS,
+        frames=round(shoot.length_s * filming.seconds_times * filming.fps),
+        fps=filming.fps,
         show=filming.show,
         edit=filming.edit,
         seed=shoot.seed,

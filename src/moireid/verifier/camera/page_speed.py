@@ -12,7 +12,13 @@ from numpy.typing import NDArray
 
 from moireid.verifier.camera.smoothing import GAP_S, unbroken
 from moireid.verifier.camera.stretches import AROUND, even_or_apart
-from moireid.verifier.limits import JUMP_NOISE_SDS, MAX_PICTURE_JUMP, TREMOR_HZ
+from moireid.verifier.limits import (
+    HAND_JERK_PER_S3,
+    JUMP_NOISE_SDS,
+    MAX_PICTURE_JUMP,
+    MOST_JERK_S,
+    TREMOR_HZ,
+)
 from moireid.verifier.series import median_near
 from moireid.verifier.splines import slopes
 
@@ -76,14 +82,16 @@ def hidden_speed_px_s(points_px: Array, times_s: Array, cuts: NDArray[np.bool_])
 def jumps(points: Array, times_s: Array) -> NDArray[np.bool_]:
     """Frames before which the points (T, N, 2), in focal lengths, jump, (T,).
 
-    Source: third differences, in which a jump counts once, twice and once, and a hand's motion hardly at all.  Frames
-        that are not evenly spaced have third divided differences in their place.
+    Source: third differences, in which a jump counts once, twice and once, and a hand's motion as its jerk times the
+        cube of the step.  Frames that are not evenly spaced have third divided differences in their place.
     """
     found = np.zeros(len(points), bool)
     if len(points) < AROUND:
         return found
-    jerk = np.abs(_third_differences(points, times_s)).max(axis=(1, 2))
-    sudden = jerk > np.maximum(MAX_PICTURE_JUMP, JUMP_NOISE_SDS * median_near(jerk, AROUND))
+    differences, cubes_s3 = _third_differences(points, times_s)
+    jerk = np.abs(differences).max(axis=(1, 2))
+    by_hand = HAND_JERK_PER_S3 * np.minimum(cubes_s3, MOST_JERK_S**3)
+    sudden = jerk > np.maximum(np.maximum(MAX_PICTURE_JUMP, by_hand), JUMP_NOISE_SDS * median_near(jerk, AROUND))
     edges = np.diff(np.concatenate([[0], sudden, [0]]).astype(int))
     for first, end in zip(np.flatnonzero(edges > 0), np.flatnonzero(edges < 0), strict=True):
         # A cut shows in three differences.  A frame that was exposed across the cut makes it four, and stands alone.
@@ -92,15 +100,17 @@ def jumps(points: Array, times_s: Array) -> NDArray[np.bool_]:
     return found
 
 
-def _third_differences(points: Array, times_s: Array) -> Array:
-    """Third differences (T - 3, N, 2), in the unit of the points.
+def _third_differences(points: Array, times_s: Array) -> tuple[Array, Array]:
+    """Third differences (T - 3, N, 2), in the unit of the points, and what a jerk of 1 adds to each, (T - 3,) s^3.
 
-    Source: third divided differences (Newton), scaled to keep the size of white noise.
+    Source: third divided differences (Newton), scaled to keep the size of white noise; that of t^3 is 1.
     """
     spans = np.lib.stride_tricks.sliding_window_view(even_or_apart(times_s), 4)
     weights = 1 / (spans[:, :, None] - spans[:, None, :] + np.eye(4)).prod(axis=2)
-    weights *= math.sqrt(math.comb(6, 3)) / np.linalg.norm(weights, axis=1, keepdims=True)
-    return np.asarray(sum(weights[:, k, None, None] * points[k : len(points) - 3 + k] for k in range(4)))
+    scale = math.sqrt(math.comb(6, 3)) / np.linalg.norm(weights, axis=1)
+    weights *= scale[:, None]
+    differences = sum(weights[:, k, None, None] * points[k : len(points) - 3 + k] for k in range(4))
+    return np.asarray(differences), scale / math.factorial(3)
 
 
 def _apart(clock: Array, least_s: float) -> list[int]:

@@ -39,9 +39,9 @@ from moireid.verifier.limits import (
     PITCH_TOLERANCE_SHARE,
     ROUNDING_ONLY_RAD,
     SLOW_ERROR_RATIO,
-    SMALL_MARKER_DOUBT_RATIO,
     SMALL_MARKER_POWER,
     SMALL_MARKER_PX,
+    SMALL_MARKER_WORST_RATIO,
     SMOOTHED_SHARE,
 )
 from moireid.verifier.tracking.patches import marker_corners_mm
@@ -347,7 +347,7 @@ def _small_marker_factors(corners_px: Array) -> tuple[float, float]:
     quads = corners_px.reshape(len(corners_px), 4, 4, 2)
     side = float(np.median(np.linalg.norm(np.diff(quads[:, :, :3], axis=2), axis=-1)))
     enlarged = math.pow(max(1.0, SMALL_MARKER_PX / max(side, 1.0)), SMALL_MARKER_POWER)
-    return enlarged, SMALL_MARKER_DOUBT_RATIO if side < DOUBTED_MARKER_PX else 1.0
+    return enlarged, SMALL_MARKER_WORST_RATIO if side < DOUBTED_MARKER_PX else 1.0
 
 
 def search_band_per_mm(badge: Badge, grating: Grating, cell: int) -> tuple[float, float]:

@@ -15,7 +15,7 @@ import math
 import random
 import secrets
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -160,12 +160,11 @@ def moved(place: Place, move: str) -> Place:
     return steps[0], steps[1], steps[2]
 
 
-def judge_challenge(course: Course, prompts: Sequence[Prompt], pace: Pace = HERE) -> tuple[Reason, ...]:
-    """A finding for each prompt, in order.
-
-    Convention: "fail" if the badge moved early, late, not at all, or elsewhere; "undecided" if it was not seen.
-    """
-    return tuple(judge_prompt(course, prompt, pace) for prompt in prompts)
+def judge_challenge(
+    course: Course, prompts: Sequence[Prompt], pace: Pace = HERE, frames_s: Array | None = None
+) -> tuple[Reason, ...]:
+    """A finding for each prompt, in order; parameters and convention as `judge_prompt`."""
+    return tuple(judge_prompt(course, prompt, pace, frames_s) for prompt in prompts)
 
 
 def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array, pace: Pace = HERE) -> Reason:
@@ -203,11 +202,29 @@ def judge_unbroken(course: Course, prompts: Sequence[Prompt], frames_s: Array, p
     )
 
 
-def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE) -> Reason:
+def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE, frames_s: Array | None = None) -> Reason:
     """Whether the badge rested before one prompt, and followed it in time; measured: reaction, s.
 
+    Parameters: frames_s (N,): times of all frames, also of those without the badge; None for those of the course.
+    Convention: "fail" if the badge moved early, late, not at all, or elsewhere; "undecided" if it was not seen, or if
+        pictures are missing that might have shown it follow.
     Source: the limits above.
     """
+    found = _judged(course, prompt, pace)
+    until_s = prompt.at_s + pace.done_s + (HOLD_S if prompt.move == FACE else 0.0)
+    times = course.times_s if frames_s is None else frames_s
+    times = times[(times >= prompt.at_s - REST_S) & (times <= until_s)]
+    lost_s = float(np.diff(times).max(initial=0.0))
+    if found.level != "fail" or lost_s <= MAX_GAP_S:
+        return found
+    text = (
+        f"{WORDS[prompt.move]}: no picture came for {lost_s:.1f} s meanwhile; use a faster connection, and begin again."
+    )
+    return replace(found, level="undecided", text=text)
+
+
+def _judged(course: Course, prompt: Prompt, pace: Pace) -> Reason:
+    """The same, as if no picture were missing."""
     since = course.times_s - prompt.at_s
     before = (since >= -REST_S) & (since < SOONEST_S)
     after = np.flatnonzero((since >= SOONEST_S) & (since <= pace.done_s + (HOLD_S if prompt.move == FACE else 0.0)))

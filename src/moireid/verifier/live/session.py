@@ -211,7 +211,7 @@ class LiveCheck:
         prompt = self._prompts[self._judged]
         if not self._pace.in_call and now_s <= over_s(prompt, self._pace):
             return []
-        reason = judge_prompt(self._course(), prompt, self._pace)
+        reason = judge_prompt(self._course(), prompt, self._pace, np.array(self._frames_s))
         if now_s <= over_s(prompt, self._pace, reason):
             return []
         self._judged += 1
@@ -228,10 +228,11 @@ class LiveCheck:
         self._prompts[self._told :] = [Prompt(one.move, one.at_s + by_s) for one in self._prompts[self._told :]]
 
     def _judge_prompts(self, asked: list[Prompt]) -> tuple[Reason, ...]:
-        answers = judge_challenge(self._course(), asked, self._pace)
+        course, frames_s = self._course(), np.array(self._frames_s)
+        answers = judge_challenge(course, asked, self._pace, frames_s)
         if not asked:
             return answers
-        unbroken = judge_unbroken(self._course(), asked, np.array(self._frames_s), self._pace)
+        unbroken = judge_unbroken(course, asked, frames_s, self._pace)
         return (*answers, unbroken, *((judge_delay(answers),) if self._pace.in_call else ()))
 
     def _begin(self, now_s: float) -> list[Event]:

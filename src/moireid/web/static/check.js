@@ -1,12 +1,16 @@
 // A check by pictures: a socket, pictures out, events in.  Pictures that cannot be sent in time are dropped, never queued.
 const QUALITY = 0.85, MOST_AHEAD = 5, MOST_WAIT_MS = 250, MOST_CODING_MS = 150, MOST_BUFFERED = 1 << 20, RATE_MS = 2000;
 export const LEAST_MS = 28;
+// Where pictures queue for longer than this, fewer are sent, evenly: down to 12 a second, between which motion is still
+// followed.  Five in a burst and then none for half a second would leave a gap.
+const QUEUED_MS = 80, MOST_GAP_MS = 80, SLOWER = 1.3, FASTER = 0.98;
 const bytesOf = (address) => Uint8Array.from(atob(address.slice(address.indexOf(",") + 1)), (letter) => letter.charCodeAt(0));
 
 export class Check {
   /** path: of the socket; hello: what is asked; on: functions by the names of events, and `lost`. */
   constructor(path, hello, on) {
     Object.assign(this, { on, sent: 0, taken: 0, last: -Infinity, over: false, starved: false, counted: [], away: [] });
+    Object.assign(this, { gap: LEAST_MS, soonest: Infinity });
     this.socket = new WebSocket((location.protocol === "https:" ? "wss://" : "ws://") + location.host + path);
     this.socket.onopen = () => this.tell(hello);
     this.socket.onmessage = (message) => this.heard(JSON.parse(message.data));
@@ -21,11 +25,18 @@ export class Check {
   heard(event) {
     if (event.event === "taken") {
       this.taken = event.frames;
-      this.away.shift();
+      this.pace(performance.now() - this.away.shift());
       this.counted.push(performance.now());
     }
     if (event.event === "verdict" || event.event === "error") this.over = true;
     (this.on[event.event] || (() => {}))(event);
+  }
+
+  /** The time between two pictures (ms) follows how much longer than the soonest one a picture took to be judged. */
+  pace(took) {
+    this.soonest = Math.min(this.soonest, took);
+    if (took - this.soonest > QUEUED_MS) this.gap = Math.min(this.gap * SLOWER, MOST_GAP_MS);
+    else this.gap = Math.max(this.gap * FASTER, LEAST_MS);
   }
 
   tell(message) {
@@ -34,7 +45,7 @@ export class Check {
 
   /** Send what the canvas shows, taken at `time` (ms), if there is room on the way. */
   send(canvas, time) {
-    if (this.over || time - this.last < LEAST_MS || this.socket.readyState !== WebSocket.OPEN) return;
+    if (this.over || time - this.last < this.gap || this.socket.readyState !== WebSocket.OPEN) return;
     if (this.sent - this.taken >= MOST_AHEAD || this.socket.bufferedAmount > MOST_BUFFERED) return;
     // A studio that is slow gets fewer pictures, and those in time.
     if (this.away.length && performance.now() - this.away[0] > MOST_WAIT_MS) return;
