@@ -131,8 +131,8 @@ SMALL_MARKER_PX, SMALL_MARKER_POWER = 19.0, 1.5
 #: by whole quarters of a pixel, so what turns slowly stays as it was for a while.
 SLOW_ERROR_RATIO = 1.15
 #: With markers below the first figure both may still be too small: in most of 24 films of `benchmarks/small_pages.py`
-#: by 1.4 at most, in two by 2.1 and 2.6.  Motion that would not be enough with errors larger by the second figure proves
-#: nothing against a film; and an unlikely film is rejected only if it is so with errors larger by the third.
+#: by 1.4 at most, in two by 2.1 and 2.6.  Motion that would not be enough with errors larger by the second figure
+#: proves nothing against a film; and an unlikely film is rejected only if it is so with errors larger by the third.
 DOUBTED_MARKER_PX, SMALL_MARKER_DOUBT_RATIO, SMALL_MARKER_WORST_RATIO = 24.0, 1.6, 2.6
 #: In faint print a codec repeats the same error for many frames, and smoothing does not reduce it.  From this error by
 #: rounding on (`strip_phase.rounding_rad`), all of the pose error is of this kind.  Ray-traced films: a print contrast
