@@ -80,6 +80,6 @@ OPEN = {
     "overlap_law": Words("the badge before the face cannot be read", NEARER),
     "challenge": Words("the challenge was not finished", SHOW),
     "prompt": Words("a prompt could not be judged", SHOW),
-    "unbroken": Words("the badge was out of sight during the moves", SHOW),
+    "unbroken": Words("the badge, or the picture, was lost during the moves", SHOW),
     "window_correlation": Words("nothing moved", MOVE),
 }
