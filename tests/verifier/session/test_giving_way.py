@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import sys
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -58,3 +59,24 @@ def test_no_frame_waits_for_a_chapter_in_a_live_session(films: Path, monkeypatch
         assert begun.is_set() and verifier.judged.done == []
         free.set()
         assert [chapter.tracked for chapter in verifier.finish()] == [40, 15]
+
+
+def test_verdicts_rest_for_as_long_as_they_took(films: Path, monkeypatch):
+    """Catches: a slow machine that judges all the time, so that no time is left for the frames."""
+    clock = [0.0]
+    monkeypatch.setattr(streaming, "time", SimpleNamespace(perf_counter=lambda: clock[0]))
+
+    class Slow(Executor):
+        def submit(self, fn, /, *args, **kwargs):
+            clock[0] += 1.5
+            made = Future()
+            made.set_result(fn(*args, **kwargs))
+            return made
+
+    verifier, told = Verifier(Claim(load_badge(films / "badge.json")), aside=Slow()), []
+    for frame in Film(films / "genuine_1.0m.mp4").frames():
+        if frame.time_s > 3.0:
+            break
+        told.append(verifier.push(frame))
+    first, second = [running.time_s for running in told if running is not None]
+    assert first == pytest.approx(1.0, abs=0.05) and second == pytest.approx(first + 1.5, abs=0.1)

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import time
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass, replace
 
@@ -111,6 +112,7 @@ class Verifier:
             # A frame with two markers alone needs it, and a camera's frame cannot wait a third of a second for it.
             importlib.import_module("scipy.special")
         self._pending: Future[Running] | None = None
+        self._begun = 0.0
         if claim.focal_px is not None:
             claim = replace(claim, focal_px=claim.focal_px / reduced_by)
         self._claim, self._running, self._reduced_by = claim, running, reduced_by
@@ -204,7 +206,8 @@ class Verifier:
         Returns
         -------
         Running or None
-            A running verdict where one is due, about once a second of the film.
+            A running verdict where one is due, about once a second of the film; with `aside` seldomer where one takes
+            longer than that, so that judging takes half of a processor at most.
 
         Raises
         ------
@@ -234,12 +237,15 @@ class Verifier:
             self._due_s = frame.time_s + RUNNING_S
         done = self._pending if self._pending is not None and self._pending.done() else None
         if done is not None:
+            # A slow machine rests for as long as the last verdict took: the frames need it more.
+            self._due_s = max(self._due_s, frame.time_s + time.perf_counter() - self._begun)
             self._pending = None
         if frame.time_s >= self._due_s and self._pending is None:
             self._due_s = frame.time_s + RUNNING_S
             looks = self._looks()
             if self._aside is None:
                 return self._judge_last(looks, frame.time_s)
+            self._begun = time.perf_counter()
             self._pending = self._aside.submit(self._judge_last, looks, frame.time_s)
         return done.result() if done is not None else None
 
