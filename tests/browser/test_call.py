@@ -98,7 +98,7 @@ class Call:
             self.share(film)
             return self.challenge()
 
-        return settled(once, reasons=self.reasons)
+        return settled(once)
 
     def reasons(self) -> str:
         return self.asker.locator("#reasons").inner_text()

@@ -211,11 +211,13 @@ def judge_prompt(course: Course, prompt: Prompt, pace: Pace = HERE, frames_s: Ar
     Source: the limits above.
     """
     found = _judged(course, prompt, pace)
+    if found.level != "fail":
+        return found
     until_s = prompt.at_s + pace.done_s + (HOLD_S if prompt.move == FACE else 0.0)
     times = course.times_s if frames_s is None else frames_s
     times = times[(times >= prompt.at_s - REST_S) & (times <= until_s)]
     lost_s = float(np.diff(times).max(initial=0.0))
-    if found.level != "fail" or lost_s <= MAX_GAP_S:
+    if lost_s <= MAX_GAP_S:
         return found
     text = (
         f"{WORDS[prompt.move]}: no picture came for {lost_s:.1f} s meanwhile; use a faster connection, and begin again."
