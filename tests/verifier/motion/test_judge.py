@@ -88,7 +88,8 @@ def test_a_genuine_signal_is_accepted():
     """Catches: a test that nothing passes; a sign turned round on the way."""
     outcome = judged(genuine())
     assert outcome.verdict == "accept" and failed(outcome) == []
-    assert levels(outcome).keys() == {"motion", "correlation", "gain", "residual", "agreement", "likelihood", "steady"}
+    told = {"motion", "correlation", "gain", "residual", "agreement", "likelihood", "steady", "views"}
+    assert levels(outcome).keys() == told
     assert outcome.gain_ratio == pytest.approx(1.0, abs=0.01) and outcome.correlation > 0.999
     assert outcome.excitation_rad == pytest.approx(1.2) and outcome.score > 1.5
     assert outcome.phase_residual_rad == pytest.approx(0.02, rel=0.2)

@@ -25,6 +25,7 @@ from moireid.verifier.fringes.block_motion import places_apart_rad
 from moireid.verifier.fringes.depth_law import DepthLaw, depth_law
 from moireid.verifier.fringes.mixed_frames import carried_rad, mixed_share
 from moireid.verifier.fringes.predicted_phase import strip_law, within_law
+from moireid.verifier.fringes.seen_way import SeenWay, seen_way
 from moireid.verifier.fringes.strip_phase import StripPhase, measure_strip, rounding_rad
 from moireid.verifier.fringes.strip_shape import strip_shape
 from moireid.verifier.fringes.unwrap import joined_frames, numbered, unwrap
@@ -67,7 +68,7 @@ class GratingSignal:
     lie as on a flat page, so that their poses are left out;
     focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
     the error bars tell, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows
-    beside the phase, None if it is not known.
+    beside the phase, None if it is not known; way: how much of the fringes' way the film shows, also in `part`.
     """
 
     measured_rad: Array
@@ -90,6 +91,7 @@ class GratingSignal:
     zoom: float = 1.0
     mixed_share: float = 0.0
     beyond: BeyondPhase | None = None
+    way: SeenWay = field(default_factory=SeenWay)
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
@@ -265,7 +267,7 @@ def _grating_signal(
     slow = SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
     phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
-    signal = _combine(phases, predictions, tangent_error, badge, grating, track.times_s, poses.stretch)
+    signal, phase_rad = _combine(phases, predictions, tangent_error, badge, grating, track.times_s, poses.stretch)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -289,6 +291,7 @@ def _grating_signal(
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
         beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
+        way=seen_way(phase_rad[np.isfinite(sd)]),
     )
 
 
@@ -392,8 +395,8 @@ def _combine(
     grating: Grating,
     times_s: Array,
     stretch: NDArray[np.int64],
-) -> GratingSignal:
-    """One signal from several strips.
+) -> tuple[GratingSignal, Array]:
+    """One signal from several strips, and its measured phase with one phase constant for the whole film, (T,).
 
     Strips of another pitch move a little faster or slower; `gain` scales each to the mean strip.  Offsets and signal
     are estimated in turn, on the circle, so that no strip must be unwrapped by itself.
@@ -427,7 +430,7 @@ def _combine(
         [np.median(own[own < MAX_PHASE_SD_RAD]) if (own < MAX_PHASE_SD_RAD).any() else 0.0 for own in sd]
     )
     numbers = numbered(segments, len(times_s))
-    return GratingSignal(
+    combined = GratingSignal(
         within_stretches(signal, numbers),
         within_stretches(common, numbers),
         phase_sd,
@@ -437,3 +440,4 @@ def _combine(
         strip_sd_rad=strip_sd,
         stretch=numbers,
     )
+    return combined, signal

@@ -153,8 +153,8 @@ class StreamCheck(LiveCheck):
         cover = self._verifier.cover
         reasons: tuple[Reason, ...] = self._verifier.restarts
         if self._claim.photographs:
-            known = tuple(reason for reason in invariant.reasons if reason.code == "photographs")
-            reasons += with_photographs(known, self._claim.photographs)
+            told = with_photographs(invariant.reasons, self._claim.photographs)
+            reasons += tuple(reason for reason in told if reason.code == "photographs")
         if event["frames"]["tracked"] and self._prompts is None:
             reasons += (cover_finding(cover, self._claim.cover_share), *self._verifier.long_unsearched)
         if self._barred is not None:

@@ -31,6 +31,7 @@ from moireid.verifier.limits import (
     MAX_STRAY_SHARE,
     MAX_STRIP_WANDER_RAD,
     MAX_UNSEEN_CHANCE,
+    MAX_UNSEEN_WAY_SHARE,
     MIN_CORRELATION,
     MIN_EXCITATION_RAD,
     MIN_EXCITATION_TO_ERROR_RATIO,
@@ -149,7 +150,7 @@ def _judged(signals: Sequence[GratingSignal], sheet: SheetGain) -> Invariant:
         reasons = without_hand_s_blame(reasons)
         moving = [signal for signal, f in zip(signals, figures, strict=True) if f in moved]
         passes = partial(_would_pass, sheet=sheet)
-        reasons += [*_course_tells(signals, moving, sheet), *no_photographs(signals, moving, passes)]
+        reasons += [*_course_tells(signals, moving, sheet), *no_photographs(signals, moving, passes), *_between(moving)]
     reasons = without_camera_s_blame(reasons, signals, sheet)
     return Invariant(
         worst(reasons),
@@ -341,6 +342,21 @@ def _leaps(signals: Sequence[GratingSignal], limit: object) -> list[Reason]:
         "nobody saw move prove nothing. Film again in one piece, or use a faster connection."
     )
     return [Reason("leaps", "undecided", apart, limit, "rad", text)]
+
+
+def _between(moved: Sequence[GratingSignal]) -> list[Reason]:
+    """Whether the film shows the fringes between its views; nothing where no grating moved enough."""
+    if not moved:
+        return []
+    share = max(signal.way.unseen_share for signal in moved)
+    level: Level = "pass" if share <= MAX_UNSEEN_WAY_SHARE else "undecided"
+    text = "The fringes were seen all along their way."
+    if level == "undecided":
+        text = (
+            "The fringes were seen at a few places of their way and not between, as in photographs that are shown in "
+            "turn. Film again with more moves, slower ones, or more frames a second."
+        )
+    return [Reason("views", level, share, MAX_UNSEEN_WAY_SHARE, "share", text)]
 
 
 def _correlated(correlation: float, excitation: float, expected: float) -> Reason:

@@ -15,7 +15,7 @@ WEIGHTIEST = (
     *("gain", "correlation", "agreement", "residual", "spacing", "waveform", "likelihood"),
 )
 #: What leaves all else open comes before what it leaves open.
-CAUSES = ("badge_absent", "fringes", "camera", "mixed_frames", "small", "covered", "leaps", "motion")
+CAUSES = ("badge_absent", "fringes", "camera", "mixed_frames", "small", "covered", "leaps", "views", "motion")
 #: Notes that warn; all others are for experts.
 WARNINGS = frozenset(
     {

@@ -14,6 +14,8 @@ from moireid.verifier.report.open_words import SHOW
 AGAIN = "Begin again, with the badge and the face in good light. If it comes out so again, do not take it for live."
 MOVE = "Begin again, and move the badge sideways by 20 cm or more, several times."
 SLOWLY = "Begin again over a faster connection, or with a smaller picture, and move the badge slowly."
+#: By what leaves a check open.
+ADVICE = {"motion": MOVE, "leaps": SLOWLY, "views": SLOWLY}
 DISTRUST = "Do not take this for the badge. If you think that it is, begin again in better light, with another camera."
 PIN = "Pin the person in the call's program, so that their tile is large and stays where it is, and begin again."
 RECOGNISE = "Only the badge was checked: is the face {name}'s, and does it pass behind the badge as a face does?"
@@ -51,7 +53,7 @@ def live_headline_of(event: Mapping[str, Any], name: str, known: Circumstances) 
         poor = next((one for one in found.open if one["code"] in TILE), None)
         if poor is not None:
             return replace(film, title=f"Cannot tell: {TILE[poor['code']]}", text=poor["text"], advice=PIN)
-        advice = {"motion": MOVE, "leaps": SLOWLY}.get(found.open[0]["code"] if found.open else "", SHOW)
+        advice = ADVICE.get(found.open[0]["code"] if found.open else "", SHOW)
         return replace(film, text="This check neither proves nor disproves the badge.", advice=advice)
     return _refused(film, found)
 

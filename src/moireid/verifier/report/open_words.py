@@ -30,6 +30,10 @@ OPEN = {
         "the badge moved only where pictures are missing",
         "Ask for another film in one piece; in a call, for a faster connection.",
     ),
+    "views": Words(
+        "the film shows few views of the badge, as a few photographs would",
+        "Ask for another film with more and slower moves, or with more frames a second.",
+    ),
     "correlation": Words("the fringes are not clear enough", NEARER),
     "gain": Words(
         "how far the fringes move does not settle it",
@@ -42,7 +46,7 @@ OPEN = {
     "spacing": Words("the fringes do not follow the distance, as after a zoom", ORIGINAL),
     "waveform": Words("the fringes look uneven, as from cross-faded pictures", NEARER),
     "photographs": Words(
-        "fewer photographs could make this film than is asked for",
+        "a few photographs of the badge could make this film",
         "Ask for a longer film, moved sideways and also to and from the camera.",
     ),
     "focal": Words("the picture looks stretched or cut out", ORIGINAL),

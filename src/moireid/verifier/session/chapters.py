@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from moireid.verifier.fringes.beyond_phase import joined_in_time
+from moireid.verifier.fringes.seen_way import SeenWay
 from moireid.verifier.fringes.signals import GratingSignal, Measurement, measure
 from moireid.verifier.identity.compare_built import compare_built, filmed_built
 from moireid.verifier.identity.decode import Identity, judge_identity
@@ -210,6 +211,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
         zoom=max(signal.zoom for signal in signals),
         mixed_share=max(signal.mixed_share for signal in signals),
         beyond=joined_in_time([signal.beyond for signal in signals]),
+        way=sum((signal.way for signal in signals), SeenWay()),
     )
 
 
