@@ -2,7 +2,7 @@
 `.venv/bin/python benchmarks/turned_photographs.py`.
 
 Each picture is true in itself, the page hardly moves in the picture, and a few values correlate with anything that
-takes as many.  Printed is what becomes of each film.  None should be accepted; they are (docs/accuracy.md).
+takes as many.  Printed is what becomes of each film, of which none should be accepted.
 """
 
 from __future__ import annotations

@@ -245,8 +245,8 @@ RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: Share of a cross-fade's ripple that is left in a film, as coding and blending in coded brightness take some away.
 #: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
 RIPPLE_LEFT_SHARE = 0.33
-#: A film that fewer photographs of the badge would make is inconclusive.  Set by hand: of 57 true films by an outside
-#: tracer, which need 4 to 28, none is open for that, and two photographs that are cross-faded in turns are.
+#: A film that fewer photographs of the badge would make is inconclusive (`motion.photographs`).  Set by hand:
+#: two or three, held for long and cross-faded in single frames, show all views between them.
 LEAST_PHOTOGRAPHS = 4
 #: A gap between neighbouring views of the fringes counts as unseen from this share of the mean difference between two
 #: views on (`fringes.seen_way`).  Derived: fewer than 12 photographs at even distances.

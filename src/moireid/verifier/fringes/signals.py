@@ -68,7 +68,8 @@ class GratingSignal:
     lie as on a flat page, so that their poses are left out;
     focal_at_limit, lasting_px, zoom: as in `CameraFit`; doubt: by how much small markers may err more than
     the error bars tell, 1 for others; mixed_share: as in `mixed_frames`; beyond: what the film shows
-    beside the phase, None if it is not known; way: how much of the fringes' way the film shows, also in `part`.
+    beside the phase, None if it is not known; phase_rad: the measured phase with one phase constant for all stretches,
+    as `measured_rad` if none is given; way: how much of the fringes' way the film shows, also in `part`.
     """
 
     measured_rad: Array
@@ -91,11 +92,14 @@ class GratingSignal:
     zoom: float = 1.0
     mixed_share: float = 0.0
     beyond: BeyondPhase | None = None
+    phase_rad: Array = field(default_factory=lambda: np.zeros(0))
     way: SeenWay = field(default_factory=SeenWay)
     stretch: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def __post_init__(self) -> None:
         """One stretch, where none are given."""
+        if not len(self.phase_rad):
+            object.__setattr__(self, "phase_rad", self.measured_rad)
         if not len(self.stretch):
             object.__setattr__(self, "stretch", np.zeros(len(self.times_s), np.int64))
 
@@ -120,6 +124,7 @@ class GratingSignal:
             measured_rad=self.measured_rad[frames],
             stretch=self.stretch[frames],
             predicted_rad=self.predicted_rad[frames],
+            phase_rad=self.phase_rad[frames],
             phase_sd_rad=self.phase_sd_rad[frames],
             times_s=self.times_s[frames],
             covariates=None if self.covariates is None else self.covariates[frames],
@@ -267,7 +272,7 @@ def _grating_signal(
     slow = SLOW_ERROR_RATIO * poses.camera.slow_to_fast * removed
     tangent_error = max(poses.enlarged * _after_smoothing(jitter, whole, rounding), slow)
     phases, predictions = [strip.phase for strip in own], [strip.predicted_rad for strip in own]
-    signal, phase_rad = _combine(phases, predictions, tangent_error, badge, grating, track.times_s, poses.stretch)
+    signal = _combine(phases, predictions, tangent_error, badge, grating, track.times_s, poses.stretch)
     known = within_law(track.strips, poses.camera_mm) & poses.good
     sd = np.where(known, signal.phase_sd_rad, np.inf)
     if track.vague is not None:
@@ -291,7 +296,7 @@ def _grating_signal(
         zoom=poses.camera.zoom,
         mixed_share=_mixed(own, known, track, frame, grating) if own else 0.0,
         beyond=_beyond(own, known, track.homographies, poses.page_mm) if own else None,
-        way=seen_way(phase_rad[np.isfinite(sd)]),
+        way=seen_way(signal.phase_rad[np.isfinite(sd)]),
     )
 
 
@@ -395,8 +400,8 @@ def _combine(
     grating: Grating,
     times_s: Array,
     stretch: NDArray[np.int64],
-) -> tuple[GratingSignal, Array]:
-    """One signal from several strips, and its measured phase with one phase constant for the whole film, (T,).
+) -> GratingSignal:
+    """One signal from several strips.
 
     Strips of another pitch move a little faster or slower; `gain` scales each to the mean strip.  Offsets and signal
     are estimated in turn, on the circle, so that no strip must be unwrapped by itself.
@@ -430,7 +435,7 @@ def _combine(
         [np.median(own[own < MAX_PHASE_SD_RAD]) if (own < MAX_PHASE_SD_RAD).any() else 0.0 for own in sd]
     )
     numbers = numbered(segments, len(times_s))
-    combined = GratingSignal(
+    return GratingSignal(
         within_stretches(signal, numbers),
         within_stretches(common, numbers),
         phase_sd,
@@ -439,5 +444,5 @@ def _combine(
         times_s,
         strip_sd_rad=strip_sd,
         stretch=numbers,
+        phase_rad=signal,
     )
-    return combined, signal

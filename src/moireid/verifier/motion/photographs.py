@@ -142,8 +142,9 @@ def _even(waveform: Waveform) -> Reason:
 def _needed(count: int, *, from_two: bool) -> Reason:
     least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
     text = f"To fake this film with unchanged photographs of the badge, a forger would need {least} along its course"
-    text += ", from each of two distances." if from_two else "."
-    return Reason("photographs", "note", float(2 * count if from_two else count), None, "photographs", text)
+    # One from another distance may be all that the spacing asks for, so it adds nothing to the count.
+    text += ", and some from another distance." if from_two else "."
+    return Reason("photographs", "note", float(count), None, "photographs", text)
 
 
 def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
@@ -180,6 +181,8 @@ class Course:
         assert beyond is not None
         self.used = np.isfinite(signal.phase_sd_rad)
         self.law_rad = beyond.law_rad[self.used]
+        # A picture shows its phase, and keeps that where it is moved after a cut; the law's phase goes elsewhere.
+        self.place_rad = in_one_turn(signal.phase_rad[self.used], signal.stretch[self.used])
         place, time = _standard(self.law_rad), _standard(signal.times_s[self.used])
         short = len(place) < SHORT_FRAMES
         columns = [np.vander(place, 4 if short else 5), time[:, None] ** np.arange(1, 2 if short else 4)]
@@ -229,7 +232,8 @@ class Course:
 class Waveform:
     """Ripple of the waveform and what is allowed, contrasts; and how many photographs would stay below that.
 
-    photographs: evenly spaced over the course, cross-faded, and right in phase by the law.
+    photographs: cross-faded, and right in phase by the law; evenly spaced over what the fringes pass, or where they are
+    seen most, whichever takes fewer.
     """
 
     ripple: float
@@ -263,22 +267,48 @@ def _any_passes(_: GratingSignal) -> bool:
 
 def _hidden(count: int, signal: GratingSignal, course: Course, typical: float, limit: float, passes: Passes) -> bool:
     """Whether so many photographs, cross-faded along this film's own course, would stay unseen."""
-    first, third = cross_faded(course.law_rad, count)
+    taken = _taken_at(count, course.place_rad)
+    return any(_hidden_at(nodes, signal, course, typical, limit, passes) for nodes in taken)
+
+
+def _taken_at(count: int, place_rad: Array) -> tuple[Array, Array]:
+    """Where a forger may take so many photographs: evenly, or as often as places are seen."""
+    often = np.quantile(place_rad, (np.arange(count) + 0.5) / count)
+    return np.linspace(place_rad.min(), place_rad.max(), count), often + 1e-9 * np.arange(count)
+
+
+def _hidden_at(
+    nodes: Array, signal: GratingSignal, course: Course, typical: float, limit: float, passes: Passes
+) -> bool:
+    first, third = cross_faded(course.place_rad, nodes)
     size = np.maximum(np.abs(first), 1e-9)
     square, _ = course.ripple2(typical * third * (np.conj(first) / size) ** 3 / size)
     if RIPPLE_LEFT_SHARE * math.sqrt(max(square, 0.0)) > limit:
         return False
     late = np.zeros(len(signal.measured_rad))
-    late[course.used] = np.angle(first * np.exp(-1j * course.law_rad))
+    late[course.used] = np.angle(first * np.exp(-1j * course.place_rad))
     shown = within_stretches(signal.predicted_rad + late, signal.stretch)
     return passes(replace(signal, measured_rad=shown))
 
 
-def cross_faded(law_rad: Array, count: int) -> tuple[Complex, Complex]:
-    """First and third harmonic, each (T,), of 1 at best, that `count` cross-faded photographs show for phases (T,)."""
-    nodes = np.linspace(law_rad.min(), law_rad.max(), count)
-    place = np.interp(law_rad, nodes, np.arange(count))
-    before = np.minimum(place.astype(int), count - 2)
+def in_one_turn(phase_rad: Array, stretch: NDArray[np.int64]) -> Array:
+    """Phases (T,), each stretch moved by whole turns so that its mean is nearest to that of the longest one.
+
+    Convention: a picture shows the same fringes a whole turn on, so a stretch that was read so shows no other pictures.
+    """
+    _, own = np.unique(stretch, return_inverse=True)
+    frames = np.bincount(own)
+    means = np.bincount(own, weights=phase_rad) / frames
+    return np.asarray(phase_rad - 2 * np.pi * np.round((means - means[np.argmax(frames)]) / (2 * np.pi))[own])
+
+
+def cross_faded(place_rad: Array, nodes: Array) -> tuple[Complex, Complex]:
+    """First and third harmonic, each (T,), of 1 at best, of photographs cross-faded for phases (T,).
+
+    Parameters: nodes (N,): phases at which they were taken, rising.
+    """
+    place = np.interp(place_rad, nodes, np.arange(len(nodes)))
+    before = np.minimum(place.astype(int), len(nodes) - 2)
     share = place - before
     first, third = (
         (1 - share) * np.exp(1j * h * nodes[before]) + share * np.exp(1j * h * nodes[before + 1]) for h in (1, 3)

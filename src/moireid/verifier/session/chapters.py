@@ -192,6 +192,7 @@ def _joined(signals: Sequence[GratingSignal]) -> GratingSignal:
     return GratingSignal(
         measured_rad=np.concatenate([signal.measured_rad for signal in signals]),
         predicted_rad=np.concatenate([signal.predicted_rad for signal in signals]),
+        phase_rad=np.concatenate([signal.phase_rad for signal in signals]),
         stretch=_numbered_on([signal.stretch for signal in signals]),
         phase_sd_rad=np.concatenate([signal.phase_sd_rad for signal in signals]),
         pose_sd_rad=float(np.sqrt(np.mean([signal.pose_sd_rad**2 for signal in signals]))),
