@@ -246,8 +246,8 @@ RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
 RIPPLE_LEFT_SHARE = 0.33
 #: A film that fewer photographs of the badge would make is inconclusive (`motion.photographs`).  Set by hand:
-#: two or three, held for long and cross-faded in single frames, show all views between them.
-LEAST_PHOTOGRAPHS = 4
+#: two, held for long and cross-faded in single frames, show all views between them; a true film of ours needs 3.
+LEAST_PHOTOGRAPHS = 3
 #: A gap between neighbouring views of the fringes counts as unseen from this share of the mean difference between two
 #: views on (`fringes.seen_way`).  Derived: fewer than 12 photographs at even distances.
 MAX_VIEW_GAP_SHARE = 0.25
