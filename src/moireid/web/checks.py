@@ -10,7 +10,7 @@ from typing import Any
 from fastapi import Request
 from fastapi.concurrency import run_in_threadpool
 
-from moireid.verifier.limits import LEAST_PHOTOGRAPHS, MIN_COVER_SHARE
+from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.person import Claimed as Named
 from moireid.web.auth.roles import Visitor
 from moireid.web.jobs.claims import claim_of
@@ -79,7 +79,7 @@ def _wish(given: Mapping[str, str], *, ids: bool, report: bool) -> dict[str, Any
         "focal_px": None if "focal_px" not in given else _number(given, "focal_px", *FOCAL_PX, 0.0),
         "require_original": _truth(given.get("require_original")),
         "cover_share": _number(given, "cover", 0, 1, MIN_COVER_SHARE),
-        "photographs": int(_number(given, "photographs", 0, MOST_PHOTOGRAPHS, LEAST_PHOTOGRAPHS)),
+        "photographs": int(_number(given, "photographs", 0, MOST_PHOTOGRAPHS, 0)),
         "report": report,
     }
 

@@ -13,7 +13,7 @@ from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.beyond_phase import BeyondPhase
 from moireid.verifier.fringes.depth_law import DepthLaw
 from moireid.verifier.fringes.signals import GratingSignal
-from moireid.verifier.limits import GAIN_TOLERANCE_SHARE, MAX_RIPPLE_CONTRASTS, SPACING_FLOOR_RAD
+from moireid.verifier.limits import GAIN_TOLERANCE_SHARE, MAX_RIPPLE_CONTRASTS, RESTING_STILLS, SPACING_FLOOR_RAD
 from moireid.verifier.motion.judge import judge_signals
 from moireid.verifier.motion.photographs import (
     MOST_PHOTOGRAPHS,
@@ -21,10 +21,13 @@ from moireid.verifier.motion.photographs import (
     Spacing,
     cross_faded,
     no_photographs,
+    rests,
+    seen_most,
     spacing_of,
     waveform_of,
 )
 from moireid.verifier.reasons import Reason
+from moireid.verifier.session.claim import with_photographs
 
 FRAMES = 300
 TIMES = np.arange(FRAMES) / 30.0
@@ -247,6 +250,26 @@ def test_noise_is_no_ripple(size, lasting):
     assert size > 0.01 or np.median([limit for _, limit in found]) < 1.5 * MAX_RIPPLE_CONTRASTS
 
 
+@pytest.mark.parametrize("share", [0.5, 0.8])
+def test_rests_thin_no_ripple_out(share):
+    """Catches: a mean over frames, so that photographs held for long hide what lies between them."""
+    moving = LAW[:: round(1 / (1 - share))]
+    law = np.r_[moving, np.full(FRAMES - len(moving), LAW.max())]
+    alone = waveform_of(signal(faded(8)).part(slice(0, FRAMES, round(1 / (1 - share)))), as_the_law)
+    held = waveform_of(signal(faded(8, law), law=law), as_the_law)
+    assert held.ripple > held.limit and held.ripple == pytest.approx(alone.ripple, rel=0.25)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8])
+@pytest.mark.parametrize("lasting", [0.0, 0.8])
+def test_noise_is_no_ripple_where_a_badge_rests(share, lasting):
+    """Catches: weights without the noise that they change: few views of many frames each, many of one."""
+    moving = LAW[:: round(1 / (1 - share))]
+    law = np.r_[moving, np.full(FRAMES - len(moving), LAW.max())]
+    found = [ripple_of(TYPICAL + noise_of(0.01, seed, lasting), law=law) for seed in range(50)]
+    assert sum(ripple > limit for ripple, limit in found) <= 2
+
+
 SWEEP = np.linspace(-3, 3, FRAMES)
 #: One sweep that halts five times, and one on which the camera comes nearer again and again: there time and distance
 #: change within a little way of parallax.
@@ -380,7 +403,48 @@ def test_two_photographs_that_rest_for_long_are_two():
             phase_rad=place + np.where(stretch == 1, 2 * np.pi * round(shift_rad / 2 / np.pi), 0.0),
             stretch=stretch,
         )
-        assert waveform_of(held, as_the_law).photographs == 2
+        found = waveform_of(held, as_the_law)
+        assert found.photographs == found.stills == 2 and found.rests
+
+
+@pytest.mark.parametrize("held", [(50, 50), (90, 10), (97, 3)])
+def test_where_a_film_is_seen_most_is_found_however_long_it_rests_there(held):
+    """Catches: places by even shares of the frames alone, so that one long rest and one short one count as many."""
+    place = np.concatenate([np.full(k * 10, at) for k, at in zip(held, (-0.4, 0.7), strict=True)])
+    assert seen_most(2, place) == pytest.approx([-0.4, 0.7], abs=1e-3)
+
+
+def turned(places: tuple[float, ...], rest: int, between: int) -> np.ndarray:
+    """Law of a badge that is turned to these places in turn, rests there, and passes what lies between, (FRAMES,)."""
+    legs = [
+        np.r_[np.full(rest, here), np.linspace(here, there, between + 2)[1:-1]]
+        for here, there in zip(places, places[1:] + places[:1], strict=True)
+    ]
+    return np.resize(np.concatenate(legs), FRAMES)
+
+
+def test_three_pictures_over_and_over_are_open_and_a_badge_that_rests_is_not():
+    """Catches: photographs held for long taken for a film; a holder who rests at three places taken for photographs."""
+    stills = turned((-0.8, -0.3, 0.5), 24, 1)
+    shown = found_in(signal(law=stills))["photographs"]
+    assert (shown.level, shown.measured, shown.limit) == ("undecided", 3.0, RESTING_STILLS)
+    assert "3 pictures" in shown.text and "Keep" in shown.text
+    assert judge_signals([signal(law=stills)]).verdict == "inconclusive"
+    holder = turned((-2.0, 0.0, 2.0), 48, 15)
+    assert rests(holder) and found_in(signal(law=holder))["photographs"].level == "note"
+
+
+def test_a_film_that_rests_nowhere_may_need_three():
+    """Catches: a calm film, of which three photographs would make as much as of noise, left open."""
+    calm = found_in(signal(law=0.12 * LAW))["photographs"]
+    assert not rests(0.12 * LAW) and calm.level == "note"
+
+
+@pytest.mark.parametrize("least", [1, 12])
+def test_a_count_that_is_asked_for_lifts_no_film_that_rests(least):
+    """Catches: `--photographs 1` as a way around the finding."""
+    found = found_in(signal(law=turned((-0.4, 0.4), 24, 1)))["photographs"]
+    assert with_photographs((found,), least) == (found,) and found.level == "undecided"
 
 
 # Findings.

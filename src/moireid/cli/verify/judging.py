@@ -33,7 +33,7 @@ class Outcome:
 def claim_held(wish: Wish, found: Claimed) -> Claim:
     """What the film is held against."""
     from moireid.verifier import Claim
-    from moireid.verifier.limits import LEAST_PHOTOGRAPHS, MIN_COVER_SHARE
+    from moireid.verifier.limits import MIN_COVER_SHARE
 
     return Claim(
         found.badge,
@@ -43,7 +43,7 @@ def claim_held(wish: Wish, found: Claimed) -> Claim:
         wish.require_original,
         found.provenance,
         MIN_COVER_SHARE if wish.cover_share is None else wish.cover_share,
-        LEAST_PHOTOGRAPHS if wish.photographs is None else wish.photographs,
+        wish.photographs or 0,
         seal=found.seal,
     )
 

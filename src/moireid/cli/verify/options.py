@@ -86,7 +86,7 @@ OPTIONS = (
         "--photographs",
         type=click.IntRange(0),
         help="So many photographs of the badge a forger must need to make such a film; with fewer it is inconclusive. "
-        "[default: 3]",
+        "[default: 0]",
     ),
     click.option(
         "--pipeline",

@@ -40,11 +40,17 @@ class SeenWay:
         return self.unseen / self.whole if self.whole > 0 else 0.0
 
 
+def views_of(phase_rad: Array) -> Array:
+    """The share of a view that each frame is, (T,): one over the frames that show the same."""
+    phase = np.sort(phase_rad)
+    alike = np.searchsorted(phase, phase_rad + REST_RAD, "right") - np.searchsorted(phase, phase_rad - REST_RAD, "left")
+    return np.asarray(1 / alike)
+
+
 def seen_way(phase_rad: Array) -> SeenWay:
     """The way of one grating; phase_rad (T,): unwrapped, with one phase constant for all frames, finite."""
     phase = np.sort(phase_rad)
-    alike = np.searchsorted(phase, phase + REST_RAD, "right") - np.searchsorted(phase, phase - REST_RAD, "left")
-    views = np.cumsum(1 / alike)
+    views = np.cumsum(views_of(phase))
     if len(phase) < 2:
         return SeenWay()
     gap, below = np.diff(phase), views[:-1] / views[-1]

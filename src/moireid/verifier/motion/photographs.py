@@ -9,8 +9,8 @@ can lay the fitting one over each frame, or cross-fade two.  Two things give tha
 
 A zoom within the film, or a shadow that moves, can do the same to a true badge, so neither rejects a film.
 
-Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square
-of what depends on parallax finely.
+Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square,
+over views (`fringes.seen_way`), of what depends on parallax finely.
 Source: complex amplitudes of a sum of two shifted waves; regression on B-splines (Eilers and Marx 1996).
 """
 
@@ -24,12 +24,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from moireid.verifier.camera.stretches import within_stretches
+from moireid.verifier.fringes.seen_way import views_of
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
     INDEPENDENT_PER_S,
+    LEAST_STILLS,
+    MAX_RESTING_SHARE,
     MAX_RIPPLE_CONTRASTS,
     MAX_SPACING_ERROR_RATIO,
     PHOTOGRAPH_SDS,
+    REST_RAD,
+    RESTING_STILLS,
     RIPPLE_LEFT_SHARE,
     RIPPLE_STEP_RAD,
     SPACING_FLOOR_RAD,
@@ -50,6 +55,8 @@ SHORT_FRAMES = 120
 LEAST_PIECES = 2.0
 #: More photographs than this are not counted.
 MOST_PHOTOGRAPHS = 100
+#: Steps towards the places that are seen most, and by how much a place must move to be worth another.
+LLOYD_STEPS, NEAR_RAD = 50, 1e-6
 
 
 @dataclass(frozen=True)
@@ -110,11 +117,11 @@ def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSign
     if not waveforms:
         return reasons
     worst = max(waveforms, key=lambda found: found.ripple / found.limit)
-    count = max(found.photographs for found in waveforms)
+    most = max(waveforms, key=lambda found: (found.stills, found.photographs))
     return [
         *reasons,
         _even(worst),
-        _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong),
+        _needed(most, from_two=spacing is not None and spacing.tested and not spacing.wrong),
     ]
 
 
@@ -139,7 +146,13 @@ def _even(waveform: Waveform) -> Reason:
     return Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
-def _needed(count: int, *, from_two: bool) -> Reason:
+def _needed(found: Waveform, *, from_two: bool) -> Reason:
+    count = found.photographs
+    least_stills = RESTING_STILLS if found.rests else LEAST_STILLS
+    if found.stills < least_stills:
+        text = f"The film hardly shows more than {found.stills} pictures of the badge, over and over. "
+        text += "Keep the badge moving."
+        return Reason("photographs", "undecided", float(found.stills), float(least_stills), "photographs", text)
     least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
     text = f"To fake this film with unchanged photographs of the badge, a forger would need {least} along its course"
     # One from another distance may be all that the spacing asks for, so it adds nothing to the count.
@@ -184,16 +197,19 @@ class Course:
         # A picture shows its phase, and keeps that where it is moved after a cut; the law's phase goes elsewhere.
         self.place_rad = in_one_turn(signal.phase_rad[self.used], signal.stretch[self.used])
         place, time = _standard(self.law_rad), _standard(signal.times_s[self.used])
+        self._weight = views_of(self.place_rad)
         short = len(place) < SHORT_FRAMES
         columns = [np.vander(place, 4 if short else 5), time[:, None] ** np.arange(1, 2 if short else 4)]
         if signal.covariates is not None:
             near = _standard(signal.covariates[self.used, 1])
             columns.append(np.column_stack([near] if short else [near, near * place, near**2]))
-        self._smooth = np.linalg.qr(np.column_stack(columns))[0]
+        weigh = np.sqrt(self._weight)[:, None]
+        self._smooth = np.linalg.qr(weigh * np.column_stack(columns))[0]
         most = len(self.law_rad) / FRAMES_PER_UNKNOWN - self._smooth.shape[1] - 3
         knots = int(np.clip(min(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, most), *KNOTS_RANGE))
         bumps = cubic_bumps(self.law_rad, knots)
         # An hour has 200,000 frames, so nothing else has that many rows: the bumps are changed where they are.
+        bumps *= weigh
         pieces = [slice(k, k + PIECE_FRAMES) for k in range(0, len(bumps), PIECE_FRAMES)]
         along = self._smooth.T @ bumps
         for piece in pieces:
@@ -203,6 +219,10 @@ class Course:
         for piece in pieces:
             bumps[piece, : kept.sum()] = bumps[piece] @ (turned[:, kept] / np.sqrt(squares[kept]))
         self._fine = bumps[:, : kept.sum()]
+        # Frames have alike noise, so noise of weight w is in what is fitted by the trace of the hat times w.
+        self._spread = self._fine.T @ (self._weight[:, None] * self._fine)
+        smooth = float(np.einsum("ij,ij,i->", self._smooth, self._smooth, self._weight))
+        self._left = float(self._weight.sum()) - smooth - float(np.trace(self._spread))
 
     @property
     def told(self) -> bool:
@@ -210,21 +230,23 @@ class Course:
         return bool(len(self.law_rad) >= FRAMES_PER_UNKNOWN * (self._smooth.shape[1] + self._fine.shape[1]))
 
     def ripple2(self, overtone: Complex) -> tuple[float, float]:
-        """Square of the ripple, and its standard deviation, for the used frames.
+        """Square of the ripple over views, not frames, which rests would thin out; and its standard deviation.
 
-        Source: analysis of variance; noise that lasts over frames counts by its correlation with the frame before.
+        Source: analysis of variance with weights; noise that lasts over frames counts by its correlation with the frame
+            before.
         """
         square = variance = 0.0
-        unknowns = self._fine.shape[1]
+        views = float(self._weight.sum())
         for part in (overtone.real, overtone.imag):
-            rough = part - self._smooth @ (self._smooth.T @ part)
+            rough = np.sqrt(self._weight) * part
+            rough -= self._smooth @ (self._smooth.T @ rough)
             along = self._fine.T @ rough
             left = rough - self._fine @ along
-            noise = float(left @ left) / (len(part) - self._smooth.shape[1] - unknowns)
+            noise = float(left @ left) / self._left
             lasting = float(np.clip(left[1:] @ left[:-1] / max(float(left @ left), 1e-30), 0.0, 0.9))
             noise *= (1 + lasting) / (1 - lasting)
-            square += (float(along @ along) - unknowns * noise) / len(part)
-            variance += 2 * unknowns * (noise / len(part)) ** 2
+            square += (float(along @ along) - float(np.trace(self._spread)) * noise) / views
+            variance += 2 * float(np.sum(self._spread**2)) * (noise / views) ** 2
         return square, math.sqrt(variance)
 
 
@@ -233,12 +255,15 @@ class Waveform:
     """Ripple of the waveform and what is allowed, contrasts; and how many photographs would stay below that.
 
     photographs: cross-faded, and right in phase by the law; evenly spaced over what the fringes pass, or where they are
-    seen most, whichever takes fewer.
+    seen most, whichever takes fewer; stills: where they are seen most;
+    rests: whether nearly all frames show `LEAST_STILLS` places.
     """
 
     ripple: float
     limit: float
     photographs: int
+    stills: int
+    rests: bool
 
 
 def waveform_of(signal: GratingSignal, passes: Passes) -> Waveform | None:
@@ -257,29 +282,23 @@ def waveform_of(signal: GratingSignal, passes: Passes) -> Waveform | None:
     typical = float(np.median(np.abs(seen)))
     # If even the law itself would not pass with this film's other faults, the phase tells no photographs apart.
     judge = passes if passes(replace(signal, measured_rad=signal.predicted_rad)) else _any_passes
-    count = next((n for n in range(2, MOST_PHOTOGRAPHS) if _hidden(n, signal, course, typical, limit, judge)), None)
-    return Waveform(math.sqrt(max(square, 0.0)), limit, count or MOST_PHOTOGRAPHS)
+
+    def hidden(nodes: Array) -> bool:
+        return _hidden(nodes, signal, course, typical, limit, judge)
+
+    counts = [
+        next((n for n in range(2, MOST_PHOTOGRAPHS) if hidden(taken(n, course.place_rad))), MOST_PHOTOGRAPHS)
+        for taken in (evenly, seen_most)
+    ]
+    return Waveform(math.sqrt(max(square, 0.0)), limit, min(counts), counts[1], rests(course.place_rad))
 
 
 def _any_passes(_: GratingSignal) -> bool:
     return True
 
 
-def _hidden(count: int, signal: GratingSignal, course: Course, typical: float, limit: float, passes: Passes) -> bool:
-    """Whether so many photographs, cross-faded along this film's own course, would stay unseen."""
-    taken = _taken_at(count, course.place_rad)
-    return any(_hidden_at(nodes, signal, course, typical, limit, passes) for nodes in taken)
-
-
-def _taken_at(count: int, place_rad: Array) -> tuple[Array, Array]:
-    """Where a forger may take so many photographs: evenly, or as often as places are seen."""
-    often = np.quantile(place_rad, (np.arange(count) + 0.5) / count)
-    return np.linspace(place_rad.min(), place_rad.max(), count), often + 1e-9 * np.arange(count)
-
-
-def _hidden_at(
-    nodes: Array, signal: GratingSignal, course: Course, typical: float, limit: float, passes: Passes
-) -> bool:
+def _hidden(nodes: Array, signal: GratingSignal, course: Course, typical: float, limit: float, passes: Passes) -> bool:
+    """Whether photographs taken at these places, cross-faded along this film's own course, would stay unseen."""
     first, third = cross_faded(course.place_rad, nodes)
     size = np.maximum(np.abs(first), 1e-9)
     square, _ = course.ripple2(typical * third * (np.conj(first) / size) ** 3 / size)
@@ -289,6 +308,43 @@ def _hidden_at(
     late[course.used] = np.angle(first * np.exp(-1j * course.place_rad))
     shown = within_stretches(signal.predicted_rad + late, signal.stretch)
     return passes(replace(signal, measured_rad=shown))
+
+
+def evenly(count: int, place_rad: Array) -> Array:
+    """So many places, (count,), at even distances over all that are seen."""
+    return np.linspace(place_rad.min(), place_rad.max(), count)
+
+
+def seen_most(count: int, place_rad: Array) -> Array:
+    """So many places, (count,), rising, that are nearest to those seen: where a forger would take photographs.
+
+    Source: Lloyd (1982), on a line, from even shares of the frames; stops short of the best where it takes long.
+    """
+    place = np.sort(place_rad)
+    before = np.r_[0.0, np.cumsum(place)]
+    nodes = np.quantile(place, (np.arange(count) + 0.5) / count)
+    for _ in range(LLOYD_STEPS):
+        ends = np.r_[0, np.searchsorted(place, (nodes[1:] + nodes[:-1]) / 2), len(place)]
+        frames = np.diff(ends)
+        means = np.diff(before[ends]) / np.maximum(frames, 1)
+        moved = np.where(frames > 0, means, nodes)
+        if np.abs(moved - nodes).max() < NEAR_RAD:
+            break
+        nodes = moved
+    # Two at one place would leave nothing to cross-fade between.
+    return np.asarray(nodes + NEAR_RAD * np.arange(count))
+
+
+def rests(place_rad: Array) -> bool:
+    """Whether few places, as wide as two `REST_RAD`, hold nearly all frames, (T,): the fullest first."""
+    left = np.sort(place_rad)
+    for _ in range(LEAST_STILLS):
+        held = np.searchsorted(left, left + 2 * REST_RAD, "right") - np.arange(len(left))
+        first = int(np.argmax(held))
+        left = np.delete(left, np.s_[first : first + held[first]])
+        if len(left) < (1 - MAX_RESTING_SHARE) * len(place_rad):
+            return True
+    return False
 
 
 def in_one_turn(phase_rad: Array, stretch: NDArray[np.int64]) -> Array:

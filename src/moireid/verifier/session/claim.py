@@ -11,7 +11,7 @@ from moireid.idcodes import is_name_derived
 from moireid.names import hidden_letters, hidden_words
 from moireid.provenance import Provenance, Seal
 from moireid.verifier.identity.decode import Identity
-from moireid.verifier.limits import LEAST_PHOTOGRAPHS, MIN_COVER_SHARE
+from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.motion.sheet_gain import SheetGain, as_built, designed, to_measure
 from moireid.verifier.reasons import Level, Reason
 
@@ -51,7 +51,7 @@ class Claim:
     require_original: bool | None = None
     provenance: Provenance | None = None
     cover_share: float = MIN_COVER_SHARE
-    photographs: int = LEAST_PHOTOGRAPHS
+    photographs: int = 0
     enrolling: bool = False
     seal: Seal | None = None
 
@@ -129,6 +129,8 @@ def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, .
             return reasons
         text = f"The film does not show how many photographs would make it; {least} are asked for."
         return (*reasons, Reason("photographs", "undecided", None, float(least), "photographs", text))
+    if found.level == "undecided":
+        return reasons
     assert isinstance(found.measured, float)
     level: Level = "pass" if found.measured >= least else "undecided"
     text = f"{found.text} Asked for: {least}."

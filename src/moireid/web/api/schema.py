@@ -43,7 +43,7 @@ FIELDS: dict[str, dict[str, Any]] = {
         "type": "integer",
         "minimum": 0,
         "maximum": 1000,
-        "description": "so many photographs of the badge a forger must need to make such a film; 3 if absent",
+        "description": "so many photographs of the badge a forger must need to make such a film; 0 if absent",
     },
     "kind": {"enum": ["verify", "identify"], "default": "verify"},
 }

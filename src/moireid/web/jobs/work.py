@@ -23,7 +23,7 @@ from moireid.badge import Badge, badge_from_json
 from moireid.lenticule import know_law
 from moireid.provenance import Claimed
 from moireid.sandbox.child import Talk
-from moireid.verifier.limits import LEAST_PHOTOGRAPHS, MIN_COVER_SHARE
+from moireid.verifier.limits import MIN_COVER_SHARE
 from moireid.verifier.report.page import signals_csv
 from moireid.verifier.report.pictures import pictures_of
 from moireid.verifier.session.capture import capture_as_built
@@ -45,7 +45,7 @@ def verify_film(
     focal_px: float | None = None,
     require_original: bool | None = None,
     cover_share: float = MIN_COVER_SHARE,
-    photographs: int = LEAST_PHOTOGRAPHS,
+    photographs: int = 0,
     report: bool = False,
     laws: Sequence[Law] = (),
 ) -> None:
