@@ -7,6 +7,7 @@ drawn_pages.py      pictures of a page whose homography is known
 drawn_frames.py     the same of a page with a coded frame
 coded_films.py      films of given pictures, and short ones of long ones
 numeric_films.py    tracks of a badge, made of numbers alone
+photographed.py     signals of a badge and of photographs of it
 made_corners.py     a badge's corners as a film would give them
 rendered_frames.py  frames by either renderer, and their phase
 takes.py            a page before a camera, as effects know it
@@ -15,7 +16,7 @@ mounting.py         mounts, and what a camera sees of them
 film_stubs.py       jobs that stand in for films
 in_place.py         the archive's engine without its processes
 sandbox_work.py     what a sandboxed process is given to do
-hostile_work.py  what a job's process says once a film has taken it over
+hostile_work.py     what a job's process says once a film has taken it over
 sealed_work.py      what a hostile film would do, for a sealed process to try
 spoilt_films.py     what stands for films that spoil or take over their reader
 report_faults.py    a report held against its schema

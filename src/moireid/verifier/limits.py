@@ -232,7 +232,7 @@ MAX_STRIP_WANDER_RAD = 0.1
 MAX_UNSEEN_CHANCE = 0.01
 DELAYS_S = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 
-#: Spacing of the fringes against distance (`motion.photographs`): a film whose gain differs from a badge's by more
+#: Spacing of the fringes against distance (`motion.spacing`): a film whose gain differs from a badge's by more
 #: than the first is inconclusive.  Derived: half of the way to a table of photographs, whose gain is 0.  Error bars
 #: beyond the second: 99.7 % of a normal distribution.
 MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS = 0.5, 3.0

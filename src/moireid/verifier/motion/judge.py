@@ -45,8 +45,9 @@ from moireid.verifier.limits import (
 from moireid.verifier.motion.excuses import without_camera_s_blame, without_hand_s_blame
 from moireid.verifier.motion.figures import Figures, figures_of, pearson
 from moireid.verifier.motion.likelihood import KINDS
-from moireid.verifier.motion.photographs import no_photographs, spacing_of
+from moireid.verifier.motion.photographs import no_photographs
 from moireid.verifier.motion.sheet_gain import DESIGNED, SheetGain, gain_reason
+from moireid.verifier.motion.spacing import spacing_of
 from moireid.verifier.motion.steady_course import KnownBuilt, chance_of_delay, chance_of_drift, chance_of_place
 from moireid.verifier.reasons import Level, Reason, Verdict, json_number, worst
 

@@ -1,0 +1,99 @@
+"""How much does the fringes' waveform change from place to place?
+
+Two cross-faded pictures, apart by a phase d, keep (1 - w) + w exp(i h d) of harmonic h, so the third one dips nine
+times as deep between two photographs as the first.  On a badge the waveform changes slowly with parallax.
+
+Convention: waveform is the third harmonic in contrasts, as `StripPhase.overtone`; its *ripple* is the root mean square,
+over views (`fringes.seen_way`), of what depends on parallax finely.
+Source: complex amplitudes of a sum of two shifted waves; regression on B-splines (Eilers and Marx 1996).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from moireid.verifier.fringes.seen_way import views_of
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import RIPPLE_STEP_RAD
+from moireid.verifier.motion.taken_places import in_one_turn
+from moireid.verifier.splines import cubic_bumps
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+#: Knots of the fine regression, at least and at most; frames for each of its unknowns.
+KNOTS_RANGE, FRAMES_PER_UNKNOWN = (4, 80), 2
+#: Frames that are taken at a time.
+PIECE_FRAMES = 8192
+#: A film with fewer frames is too short for a smooth course of many parts.
+SHORT_FRAMES = 120
+
+
+class Course:
+    """What a grating's waveform is regressed on: place, distance and time, and the place finely."""
+
+    def __init__(self, signal: GratingSignal) -> None:
+        beyond = signal.beyond
+        assert beyond is not None
+        self.used = np.isfinite(signal.phase_sd_rad)
+        self.law_rad = beyond.law_rad[self.used]
+        # A picture shows its phase, and keeps that where it is moved after a cut; the law's phase goes elsewhere.
+        self.place_rad = in_one_turn(signal.phase_rad[self.used], signal.stretch[self.used])
+        place, time = _standard(self.law_rad), _standard(signal.times_s[self.used])
+        self._weight = views_of(self.place_rad)
+        short = len(place) < SHORT_FRAMES
+        columns = [np.vander(place, 4 if short else 5), time[:, None] ** np.arange(1, 2 if short else 4)]
+        if signal.covariates is not None:
+            near = _standard(signal.covariates[self.used, 1])
+            columns.append(np.column_stack([near] if short else [near, near * place, near**2]))
+        weigh = np.sqrt(self._weight)[:, None]
+        self._smooth = np.linalg.qr(weigh * np.column_stack(columns))[0]
+        most = len(self.law_rad) / FRAMES_PER_UNKNOWN - self._smooth.shape[1] - 3
+        knots = int(np.clip(min(np.ptp(self.law_rad) / RIPPLE_STEP_RAD, most), *KNOTS_RANGE))
+        bumps = cubic_bumps(self.law_rad, knots)
+        # An hour has 200,000 frames, so nothing else has that many rows: the bumps are changed where they are.
+        bumps *= weigh
+        pieces = [slice(k, k + PIECE_FRAMES) for k in range(0, len(bumps), PIECE_FRAMES)]
+        along = self._smooth.T @ bumps
+        for piece in pieces:
+            bumps[piece] -= self._smooth[piece] @ along
+        squares, turned = np.linalg.eigh(bumps.T @ bumps)
+        kept = squares > 1e-12 * squares.max(initial=1e-24)
+        for piece in pieces:
+            bumps[piece, : kept.sum()] = bumps[piece] @ (turned[:, kept] / np.sqrt(squares[kept]))
+        self._fine = bumps[:, : kept.sum()]
+        # Frames have alike noise, so noise of weight w is in what is fitted by the trace of the hat times w.
+        self._spread = self._fine.T @ (self._weight[:, None] * self._fine)
+        smooth = float(np.einsum("ij,ij,i->", self._smooth, self._smooth, self._weight))
+        self._left = float(self._weight.sum()) - smooth - float(np.trace(self._spread))
+
+    @property
+    def told(self) -> bool:
+        """Whether there are frames enough."""
+        return bool(len(self.law_rad) >= FRAMES_PER_UNKNOWN * (self._smooth.shape[1] + self._fine.shape[1]))
+
+    def ripple2(self, overtone: Complex) -> tuple[float, float]:
+        """Square of the ripple over views, not frames, which rests would thin out; and its standard deviation.
+
+        Source: analysis of variance with weights; noise that lasts over frames counts by its correlation with the frame
+            before.
+        """
+        square = variance = 0.0
+        views = float(self._weight.sum())
+        for part in (overtone.real, overtone.imag):
+            rough = np.sqrt(self._weight) * part
+            rough -= self._smooth @ (self._smooth.T @ rough)
+            along = self._fine.T @ rough
+            left = rough - self._fine @ along
+            noise = float(left @ left) / self._left
+            lasting = float(np.clip(left[1:] @ left[:-1] / max(float(left @ left), 1e-30), 0.0, 0.9))
+            noise *= (1 + lasting) / (1 - lasting)
+            square += (float(along @ along) - float(np.trace(self._spread)) * noise) / views
+            variance += 2 * float(np.sum(self._spread**2)) * (noise / views) ** 2
+        return square, math.sqrt(variance)
+
+
+def _standard(series: Array) -> Array:
+    return np.asarray((series - series.mean()) / max(float(series.std()), 1e-12))

@@ -1,0 +1,106 @@
+"""Does the spacing of the fringes follow the distance?
+
+Nearer to the camera the fringes stand closer (`fringes.depth_law`).  Photographs from one distance that are laid over
+a film keep their spacing.  A zoom within a film changes it too, so it rejects no film.
+
+Convention: the gain is the change seen over that predicted: 1 on a badge, 0 on photographs.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from moireid.verifier.fringes.signals import GratingSignal
+from moireid.verifier.limits import INDEPENDENT_PER_S, MAX_SPACING_ERROR_RATIO, PHOTOGRAPH_SDS, SPACING_FLOOR_RAD
+from moireid.verifier.reasons import Level, Reason
+
+#: Independent times below which the scatter of the spacing says nothing.
+LEAST_PIECES = 2.0
+
+
+@dataclass(frozen=True)
+class Spacing:
+    """Change of the fringes' spacing with distance, seen over predicted (1 on a badge), and its standard deviation.
+
+    pieces: independent times that the standard deviation is of.
+    """
+
+    gain: float
+    sd: float
+    pieces: float = math.inf
+
+    @property
+    def tested(self) -> bool:
+        """Whether the distance changed enough to tell a badge from photographs."""
+        return PHOTOGRAPH_SDS * self.sd <= 1.0
+
+    @property
+    def few(self) -> float:
+        """By how much more the gain scatters by chance, as its deviation is itself of few independent times."""
+        if self.pieces <= LEAST_PIECES or math.isinf(self.pieces):
+            return 1.0 if math.isinf(self.pieces) else math.inf
+        # SciPy takes longer to load than a short film to verify, and few films need this.
+        from scipy.special import ndtr, stdtrit
+
+        student = float(stdtrit(self.pieces - 1, ndtr(PHOTOGRAPH_SDS)))
+        return student / PHOTOGRAPH_SDS * math.sqrt(self.pieces / (self.pieces - 1))
+
+    @property
+    def of_pictures(self) -> float:
+        """How much less likely the gain is where the spacing stays than on a badge, at most 1.
+
+        Source: ratio of two normal densities, about 0 and about 1.
+        """
+        return math.exp(-max(0.0, (self.gain**2 - (self.gain - 1) ** 2) / 2 / self.sd**2))
+
+    @property
+    def wrong(self) -> bool:
+        """Whether it contradicts a badge.
+
+        Photographs give too small a gain, so the limit is strict there.  Too great a gain comes from chance or from a
+        zoom, so a short film has more room there.
+        """
+        error, sds = abs(self.gain - 1), PHOTOGRAPH_SDS * self.sd
+        return error > max(MAX_SPACING_ERROR_RATIO, sds) and (self.gain < 1 or error > self.few * sds)
+
+
+def spacing_of(signals: Sequence[GratingSignal]) -> Spacing | None:
+    """The spacing's gain, of all gratings together; None if the distance does not change at all.
+
+    Source: the error bar is the scatter of sums over times that a hand's motion makes independent
+        (`INDEPENDENT_PER_S`), and `SPACING_FLOOR_RAD`.  A short film has few such times: `PHOTOGRAPH_SDS` of Student's
+        t are exceeded as seldom as those of a normal distribution.
+    """
+    depths = [signal.beyond.depth for signal in signals if signal.beyond is not None]
+    if not depths:
+        return None
+    score, information = (sum(getattr(depth, name) for depth in depths) for name in ("score", "information"))
+    whole = float(np.sum(information))
+    if not whole > 0:
+        return None
+    error = float(np.sum(score)) / whole
+    # Numbered anew, as a film's times may leave out a thousand years, and sums take memory for each number.
+    times = signals[0].times_s
+    _, piece = np.unique(np.floor((times - times[0]) * INDEPENDENT_PER_S), return_inverse=True)
+    told = np.bincount(piece, weights=information)
+    # Times that tell nothing do not count.
+    pieces = whole**2 / float(np.sum(told**2))
+    scatter = math.sqrt(float(np.sum(np.bincount(piece, weights=score - error * information) ** 2))) / whole
+    change = math.sqrt(float(sum(np.sum(depth.power) for depth in depths)) / whole)
+    return Spacing(1 + error, math.hypot(scatter, SPACING_FLOOR_RAD / max(change, 1e-12)), pieces)
+
+
+def spacing_finding(spacing: Spacing) -> Reason:
+    level: Level = "undecided" if spacing.wrong else "pass" if spacing.tested else "note"
+    seen = "As the badge comes nearer or goes away, the spacing of its fringes"
+    text = {
+        "undecided": f"{seen} does not follow, as on photographs laid over a film, or under a zoom. Film without zoom.",
+        "pass": f"{seen} follows, which that of photographs from one distance does not.",
+        "note": "The distance hardly changed, so the film does not show whether the fringes' spacing follows it.",
+    }[level]
+    gain = None if level == "note" else spacing.gain
+    return Reason("spacing", level, gain, MAX_SPACING_ERROR_RATIO, "ratio", text)
