@@ -38,7 +38,8 @@ MOVED_FRAMES = 24
 class Show:
     """order: numbers of the photographs of one round; step_s: time of a frame, and of each seventh one; hold: frames
     for which each photograph stays, at least and at most; turn_deg: the outermost photographs' turn; mixed: whether one
-    cross-faded frame stands between two; moved_px: by how much the first two are moved in the picture at the end."""
+    cross-faded frame stands between two; moved_px: by how much the first two are moved in the picture at the end;
+    faded: whether all frames are cross-faded, along a calm course."""
 
     order: tuple[int, ...]
     step_s: tuple[float, float]
@@ -47,6 +48,7 @@ class Show:
     frames: int = 110
     mixed: bool = False
     moved_px: int = 0
+    faded: bool = False
 
     @property
     def times_s(self) -> Array:
@@ -56,6 +58,13 @@ class Show:
     def pictures(self, taken: list[NDArray[np.uint8]], seed: int) -> Iterator[NDArray[np.uint8]]:
         """The frames in turn, of the photographs that were taken."""
         rng = np.random.default_rng(seed)
+        if self.faded:
+            time_s = self.times_s
+            way = (1 + np.sin(2 * np.pi * 0.33 * time_s + seed + 0.6 * np.sin(1.1 * time_s))) / 2 * (len(taken) - 1)
+            before = np.minimum(way.astype(int), len(taken) - 2)
+            for first, share in zip(before.tolist(), (way - before).tolist(), strict=True):
+                yield np.rint((1 - share) * taken[first] + share * taken[first + 1]).astype(np.uint8)
+            return
         last = 2 * MOVED_FRAMES if self.moved_px else 0
         one, left = 0, self.frames - last
         while left > 0:
@@ -82,6 +91,8 @@ SHOWS = {
     "2, held, mixed, and moved at the end": Show((0, 1), TWELVE, (8, 20), 3.0, 608, True, 300),
     "3, held, one mixed frame a turn": Show((0, 1, 2, 1), TWELVE, (15, 37), 4.2, 840, True),
     "4, held, one mixed frame a turn": Show((0, 1, 2, 3, 2, 1), TWELVE, (15, 37), 4.2, 840, True),
+    "2, cross-faded along a calm course": Show((0, 1), (1 / 30, 1 / 30), turn_deg=3.5, frames=600, faded=True),
+    "3, cross-faded along a calm course": Show((0, 1, 2), (1 / 30, 1 / 30), turn_deg=3.6, frames=600, faded=True),
     "6, held, one mixed frame a turn": Show((0, 1, 2, 3, 4, 5, 4, 3, 2, 1), TWELVE, (15, 37), 7.0, 840, True),
 }
 
@@ -111,7 +122,7 @@ def shown(pictures: list[NDArray[np.uint8]], show: Show, seed: int, path: Path) 
     """The film of a show."""
     with av.open(str(path), "w") as made:
         height, width = pictures[0].shape
-        stream = made.add_stream("libx264", rate=30, options={"crf": "23", "preset": "veryfast", "bf": "0"})
+        stream = made.add_stream("libx264", rate=30, options={"crf": "18", "preset": "veryfast", "bf": "0"})
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
         stream.codec_context.time_base = Fraction(1, CLOCK)
         for picture, time_s in zip(show.pictures(pictures, seed), show.times_s.tolist(), strict=True):

@@ -245,11 +245,12 @@ RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: Share of a cross-fade's ripple that is left in a film, as coding and blending in coded brightness take some away.
 #: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
 RIPPLE_LEFT_SHARE = 0.33
-#: A film that fewer photographs would make, taken where it is seen most, is inconclusive (`motion.photographs`); so is
-#: one that needs fewer than the second and has more than this share of its frames at three places.  Set by hand: two or
-#: three photographs, held for long and cross-faded in single frames, show all views between them; 95 % of such a film
-#: is at their places, and 45 % of a true one that sways.
-LEAST_STILLS, RESTING_STILLS, MAX_RESTING_SHARE = 3, 4, 0.75
+#: A film is inconclusive if its waveform surely changes by more than this share of what two to four cross-faded
+#: photographs make (`motion.cross_fade`).  Set by hand: 35 true films of this project and three outside ones show -0.02
+#: at most, 21 films of two or three such photographs 0.20 and more.
+MAX_CROSS_FADE_SHARE = 0.15
+#: By how much a badge's own waveform may change with the place in that form.  Set by hand: those films show 2 %.
+UNEVEN_SHARE = 0.03
 #: A gap between neighbouring views of the fringes counts as unseen from this share of the mean difference between two
 #: views on (`fringes.seen_way`).  Derived: fewer than 12 photographs at even distances.
 MAX_VIEW_GAP_SHARE = 0.25

@@ -1,8 +1,9 @@
 """What a handful of photographs cannot show: could this film be a table of pictures, indexed by parallax?
 
 The picture of a badge with one axis depends on one parallax, and weakly on distance.  So a forger with some photographs
-can lay the fitting one over each frame, or cross-fade two.  Two things give that away: the fringes' `spacing`, which
-keeps to the distance of the photographs, and the `ripple` of their waveform between two of them.
+can lay the fitting one over each frame, or cross-fade two.  That gives it away: the fringes' `spacing`, which keeps to
+the distance of the photographs, and their waveform, which changes between two of them: by its `ripple` where they are
+many, by the form of their `cross_fade` where they are few.
 
 A zoom within the film, or a shadow that moves, can do the same to a true badge, so neither rejects a film.
 """
@@ -19,15 +20,15 @@ from numpy.typing import NDArray
 from moireid.verifier.camera.stretches import within_stretches
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import (
-    LEAST_STILLS,
+    MAX_CROSS_FADE_SHARE,
     MAX_RIPPLE_CONTRASTS,
     PHOTOGRAPH_SDS,
-    RESTING_STILLS,
     RIPPLE_LEFT_SHARE,
 )
+from moireid.verifier.motion.cross_fade import CrossFade, cross_fade_of
 from moireid.verifier.motion.ripple import Course
 from moireid.verifier.motion.spacing import spacing_finding, spacing_of
-from moireid.verifier.motion.taken_places import cross_faded, evenly, rests, seen_most
+from moireid.verifier.motion.taken_places import cross_faded, evenly, seen_most
 from moireid.verifier.reasons import Level, Reason
 
 Array = NDArray[np.float64]
@@ -48,11 +49,12 @@ def no_photographs(signals: Sequence[GratingSignal], moved: Sequence[GratingSign
     if not waveforms:
         return reasons
     worst = max(waveforms, key=lambda found: found.ripple / found.limit)
-    most = max(waveforms, key=lambda found: (found.stills, found.photographs))
+    count = max(found.photographs for found in waveforms)
     return [
         *reasons,
         _even(worst),
-        _needed(most, from_two=spacing is not None and spacing.tested and not spacing.wrong),
+        *_cross_faded([found for signal in moved if (found := cross_fade_of(signal)) is not None]),
+        _needed(count, from_two=spacing is not None and spacing.tested and not spacing.wrong),
     ]
 
 
@@ -65,13 +67,19 @@ def _even(waveform: Waveform) -> Reason:
     return Reason("waveform", level, waveform.ripple, waveform.limit, "contrasts", text)
 
 
-def _needed(found: Waveform, *, from_two: bool) -> Reason:
-    count = found.photographs
-    least_stills = RESTING_STILLS if found.rests else LEAST_STILLS
-    if found.stills < least_stills:
-        text = f"The film hardly shows more than {found.stills} pictures of the badge, over and over. "
-        text += "Keep the badge moving."
-        return Reason("photographs", "undecided", float(found.stills), float(least_stills), "photographs", text)
+def _cross_faded(found: Sequence[CrossFade]) -> list[Reason]:
+    if not found:
+        return []
+    worst = max(found, key=lambda one: one.certain)
+    level: Level = "undecided" if worst.seen else "pass"
+    text = "The fringes keep their shape all along their way."
+    if worst.seen:
+        text = f"The fringes change their shape as those of {worst.photographs} photographs do that are shown in turn, "
+        text += "or one faded into the other. Film in even light, and keep the badge moving."
+    return [Reason("cross_fade", level, worst.certain, MAX_CROSS_FADE_SHARE, "share", text)]
+
+
+def _needed(count: int, *, from_two: bool) -> Reason:
     least = f"at least {count}" if count < MOST_PHOTOGRAPHS else f"more than {count}"
     text = f"To fake this film with unchanged photographs of the badge, a forger would need {least} along its course"
     # One from another distance may be all that the spacing asks for, so it adds nothing to the count.
@@ -84,15 +92,12 @@ class Waveform:
     """Ripple of the waveform and what is allowed, contrasts; and how many photographs would stay below that.
 
     photographs: cross-faded, and right in phase by the law; evenly spaced over what the fringes pass, or where they are
-    seen most, whichever takes fewer; stills: where they are seen most;
-    rests: whether nearly all frames show `LEAST_STILLS` places.
+    seen most, whichever takes fewer.
     """
 
     ripple: float
     limit: float
     photographs: int
-    stills: int
-    rests: bool
 
 
 def waveform_of(signal: GratingSignal, passes: Passes) -> Waveform | None:
@@ -119,7 +124,7 @@ def waveform_of(signal: GratingSignal, passes: Passes) -> Waveform | None:
         next((n for n in range(2, MOST_PHOTOGRAPHS) if hidden(taken(n, course.place_rad))), MOST_PHOTOGRAPHS)
         for taken in (evenly, seen_most)
     ]
-    return Waveform(math.sqrt(max(square, 0.0)), limit, min(counts), counts[1], rests(course.place_rad))
+    return Waveform(math.sqrt(max(square, 0.0)), limit, min(counts))
 
 
 def _any_passes(_: GratingSignal) -> bool:

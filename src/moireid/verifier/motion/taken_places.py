@@ -8,8 +8,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from moireid.verifier.limits import LEAST_STILLS, MAX_RESTING_SHARE, REST_RAD
-
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 #: Steps towards the places that are seen most, and by how much a place must move to be worth another.
@@ -50,18 +48,6 @@ def seen_most(count: int, place_rad: Array) -> Array:
         nodes = moved
     # Two at one place would leave nothing to cross-fade between.
     return np.asarray(nodes + NEAR_RAD * np.arange(count))
-
-
-def rests(place_rad: Array) -> bool:
-    """Whether few places, as wide as two `REST_RAD`, hold nearly all frames, (T,): the fullest first."""
-    left = np.sort(place_rad)
-    for _ in range(LEAST_STILLS):
-        held = np.searchsorted(left, left + 2 * REST_RAD, "right") - np.arange(len(left))
-        first = int(np.argmax(held))
-        left = np.delete(left, np.s_[first : first + held[first]])
-        if len(left) < (1 - MAX_RESTING_SHARE) * len(place_rad):
-            return True
-    return False
 
 
 def cross_faded(place_rad: Array, nodes: Array) -> tuple[Complex, Complex]:

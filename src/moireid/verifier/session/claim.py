@@ -129,8 +129,6 @@ def with_photographs(reasons: tuple[Reason, ...], least: int) -> tuple[Reason, .
             return reasons
         text = f"The film does not show how many photographs would make it; {least} are asked for."
         return (*reasons, Reason("photographs", "undecided", None, float(least), "photographs", text))
-    if found.level == "undecided":
-        return reasons
     assert isinstance(found.measured, float)
     level: Level = "pass" if found.measured >= least else "undecided"
     text = f"{found.text} Asked for: {least}."
