@@ -246,11 +246,11 @@ RIPPLE_STEP_RAD, MAX_RIPPLE_CONTRASTS = 0.08, 0.004
 #: Films of this project: 0.26 to 0.74; the count of photographs rests on the low end.
 RIPPLE_LEFT_SHARE = 0.33
 #: A film is inconclusive if its waveform surely changes by more than this share of what two to four cross-faded
-#: photographs make (`motion.cross_fade`).  Set by hand: 35 true films of this project and three outside ones show -0.02
-#: at most, 21 films of two or three such photographs 0.20 and more.
-MAX_CROSS_FADE_SHARE = 0.15
+#: photographs make (`motion.cross_fade`).  Set by hand: 38 true films of this project and three outside ones show -0.02
+#: at most, films of two or three such photographs 0.27 and more.
+MAX_CROSS_FADE_SHARE = 0.2
 #: By how much a badge's own waveform may change with the place in that form.  Set by hand: those films show 2 %.
-UNEVEN_SHARE = 0.03
+UNEVEN_SHARE = 0.02
 #: A gap between neighbouring views of the fringes counts as unseen from this share of the mean difference between two
 #: views on (`fringes.seen_way`).  Derived: fewer than 12 photographs at even distances.
 MAX_VIEW_GAP_SHARE = 0.25
