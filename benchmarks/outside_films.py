@@ -15,7 +15,9 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -122,52 +124,67 @@ def _picture(word: str, folder: Path) -> Path:
     return path
 
 
+def made(task: Task, folder: Path) -> dict[str, Any]:
+    """Make one film in `folder`, and say what is in it; a film that an earlier run kept there is not made again."""
+    from moireid.badge import load_badge
+
+    note = folder / "film.json"
+    if note.is_file():
+        return json.loads(note.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
+    rng = np.random.default_rng(task.seed)
+    folder.mkdir(parents=True, exist_ok=True)
+    shutil.rmtree(folder / "badge", ignore_errors=True)
+    wear = issued(task, folder)
+    near, far = load_badge(folder / "badge" / "badge.json").range_m or (math.nan, math.nan)
+    distance_m = near + task.place * (far - near)
+    camera = drawn(rng, LAPTOP if task.format == "webcam" else PHONE)
+    motion, crf = MOTIONS[task.number % len(MOTIONS)], (23, 28)[task.number % 2]
+    walk = course(motion, 1000 * distance_m, FRAMES / FPS, rng)
+    page = load_page(folder / "badge")
+    shoot = Shoot(FRAMES, FPS, crf, int(rng.integers(1 << 30)), task.forge)
+    begun = time.process_time()
+    places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
+    tangents = -places[:, 0] / places[:, 2]
+    told = {
+        "wear": wear,
+        "distance_m": round(distance_m, 3),
+        "motion": motion,
+        "crf": crf,
+        "film_s": time.process_time() - begun,
+        "tan_u": (float(tangents.min()), float(tangents.max())),
+    }
+    note.write_text(json.dumps(told), encoding="utf-8")
+    return told
+
+
 def judged(task: Task) -> Row:
     """Make one film and judge it."""
     from moireid.badge import load_badge
     from moireid.verifier import Claim, verify
 
-    rng = np.random.default_rng(task.seed)
-    with tempfile.TemporaryDirectory() as made:
-        folder = Path(task.keep) / _name(task) if task.keep else Path(made)
-        folder.mkdir(parents=True, exist_ok=True)
-        wear = issued(task, folder)
+    with tempfile.TemporaryDirectory() as scratch:
+        folder = Path(task.keep or scratch) / _name(task)
+        told = made(task, folder)
         badge = load_badge(folder / "badge" / "badge.json")
-        assert badge.range_m is not None
-        near, far = badge.range_m
-        distance_m = near + task.place * (far - near)
-        camera = drawn(rng, LAPTOP if task.format == "webcam" else PHONE)
-        motion, crf = MOTIONS[task.number % len(MOTIONS)], (23, 28)[task.number % 2]
-        walk = course(motion, 1000 * distance_m, FRAMES / FPS, rng)
-        page = load_page(folder / "badge")
-        shoot = Shoot(FRAMES, FPS, crf, int(rng.integers(1 << 30)), task.forge)
         begun = time.process_time()
-        places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
-        film_s, begun = time.process_time() - begun, time.process_time()
         report = verify(folder / "film.mp4", Claim(badge, badge.id))
         verify_s = time.process_time() - begun
+        found = report.to_json()
         if task.keep:
-            (folder / "report.json").write_text(json.dumps(report.to_json(), indent=1), encoding="utf-8")
-    tangents = -places[:, 0] / places[:, 2]
-    found = report.to_json()
+            (folder / "report.json").write_text(json.dumps(found, indent=1), encoding="utf-8")
     return Row(
-        task.format,
-        task.number,
-        task.forge,
-        wear,
-        round(distance_m, 3),
-        motion,
-        crf,
-        report.verdict,
-        report.identity.decoded_id == badge.id,
-        report.identity.decoded_id not in (None, badge.id),
-        found["invariant"].get("gain_ratio"),
-        [_told(reason) for reason in found["reasons"] if reason["level"] != "pass"],
-        film_s,
-        verify_s,
-        (float(tangents.min()), float(tangents.max())),
-        found["frames"]["tracked"],
-        task.front,
+        format=task.format,
+        number=task.number,
+        forge=task.forge,
+        verdict=report.verdict,
+        read=report.identity.decoded_id == badge.id,
+        wrong=report.identity.decoded_id not in (None, badge.id),
+        gain=found["invariant"].get("gain_ratio"),
+        reasons=[_told(reason) for reason in found["reasons"] if reason["level"] != "pass"],
+        verify_s=verify_s,
+        tracked=found["frames"]["tracked"],
+        front=task.front,
+        **told,
     )
 
 
@@ -219,7 +236,11 @@ def main() -> None:
     parser.add_argument("--only", type=int, nargs="*", default=[], metavar="K", help="only the films of these numbers")
     parser.add_argument("--workers", type=int, default=2, metavar="N", help="films at a time; default: 2")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", metavar="DIR", help="keep badges, films, courses and reports there")
+    parser.add_argument(
+        "--keep",
+        metavar="DIR",
+        help="keep badges, films, courses and reports there; films kept there are judged anew, not made anew",
+    )
     parser.add_argument(
         "--rows", type=Path, metavar="FILE", help="append a line of JSON for each film; known ones are not made again"
     )

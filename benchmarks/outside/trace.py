@@ -214,17 +214,6 @@ def _seen_through_all(count, work, sheets, k, lens, raster, size):
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _pose(places, turns, at, out):
-    """The pose at a moment in knots: place, then the rows of the turn, into `out` (12,)."""
-    k = min(int(at), places.shape[0] - 2)
-    w = at - k
-    for i in range(3):
-        out[i] = (1.0 - w) * places[k, i] + w * places[k + 1, i]
-        for j in range(3):
-            out[3 + 3 * i + j] = (1.0 - w) * turns[k, i, j] + w * turns[k + 1, i, j]
-
-
-@njit(cache=True, fastmath=True, error_model="numpy")
 def _false_slopes(x, y, ex, ey, thickness, eyes, at, lie, patches, size):
     """Slopes of the ray by which a forger's picture shows the place (x, y) of the crowns."""
     half_x, half_y = size[2], size[3]
