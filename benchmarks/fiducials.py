@@ -11,7 +11,8 @@ over them, median and worst tracked frame.  parallax: error of the camera's Cx/|
 before any smoothing, with the focal length known.  ms: processor time of the tracker a frame.
 
 Rows "held": two thumbs over the board's edges from the tenth frame on.  Rows "shaken": by 60 px to either side once a
-second, with an exposure of a sixtieth.  Rows "least": how small a square or a line may be, over three courses.
+second, with an exposure of a sixtieth.  Rows "least": how small a square or a line may be, over three courses.  Rows
+"format": the smallest with which a format's own badge is tracked in 98 % of the frames at the far end of its range.
 
 STag's detector is asked for by `pip install stag-python`; its rows are left out where that is missing.  Its own corners
 are printed, and those of its squares registered as ours are.  "none": the board's outline and the name, with and
@@ -38,7 +39,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from moireid.badge import Badge, Cell, CodedFrame, Fiducial, Grating, Markers, Rect
+from moireid.designer import Request, design_badge
 from moireid.designer.fiducial import coded_frame
+from moireid.designer.formats import FORMATS, in_format
 from moireid.profiles import lens_named
 from moireid.simulate.analytic.page import TEXTURE_PX_PER_MM, page_texture
 from moireid.simulate.cameras import Camera
@@ -61,6 +64,8 @@ FRAMES, FPS, SEED, FOCAL_PX = 36, 30.0, 5, 1450.0
 #: Squares and lines of "least", px, and the distances from which they are seen, m.
 LEAST_PX, LEAST_LINE_PX, LEAST_M = (7.0, 8.0, 9.0, 10.0, 11.0, 12.0, 14.0), (1.2, 1.5, 1.8, 2.1, 2.5), (1.0, 2.0)
 COURSES = (0.0, 0.9, 1.7)
+#: Share of the frames in which a format's smallest fiducial is tracked; focal length of a laptop's camera (`webcam`).
+FORMAT_SHARE, LAPTOP_PX = 0.98, 960.0
 #: Thumbs lie over the board from this frame on.
 HELD_FROM = 10
 DISTANCES_M = (0.5, 1.0, 2.0)
@@ -123,6 +128,10 @@ def main() -> None:
         for kind, make, sizes_px in (("squares", _squares, LEAST_PX), ("frame", _frame, LEAST_LINE_PX)):
             if len(sys.argv) == 1 or f"least {kind}".startswith(tuple(sys.argv[1:])):
                 _least(Path(folder) / "film.mp4", kind, make, sizes_px)
+        for form in FORMATS:
+            if len(sys.argv) == 1 or f"format {form}".startswith(tuple(sys.argv[1:])):
+                _smallest(Path(folder) / "film.mp4", form, "squares", LEAST_PX)
+                _smallest(Path(folder) / "film.mp4", form, "frame", LEAST_LINE_PX)
 
 
 def rows(video: Path) -> Iterator[tuple[str, Callable[[str, float], None]]]:
@@ -201,10 +210,12 @@ def _film(
     texture: Callable[[Scene], Single] = page_texture,
     begun_s: float = 0.0,
     shaken: bool = False,
+    focal_px: float = FOCAL_PX,
 ) -> Filmed:
     """The film of a badge held in a hand, in a picture as large as it needs."""
-    side = 16 * math.ceil(1.5 * 160.0 * FOCAL_PX / (1000 * metres) / 16)
-    camera = Camera(width=side, height=side, focal_px=FOCAL_PX, shutter_s=0.0)
+    x0, y0, x1, y1 = badge.board_mm or BOARD_MM
+    side = 16 * math.ceil(1.5 * max(x1 - x0, y1 - y0) * focal_px / (1000 * metres) / 16)
+    camera = Camera(width=side, height=side, focal_px=focal_px, shutter_s=0.0)
     course = partial(_in_a_hand, 1000 * metres, begun_s)
     if shaken:
         camera, course = replace(camera, width=2 * side, exposure_s=1 / 60), partial(_shaken, 1000 * metres)
@@ -256,6 +267,26 @@ def _least(video: Path, kind: str, make: Callable[[float], Fiducial], sizes_px: 
             f"   worst clip {min(shares):.3f}",
             flush=True,
         )
+
+
+def _smallest(video: Path, form: str, kind: str, sizes_px: Sequence[float]) -> None:
+    """A row for a format: its smallest squares, in their places, or its thinnest frame, that is tracked far away."""
+    badge = design_badge(in_format(Request("Bench", markers=kind), form), bytes(8))
+    assert badge.range_m is not None
+    far_m, focal_px, own = badge.range_m[1], LAPTOP_PX if form == "webcam" else FOCAL_PX, badge.markers
+    own_mm = own.line_mm if isinstance(own, CodedFrame) else own.size_mm
+    for size_px in sizes_px:
+        size_mm = size_px * 1000 * far_m / focal_px
+        fiducial = coded_frame(own.rect_mm, size_mm) if isinstance(own, CodedFrame) else replace(own, size_mm=size_mm)
+        small = replace(badge, markers=fiducial)
+        films = [_film(video, small, far_m, begun_s=begun_s, focal_px=focal_px) for begun_s in COURSES]
+        share = np.mean([page is not None for made in films for page in _seen(made, fiducial).tracked])
+        if share >= FORMAT_SHARE:
+            told = f"{size_mm:.1f} mm ({size_px:g} px), {share:.3f} tracked"
+            break
+    else:
+        told = f"none of up to {size_mm:.1f} mm ({sizes_px[-1]:g} px)"
+    print(f"format {form} {kind}, {far_m:g} m: {told}; as made {own_mm:.1f} mm", flush=True)
 
 
 def _painted(made: Filmed, paint: Paint | None) -> Filmed:

@@ -83,14 +83,12 @@ class Read:
         read = sum(_read_share(one, self.word) for one in films) / len(films)
         return LinkBudget(cell_px, marker_px, error, _wrong_cell(error), found_share(marker_px, receiver) * read)
 
-    def reach_m(self, receiver: Receiver = PHONE) -> float:
-        """How far `PROMISED_SHARE` of films are read, m, to a millimetre."""
+    def reach_m(self, receiver: Receiver = PHONE, share: float = PROMISED_SHARE) -> float:
+        """How far that share of films is read, m, to a millimetre."""
         low, high = 0.0, 100.0
         while high - low > 1e-3:
             middle = (low + high) / 2
-            low, high = (
-                (middle, high) if self.at(middle, receiver).decode_probability >= PROMISED_SHARE else (low, middle)
-            )
+            low, high = (middle, high) if self.at(middle, receiver).decode_probability >= share else (low, middle)
         return low
 
 
