@@ -161,7 +161,7 @@ WITHIN: dict[str, set[str]] = {
     "bench.live": set(),
     "bench.published": {"film_set", "rows"},
     "cli.attest": {"common"},
-    "cli.printing": {"common", "issue_notes", "people"},
+    "cli.printing": {"common", "issue_notes"},
     "cli.verify": {"attest", "common"},
     "cli.watch": {"verify", "common"},
     "web.store": {"problems", "settings"},

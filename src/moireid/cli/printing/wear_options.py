@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import wraps
 from pathlib import Path
-from typing import Any
 
 import click
 
+from moireid.cli.printing.gathering import gathered
 from moireid.cli.printing.wear import Wear
 
 #: Names of `designer.formats.FORMATS`, written again because importing that room takes time that `--help` has not.
@@ -19,15 +17,10 @@ TEMPLATES = ("plain", "conference", "newsroom", "court", "webcam")
 PICTURE = click.Path(path_type=Path, dir_okay=False)
 
 
-def wear_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Give a command these options; it takes them as the argument `wear`."""
-
-    @wraps(command)
-    def gathered(*args: Any, **given: Any) -> Any:
-        wear = Wear(**{name: given.pop(name) for name in Wear.__dataclass_fields__})
-        return command(*args, wear=wear, **given)
-
-    options = [
+wear_options = gathered(
+    "wear",
+    Wear,
+    [
         click.option(
             "--format",
             "format_name",
@@ -48,7 +41,7 @@ def wear_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--lens",
             show_default="50lpi, or the format's",
             metavar="LABEL|FILE",
-            help="The lenticular sheet: a label below, or a lens profile (.json) of moireid calibrate.",
+            help="The lenticular sheet: a label from the list above, or a lens profile (.json) of moireid calibrate.",
         ),
         click.option(
             "--range",
@@ -59,7 +52,7 @@ def wear_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option(
             "--template",
-            show_default="plain; of a webcam's webcam",
+            show_default="plain; with --format webcam: webcam",
             metavar="NAME|FILE",
             help=f"What stands where: {', '.join(TEMPLATES)}; or a .toml or .json file of your own.",
         ),
@@ -71,7 +64,5 @@ def wear_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--colour", "--color", "colour", metavar="COLOUR", help="Of the template's accents, as #134e8c or teal."
         ),
-    ]
-    for option in reversed(options):
-        gathered = option(gathered)
-    return gathered
+    ],
+)

@@ -11,51 +11,28 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from moireid.cli.common import counted, progress_bar, say, show_json, tell_mount
+from moireid.cli.printing.order import Order
 
 if TYPE_CHECKING:
     from moireid.badge import Badge
-    from moireid.designer import Request
     from moireid.designer.people import Designed
     from moireid.fabrication import Event
-    from moireid.fabrication.process import MountFigures
     from moireid.looks.placing import Look
     from moireid.registry import Registry
 
 
 @dataclass(frozen=True)
-class _Order:
-    """What is made of a list, and how to tell of it; guessed: what was taken on reading the list, None if nothing."""
+class _List:
+    """A list that was read; mount: of all; guessed: what was taken on reading it, None if nothing."""
 
-    people_csv: Path
-    request: Request
-    folder: Path
-    measured_scale: tuple[float, float]
+    order: Order
+    path: Path
     mount: str
-    figures: MountFigures
-    overwrite: bool
-    as_json: bool
-    expires: str | None
     guessed: str | None
-    look: Look | None
-    lines: tuple[str, ...]
+    designed: list[Designed]
 
 
-def print_people(
-    people_csv: Path,
-    request: Request,
-    folder: Path,
-    registry_url: str | None,
-    actor: str | None,
-    measured_scale: tuple[float, float],
-    *,
-    mount: str,
-    figures: MountFigures,
-    overwrite: bool,
-    as_json: bool,
-    expires: str | None,
-    look: Look | None = None,
-    lines: tuple[str, ...] = (),
-) -> None:
+def print_people(order: Order, people_csv: Path) -> None:
     """Make the files of `print-your-badge --people`, and say what was made.
 
     Raises: SpecError where the list or a row of it cannot be used; nothing is made then.
@@ -65,34 +42,35 @@ def print_people(
     from moireid.fabrication.page.lettering import name_note
     from moireid.fabrication.parts import plan_parts
 
-    holder_of = nobody if registry_url is not None else None
+    holder_of = nobody if order.registry_url is not None else None
     # An impossible wish is refused before a registry is made for it.
     listed = read_people(people_csv)
     designed = list(
-        design_people(listed.people, request, holder_of=holder_of, source=str(people_csv), name_note=name_note)
+        design_people(listed.people, order.request, holder_of=holder_of, source=str(people_csv), name_note=name_note)
     )
-    plan_parts(badges_of(designed)[0], mount, figures)
-    scale, note = measured_scale, listed.note
-    order = _Order(people_csv, request, folder, scale, mount, figures, overwrite, as_json, expires, note, look, lines)
-    _dressed(order, designed, badges_of(designed))
-    if registry_url is None:
-        _make(order, designed, None)
+    mount = order.mount or "none"
+    plan_parts(badges_of(designed)[0], mount, order.figures)
+    found = _List(order, people_csv, mount, listed.note, designed)
+    _dressed(found, badges_of(designed))
+    if order.registry_url is None:
+        _make(found, None)
         return
     from moireid.registry import open_registry
 
-    with open_registry(registry_url, create=True, actor=actor) as registry:
-        _make(order, designed, registry)
+    with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
+        _make(found, registry)
 
 
-def _make(order: _Order, designed: list[Designed], registry: Registry | None) -> None:
+def _make(found: _List, registry: Registry | None) -> None:
     """Make and issue the badges of a list, and tell of them."""
     from moireid.designer.people import badges_of, without_held
     from moireid.fabrication.event import print_event
     from moireid.looks.columns import kept_pictures
 
+    order, designed = found.order, found.designed
     drawn = badges_of(without_held(designed, order.request, registry.by_id) if registry else designed)
-    badges, looks = _dressed(order, designed, drawn)
-    notes = _notes(order, designed, badges, registry)
+    badges, looks = _dressed(found, drawn)
+    notes = _notes(found, badges, registry)
     for note in notes:
         say(f"note: {note}")
     issue = (lambda: registry.enroll_many(badges, told=True, expires=order.expires)) if registry else None
@@ -101,11 +79,11 @@ def _make(order: _Order, designed: list[Designed], registry: Registry | None) ->
             badges,
             order.folder,
             measured_scale=order.measured_scale,
-            mount=order.mount,
+            mount=found.mount,
             figures=order.figures,
             looks=looks,
             overwrite=order.overwrite,
-            kept=[order.people_csv, *kept_pictures(looks)],
+            kept=[found.path, *kept_pictures(looks)],
             before_moving=issue,
             progress=progress,
             processes=os.cpu_count() or 1,
@@ -117,37 +95,34 @@ def _make(order: _Order, designed: list[Designed], registry: Registry | None) ->
         _tell(event, badges)
 
 
-def _dressed(
-    order: _Order, designed: Sequence[Designed], badges: Sequence[Badge]
-) -> tuple[list[Badge], list[Look | None]]:
+def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[Look | None]]:
     """Each badge with its row's lines, and what it wears.  Raises: SpecError that names the row."""
     from moireid.errors import SpecError
     from moireid.fabrication.page.dress import check_look
     from moireid.looks.columns import dressed
 
-    worn, looks = [], []
-    for one, badge in zip(designed, badges, strict=True):
+    worn, looks, wear = [], [], found.order.wear
+    usual = wear.look(found.order.request.axes)
+    for one, badge in zip(found.designed, badges, strict=True):
         try:
-            badge, look = dressed(badge, one.person.cells, order.look, order.lines, order.people_csv.parent)
+            badge, look = dressed(badge, one.person.cells, usual, wear.lines, found.path.parent)
             check_look(badge, look)
         except SpecError as error:
-            where = f"row {one.person.row} of {order.people_csv.name} ({one.person.name[:40]!r})"
+            where = f"row {one.person.row} of {found.path.name} ({one.person.name[:40]!r})"
             raise SpecError(f"{where}: {error}") from error
         worn.append(badge)
         looks.append(look)
     return worn, looks
 
 
-def _notes(
-    order: _Order, designed: Sequence[Designed], badges: Sequence[Badge], registry: Registry | None
-) -> list[str]:
+def _notes(found: _List, badges: Sequence[Badge], registry: Registry | None) -> list[str]:
     """What there is to say of a list: guesses, names that are printed in part, namesakes and look-alikes."""
     from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes
 
-    set_in_part = [f"row {one.person.row}: {one.name_note}" for one in designed if one.name_note]
-    shorter = dict.fromkeys(one.note for one in designed if one.note)
+    set_in_part = [f"row {one.person.row}: {one.name_note}" for one in found.designed if one.name_note]
+    shorter = dict.fromkeys(one.note for one in found.designed if one.note)
     alike = alike_in_list_notes(badges) + (look_alike_notes(badges, registry) if registry else [])
-    return [note for note in (order.guessed, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
+    return [note for note in (found.guessed, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
 
 
 def _document(event: Event, badges: Sequence[Badge], notes: list[str]) -> dict[str, Any]:

@@ -1,0 +1,105 @@
+"""One person's badge, from an order to its files."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import click
+
+from moireid.cli.common import say, show_json, status_line, tell_mount
+from moireid.cli.printing.order import Order
+
+if TYPE_CHECKING:
+    from moireid.registry import Registry
+
+
+def print_one(order: Order, payload: bytes | None) -> None:
+    """Make and enter the badge, and tell of it.
+
+    Parameters: payload: the identity; None for one that is drawn.
+    Raises: MoireIdError where the badge cannot be; no file and no registry is made then.
+    """
+    from moireid.designer.drawn import drawn_badge, nobody
+    from moireid.fabrication.package import file_names
+    from moireid.fabrication.page.dress import check_look
+    from moireid.fabrication.page.lettering import name_note
+    from moireid.files import planned
+    from moireid.looks.content import with_lines
+
+    # A wish that cannot be is refused before a registry is made for it.
+    trial = drawn_badge(order.request, payload, nobody if order.registry_url is not None else None).badge
+    name_note(trial.name)
+    check_look(with_lines(trial, order.wear.lines), order.wear.look(order.request.axes))
+    mount, parts, note = order.wear.parts(trial, order.mount, order.figures)
+    if note:
+        say(f"note: {note}")
+    if order.registry_url is None:
+        _make(order, payload, mount, None)
+        return
+    from moireid.registry import open_registry
+
+    planned(
+        [order.folder / name for name in file_names(parts, moving=True)],
+        overwrite=order.overwrite,
+        make_folders=False,
+    )
+    with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
+        _make(order, payload, mount, registry)
+
+
+def _make(order: Order, payload: bytes | None, mount: str, registry: Registry | None) -> None:
+    """Design, make and issue the badge, and tell of it."""
+    from moireid.cli.issue_notes import derived_notes, look_alike_notes
+    from moireid.designer import explain as explain_badge
+    from moireid.designer.drawn import drawn_badge
+    from moireid.fabrication.package import print_badge
+    from moireid.fabrication.page.lettering import name_note
+    from moireid.looks.content import with_lines
+
+    drawn = drawn_badge(order.request, payload, registry.by_id if registry else None)
+    badge = with_lines(drawn.badge, order.wear.lines)
+    alike = look_alike_notes([badge], registry) if registry else []
+    notes = [note for note in (name_note(badge.name), drawn.note, *derived_notes([badge]), *alike) if note]
+    for note in notes:
+        say(f"note: {note}")
+    issue = (lambda: registry.enroll(badge, told=True, expires=order.expires)) if registry else None
+    with status_line() as tell:
+        printed = print_badge(
+            badge,
+            order.folder,
+            mount=mount,
+            measured_scale=order.measured_scale,
+            figures=order.figures,
+            look=order.wear.look(order.request.axes),
+            overwrite=order.overwrite,
+            before_moving=issue,
+            progress=lambda file: tell(f"making {file}"),
+        )
+    files = {name: str(path) for name, path in printed.files.items()}
+    tell_mount(printed.left_out, printed.removed)
+    rows = explain_badge(badge)
+    if order.as_json:
+        show_json(
+            {
+                "id": badge.id,
+                "name": badge.name,
+                "files": files,
+                "issued": registry is not None,
+                "notes": notes,
+                "mount_mass_g": printed.mount_mass_g,
+                "mount_figures": printed.mount_figures,
+                "left_out": printed.left_out,
+                "removed": [str(path) for path in printed.removed],
+                "measured_scale": order.measured_scale,
+                "explain": dict(rows),
+            }
+        )
+        return
+    click.echo(f"Badge {badge.id} for {badge.name}:")
+    for path in files.values():
+        click.echo(f"  {path}")
+    if order.explain:
+        click.echo()
+        for what, figure in rows:
+            click.echo(f"  {what:<26} {figure}")
+    click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")
