@@ -36,6 +36,15 @@ INK, RAYS = "#1f2a37", ("#0f766e", "#b45309", "#7c3aed")
 PRINTED = {
     "ada": ('"Ada Lovelace" --payload 7097c67b0fafc59b', "The default size, 64 bits, for cameras 0.8 to 2.5 m away."),
     "xy": ('"Grace Hopper" --payload cdbbf82898d52ed1 --axes xy', "Fringes for motion sideways, and up and down."),
+    "hex": ('"Maria Sibylla Merian" --payload 3a91c05e77d2b846 --axes hex', "Three fields: motion in any direction."),
+    "array": (
+        '"Katherine Johnson" --payload 84d1f06b92c37ae5 --front array',
+        "Round lenses over crossed lines: both directions at every point.",
+    ),
+    "frame": (
+        '"Rosalind Franklin" --payload c26e19d85b03f74a --markers frame',
+        "A thin notched frame in place of the squares.",
+    ),
     "long": ('"Emmy Noether" --payload 00112233445566778899aabbccddeeff', "An identity of 128 bits."),
     "far": (
         '"Mary Somerville" --payload 5d171902d4d237dc --lens 40lpi --range 1-2.5',
