@@ -35,10 +35,10 @@ def test_windows_1252_is_taken_and_told() -> None:
     """Catches: a guess that nobody hears of; one that is told without a name to judge it by."""
     listed = read_list(ROWS.encode("cp1252"), source="people.csv")
     assert listed.rows[0][1]["name"] == "Zoë Müller"
-    assert listed.note and "Windows-1252" in listed.note and "row 2 then has 'Zoë Müller'" in listed.note
+    assert listed.note and "Windows-1252" in listed.note and "row 2 has 'Zoë Müller'" in listed.note
     names = "".join(f"Zo{letter}\n" for letter in "ëêéèïîíìöôó")
     note = read_list(f"name\nAda\n{names}".encode("cp1252")).note
-    assert note and all(f"row {row} then has 'Zo" in note for row in range(3, 13)) and "and 1 more" in note
+    assert note and all(f"row {row} has 'Zo" in note for row in range(3, 13)) and "and 1 more" in note
 
 
 @pytest.mark.parametrize("name", ["Łukasz", "Miłosz", "Kaźmierczak", "Święcki", "Jaś", "Żak", "ŁUKASZ", "Anna Kość"])

@@ -178,7 +178,7 @@ def test_folder_names_are_plain_and_sort_as_the_list_does():
         ("name,payload\nAda,0f5ac3962d784be1\nBob,0f5ac3962d784be1\n", "rows 2 and 3"),
         ("name,payload\nAda,xyz\n", "row 2"),
         ("name\n\x07\n", "row 2"),
-        ('name\n"Ada\n', "CSV"),
+        ('name\n"Ada\n', "check its quotes"),
         ("name\nLovelace, Ada\n", "quotes"),
         ("name,payload\nGrace,,x\n", "row 2"),
         ("name,name\nAda,Grace\n", "2 columns name"),

@@ -26,6 +26,23 @@ def derived_notes(badges: Sequence[Badge]) -> list[str]:
     ]
 
 
+def namesake_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:
+    """A sentence for each badge whose name, and line below it, are those of another badge that is enrolled."""
+    from moireid.names import line_of
+
+    told = []
+    for badge in badges:
+        line = line_of(badge.print)
+        same = [one for one in registry.named(badge.name) if one.id != badge.id and one.line == line]
+        if same:
+            whose = badge.name if line is None else f"{badge.name}, {line}"
+            told.append(
+                f"{_listed([one.id for one in same])} in the registry {'is' if len(same) == 1 else 'are'} of "
+                f"{whose!r} too, so a claim must give the id; another first line (--line) would tell them apart"
+            )
+    return told
+
+
 def look_alike_notes(badges: Sequence[Badge], registry: Registry) -> list[str]:
     """A sentence for each name that looks like another one which is enrolled."""
     return [

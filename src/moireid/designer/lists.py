@@ -87,8 +87,8 @@ def decoded(data: bytes, source: str = "the list") -> tuple[str, str | None]:
         if strange := _strange(line):
             raise unreadable(
                 source,
-                f"row {row} is not UTF-8, and as Windows-1252 it has {strange!r} in a word, which no name has; "
-                f"{SAVE_AS}",
+                f"row {row} is not UTF-8, and as Windows-1252 it has {strange!r} within a word, which no name "
+                f"has; {SAVE_AS}",
             )
     return text, f"{source} is not UTF-8 and was read as Windows-1252"
 
@@ -191,11 +191,11 @@ def _with_examples(note: str | None, people: list[tuple[int, dict[str, str]]], n
     if note is None or not cells:
         return note
     cells.sort(key=lambda one: one[1] != needed)
-    shown = ", ".join(f"row {number} then has {cell[:60]!r}" for number, _, cell in cells[:SHOWN])
+    shown = ", ".join(f"row {number} has {cell[:60]!r}" for number, _, cell in cells[:SHOWN])
     more = f" and {len(cells) - SHOWN} more" if len(cells) > SHOWN else ""
-    return f"{note}: {shown}{more}; if one of them is wrong, {SAVE_AS}"
+    return f"{note}: {shown}{more}; if a letter is wrong there, {SAVE_AS}"
 
 
 def unreadable(source: str, why: str | None) -> SpecError:
     """The error of a list that cannot be used as a whole."""
-    return SpecError(f"{source} cannot be read ({why}); give a CSV file with a column name")
+    return SpecError(f"{source} cannot be read: {why}")

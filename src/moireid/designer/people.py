@@ -67,7 +67,7 @@ def read_people(people_csv: Path) -> PeopleList:
     try:
         data = people_csv.read_bytes()
     except OSError as error:
-        raise unreadable(str(people_csv), error.strerror) from error
+        raise unreadable(str(people_csv), f"{error.strerror}; give a CSV file with a column name") from error
     return parse_people(data, source=str(people_csv))
 
 

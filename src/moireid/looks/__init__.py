@@ -9,4 +9,5 @@ template.py   template files, read and checked                templates/   those
 clear.py      what of a board stays clear, and its free areas
 placing.py    template, badge and content → pieces with their places
 columns.py    what a list of people says of their looks
+unworn.py     what was given, and the template does not show
 """

@@ -14,7 +14,7 @@ from moireid.looks.clear import BLEED_MM, LEAST_MM, areas_of, check_clear, overl
 from moireid.looks.colours import INK, PAPER, Colour, letters_on, readable, tint
 from moireid.looks.content import Content, lines_of
 from moireid.looks.qr import QUIET_MODULES, modules_of
-from moireid.looks.template import Place, Template
+from moireid.looks.template import Place, Side, Template
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -75,8 +75,7 @@ def pieces_of(badge: Badge, look: Look) -> list[Piece]:
 
     Raises: SpecError where a piece would cover what is read, or has no room.
     """
-    x0, y0, x1, y1 = badge.outline_mm
-    side = look.template.side(x1 - x0, y1 - y0)
+    side = _side(badge, look)
     places = [(number, place) for number, place in enumerate(side.places, start=1) if _worn(badge, look, place)]
     areas = _shared_out(areas_of(badge), {place.area for _, place in places})
     pieces: list[Piece] = []
@@ -84,6 +83,16 @@ def pieces_of(badge: Badge, look: Look) -> list[Piece]:
         for piece in _placed(badge, look, place, areas, f"place {number} of template {look.template.name}"):
             pieces += _on_white(badge, piece, pieces) if piece.kind == "qr" else [piece]
     return pieces
+
+
+def worn_places(badge: Badge, look: Look) -> tuple[Place, ...]:
+    """The places of the template that this badge fills."""
+    return tuple(place for place in _side(badge, look).places if _worn(badge, look, place))
+
+
+def _side(badge: Badge, look: Look) -> Side:
+    x0, y0, x1, y1 = badge.outline_mm
+    return look.template.side(x1 - x0, y1 - y0)
 
 
 def _on_white(badge: Badge, code: Piece, behind: list[Piece]) -> list[Piece]:

@@ -14,9 +14,13 @@ import pytest
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, in_format
+from moireid.fabrication.assembly import words
 from moireid.fabrication.assembly.fringes import LEANING_DEG, NARROWER, PX_PER_MM, WIDER, fringe_picture
-from moireid.fabrication.assembly.guide import write_assembly_pdf
+from moireid.fabrication.assembly.guide import _draw_steps, write_assembly_pdf
 from moireid.fabrication.assembly.plate import Piece, pieces, placed
+from moireid.fabrication.assembly.words import Build
+from moireid.fabrication.page.pdf import Sheet
 from moireid.fabrication.process import MountFigures, MountProcess, mount_figures
 
 PT_PER_MM = 72 / 25.4
@@ -196,11 +200,54 @@ def test_an_array_of_lenses_is_one_piece(tmp_path: Path) -> None:
     badge = design_badge(Request("A", front="array", range_m=(0.3, 0.8)), bytes(8))
     lists, steps, *_ = written(badge, tmp_path / "a.pdf", "none")
     assert len(pieces(badge)) == 1 and "Array of lenses" in lists and "Lenticular" not in lists
-    assert "2 pieces" not in lists and "follow the edges" in steps
+    assert "2 pieces" not in lists and "squares stand in rows" in steps and "wide dark bands" not in steps
 
 
 def test_a_frame_is_left_free_and_no_squares_are_spoken_of(tmp_path: Path) -> None:
     """Catches: squares on the sheet of a badge that has none."""
     badge = design_badge(Request("A", markers="frame"), bytes(8))
     _, steps, *_ = written(badge, tmp_path / "a.pdf", "none", "studio")
-    assert "Leave the black frame free" in steps and "squares" not in steps
+    assert "Only the frame's left and right side may lie below it" in steps and "squares" not in steps
+
+
+@pytest.mark.parametrize("paper", ["a4", "letter"])
+@pytest.mark.parametrize("form", FORMATS)
+def test_every_piece_lies_whole_on_its_page(form: str, paper: str, tmp_path: Path) -> None:
+    """Catches: a piece as wide as the paper, whose cutting line runs off it; paper that lies said to stand."""
+    badge = design_badge(in_format(Request("A", paper=paper), form, orientation="landscape"), bytes(8))
+    texts = written(badge, tmp_path / "a.pdf", "none")
+    document = pdfium.PdfDocument(tmp_path / "a.pdf")
+    page = next(document[k] for k, text in enumerate(texts) if "in true size" in text)
+    picture = page.render(scale=2, grayscale=True).to_numpy().squeeze()
+    document.close()
+    for edge in (picture[:, :8], picture[:, -8:], picture[:8], picture[-8:]):
+        assert edge.min() > 200
+    way = "lying" if badge.page_mm[0] > badge.page_mm[1] else "upright"
+    assert f", {way} (" in texts[0]
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_the_badge_is_looked_at_from_where_it_is_read(form: str) -> None:
+    """Catches: a distance that is rounded beyond the range."""
+    badge = design_badge(in_format(Request("A"), form), bytes(8))
+    near, far = badge.range_m or (0.0, 0.0)
+    look_m = Build(badge, "none", None, MountFigures(), "command").look_m
+    assert near <= look_m <= far and look_m > min(1.0, far) - 0.1
+
+
+@pytest.mark.parametrize("count", [8, 10])
+def test_no_step_runs_into_the_next(count: int) -> None:
+    """Catches: words that reach down to the next heading where there are many steps."""
+    badge = design_badge(Request("A", axes="hex"), bytes(8))
+    build = Build(badge, "holder" if count == 10 else "none", None, MountFigures(), "command", 2)
+    steps = words.steps(build)
+    drawn: list[tuple[float, float]] = []
+    sheet = Sheet(Path("unwritten.pdf"), (210.0, 297.0), "")
+    write = sheet.text
+    sheet.text = lambda x, y, *given, **told: (drawn.append((y, told["points"])), write(x, y, *given, **told))[1]  # type: ignore[method-assign]
+    _draw_steps(sheet, steps)
+    titles = [y for y, points in drawn if points == 10.5]
+    assert len(titles) == len(steps) == count
+    for title in titles[1:]:
+        assert title - max(y for y, points in drawn if points == 9.0 and y < title) > 5.0
+    assert max(y for y, _ in drawn) < 290.0

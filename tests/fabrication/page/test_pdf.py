@@ -21,11 +21,12 @@ from PIL import Image
 from kit.drawn import PT_PER_MM, Drawn, geometry
 from moireid.badge import Badge, Cell, Grating, Rect, load_badge
 from moireid.designer import Request, design_badge
+from moireid.designer.formats import FORMATS, in_format
 from moireid.errors import SpecError
 from moireid.fabrication import package
 from moireid.fabrication.page import artwork, preview
 from moireid.fabrication.page import pdf as page
-from moireid.fabrication.page.artwork import crop_marks, dark_lines, marker_squares
+from moireid.fabrication.page.artwork import SCALE_BAR_MM, bar_places, crop_marks, dark_lines, marker_squares
 
 PAYLOAD = bytes.fromhex("0f38c1a2b3d4e5f6")
 #: Boards at the corners of what the designer accepts on each paper, and one in between.
@@ -451,3 +452,14 @@ def test_fonts_are_found_without_loading_the_plotting_library() -> None:
     """Catches: a quarter of a second for `import matplotlib`, and a bold face that is not one."""
     assert artwork.font_file(bold=True).name == "DejaVuSans-Bold.ttf"
     assert artwork.font_file().is_file() and artwork.font_file(bold=True).is_file()
+
+
+@pytest.mark.parametrize("orientation", ["landscape", "portrait"])
+@pytest.mark.parametrize("form", FORMATS)
+def test_scale_bars_do_not_cross(form: str, orientation: str) -> None:
+    """Catches: a small board, about which the two bars of 150 mm meet, so that no ruler can be laid on them."""
+    badge = design_badge(in_format(Request("A"), form, orientation=orientation), bytes(8))
+    x, y = bar_places(badge.page_mm, badge.outline_mm)
+    across, down = (side / 2 for side in badge.page_mm)
+    assert x < across - SCALE_BAR_MM / 2 - 5.0 or y > down + SCALE_BAR_MM / 2 + 3.0
+    assert 7.0 <= x < badge.outline_mm[0] and badge.outline_mm[3] < y <= badge.page_mm[1] - 10.0

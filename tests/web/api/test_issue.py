@@ -105,7 +105,7 @@ def test_a_check_shows_the_budget_the_choice_and_the_law_and_issues_nothing(visi
     shown = Markup(answer.text)
     badge, law = design_badge(Request("Check Me"), bytes.fromhex(shown.fields["drawn"])), shown.law
     assert law is not None and json.loads(law) == json.loads(json.dumps(preview_law(badge)))
-    for words in (badge.id, "64 bits", "0.8 to 2.5 m", "more than 9,999 of 10,000", "mount.stl", "reference row"):
+    for words in (badge.id, "64 bits", "0.8 to 2.5 m", "in practically every film", "mount.stl", "reference row"):
         assert words in html.unescape(answer.text)
     assert visit.studio.registry.by_id(badge.id or "") is None
     # What was shown is what is issued then.
@@ -201,6 +201,7 @@ def test_a_name_that_exists_is_told_before_anything_is_issued(visit: Visit) -> N
     assert "anybody who knows the name can print this badge" in same.text
     twin = visit.ask("POST", "/issue", "issuer", data=wish)
     assert twin.status_code == 200 and "Another badge has this name already" in twin.text
+    assert "Not issued yet." in twin.text
     cyrillic = visit.ask("POST", "/issue", "issuer", data=wish | {"name": "Two \u041ef Us"})
     assert cyrillic.status_code == 200 and "This name looks like that of" in cyrillic.text and first.id in cyrillic.text
     other = visit.ask("POST", "/issue", "issuer", data=wish | {"payload": "0123456789abcdef"})
@@ -335,3 +336,17 @@ def test_heavy_packages_stay_out_of_the_server() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == []
+
+
+def test_numbers_may_have_a_comma(visit: Visit) -> None:
+    """Catches: half of the world's numbers refused with a library's sentence."""
+    fields = {"name": "Comma", "do": "check", "near_m": "0,9", "far_m": "2"}
+    assert "0.9 to 2 m" in visit.ask("POST", "/issue", "issuer", data=fields).text
+    wrong = visit.ask("POST", "/issue", "issuer", data=fields | {"near_m": "near"})
+    assert wrong.status_code == 422 and "it is no number such as 0.5" in wrong.text and "parse" not in wrong.text
+
+
+def test_an_event_without_a_list_asks_for_one(visit: Visit) -> None:
+    """Catches: a message about the first row of a list that was never given."""
+    answer = visit.ask("POST", "/issue/event", "issuer", data={"do": "check"})
+    assert answer.status_code == 422 and "choose a file, or type a name" in answer.text

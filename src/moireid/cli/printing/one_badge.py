@@ -31,10 +31,8 @@ def print_one(order: Order, payload: bytes | None) -> None:
     name_note(trial.name)
     check_look(with_lines(trial, order.wear.lines), order.wear.look(order.request.axes))
     mount, parts, note = order.wear.parts(trial, order.mount, order.figures)
-    if note:
-        say(f"note: {note}")
     if order.registry_url is None:
-        _make(order, payload, mount, None)
+        _make(order, payload, mount, note, None)
         return
     from moireid.registry import open_registry
 
@@ -44,22 +42,26 @@ def print_one(order: Order, payload: bytes | None) -> None:
         make_folders=False,
     )
     with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
-        _make(order, payload, mount, registry)
+        _make(order, payload, mount, note, registry)
 
 
-def _make(order: Order, payload: bytes | None, mount: str, registry: Registry | None) -> None:
+def _make(order: Order, payload: bytes | None, mount: str, about_mount: str | None, registry: Registry | None) -> None:
     """Design, make and issue the badge, and tell of it."""
-    from moireid.cli.issue_notes import derived_notes, look_alike_notes
+    from moireid.cli.issue_notes import derived_notes, look_alike_notes, namesake_notes
     from moireid.designer import explain as explain_badge
     from moireid.designer.drawn import drawn_badge
     from moireid.fabrication.package import print_badge
+    from moireid.fabrication.page.dress import look_notes
     from moireid.fabrication.page.lettering import name_note
     from moireid.looks.content import with_lines
 
     drawn = drawn_badge(order.request, payload, registry.by_id if registry else None)
     badge = with_lines(drawn.badge, order.wear.lines)
-    alike = look_alike_notes([badge], registry) if registry else []
-    notes = [note for note in (name_note(badge.name), drawn.note, *derived_notes([badge]), *alike) if note]
+    look = order.wear.look(order.request.axes)
+    others = [*namesake_notes([badge], registry), *look_alike_notes([badge], registry)] if registry else []
+    printed_in_part = (name_note(badge.name), *look_notes(badge, look))
+    told = (about_mount, *printed_in_part, drawn.note, *derived_notes([badge]), *others)
+    notes = [note for note in told if note]
     for note in notes:
         say(f"note: {note}")
     issue = (lambda: registry.enroll(badge, told=True, expires=order.expires)) if registry else None
@@ -70,7 +72,7 @@ def _make(order: Order, payload: bytes | None, mount: str, registry: Registry | 
             mount=mount,
             measured_scale=order.measured_scale,
             figures=order.figures,
-            look=order.wear.look(order.request.axes),
+            look=look,
             overwrite=order.overwrite,
             before_moving=issue,
             progress=lambda file: tell(f"making {file}"),
@@ -95,7 +97,8 @@ def _make(order: Order, payload: bytes | None, mount: str, registry: Registry | 
             }
         )
         return
-    click.echo(f"Badge {badge.id} for {badge.name}:")
+    entered = ", entered in the registry" if registry else ""
+    click.echo(f"Badge {badge.id} for {badge.name}{entered}:")
     for path in files.values():
         click.echo(f"  {path}")
     if order.explain:

@@ -70,7 +70,7 @@ def _make(found: _List, registry: Registry | None) -> None:
     order, designed = found.order, found.designed
     drawn = badges_of(without_held(designed, order.request, registry.by_id) if registry else designed)
     badges, looks = _dressed(found, drawn)
-    notes = _notes(found, badges, registry)
+    notes = _notes(found, badges, looks, registry)
     for note in notes:
         say(f"note: {note}")
     issue = (lambda: registry.enroll_many(badges, told=True, expires=order.expires)) if registry else None
@@ -115,13 +115,21 @@ def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[L
     return worn, looks
 
 
-def _notes(found: _List, badges: Sequence[Badge], registry: Registry | None) -> list[str]:
-    """What there is to say of a list: guesses, names that are printed in part, namesakes and look-alikes."""
-    from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes
+def _notes(found: _List, badges: Sequence[Badge], looks: Sequence[Look | None], registry: Registry | None) -> list[str]:
+    """What there is to say of a list: guesses, what is printed in part, namesakes and look-alikes."""
+    from moireid.cli.issue_notes import alike_in_list_notes, derived_notes, look_alike_notes, namesake_notes
+    from moireid.fabrication.page.dress import look_notes
 
-    set_in_part = [f"row {one.person.row}: {one.name_note}" for one in found.designed if one.name_note]
+    set_in_part = [
+        f"row {one.person.row}: {note}"
+        for one, badge, look in zip(found.designed, badges, looks, strict=True)
+        for note in (one.name_note, *look_notes(badge, look))
+        if note
+    ]
     shorter = dict.fromkeys(one.note for one in found.designed if one.note)
-    alike = alike_in_list_notes(badges) + (look_alike_notes(badges, registry) if registry else [])
+    alike = alike_in_list_notes(badges)
+    if registry:
+        alike += namesake_notes(badges, registry) + look_alike_notes(badges, registry)
     return [note for note in (found.guessed, *set_in_part, *shorter, *derived_notes(badges), *alike) if note]
 
 

@@ -210,17 +210,18 @@ def _clearance_mm(spans: tuple[tuple[float, float], ...], height: float, process
     most = TWIST_DEG / _twist_deg(1.0, spans, height)
     if most < LASER_MM:
         raise FabricationError(
-            f"register edges with the {LASER_MM:g} mm of air that a laser needs let page and lens turn by "
-            f"{_twist_deg(LASER_MM, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a board (--size) of "
-            f"{math.ceil(height * LASER_MM / most):g} mm or more in height, and wider in proportion",
+            f"the edges that hold page and lens are too short: with the {LASER_MM:g} mm of air that a laser needs, one "
+            f"may turn on the other by {_twist_deg(LASER_MM, spans, height):.2f} degrees, and {TWIST_DEG:g} are "
+            f"allowed; give a board (--size) of {math.ceil(height * LASER_MM / most):g} mm or more in height, wider in "
+            "proportion",
             most_mm=most,
         )
     if process.clearance_mm is None:
         return min(math.floor(most * 100 + 1e-9) / 100, MOST_CLEARANCE_MM)
     if process.clearance_mm > most:
         raise FabricationError(
-            f"register edges with {process.clearance_mm:g} mm of air let page and lens turn by "
-            f"{_twist_deg(process.clearance_mm, spans, height):.2f} degrees, allowed are {TWIST_DEG:g}; give a "
+            f"with {process.clearance_mm:g} mm of air at each edge, page and lens may turn on each other by "
+            f"{_twist_deg(process.clearance_mm, spans, height):.2f} degrees, and {TWIST_DEG:g} are allowed; give a "
             f"clearance_mm of {math.floor(most * 1000) / 1000:g} or less (--mount-figure), or a taller board (--size)",
             most_mm=most,
         )

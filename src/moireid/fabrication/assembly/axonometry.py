@@ -19,6 +19,8 @@ TURN_DEG, RISE_DEG = 30.0, 32.0
 #: Gap between parts as a share of the largest part's height on the page.
 GAP = 0.62
 LABELS_MM, LEADER_MM, LINE_MM, INK = 48.0, 5.0, 0.15, 0.25
+#: A rounded corner lies so near to the corner of what holds it, at most.
+CORNER_MM = 6.0
 _COS, _SIN = math.cos(math.radians(TURN_DEG)), math.sin(math.radians(TURN_DEG))
 _UP, _FLAT = math.cos(math.radians(RISE_DEG)), math.sin(math.radians(RISE_DEG))
 Place = tuple[float, float, float]
@@ -132,7 +134,9 @@ def _axes(lower: Part, upper: Part) -> list[Point]:
         [(min(values), max(values)) for values in list(zip(*part.places, strict=True))[:2]] for part in (lower, upper)
     ]
     (x0, x1), (y0, y1) = ((max(a[0], b[0]), min(a[1], b[1])) for a, b in zip(*ends, strict=True))
-    return [(x, y) for x in (x0, x1) for y in (y0, y1)]
+    # Around turned pieces the corners of what both cover are corners of neither.
+    near = [place[:2] for part in (lower, upper) for place in part.places]
+    return [(x, y) for x in (x0, x1) for y in (y0, y1) if min(math.dist((x, y), place) for place in near) < CORNER_MM]
 
 
 def _draw_part(sheet: Sheet, part: Part, at: Callable[[Place], Point]) -> None:

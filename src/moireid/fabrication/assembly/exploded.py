@@ -97,12 +97,14 @@ def _front(badge: Badge, low: float, film_mm: float) -> list[Part]:
     middle = low + lens.thickness_mm
     several = f"{len(loops)} " if len(loops) > 1 else ""
     plural = "s" if several else ""
-    hints = [line for corners in loops for line in _lines(corners)]
+    # The lenses of an array lie in rows both ways.
+    crossed = [corners[1:] + corners[:1] for corners in loops] if lens.kind == "array" else []
+    hints = [line for corners in [*loops, *crossed] for line in _lines(corners)]
     bodies = [loop if signed_area(loop) > 0 else loop[::-1] for loop in loops]
     body = tuple(Prism(loop, low, middle) for loop in bodies)
     if lens.kind != "mask":
         name = f"{several}lens sheet{plural}"
-        return [Part(name, f"{lens.thickness_mm:g} mm; lenses up", body, 0.97, hints=tuple(hints))]
+        return [Part(name, f"{lens.thickness_mm:.3g} mm; lenses up", body, 0.97, hints=tuple(hints))]
     film = tuple(Prism(loop, middle, middle + film_mm) for loop in bodies)
     return [
         Part(f"{several}clear spacer{plural}", f"{lens.thickness_mm:g} mm", body, 0.95),

@@ -25,6 +25,8 @@ from moireid.profiles import PAPERS_MM, Printer
 LEFT_MM, TOP_MM, LINE_MM, POINTS = 22.0, 28.0, 4.6, 9.0
 #: A step's picture, and the room between steps.
 PICTURE_MM, STEP_GAP_MM, MOST_STEP_MM = 42.0, 5.0, 29.0
+#: From a step's top to the first baseline of its words.
+TITLE_MM = 10.0
 #: A longer name is set smaller.
 NAME_MM = (150.0, 12.0)
 #: The section is drawn so many times life size.
@@ -50,16 +52,16 @@ def write_assembly_pdf(
     slots = 0 if mount == "none" else len(plan_mount(badge, mount, figures.printed)[0].slots)
     build = Build(badge, mount, acrylic, figures, maker, slots)
     views = _views(build)
-    paper = str((badge.print or {}).get("paper", "a4"))
+    paper_mm = PAPERS_MM.get(str((badge.print or {}).get("paper", "a4")), PAPERS_MM["a4"])
     with whole_file(path) as temporary:
-        sheet = Sheet(temporary, PAPERS_MM.get(paper, PAPERS_MM["a4"]), f"Assembly of moiré badge {badge.id}")
+        sheet = Sheet(temporary, paper_mm, f"Assembly of moiré badge {badge.id}")
         _draw_lists(sheet, build)
         sheet.canvas.showPage()
         _draw_steps(sheet, words.steps(build))
         if badge.lens.kind != "mask":
             draw_plates(sheet, badge, LEFT_MM, TOP_MM)
         for heading, view in views:
-            sheet.canvas.showPage()
+            sheet.turn_page(paper_mm)
             _draw_view(sheet, heading, view)
         sheet.save()
 
@@ -112,26 +114,37 @@ def _heading(sheet: Sheet, heading: str, y: float) -> float:
 def paragraph(sheet: Sheet, text: str, corner: tuple[float, float], width_mm: float, points: float = POINTS) -> float:
     """Write words in lines of at most that width from a corner, the first baseline's; give the next baseline's y."""
     x, y = corner
-    line = ""
-    for word in [*text.split(), None]:
-        longer = f"{line} {word}".strip()
-        if word is None or (line and sheet.text_width_mm(longer, points) > width_mm):
-            sheet.text(x, y, line, points=points, align="left")
-            y, longer = y + LINE_MM * points / POINTS, word or ""
-        line = longer
+    for line in _lines(sheet, text, width_mm, points):
+        sheet.text(x, y, line, points=points, align="left")
+        y += LINE_MM * points / POINTS
     return y
+
+
+def _lines(sheet: Sheet, text: str, width_mm: float, points: float = POINTS) -> list[str]:
+    """Words in lines of at most that width."""
+    lines = [""]
+    for word in text.split():
+        longer = f"{lines[-1]} {word}".strip()
+        if lines[-1] and sheet.text_width_mm(longer, points) > width_mm:
+            lines.append(word)
+        else:
+            lines[-1] = longer
+    return lines
 
 
 def _draw_steps(sheet: Sheet, found: list[Step]) -> None:
     """The page of steps, each with its picture at the left."""
     width, height = sheet.page_mm
     sheet.text(LEFT_MM, TOP_MM - 6, "Step by step", points=16, font=BOLD, align="left")
-    top, tall = TOP_MM, min(MOST_STEP_MM, (height - TOP_MM - 12) / len(found))
-    for number, step in enumerate(found, start=1):
+    top, x = TOP_MM, LEFT_MM + PICTURE_MM + 7
+    # Each step has the room of its words, and an even share of what is left.
+    needed = [TITLE_MM + LINE_MM * len(_lines(sheet, step.words, width - LEFT_MM - x)) for step in found]
+    spare = (height - TOP_MM - 12 - sum(needed)) / len(found)
+    for number, (step, words_mm) in enumerate(zip(found, needed, strict=True), start=1):
+        tall = min(MOST_STEP_MM, words_mm + spare)
         step.draw(sheet, (LEFT_MM, top, LEFT_MM + PICTURE_MM, top + tall - STEP_GAP_MM))
-        x = LEFT_MM + PICTURE_MM + 7
         sheet.text(x, top + 4.5, f"{number}.  {step.title}", points=10.5, font=BOLD, align="left")
-        paragraph(sheet, step.words, (x, top + 10), width - LEFT_MM - x)
+        paragraph(sheet, step.words, (x, top + TITLE_MM), width - LEFT_MM - x)
         top += tall
 
 

@@ -15,6 +15,8 @@ from moireid.fabrication.page.pdf import BOLD, Sheet
 from moireid.fabrication.sight import sheet_pieces
 
 GAP_MM, LENSES_MM, SCALE_MM = 14.0, 6.0, 100.0
+#: What printers leave white around a page; a piece wider than what is left lies on the paper turned, mm.
+RIM_MM = 6.0
 
 
 @dataclass(frozen=True)
@@ -72,30 +74,36 @@ def placed(found: list[Piece], room: Rect) -> list[list[tuple[Piece, Point]]]:
 
 def draw_plates(sheet: Sheet, badge: Badge, left_mm: float, top_mm: float) -> None:
     """Draw the pages of the plate, each begun anew."""
-    width, height = sheet.page_mm
-    found = pieces(badge)
+    found, (width, height) = pieces(badge), sheet.page_mm
+    widest = max(piece.size_mm[0] for piece in found)
+    if widest > width - 2 * RIM_MM:
+        width, height = height, width
     # A piece as wide as the paper's printable part takes the room of the margins too.
-    left = max(6.0, min(left_mm, (width - max(piece.size_mm[0] for piece in found)) / 2))
-    for page in placed(found, (left, top_mm + 22, width - 6, height - 24)):
-        sheet.canvas.showPage()
+    left = max(RIM_MM, min(left_mm, (width - widest) / 2))
+    for page in placed(found, (left, top_mm + 22, width - RIM_MM, height - 24)):
+        sheet.turn_page((width, height))
         sheet.text(left_mm, top_mm, "The lens sheet, in true size", points=16, font=BOLD, align="left")
+        array = badge.lens.kind == "array"
+        along = "lenses up, so that their rows" if array else "ribs up, so that its ribs"
         lines = (
-            "Print at 100 %. Lay the sheet on this page, ribs up, so that its ribs run as the thin lines do.",
+            f"Print at 100 %. Lay the sheet on this page, {along} run as the thin lines do.",
             "Cut along the dashed lines: no wider, and at most 0.2 mm narrower.",
         )
         for k, line in enumerate(lines):
             sheet.text(left_mm, top_mm + 7 + 5 * k, line, points=9, align="left")
         for piece, corner in page:
-            _draw_piece(sheet, piece, corner)
+            _draw_piece(sheet, piece, corner, crossed=array)
         _scale(sheet, left_mm, height - 14)
 
 
-def _draw_piece(sheet: Sheet, piece: Piece, corner: Point) -> None:
+def _draw_piece(sheet: Sheet, piece: Piece, corner: Point, *, crossed: bool) -> None:
+    """A piece's outline, its lenses sketched, crossed for those of an array, and its name."""
     wide, tall = piece.size_mm
     drawn = [(corner[0] + x, corner[1] + tall - y) for x, y in piece.upright]
-    for k in range(1, max(2, int(wide / LENSES_MM))):
-        x = corner[0] + wide * k / max(2, int(wide / LENSES_MM))
+    for x in _between(corner[0], wide):
         draw_path(sheet, [(x, corner[1]), (x, corner[1] + tall)], None, 0.8, closed=False)
+    for y in _between(corner[1], tall) if crossed else []:
+        draw_path(sheet, [(corner[0], y), (corner[0] + wide, y)], None, 0.8, closed=False)
     draw_path(sheet, drawn, None, 0.0, dash_mm=2.0)
     words = f"{piece.name}, {wide:.1f} × {tall:.1f} mm"
     middle = corner[0] + wide / 2, corner[1] + tall / 2
@@ -106,6 +114,12 @@ def _draw_piece(sheet: Sheet, piece: Piece, corner: Point) -> None:
         sheet.text(*middle, words, points=10)
     else:
         sheet.text(corner[0], corner[1] + tall + 5, words, points=8, align="left")
+
+
+def _between(low: float, length: float) -> list[float]:
+    """Places that part a length evenly, about `LENSES_MM` apart."""
+    count = max(2, int(length / LENSES_MM))
+    return [low + length * k / count for k in range(1, count)]
 
 
 def _scale(sheet: Sheet, x: float, y: float) -> None:

@@ -14,7 +14,7 @@ from moireid.badge import Badge, Point, Rect
 from moireid.fabrication.assembly.axonometry import draw_path
 from moireid.fabrication.assembly.fringes import LEANING_DEG, NARROWER, WIDER, fringe_picture
 from moireid.fabrication.page.pdf import Sheet
-from moireid.fabrication.sight import sheet_pieces
+from moireid.fabrication.sight import has_turned, sheet_pieces
 
 Draw = Callable[[Sheet, Rect], None]
 #: A picture's gap to the next one, and the reach of an arrow's head, mm.
@@ -48,10 +48,15 @@ class Board:
         for left, top, right, bottom in self.badge.markers.dark_mm:
             box = self.box(left - middle[0], middle[1] - bottom, right - middle[0], middle[1] - top)
             draw_path(sheet, box, 0.25, None)
-        for grating in self.badge.gratings:
-            corners = [(x - (x0 + x1) / 2, (y0 + y1) / 2 - y) for x, y in self.badge.corners_of(grating).tolist()]
-            draw_path(sheet, [self.at(corner) for corner in corners], 0.9, None)
-            stripes(sheet, [self.at(corner) for corner in corners], 1.1, 0.55)
+        fields = [
+            [self.at((x - middle[0], middle[1] - y)) for x, y in self.badge.corners_of(grating).tolist()]
+            for grating in self.badge.gratings
+        ]
+        for corners in fields:
+            draw_path(sheet, corners, 0.9, None)
+        # Gratings that cross on one field show the stripes of both.
+        for corners in fields:
+            stripes(sheet, corners, 1.1, 0.55)
 
     def pieces(self, sheet: Sheet, moved: Point = (0.0, 0.0)) -> None:
         """The pieces of sheet, lenses sketched, moved on the page by mm."""
@@ -59,6 +64,8 @@ class Board:
             drawn = [(x + moved[0], y + moved[1]) for x, y in (self.at(corner) for corner in corners)]
             draw_path(sheet, drawn, 0.97, 0.1)
             stripes(sheet, drawn, 2.2, 0.75)
+            if self.badge.lens.kind == "array":
+                stripes(sheet, drawn[1:] + drawn[:1], 2.2, 0.75)
 
 
 def stripes(sheet: Sheet, corners: Sequence[Point], step_mm: float, grey: float) -> None:
@@ -160,9 +167,15 @@ def held(badge: Badge, *, taped: bool) -> Draw:
         board.draw(sheet)
         board.pieces(sheet)
         half_x, half_y = board.half
+        strip = max(2.0, 1.2 / board.scale)
+        if has_turned(badge):
+            for _, corners in sheet_pieces(badge):
+                for k in (1, 3):
+                    draw_path(sheet, [board.at(place) for place in _along(corners, k, strip)], 0.7, 0.2)
+            if taped:
+                return
         rows = [y for _, corners in sheet_pieces(badge) for _, y in corners]
         low, high = (min(rows), max(rows)) if taped else (-half_y, half_y)
-        strip = max(2.0, 1.2 / board.scale)
         for side in (-1, 1):
             out = half_x + (0.0 if taped else strip)
             left, right = sorted((side * (half_x - strip), side * out))
@@ -173,6 +186,14 @@ def held(badge: Badge, *, taped: bool) -> Draw:
             arrow(sheet, (x, y - 2.5), (x, y + 4))
 
     return draw
+
+
+def _along(corners: Sequence[Point], side: int, wide: float) -> list[Point]:
+    """A strip that lies about a side of a rectangle, the side that begins at that corner."""
+    (ax, ay), (bx, by) = corners[side], corners[(side + 1) % 4]
+    length = math.dist((ax, ay), (bx, by))
+    x, y = (ay - by) / length * wide / 2, (bx - ax) / length * wide / 2
+    return [(ax + x, ay + y), (bx + x, by + y), (bx - x, by - y), (ax - x, ay - y)]
 
 
 def pressed(sheet: Sheet, area: Rect) -> None:

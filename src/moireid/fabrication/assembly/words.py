@@ -57,7 +57,7 @@ class Build:
     def look_m(self) -> float:
         """From how far to look and to film, m: 1 m where the badge is read from there."""
         near, far = self.badge.range_m or (1.0, 1.0)
-        return round(min(max(1.0, near), far), 1)
+        return max(near, math.floor(10 * min(max(1.0, near), far) + 1e-9) / 10)
 
     @property
     def glued(self) -> bool:
@@ -114,12 +114,14 @@ def settings(build: Build) -> list[tuple[str, str]]:
     """What to set in the print dialog: name and value."""
     told = build.badge.print or {}
     paper = {"letter": "US Letter"}.get(str(told.get("paper", "a4")), str(told.get("paper", "a4")).upper())
+    way = "upright (portrait)" if build.badge.page_mm[0] <= build.badge.page_mm[1] else "lying (landscape)"
+    film = build.badge.lens.kind == "mask"
     return [
-        ("File", "badge.pdf, page 1"),
-        ("Paper", f"{paper}, upright, one side; type “heavy” or “card”"),
+        ("File", "badge.pdf, page 1" + (" on card; page 2 on clear film, with the same settings" if film else "")),
+        ("Paper", f"{paper}, {way}, one side; type “heavy” or “card”"),
         ("Scale", "100 %, also called “actual size”. Never “fit to page”"),
         ("Resolution", f"{told.get('dpi', 1200)} dpi, best quality; no “draft”, no “toner save”"),
-        ("Colour", "black only, no smoothing; of a badge with colours: colour, and black as pure black"),
+        ("Colour", "no smoothing. If the badge has colours: colour, and black as pure black. If not: black only"),
         ("Tray", "the manual tray, also called multi-purpose: card stays straight"),
     ]
 
@@ -131,9 +133,11 @@ def steps(build: Build) -> list[Step]:
     several, array = len(sheet_pieces(badge)) > 1, badge.lens.kind == "array"
     front = "film" if mask else "sheet"
     one = f"each piece of {front}" if several else f"the {front}"
-    bands = "stand upright" if upright else "run along the field's edges" if array else "run along the printed lines"
+    bands = "stand upright" if upright else "run along the printed lines"
     lay = _LAY_MASK if mask else _LAY_ARRAY if array else _LAY_PIECES if several else _LAY
-    marks = "frame" if isinstance(badge.markers, CodedFrame) else "squares"
+    # Under a sheet the sides of a frame look displaced, which costs up to 2 % of the gain (docs/accuracy.md).
+    free = "Only the frame's left and right side may lie below it"
+    free = free if isinstance(badge.markers, CodedFrame) else "Leave the black squares free"
     found = [
         Step("Print it, and measure it", _MEASURE[build.maker], sketches.measure),
         Step(
@@ -141,25 +145,23 @@ def steps(build: Build) -> list[Step]:
             f"Cut the badge out along the corner marks. {_cut(build)}",
             sketches.cut(badge),
         ),
-        Step("Lay", f"Lay {lay}. Leave the black {marks} free.", sketches.lay(badge)),
+        Step("Lay", f"Lay {lay}. {free}.", sketches.lay(badge)),
         Step(
             f"Turn the {front} until the bands stand"
             if upright
-            else f"Turn it until the bands follow the {'edges' if array else 'lines'}",
-            f"Look at it from {build.look_m:g} m. You see wide dark bands. Turn {one} slowly until the bands of the "
-            f"plain rows (top, middle and bottom) {bands}, as here. Codes make the other rows jump; that is right.",
+            else f"Turn it until the {'squares stand in rows' if array else 'bands follow the lines'}",
+            _seen(build, f"Turn {one} slowly until", bands),
             sketches.fringes(badge, sketches.GOOD),
         ),
         Step(
-            "Do the bands lean?",
-            f"Then the {front} is turned by half a degree or so. Turn it back by a hair. The bands get steeper and "
-            "wider as you come near.",
+            "Do the rows lean?" if array else "Do the bands lean?",
+            f"Then the {front} is turned by half a degree or so. Turn it back a very little, until they lean no more.",
             sketches.fringes(badge, sketches.LEANING),
         ),
         Step(
             "Are they much too wide, or too narrow?",
-            f"Compare with preview.png. At twice or half the width (left, right) the {front} has another pitch than "
-            f"its label says, or the print has another size. {_PITCH[build.maker]}",
+            f"Compare with preview.png. If they are twice or half as wide (left, right), the {front} has another pitch "
+            f"than its label says, or the print has another size. {_PITCH[build.maker]}",
             sketches.fringes(badge, *sketches.PITCH),
         ),
         _fixed(build, front),
@@ -197,17 +199,34 @@ _CHECK: dict[Maker, str] = {
 }
 
 
+def _seen(build: Build, turn: str, bands: str) -> str:
+    """What a builder sees, and until when to turn."""
+    look = f"Look at it from {build.look_m:g} m."
+    if build.badge.lens.kind == "array":
+        return (
+            f"{look} You see light squares on dark. {turn} they stand in straight rows, as here. Where the identity "
+            "is, the rows jump."
+        )
+    return (
+        f"{look} You see wide dark bands. {turn} the bands of the plain rows (top, middle and bottom) {bands}, as "
+        "here. The other rows carry the identity: there the bands jump."
+    )
+
+
 def _cut(build: Build) -> str:
     if build.badge.lens.kind == "mask":
-        return "Cut film and acrylic to the sizes of page 1."
-    return f"Cut the lens sheet by the plate on the next page: no wider, and at most {NARROWER_MM:g} mm narrower."
+        return "Cut the film along its own marks, and the acrylic to the same size."
+    return f"Cut the lens sheet as the next page shows: no wider, and at most {NARROWER_MM:g} mm narrower."
 
 
 def _fixed(build: Build, front: str) -> Step:
     badge = build.badge
     seam = " Join the pieces by clear tape on the front of the seam." if len(sheet_pieces(badge)) > 1 else ""
-    # Turned pieces do not reach the edges at which mounts and tapes hold.
-    seam = " First hold each piece by clear tape on two of its sides." if has_turned(badge) else seam
+    turned = has_turned(badge)
+    # Turned pieces do not reach the edges at which mounts hold, so tape holds them.
+    seam = "" if turned else seam
+    taped = "Hold each piece, and put clear tape along two of its sides, 2 mm wide. No air may stay between. "
+    taped = taped if turned else ""
     if build.glued:
         words = (
             f"Peel 1 cm of the liner off at one edge. Lay the {front}, turn it until the bands are right, and press "
@@ -216,15 +235,17 @@ def _fixed(build: Build, front: str) -> Step:
         return Step("Glue it", words, sketches.lay(badge))
     if build.mount not in ("none", "holder"):
         words = (
-            f"Slide card and {front} together into the mount from the top, down to its bottom edge. Springs press them "
-            "on each other; no air may stay between."
+            f"{taped}Slide card and {front} together into the mount from the top, down to its bottom edge. Springs "
+            "press them on each other; no air may stay between."
         )
         return Step("Put it into the mount", words + seam, sketches.held(badge, taped=False))
     if build.acrylic and build.mount != "holder":
-        words = f"Lay card and {front} into the acrylic frame, put the cover on, and tighten the screws by turns."
+        words = (
+            f"{taped}Lay card and {front} into the acrylic frame, put the cover on, and tighten the screws by turns."
+        )
         return Step("Close the stack", words + seam, sketches.held(badge, taped=True))
     words = f"Hold the {front}, and put clear tape along its left and right edge, 2 mm wide. No air may stay between."
-    return Step("Fix it", words + seam, sketches.held(badge, taped=True))
+    return Step("Fix it", taped.strip() or words + seam, sketches.held(badge, taped=True))
 
 
 def _pressed(build: Build) -> Step:
@@ -256,7 +277,7 @@ def acrylic(plan: AcrylicPlan) -> list[str]:
         f"Laser-cut from acrylic.dxf or acrylic.svg: {plates}",
         f"{len(plan.screws)} button-head screws M3 × {screw_length_mm(plan)} (ISO 7380) with nuts",
         f"Card and sheet lie in the frame, with {plan.clearance_mm:g} mm of air at each edge. Tighten the cover until "
-        f"it touches the sheet all along; {plan.squeeze_mm:.2f} mm to the frame remain.",
+        f"it touches the sheet all along; a gap of {plan.squeeze_mm:.2f} mm to the frame stays open.",
     ]
 
 

@@ -23,6 +23,8 @@ RIM_MM = 3.0
 LETTERING_GAP_MM, LEAST_LETTERING_MM = 1.0, 2.0
 #: Air between a crop mark and a scale bar, and the least length of a mark; a mark that would be shorter stays whole.
 BAR_GAP_MM, LEAST_MARK_MM = 0.5, 2.0
+#: From the end of the level scale bar to the upright one, mm: room for a ruler.
+BARS_APART_MM = 8.0
 
 
 def dark_lines(grating: Grating, cell: Cell) -> list[Rect]:
@@ -103,9 +105,11 @@ def crop_marks(board: Rect, length_mm: float = CROP_MARK_MM) -> list[tuple[float
 def bar_places(page_mm: tuple[float, float], block: Rect) -> tuple[float, float]:
     """Where the two scale bars of a sheet stand: x of the upright one, y of the level one, mm.
 
-    They stand up to 14 mm from all that is on the sheet, as far as the paper and the printer's rim allow.
+    They stand up to 14 mm from all that is on the sheet, as far as the paper and the printer's rim allow; about a small
+    board the upright one stands farther out, clear of the level one's end.
     """
-    return max(block[0] - 14.0, 7.5), min(block[3] + 14.0, page_mm[1] - 10.5)
+    clear = page_mm[0] / 2 - SCALE_BAR_MM / 2 - BARS_APART_MM
+    return max(min(block[0] - 14.0, clear), 7.5), min(block[3] + 14.0, page_mm[1] - 10.5)
 
 
 def clear_of_bars(

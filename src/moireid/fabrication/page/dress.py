@@ -12,7 +12,7 @@ from PIL import Image, ImageOps
 
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.errors import SpecError
-from moireid.fabrication.page.lettering import PICTURE_DPI
+from moireid.fabrication.page.lettering import PICTURE_DPI, line_note
 from moireid.fabrication.page.pdf import BOLD, POINTS_PER_MM, REGULAR, Sheet
 from moireid.fabrication.page.words import SetWords, set_words
 from moireid.looks.colours import Colour
@@ -20,6 +20,7 @@ from moireid.looks.content import Content, lines_of
 from moireid.looks.placing import Look, Piece, pieces_of
 from moireid.looks.qr import modules_of
 from moireid.looks.template import template_named
+from moireid.looks.unworn import unworn
 
 #: Longer sides at which a picture is searched for markers, px: from near, and far away.
 SEEN_PX = (640, 320, 160, 80)
@@ -57,6 +58,15 @@ def check_look(badge: Badge, look: Look | None) -> None:
                 "the logo or portrait shows a square that is read as a marker, so the badge would not be found; take "
                 "the square out of the picture"
             )
+
+
+def look_notes(badge: Badge, look: Look | None) -> list[str]:
+    """A sentence for all that was given and is not printed: letters of lines, and what the template does not show."""
+    worn = look_of(badge, look)
+    if worn is None:
+        return []
+    lines = [line_note(line) for line in lines_of(badge)]
+    return [note for note in lines if note] + unworn(badge, worn)
 
 
 def _holds_marker(badge: Badge, picture: Image.Image) -> bool:

@@ -124,6 +124,17 @@ def name_note(name: str) -> str | None:
     )
 
 
+def line_note(line: str) -> str | None:
+    """One sentence about what the print leaves out of a line below the name; None where it shows all of it."""
+    found = set_name(line)
+    if not found.left_out:
+        return None
+    shows = f"shows {found.words[:80]!r}" if found.words else "shows nothing of it"
+    return (
+        f"the print leaves out of {line[:80]!r} what no font on this machine has ({_told(found.left_out)}), and {shows}"
+    )
+
+
 def _most_of(name: str) -> Callable[[str], bool]:
     """Tells which letters are printed: those that plain text or a shaper can set in the font that has most of them."""
     if not features.check("raqm"):

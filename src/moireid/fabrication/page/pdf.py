@@ -179,6 +179,12 @@ class Sheet:
         """Width of a line of text, mm."""
         return float(self.canvas.stringWidth(words, font, points)) / POINTS_PER_MM
 
+    def turn_page(self, page_mm: tuple[float, float]) -> None:
+        """Finish the page, and begin one of that size."""
+        self.canvas.showPage()
+        self.page_mm, self.height_mm = page_mm, page_mm[1]
+        self.canvas.setPageSize((page_mm[0] * POINTS_PER_MM, page_mm[1] * POINTS_PER_MM))
+
     def save(self) -> None:
         """Finish the page and write the file."""
         self.canvas.showPage()
@@ -297,8 +303,9 @@ def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float, count: int =
     whose = f"Mask of moiré badge {badge.id}: print" if count == 1 else f"Mask of {count} badges: print {count} times"
     lines = "page 1" if count == 1 else "each badge"
     words = (
-        f"{whose} on clear film at 100 %, cut along the marks, and lay it,",
-        f"printed side down, on {badge.lens.thickness_mm:g} mm of clear acrylic over the lines of {lines}.",
+        f"{whose} on clear film at 100 %,",
+        f"cut along the marks, and lay it, printed side down, on {badge.lens.thickness_mm:g} mm",
+        f"of clear acrylic over the lines of {lines}.",
     )
     for k, line in enumerate(words):
         sheet.text((x0 + x1) / 2, y0 + 8 + 5 * k, line, points=SMALL_POINTS + 1)

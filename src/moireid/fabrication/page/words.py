@@ -106,8 +106,8 @@ def _largest(name: str, lines: tuple[str, ...], most: float, room: tuple[float, 
         whose = repr((small[0].words if small else name or lines[0])[:40])
         whose += f" with {len(lines)} lines" if not small and name and lines else ""
         raise SpecError(
-            f"{whose} has no room on this badge: {room[0]:.0f} x {room[1]:.0f} mm hold it in letters smaller than "
-            f"{LEAST_POINTS:g} points alone; shorten it, or take fewer lines, another template or a larger format"
+            f"{whose} has no room on this badge: in {room[0]:.0f} x {room[1]:.0f} mm its letters would be smaller than "
+            f"{LEAST_POINTS:g} points; shorten it, or take fewer lines, another template or a larger format"
         )
     return best
 

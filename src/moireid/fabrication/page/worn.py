@@ -46,7 +46,7 @@ def draw_worn(badge: Badge, look: Look | None = None, frames: int = FRAMES) -> l
     scale = min(1.0, LONGER_PX / max(whole.size))
     size = (round(whole.width * scale), round(whole.height * scale))
     px_per_mm = PX_PER_MM * scale
-    boxes = _gratings(badge, px_per_mm)
+    fields = _fields(badge, size, px_per_mm)
     board = whole.resize(size, Image.Resampling.LANCZOS)
     cut = _cut_out(size, (look.corner_mm if look else 0.0) * px_per_mm)
     ground, corner = _ground(size, px_per_mm, cut)
@@ -55,24 +55,20 @@ def draw_worn(badge: Badge, look: Look | None = None, frames: int = FRAMES) -> l
     # On the way back the camera passes the same places.
     for aside in dict.fromkeys(swing):
         fringes = draw_fringes(badge, (aside, aside), px_per_mm).convert("RGB").resize(size)
-        here = board.copy()
-        for box in boxes:
-            here.paste(fringes.crop(box), box[:2])
         frame = ground.copy()
-        frame.paste(here, corner, cut)
+        frame.paste(Image.composite(fringes, board, fields), corner, cut)
         shown[aside] = frame
     return [shown[aside] for aside in swing]
 
 
-def _gratings(badge: Badge, px_per_mm: float) -> list[tuple[int, int, int, int]]:
-    """Where the fringes are in a picture of the board, px."""
+def _fields(badge: Badge, size: tuple[int, int], px_per_mm: float) -> Image.Image:
+    """Where the fringes are in a picture of the board: 255 within its gratings, turned ones too."""
     x0, y0, _, _ = badge.outline_mm
-    boxes = []
+    fields = Image.new("L", size, 0)
     for grating in badge.gratings:
-        left, top, right, bottom = grating.rect_mm
-        low = (math.floor((left - x0) * px_per_mm), math.floor((top - y0) * px_per_mm))
-        boxes.append((*low, math.ceil((right - x0) * px_per_mm), math.ceil((bottom - y0) * px_per_mm)))
-    return boxes
+        corners = (badge.corners_of(grating) - (x0, y0)) * px_per_mm
+        ImageDraw.Draw(fields).polygon([(x, y) for x, y in corners.tolist()], fill=255)
+    return fields
 
 
 def _cut_out(size: tuple[int, int], radius_px: float) -> Image.Image:

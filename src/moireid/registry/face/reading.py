@@ -66,6 +66,28 @@ class Reading:
                 erased_at=when,
             ) from error
 
+    def named(self, name: str) -> list[Record]:
+        """Find every record of exactly that name, revoked or not.
+
+        Parameters
+        ----------
+        name : str
+            Matched after Unicode NFC.
+
+        Returns
+        -------
+        list of Record
+            By id.
+
+        Raises
+        ------
+        RegistryError
+            Where a record is not as the authority signed it.
+        """
+        whole = unicodedata.normalize("NFC", name)
+        query = select_records().where(badges.c.name_nfc == whole).order_by(badges.c.id)
+        return [self._ledger.record(row) for row in self._ledger.rows(query)] if storable(whole) else []
+
     def by_id(self, badge_id: str) -> Record | None:
         """Find the record of an id.
 

@@ -24,7 +24,7 @@ from moireid.looks.placing import Look
 from moireid.names import line_of
 from moireid.registry import Registry
 from moireid.registry.look_alikes import alike_within
-from moireid.web.jobs.orders import Wish, named
+from moireid.web.jobs.orders import Wish
 
 #: An event's badges are made one after the other in one child; a larger one is for the command line.
 MOST_AT_AN_EVENT = 300
@@ -153,7 +153,7 @@ def _unnamed(people: Iterable[Person], pictures: Mapping[str, Path]) -> str | No
 def _namesakes(badge: Badge, registry: Registry) -> list[str]:
     """A note where somebody who is enrolled has the same name and the same first line."""
     line = line_of(badge.print)
-    same = [one for one in named(registry, badge.name) if one.id != badge.id and one.line == line and not one.barred()]
+    same = [one for one in registry.named(badge.name) if one.id != badge.id and one.line == line and not one.barred()]
     if not same:
         return []
     what = f"the name and the line {line[:40]!r}" if line else "the name, and no line"

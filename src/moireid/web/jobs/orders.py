@@ -22,7 +22,7 @@ from moireid.designer.link import LinkBudget
 from moireid.designer.reach import link_budgets
 from moireid.designer.request import clean_name
 from moireid.errors import RegistryError, SpecError
-from moireid.fabrication.page.dress import check_look
+from moireid.fabrication.page.dress import check_look, look_notes
 from moireid.fabrication.page.lettering import name_note
 from moireid.fabrication.parts import Parts
 from moireid.fabrication.process import MountFigures
@@ -243,26 +243,13 @@ def checked(order: Order, registry: Registry, pictures: Mapping[str, Path] | Non
         explain(badge),
         link_budgets(badge),
         found.holder,
-        [record for record in named(registry, badge.name) if record.id != badge.id],
+        [record for record in registry.named(badge.name) if record.id != badge.id],
         registry.look_alikes([badge.name]).get(badge.name, []),
         found.parts.files,
         found.parts.left_out,
-        tuple(note for note in (name_note(badge.name), found.note) if note),
+        tuple(note for note in (name_note(badge.name), *look_notes(badge, found.look), found.note) if note),
         is_name_derived(badge),
     )
-
-
-def named(registry: Registry, name: str) -> list[Record]:
-    """Every record of exactly that name.  Raises: RegistryError where a record is not to be believed."""
-    try:
-        return [record for record in [registry.find(name)] if record.name == name]
-    except RegistryError as error:
-        # Nobody, or several: the error says which.
-        ids = error.details.get("ids")
-        if not isinstance(ids, list):
-            raise
-        found = [registry.by_id(badge_id) for badge_id in ids]
-        return [record for record in found if record is not None and record.name == name]
 
 
 def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
@@ -275,6 +262,8 @@ def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
     given: dict[str, Any] = {
         key: value.strip() if key != "name" else value for key, value in fields.items() if key in known
     }
+    # Half of the world writes 0,5.
+    given |= {key: value.replace(",", ".") for key, value in given.items() if key.endswith(("_m", "_mm"))}
     if "lines" in given:
         given["lines"] = [line.strip() for line in given["lines"].splitlines() if line.strip()]
     try:
@@ -283,6 +272,7 @@ def read_fields(model: type[Wish], fields: Mapping[str, str]) -> Any:
         first = error.errors()[0]
         key = str(first["loc"][0])
         words = first["msg"][0].lower() + first["msg"][1:]
+        words = "it is no number such as 0.5" if first["type"] in ("float_parsing", "int_parsing") else words
         shown = str(first.get("input", ""))[:40]
         raise SpecError(f"{LABELS.get(key, key)} {shown!r} cannot be used: {words}; correct that field") from error
 

@@ -66,8 +66,8 @@ def _issue(request: Request, sent: Fields, visitor: Visitor) -> Response:
         problem = studio.sentence(error)
         return _page(request, sent.texts, status=422, chosen=chosen.shown(), problem=problem)
     words = sentences(found, order.format)
-    line, kept = line_of(found.badge.print), chosen.shown()
-    return _page(request, sent.texts, chosen=kept, checked=found, law=law, line=line, sentences=words)
+    line, kept, held_up = line_of(found.badge.print), chosen.shown(), sent.texts.get("do") == "issue"
+    return _page(request, sent.texts, chosen=kept, checked=found, law=law, line=line, sentences=words, held_up=held_up)
 
 
 @router.get("/issue/event")
@@ -88,6 +88,8 @@ def _event(request: Request, sent: Fields, visitor: Visitor) -> Response:
     data = sent.files.get("people_file") or sent.texts.get("people", "").encode("utf-8", "replace")
     chosen, text = _Chosen(studio, visitor, sent), ""
     try:
+        if not data.strip():
+            raise SpecError("no list was given; choose a file, or type a name on each line below a first line “name”")
         text, _ = decoded(data)
         chosen.read({"logo": FOR_ALL, "pictures": None})
         wish: Wish = read_fields(Wish, _texts(sent))
@@ -210,7 +212,7 @@ NOTHING: dict[str, Any] = {"kept": "", "names": {}}
 
 
 def _page(request: Request, given: dict[str, str], *, status: int = 200, **shown: object) -> Response:
-    context = {"checked": None, "problem": None, "chosen": NOTHING} | CHOICES | shown
+    context = {"checked": None, "problem": None, "chosen": NOTHING, "held_up": False} | CHOICES | shown
     return render(request, "issue.html.j2", status=status, given=given, **context)
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from moireid.designer.formats import FORMATS
-from moireid.idcodes.spacing import PHASE_LEVELS
+from moireid.designer.reach import verdict_reach_m
 from moireid.web.jobs.orders import Checked
 
 #: The formats: what they are called, and what they go into; sizes and ranges are said by `FORMATS`.
@@ -53,19 +52,17 @@ def sentences(checked: Checked, format_name: str | None = None) -> list[str]:
         f"Badge {badge.id} carries {badge.payload_bits} bits, and is made to be filmed from {badge.range_m[0]:g} to "
         f"{badge.range_m[1]:g} m {camera}."
     ]
-    for metres, link in checked.links:
-        told.append(
-            f"At {metres:g} m a cell is {link.cell_px:.1f} pixels wide, and the whole identity is read "
-            f"{_chance(link.decode_probability)}: a cell's phase is off by {link.phase_error_rad:.2f} rad, and "
-            f"an error of {math.pi / PHASE_LEVELS:.2f} rad would turn one symbol into the next."
-        )
+    told += [
+        f"From {metres:g} m the identity is read {_chance(link.decode_probability)}." for metres, link in checked.links
+    ]
+    told.append(f"Move it while you film: up to {verdict_reach_m(badge):.1f} m, eight seconds of swaying are enough.")
     return told
 
 
 def _chance(probability: float) -> str:
     """A probability as a share of films."""
     if probability >= 0.9999:
-        return "from more than 9,999 of 10,000 films of eight seconds"
+        return "in practically every film of eight seconds"
     if probability >= 0.01:
-        return f"from about {100 * probability:.{0 if probability < 0.99 else 1}f} of 100 films of eight seconds"
-    return "from hardly any film"
+        return f"in about {100 * probability:.{0 if probability < 0.99 else 1}f} of 100 films of eight seconds"
+    return "in hardly any film"

@@ -1,0 +1,47 @@
+"""What somebody gave for a badge, and the template does not show."""
+
+from __future__ import annotations
+
+from moireid.badge import Badge
+from moireid.looks.content import lines_of
+from moireid.looks.placing import Look, worn_places
+from moireid.looks.template import TEMPLATES, Place, template_named
+
+_PICTURES = ("logo", "portrait")
+
+
+def unworn(badge: Badge, look: Look) -> list[str]:
+    """A sentence for each picture, line or colour that was given and that the badge does not show."""
+    shown = _shown(worn_places(badge, look))
+    told = [
+        f"the template {look.template.name} shows no {what}, so it is left out{_instead(badge, look, what)}"
+        for what in _PICTURES
+        if look.shows(badge, what) and what not in shown
+    ]
+    lines = lines_of(badge)
+    if lines and not shown & {"lines", "words"}:
+        missing = [line for number, line in enumerate(lines, start=1) if f"line{number}" not in shown]
+        told += [f"the template {look.template.name} does not show the line {line[:60]!r}" for line in missing]
+    if look.content.colour is not None and "colour" not in shown:
+        told.append(f"the template {look.template.name} has nothing in colour, so the colour is not used")
+    return told
+
+
+def _shown(places: tuple[Place, ...]) -> set[str]:
+    """Pieces of places, and "colour" where one of them has an accent."""
+    shown = {what for place in places for what in place.what}
+    # A line that stands alone is lettered in the accent.
+    lone = any(what in ("line1", "line2", "line3", "line4") for what in shown)
+    accent = lone or any(place.ground != "none" or place.rule != "none" for place in places)
+    return shown | ({"colour"} if accent else set())
+
+
+def _instead(badge: Badge, look: Look, what: str) -> str:
+    """Which templates that come with the program would show it on this board."""
+    able = [
+        name
+        for name in TEMPLATES
+        if name != look.template.name
+        and what in _shown(worn_places(badge, Look(template_named(name), look.content, look.corner_mm)))
+    ]
+    return f"; {' and '.join(able)} {'show' if len(able) > 1 else 'shows'} one" if able else ""

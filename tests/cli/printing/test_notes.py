@@ -1,0 +1,60 @@
+"""What whoever prints a badge is told.  Beside each test: what it would catch."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner, Result
+from PIL import Image
+
+from moireid.cli.printing.print_cmd import print_command
+from moireid.fabrication.page import lettering
+
+
+@pytest.fixture
+def registry(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setenv("MOIREID_KEYS", str(tmp_path / "keys"))
+    return f"sqlite:///{tmp_path / 'people.sqlite3'}"
+
+
+def printed(*words: str, out: Path) -> Result:
+    outcome = CliRunner().invoke(print_command, [*words, "--out", str(out), "--mount", "none", "--json"])
+    assert outcome.exit_code == 0, outcome.stderr
+    return outcome
+
+
+def notes(outcome: Result) -> list[str]:
+    """The notes of the JSON, which are those on stderr."""
+    found = json.loads(outcome.stdout)["notes"]
+    assert all(f"note: {note}" in outcome.stderr for note in found)
+    return found
+
+
+def test_a_portrait_that_the_template_does_not_show_is_told(tmp_path: Path) -> None:
+    """Catches: a picture that is lost without a word, for one person or for a list."""
+    Image.new("RGB", (80, 100), "gray").save(tmp_path / "face.png")
+    wear = ["--format", "a6", "--template", "webcam", "--portrait", str(tmp_path / "face.png")]
+    assert any("webcam shows no portrait" in note for note in notes(printed("Ada", *wear, out=tmp_path / "a")))
+    (tmp_path / "people.csv").write_text("name\nAda\nBo\n", encoding="utf-8")
+    many = notes(printed("--people", str(tmp_path / "people.csv"), *wear, out=tmp_path / "b"))
+    assert sum("webcam shows no portrait" in note for note in many) == 2 and many[0].startswith("row 2: ")
+
+
+def test_a_line_that_is_printed_in_part_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Catches: signs that no font has, left out of a line without a word."""
+    monkeypatch.setattr(lettering, "system_fonts", lambda: ())
+    lettering.set_name.cache_clear()
+    found = notes(printed("Ada", "--format", "a6", "--line", "Guest \N{MICROPHONE}", out=tmp_path / "a"))
+    assert any("leaves out of 'Guest" in note and note.endswith("(microphone), and shows 'Guest'") for note in found)
+
+
+def test_a_namesake_with_the_same_line_is_told(registry: str, tmp_path: Path) -> None:
+    """Catches: a second person of one name and line, whom no claim by name finds; a warning about another line."""
+    first = printed("Ada Lovelace", "--line", "Keynote", "--registry", registry, out=tmp_path / "a")
+    assert not any("Lovelace" in note for note in notes(first))
+    other = notes(printed("Ada Lovelace", "--line", "Guest", "--registry", registry, out=tmp_path / "b"))
+    assert not any("claim must give the id" in note for note in other)
+    same = notes(printed("Ada Lovelace", "--line", "Keynote", "--registry", registry, out=tmp_path / "c"))
+    assert any(json.loads(first.stdout)["id"] in note and "claim must give the id" in note for note in same)
