@@ -54,8 +54,13 @@ WEAR: tuple[tuple[str, ...], ...] = (
     ("--orientation", "landscape", "--template", "conference", "--markers", "frame", *LINES[:2]),
     ("--orientation", "landscape", "--template", "webcam", *LINES[:2]),
 )
-#: Fronts that are asked for by `--fronts`: three turned fields, and an array of round lenses.
-FRONTS: dict[str, tuple[str, ...]] = {"hex": ("--axes", "hex"), "array": ("--front", "array")}
+#: Fronts that are asked for by `--fronts`: three turned fields, an array of round lenses, and a sheet that lies over the
+#: sides of a frame, as mounts hold it at the board's edges.
+FRONTS: dict[str, tuple[str, ...]] = {
+    "hex": ("--axes", "hex"),
+    "array": ("--front", "array"),
+    "edge": ("--markers", "frame"),
+}
 PROGRAM = Path(sys.executable).with_name("print-your-badge")
 
 
@@ -140,7 +145,7 @@ def made(task: Task, folder: Path) -> dict[str, Any]:
     camera = drawn(rng, LAPTOP if task.format == "webcam" else PHONE)
     motion, crf = MOTIONS[task.number % len(MOTIONS)], (23, 28)[task.number % 2]
     walk = course(motion, 1000 * distance_m, FRAMES / FPS, rng)
-    page = load_page(folder / "badge")
+    page = load_page(folder / "badge", edge_to_edge=task.front == "edge")
     shoot = Shoot(FRAMES, FPS, crf, int(rng.integers(1 << 30)), task.forge)
     begun = time.process_time()
     places = film(page, built(page, rng), camera, walk, folder / "film.mp4", shoot)
@@ -232,7 +237,9 @@ def main() -> None:
     parser.add_argument("--formats", type=lambda text: text.split(","), default=list(FORMATS), metavar="F,…")
     parser.add_argument("--clips", type=int, default=50, metavar="N", help="films of each format; default: 50")
     parser.add_argument("--forgeries", action="store_true", help="thirteen lies about each format instead")
-    parser.add_argument("--fronts", type=lambda text: text.split(","), default=[], metavar="F,…", help="hex, array")
+    parser.add_argument(
+        "--fronts", type=lambda text: text.split(","), default=[], metavar="F,…", help="hex, array, edge"
+    )
     parser.add_argument("--only", type=int, nargs="*", default=[], metavar="K", help="only the films of these numbers")
     parser.add_argument("--workers", type=int, default=2, metavar="N", help="films at a time; default: 2")
     parser.add_argument("--seed", type=int, default=1)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import cv2
@@ -61,14 +61,22 @@ class Page:
     sheets: tuple[Sheet, ...]
 
 
-def load_page(folder: Path) -> Page:
-    """Rasterise `badge.pdf` of the folder, and read what a builder knows."""
+def load_page(folder: Path, *, edge_to_edge: bool = False) -> Page:
+    """Rasterise `badge.pdf` of the folder, and read what a builder knows.
+
+    edge_to_edge: a sheet over one field reaches from the board's left edge to its right one, where mounts hold it.
+    """
     document = json.loads((folder / "badge.json").read_text(encoding="utf-8"))
     page = document["page"]["width_mm"], document["page"]["height_mm"]
     rect = document.get("board", {}).get("rect_mm", [0.0, 0.0, *page])
     fine, px_per_mm = rasterise(folder / "badge.pdf", rect)
     size = rect[2] - rect[0], rect[3] - rect[1]
-    return from_raster(fine, px_per_mm, size, _lens(document["lens"]), _sheets(document, rect, page))
+    sheets = _sheets(document, rect, page)
+    if edge_to_edge:
+        sheets = tuple(
+            replace(one, center_mm=(0.0, one.center_mm[1]), half_mm=(size[0] / 2, one.half_mm[1])) for one in sheets
+        )
+    return from_raster(fine, px_per_mm, size, _lens(document["lens"]), sheets)
 
 
 def from_raster(

@@ -229,7 +229,12 @@ def carried(badge: Badge, kind: str, slots: int) -> Draw:
         places = (-0.6, 0.6) if slots == 2 else (0.0,)
         for share in places:
             x, y = board.at((share * board.half[0], board.half[1]))
-            draw_path(sheet, [(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
+            if kind == "clip":
+                # The clip from the front, its hook through the slot, its jaws above.
+                draw_path(sheet, [(x - 2, y - 6), (x + 2, y - 6), (x + 1.4, y), (x - 1.4, y)], 0.6, 0.0)
+                arrow(sheet, (x + 6, y - 4), (x + 2.6, y - 3))
+            else:
+                draw_path(sheet, [(x, y), (x + (0.4 * (x - board.middle[0])), area[1])], None, 0.0, closed=False)
             draw_path(sheet, board.box(*_tab(board, share)), 0.75, 0.2)
 
     return draw
