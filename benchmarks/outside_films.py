@@ -54,8 +54,8 @@ WEAR: tuple[tuple[str, ...], ...] = (
     ("--orientation", "landscape", "--template", "conference", "--markers", "frame", *LINES[:2]),
     ("--orientation", "landscape", "--template", "webcam", *LINES[:2]),
 )
-#: Fronts that are asked for by `--fronts`: three turned fields, an array of round lenses, and a sheet that lies over the
-#: sides of a frame, as mounts hold it at the board's edges.
+#: Fronts that are asked for by `--fronts`: three turned fields, an array of round lenses, and a sheet over the sides of
+#: a frame, as mounts hold it at the board's edges.
 FRONTS: dict[str, tuple[str, ...]] = {
     "hex": ("--axes", "hex"),
     "array": ("--front", "array"),
