@@ -52,10 +52,14 @@ def sentences(checked: Checked, format_name: str | None = None) -> list[str]:
         f"Badge {badge.id} carries {badge.payload_bits} bits, and is made to be filmed from {badge.range_m[0]:g} to "
         f"{badge.range_m[1]:g} m {camera}."
     ]
-    told += [
-        f"From {metres:g} m the identity is read {_chance(link.decode_probability)}." for metres, link in checked.links
-    ]
-    told.append(f"Move it while you film: up to {verdict_reach_m(badge):.1f} m, eight seconds of swaying are enough.")
+    chances = {metres: _chance(link.decode_probability) for metres, link in checked.links}
+    if len(set(chances.values())) == 1:
+        told.append(f"Over all of that the identity is read {next(iter(chances.values()))}.")
+    else:
+        told += [f"From {metres:g} m the identity is read {chance}." for metres, chance in chances.items()]
+    reach_m, far_m = verdict_reach_m(badge), badge.range_m[1]
+    until = "" if reach_m >= far_m else f" up to {reach_m:.1f} m; from farther away, move it more"
+    told.append(f"Whoever films it must move it. Eight seconds of swaying are enough for a verdict{until}.")
     return told
 
 
