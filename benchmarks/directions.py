@@ -2,7 +2,8 @@
 
 A camera moves in a straight line, to and fro, in directions 30 degrees apart in the badge's plane, and then as a hand
 did.  Each piece of lens sheet is laid with an offset and a twist of its own.  Printed are the verdict, the identity,
-and the gain of each grating.  With --forgeries a badge of three gratings is forged in all ways, on a slanted course
+and the gain of each grating.  With --askew the pieces are laid so many degrees askew, to either side in turns, and the
+badge sways.  With --forgeries a badge of three gratings is forged in all ways, on a slanted course
 and on the hand's.  With --dots: how far the fringe of a cell is off where a turned grating's lines are painted on dots.
 """
 
@@ -11,6 +12,7 @@ from __future__ import annotations
 import argparse
 import math
 import tempfile
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -53,14 +55,20 @@ def along(direction_deg: float) -> Motion:
     return poses
 
 
-def judged(badge: Badge, motion: Motion, folder: Path, forge: str | None = None) -> str:
+def judged(
+    badge: Badge,
+    motion: Motion,
+    folder: Path,
+    forge: str | None = None,
+    laid: tuple[tuple[float, float], ...] = LAID,
+) -> str:
     """One film's outcome as a line."""
     video = folder / "film.mp4"
-    offset_mm, twist_rad = LAID[0]
+    offset_mm, twist_rad = laid[0]
     one = badge.lens.kind == "array"
     # The sheet of an array is one piece.
-    laid = {"lens_offset_mm": offset_mm, "twist_rad": twist_rad} if one else {"laid": LAID[: len(badge.gratings)]}
-    build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, **laid)
+    pieces = {"lens_offset_mm": offset_mm, "twist_rad": twist_rad} if one else {"laid": laid[: len(badge.gratings)]}
+    build = Build(print_scale=1.002, print_aspect=1.001, lens_scale=0.9995, **pieces)
     scene = Scene(badge, build, camera_named("phone"))
     film(scene, motion, video, frames=FRAMES, fps=FPS, forge=forge, seed=SEED, overwrite=True)
     report = verify(video, Claim(badge, badge.id))
@@ -103,16 +111,29 @@ def print_dots(badge: Badge) -> None:
         print(f"{dpi} dpi: the fringe of a turned cell is off by {worst:.4f} rad at most")
 
 
+def print_askew(badges: dict[str, Badge], degrees: list[float]) -> None:
+    """A line for each angle and kind of badge."""
+    sway = motion_named("sway", distance_mm=1000.0, seed=SEED)
+    with tempfile.TemporaryDirectory() as name:
+        for askew, axes in product(degrees, ("x", "xy", "hex")):
+            laid = tuple((offset, math.copysign(math.radians(askew), twist)) for offset, twist in LAID)
+            print(f"{askew:g}°  {axes:<5}{judged(badges[axes], sway, Path(name), laid=laid)}", flush=True)
+
+
 def main() -> None:
     """One line a film."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--axes", nargs="+", choices=KINDS_OF_BADGE, default=KINDS_OF_BADGE)
     parser.add_argument("--forgeries", action="store_true", help="forge the badge of three gratings instead")
+    parser.add_argument("--askew", nargs="+", type=float, metavar="DEG", help="lay the pieces askew instead")
     parser.add_argument("--dots", action="store_true", help="paint turned lines on dots instead")
     asked = parser.parse_args()
     badges = {axes: badge_of(axes) for axes in KINDS_OF_BADGE}
     if asked.dots:
         print_dots(badges["hex"])
+        return
+    if asked.askew:
+        print_askew(badges, asked.askew)
         return
     hand = motion_named("handheld", distance_mm=DISTANCE_MM, seed=SEED)
     with tempfile.TemporaryDirectory() as name:

@@ -21,8 +21,8 @@ from moireid.idcodes.words import WordCode
 
 #: A cell's phase error is `AT_RAD` at a receiver's `cell_px`, falls with this power of its pixels, and ends at a floor.
 AT_RAD, POWER, FLOOR_RAD = 0.1, 3.2, 0.004
-#: Spread of a film's phase error, and of the marker size that it needs, as standard deviations of logarithms.
-ERROR_SPREAD, MARKER_SPREAD = 0.35, 0.07
+#: Spread of a film's phase error, as the standard deviation of its logarithm.
+ERROR_SPREAD = 0.35
 #: Doubtful bytes are erased, so a word bears errors larger by this than one that is read by hard decisions.  Measured:
 #: half of the words of 26 and of 42 bytes are read at 0.45 rad, and by hard decisions at 0.43 rad.
 SOFT_GAIN = 1.05
@@ -35,21 +35,25 @@ _QUANTILES = tuple(NormalDist().inv_cdf((k + 0.5) / 15) for k in range(15))
 @dataclass(frozen=True)
 class Receiver:
     """Who films: focal length in pixels of the file, of how many pixels a cell must be for an error of `AT_RAD`, and a
-    marker for half of the films to find it; words: as in "read by".
+    marker for half of the films to find it; marker_spread: of the size that a film needs, as the standard deviation of
+    its logarithm; words: as in "read by".
+
+    Source of the markers' figures: the likeliest for 63 films each of all formats (`benchmarks/link.py`).
     """
 
     words: str
     focal_px: float
     cell_px: float
     marker_px: float
+    marker_spread: float
 
 
 #: A phone on a stand or in a still hand: 1080p, H.264 of crf 28.
-PHONE = Receiver("a phone in 1080p", 1450.0, 3.2, 8.1)
+PHONE = Receiver("a phone in 1080p", 1450.0, 3.2, 8.3, 0.055)
 #: A call: 720p at 1200 kbit/s, a frame in twenty lost.
-CALL = Receiver("a call at 720p", 967.0, 3.05, 7.7)
+CALL = Receiver("a call at 720p", 967.0, 3.05, 7.7, 0.1)
 #: A clip of a chat program: 360 rows at 700 kbit/s, made small from a phone's film.
-CHAT = Receiver("a chat program's clip", 483.0, 2.3, 6.2)
+CHAT = Receiver("a chat program's clip", 483.0, 2.3, 6.6, 0.125)
 RECEIVERS = (PHONE, CALL, CHAT)
 
 
@@ -94,12 +98,12 @@ class Read:
 
 def found_share(marker_px: float, receiver: Receiver = PHONE) -> float:
     """Share of films in which markers of that size are found and followed.  Source: module docstring."""
-    return NormalDist().cdf(math.log(marker_px / receiver.marker_px) / MARKER_SPREAD)
+    return NormalDist().cdf(math.log(marker_px / receiver.marker_px) / receiver.marker_spread)
 
 
 def found_reach_m(marker_mm: float, receiver: Receiver = PHONE) -> float:
     """How far markers are found in `PROMISED_SHARE` of films, m."""
-    least_px = receiver.marker_px * math.exp(MARKER_SPREAD * NormalDist().inv_cdf(PROMISED_SHARE))
+    least_px = receiver.marker_px * math.exp(receiver.marker_spread * NormalDist().inv_cdf(PROMISED_SHARE))
     return receiver.focal_px * marker_mm / least_px / 1000
 
 

@@ -20,7 +20,14 @@ from moireid.verifier.fringes.predicted_phase import strip_law
 from moireid.verifier.fringes.signals import Measurement
 from moireid.verifier.fringes.sinusoid import Complex, series
 from moireid.verifier.identity.waveform import learn_waveform, match_cost, match_phase, match_symbol
-from moireid.verifier.limits import CELL_FLOOR_RAD, CELL_NOISE_RATIO, DOUBTFUL_AGREEMENT_SHARE, MAX_TWIST_RAD
+from moireid.verifier.limits import (
+    CELL_FLOOR_RAD,
+    CELL_NOISE_RATIO,
+    DOUBTFUL_AGREEMENT_SHARE,
+    MAX_TWIST_RAD,
+    UNUSUAL_TWIST_LESS,
+    USUAL_TWIST_RAD,
+)
 from moireid.verifier.tracking.profiles import Strip
 from moireid.verifier.tracking.track import Track
 
@@ -31,8 +38,8 @@ MARGIN_MM = 1.2
 SHAPE_FRAMES = 48
 
 
-#: Frames from which the twist, one figure for the whole film, is estimated.
-TWIST_FRAMES = 128
+#: Frames from which the twist, one figure for the whole film, is estimated; steps from none to the largest usual one.
+TWIST_FRAMES, TWIST_STEPS = 128, 400
 
 
 @dataclass(frozen=True)
@@ -178,28 +185,40 @@ def uniform_fields(track: Track, measurement: Measurement, grating: int) -> list
     level = (share * np.array([phase.level for _, phase, _ in uniform])).sum(axis=0)
     contrast = (share * np.array([phase.contrast for _, phase, _ in uniform])).sum(axis=0)
     fields = []
-    for twist in _twists(apart, across, weight, 2 * math.pi * MAX_TWIST_RAD / badge.lens.pitch_mm):
+    for twist in _twists(apart, across, weight, 2 * math.pi / badge.lens.pitch_mm):
         clock = np.angle((weight * np.exp(1j * (apart - twist * across[:, None]))).sum(axis=0))
         fields.append(Field(clock, twist, level, contrast, frequency, middle, np.asarray(weight.any(axis=0), bool)))
     return fields
 
 
-def _twists(apart: Array, across: Array, weight: Array, most: float) -> list[float]:
+def _twists(apart: Array, across: Array, weight: Array, slope: float) -> list[float]:
     """Twists, rad per mm across, at which the rows agree nearly as well as at the best one, best first.
 
-    apart, weight (rows, T).  The mean of the rows in each frame is left free.  It must not be subtracted first, because
-    a twist may make the rows cancel in it.
+    apart, weight (rows, T); slope: phase per mm across for a twist of one radian.  The mean of the rows in each frame
+    is left free.  It must not be subtracted first, because a twist may make the rows cancel in it.  Twists beyond the
+    usual ones come first only if the rows agree clearly better there.
     """
     if len(apart) < 2:
         return [0.0]
-    grid = np.linspace(-most, most, 801)
+    step = slope * USUAL_TWIST_RAD / TWIST_STEPS
+    count = round(slope * MAX_TWIST_RAD / step)
+    grid = step * np.arange(-count, count + 1)
     some = np.unique(np.linspace(0, apart.shape[1] - 1, min(TWIST_FRAMES, apart.shape[1])).astype(int))
     turned = weight[:, some] * np.exp(1j * apart[:, some])
     agreement = np.abs(np.exp(-1j * np.outer(grid, across)) @ turned).sum(axis=1) / weight[:, some].sum()
+    usual = slice(count - TWIST_STEPS, count + TWIST_STEPS + 1)
+    found = {float(grid[k]): float(agreement[k]) for k in _near_best(agreement)}
+    likely = {
+        float(grid[usual][k]): float(agreement[usual][k]) + UNUSUAL_TWIST_LESS for k in _near_best(agreement[usual])
+    }
+    return sorted(found | likely, key=lambda twist: -(found | likely)[twist])
+
+
+def _near_best(agreement: Array) -> list[int]:
+    """Peaks that are nearly as high as the highest one."""
     padded = np.concatenate([[-1.0], agreement, [-1.0]])
     peaks = np.flatnonzero((agreement >= padded[:-2]) & (agreement > padded[2:]))
-    near = [int(k) for k in peaks if agreement[k] >= agreement.max() - DOUBTFUL_AGREEMENT_SHARE]
-    return [float(grid[k]) for k in sorted(near, key=lambda k: -agreement[k])]
+    return [int(k) for k in peaks if agreement[k] >= agreement.max() - DOUBTFUL_AGREEMENT_SHARE]
 
 
 def _samples_of(badge: Badge, strip: Strip, cell: int) -> NDArray[np.bool_]:

@@ -21,6 +21,7 @@ from moireid.verifier.limits import (
     MAX_VAGUENESS_RATIO,
     MIN_CELL_CHANGE_CONTRASTS2,
     MIN_FREQUENCY_SD_PER_MM,
+    MOST_FIELDS,
 )
 from moireid.verifier.reasons import Level, Reason, json_number
 from moireid.verifier.tracking.track import Track
@@ -88,7 +89,7 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
     coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
     options = [uniform_fields(track, measurement, index) for index in coded]
     first: Reading | None = None
-    for chosen in itertools.product(*options):
+    for chosen in itertools.islice(itertools.product(*options), MOST_FIELDS):
         fields = dict(zip(coded, chosen, strict=True))
         shifted = {index: read_cells(track, measurement, index, field) for index, field in fields.items()}
         cells = tuple(
