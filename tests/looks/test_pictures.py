@@ -158,3 +158,6 @@ def test_colours_are_hex_or_css(tmp_path: Path) -> None:
     assert content_of(colour="Teal").colour == pytest.approx((0, 128 / 255, 128 / 255))
     with pytest.raises(SpecError, match="'tael' is not known; give six hex digits"):
         content_of(colour="tael")
+    for wrong in ("rgb(200%,0%,0%)", "rgb(999,0,0)", "hsl(0,300%,50%)", "#0a7d6e00"):
+        with pytest.raises(SpecError, match="is not known"):
+            content_of(colour=wrong)

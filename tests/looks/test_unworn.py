@@ -59,4 +59,17 @@ def test_a_line_that_has_no_place_is_told() -> None:
     template = template_of({"landscape": {"head": 0.3, "foot": 0.2, "place": places}}, "ours.toml")
     look = Look(template, Content())
     badge = with_lines(badge_for(look, "landscape"), ("Keynote", "Analytical Engines"))
-    assert unworn(badge, look) == ["the template ours.toml does not show the line 'Analytical Engines'"]
+    assert unworn(badge, look) == [
+        "the template ours.toml does not show the line 'Analytical Engines'",
+        "the template ours.toml does not show the identity, so only badge.json tells which badge this is",
+    ]
+
+
+def test_a_colour_counts_as_shown_only_where_something_is_coloured() -> None:
+    """Catches: a place that would be coloured if the person had what stands there."""
+    places = [{"what": ["name", "line1"], "area": "head"}, {"what": ["qr", "id"], "area": "foot"}]
+    template = template_of({"landscape": {"head": 0.3, "foot": 0.2, "place": places}}, "ours.toml")
+    look = Look(template, Content(colour=(1.0, 0.0, 0.0)))
+    badge = badge_for(look, "landscape")
+    assert unworn(badge, look) == ["the template ours.toml has nothing in colour, so the colour is not used"]
+    assert unworn(with_lines(badge, ("Keynote",)), look) == []

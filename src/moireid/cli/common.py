@@ -168,6 +168,11 @@ def tell_mount(left_out: dict[str, str], removed: Iterable[Path]) -> None:
         say(f"note: {path} was removed, as it belonged to the badge that was here before")
 
 
+def shown_rows(rows: Iterable[tuple[str, str]]) -> str:
+    """Figures of a design as a table, an empty line before it."""
+    return "\n".join(["", *(f"  {what:<26} {figure}" for what, figure in rows)])
+
+
 def tell_standing(standing: Standing) -> None:
     """Say on stderr what a user should know of the registry that was asked."""
     if standing.new and standing.expires is not None:

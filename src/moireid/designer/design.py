@@ -98,6 +98,11 @@ def design_badge(request: Request, payload: bytes) -> Badge:
     family = family_named(_family_for(request, payload))
     lens, layout, spacing = _front(request), lay_out(request), family.name == "spacing"
     levels, count = SPACING_LEVELS if spacing else PITCH_LEVELS, len(layout.fields_mm)
+    if not spacing and request.axes != "x":
+        raise DesignError(
+            f"the pitch code is carried by one field, and axes {request.axes} has {count}; take axes x, or the spacing "
+            "code"
+        )
     if request.front == "array":
         grids, beats = _crossed(request, layout, family.name, len(payload))
     else:

@@ -8,7 +8,7 @@ from moireid.badge import CodedFrame, Fiducial, Rect
 from moireid.designer.link import PHONE
 from moireid.designer.request import Request
 from moireid.errors import DesignError
-from moireid.fiducials import LEAST_LINE_MM
+from moireid.fiducials import LEAST_LINE_MM, THINNEST_LINE_SHARE
 
 #: Slots of a side, and which of them are notched, clockwise from the top left corner: top, right, bottom, left.  Of
 #: the choices of six in sixteen it is one of those that differ most from themselves turned and mirrored: in four.
@@ -42,7 +42,9 @@ def frame_and_field(request: Request, board: Rect) -> tuple[Rect, float, Rect]:
         raise DesignError(f"markers {request.markers!r} is not possible; choose squares or frame")
     (x0, y0, x1, y1), frame, height = board, request.frame, board[3] - board[1]
     far_mm = 1000.0 * request.range_m[1]
-    widths = (MIN_LINE_PX * far_mm / PHONE.focal_px, (frame.marker_mm or 0.0) / MARKER_LINES, LEAST_LINE_MM)
+    # A line that is too thin for its frame is refused by readers; the frame is smaller than the board.
+    thinnest = max(LEAST_LINE_MM, THINNEST_LINE_SHARE * max(x1 - x0, height))
+    widths = (MIN_LINE_PX * far_mm / PHONE.focal_px, (frame.marker_mm or 0.0) / MARKER_LINES, thinnest)
     line_mm = math.ceil(10 * max(widths) - 1e-9) / 10
     margin, white = max(frame.margin_mm, EDGE_LINES * line_mm), max(EDGE_LINES * line_mm, LEAST_GAP_MM)
     head, foot = (

@@ -81,11 +81,12 @@ def in_format(
     orientation: str | None = None,
     lens: str | None = None,
     range_m: tuple[float, float] | None = None,
+    payload_bytes: int | None = None,
 ) -> Request:
     """The request in a format.
 
     Parameters: lens, range_m: what the user gave; None for the format's own, the range as far as this board can be read
-        with this sheet and paper.
+        with this sheet and paper; payload_bytes: as for `within_reach`.
     Raises: SpecError for an unknown format or orientation; DesignError where no range works.
     """
     form = format_named(name)
@@ -93,15 +94,16 @@ def in_format(
     request = replace(request, frame=replace(form.frame, head=request.frame.head, foot=request.frame.foot))
     if range_m is not None:
         return replace(request, range_m=range_m)
-    return within_reach(replace(request, range_m=form.range_m))
+    return within_reach(replace(request, range_m=form.range_m), payload_bytes)
 
 
-def within_reach(request: Request) -> Request:
-    """The request with its range cut to what the design allows for its shortest identity.
+def within_reach(request: Request, payload_bytes: int | None = None) -> Request:
+    """The request with its range cut to what the design allows.
 
+    Parameters: payload_bytes: for an identity of that length; None for the shortest one.
     Raises: DesignError where no part of the range works.
     """
-    payload = bytes(_TRIAL_BYTES.get(request.family or "spacing", 8))
+    payload = bytes(payload_bytes or _TRIAL_BYTES.get(request.family or "spacing", 8))
     for _ in range(MOST_CUTS):
         try:
             design_badge(request, payload)

@@ -5,6 +5,7 @@ Convention: rows are counted as a spreadsheet does, so the first person stands i
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -90,13 +91,15 @@ def design_people(
     holder_of: HolderOf | None = None,
     source: str = "the list",
     name_note: NameNote = lambda name: None,
+    line: str = "",
 ) -> Iterator[Designed]:
     """A badge for each person, in order, or the fault of that row.
 
     An identity that the list does not give is drawn, once: going through the list again draws others.  If two rows have
     the same identity, the later one is at fault; two rows of one name and one line are a note.
 
-    Parameters: holder_of: as for `drawn_badge`; name_note: what fonts say to a name, `fabrication`'s word.
+    Parameters: holder_of: as for `drawn_badge`; name_note: what fonts say to a name, `fabrication`'s word;
+        line: the first line of those whose row has none.
     """
     rows: dict[str, int] = {}
     names: dict[tuple[str, str | None], int] = {}
@@ -120,8 +123,9 @@ def design_people(
             yield Designed(person, fault=fault)
             continue
         rows[badge_id] = person.row
-        twin = names.setdefault((badge.name, line_of(badge.print)), person.row)
-        note = drawn.note if twin == person.row else _alike(twin, person, badge)
+        shown = line_of(badge.print) or unicodedata.normalize("NFC", line).strip() or None
+        twin = names.setdefault((badge.name, shown), person.row)
+        note = drawn.note if twin == person.row else _alike(twin, person.row, badge.name, shown)
         yield Designed(person, badge, note=note, name_note=told)
 
 
@@ -147,15 +151,14 @@ def with_line(drawn: Drawn, person: Person) -> Drawn:
     """The same, with the line below the name in the badge's print data."""
     if not person.line:
         return drawn
-    line = clean_name(person.line)
+    line = clean_name(person.line, "line")
     return replace(drawn, badge=replace(drawn.badge, print=(drawn.badge.print or {}) | {"lines": [line]}))
 
 
-def _alike(twin: int, person: Person, badge: Badge) -> str:
-    line = line_of(badge.print)
+def _alike(twin: int, row: int, name: str, line: str | None) -> str:
     also = f" and the line {line[:40]!r}" if line else ""
     return (
-        f"rows {twin} and {person.row} bear the name {badge.name[:40]!r}{also}, so claims tell them apart by "
+        f"rows {twin} and {row} bear the name {name[:40]!r}{also}, so claims tell them apart by "
         "their ids alone; a column line, such as what each does, is printed below the name and tells them apart too"
     )
 

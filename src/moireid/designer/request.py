@@ -88,20 +88,21 @@ class Request:
     markers: str = "squares"
 
 
-def clean_name(name: str) -> str:
+def clean_name(name: str, what: str = "name") -> str:
     """The name in Unicode NFC without surrounding space.
 
+    Parameters: what: the word for it in messages.
     Raises: SpecError where it is empty, longer than `NAME_LIMIT`, or holds control or invisible characters.
     """
     cleaned = unicodedata.normalize("NFC", name).strip()
     if not cleaned:
         raise SpecError("the name is empty; give the name of the person who will wear the badge")
     if len(cleaned) > NAME_LIMIT:
-        raise SpecError(f"the name has {len(cleaned)} characters, at most {NAME_LIMIT} fit; shorten it")
+        raise SpecError(f"the {what} has {len(cleaned)} characters, at most {NAME_LIMIT} fit; shorten it")
     if unprintable(cleaned):
-        raise SpecError("the name holds control, invisible or unassigned characters; give plain text")
+        raise SpecError(f"the {what} holds control, invisible or unassigned characters; give plain text")
     if (hidden := hidden_words(cleaned)) is not None:
-        raise SpecError(f"the name {cleaned[:80]!r} {hidden}, so it passes for another; give it without them")
+        raise SpecError(f"the {what} {cleaned[:80]!r} {hidden}, so it passes for another; give it without them")
     return cleaned
 
 

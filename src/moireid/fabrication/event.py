@@ -215,10 +215,8 @@ def print_event(
         Where a mount is asked for and the CAD packages are not installed.
     """
     parts = plan_parts(badges[0], mount, figures)
-    digits = max(3, len(str(len(badges))))
-    names = [folder_name(number, badge, digits) for number, badge in enumerate(badges, start=1)]
-    people = [f"{name}/{file}" for name in names for file in file_names(Parts("none", None, parts.figures))]
-    files = [*people, *parts.files, SHEETS, SUMMARY]
+    names = _folders(badges)
+    files = event_files(badges, parts)
     with tidy_folders([folder, *(folder / name for name in names)]):
         planned([folder / file for file in files], overwrite=overwrite, kept=kept)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
@@ -245,6 +243,17 @@ def print_event(
     return Event(
         folder / SHEETS, sheet_count, to_a_sheet, folder / SUMMARY, folders, made, mass_g, told, parts.left_out, stale
     )
+
+
+def event_files(badges: Sequence[Badge], parts: Parts) -> list[str]:
+    """The files that an event of these badges and parts of a mount has, below its folder."""
+    own = file_names(Parts("none", None, parts.figures))
+    return [*(f"{name}/{file}" for name in _folders(badges) for file in own), *parts.files, SHEETS, SUMMARY]
+
+
+def _folders(badges: Sequence[Badge]) -> list[str]:
+    digits = max(3, len(str(len(badges))))
+    return [folder_name(number, badge, digits) for number, badge in enumerate(badges, start=1)]
 
 
 def _write_person(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -63,6 +63,7 @@ def print_badge(
     look: Look | None = None,
     overwrite: bool = False,
     maker: Maker = "command",
+    kept: Sequence[Path] = (),
     before_moving: Callable[[], object] | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Printed:
@@ -86,6 +87,8 @@ def print_badge(
         Replace older files, and remove those of a mount that this badge has not.
     maker : str
         "command" or "studio": whose words the assembly sheet uses.
+    kept : sequence of Path
+        Files that are read here, and never replaced.
     before_moving : callable, optional
         Called when all files are made and checked but none is in place, for what must happen together with them
         (issuing); if it raises, no file appears.
@@ -113,7 +116,7 @@ def print_badge(
     parts = plan_parts(badge, mount, figures)
     names = file_names(parts, moving=True)
     with tidy_folders([folder]):
-        planned([folder / name for name in names], overwrite=overwrite)
+        planned([folder / name for name in names], overwrite=overwrite, kept=kept)
         say = progress or (lambda name: None)
         with tempfile.TemporaryDirectory(prefix=".moireid-", dir=folder) as aside_name:
             aside = Path(aside_name)
@@ -122,7 +125,7 @@ def print_badge(
             write_worn(badge, aside / MOVING, look)
             mass_g, told = write_parts(badge, parts, aside, say)
             # Making takes seconds, in which another process may have written here.
-            planned([folder / name for name in names], overwrite=overwrite)
+            planned([folder / name for name in names], overwrite=overwrite, kept=kept)
             if before_moving:
                 before_moving()
             stale = leftover_parts(folder, parts, "badge.json") if overwrite else ()

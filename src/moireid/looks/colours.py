@@ -21,7 +21,9 @@ def colour_named(text: str) -> Colour:
     from PIL import ImageColor
 
     try:
-        red, green, blue = ImageColor.getrgb(text.strip())[:3]
+        red, green, blue, *clear = ImageColor.getrgb(text.strip())
+        if not all(0 <= part <= 255 for part in (red, green, blue)) or any(part < 255 for part in clear):
+            raise ValueError("beyond a colour's range, or seen through")
     except ValueError as error:
         raise SpecError(
             f"colour {text[:40]!r} is not known; give six hex digits such as #0a7d6e, or a CSS name such as teal"

@@ -106,7 +106,7 @@ def template_named(name: str) -> Template:
     if len(data) > MOST_FILE_BYTES:
         raise SpecError(f"template {path} is larger than {MOST_FILE_BYTES // 1000} kB; give a template")
     try:
-        text = data.decode("utf-8")
+        text = data.decode("utf-8-sig")
         document = json.loads(text) if path.suffix.lower() == ".json" else tomllib.loads(text)
     except (ValueError, RecursionError) as error:
         raise SpecError(f"template {path} is not read as {path.suffix[1:].upper()}: {error}") from error

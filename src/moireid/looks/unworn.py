@@ -5,34 +5,39 @@ from __future__ import annotations
 from moireid.badge import Badge
 from moireid.looks.content import lines_of
 from moireid.looks.placing import Look, worn_places
-from moireid.looks.template import TEMPLATES, Place, template_named
+from moireid.looks.template import TEMPLATES, template_named
 
 _PICTURES = ("logo", "portrait")
 
 
 def unworn(badge: Badge, look: Look) -> list[str]:
-    """A sentence for each picture, line or colour that was given and that the badge does not show."""
-    shown = _shown(worn_places(badge, look))
+    """A sentence for each picture, line or colour that was given and is not shown; and where no name or id is."""
+    shown, template = shown_pieces(badge, look), f"the template {look.template.name}"
     told = [
-        f"the template {look.template.name} shows no {what}, so it is left out{_instead(badge, look, what)}"
+        f"{template} shows no {what}, so it is left out{_instead(badge, look, what)}"
         for what in _PICTURES
         if look.shows(badge, what) and what not in shown
     ]
     lines = lines_of(badge)
     if lines and not shown & {"lines", "words"}:
         missing = [line for number, line in enumerate(lines, start=1) if f"line{number}" not in shown]
-        told += [f"the template {look.template.name} does not show the line {line[:60]!r}" for line in missing]
+        told += [f"{template} does not show the line {line[:60]!r}" for line in missing]
     if look.content.colour is not None and "colour" not in shown:
-        told.append(f"the template {look.template.name} has nothing in colour, so the colour is not used")
+        told.append(f"{template} has nothing in colour, so the colour is not used")
+    if not shown & {"name", "words"}:
+        told.append(f"{template} does not show the name")
+    if not shown & {"id", "qr"}:
+        told.append(f"{template} does not show the identity, so only badge.json tells which badge this is")
     return told
 
 
-def _shown(places: tuple[Place, ...]) -> set[str]:
-    """Pieces of places, and "colour" where one of them has an accent."""
-    shown = {what for place in places for what in place.what}
+def shown_pieces(badge: Badge, look: Look) -> set[str]:
+    """The pieces that the badge shows, and "colour" where one of its places has an accent."""
+    places = worn_places(badge, look)
+    shown = {what for place in places for what in place.what if look.shows(badge, what)}
     # A line that stands alone is lettered in the accent.
-    lone = any(what in ("line1", "line2", "line3", "line4") for what in shown)
-    accent = lone or any(place.ground != "none" or place.rule != "none" for place in places)
+    accent = bool(shown & {"line1", "line2", "line3", "line4"})
+    accent = accent or any(place.ground != "none" or place.rule != "none" for place in places)
     return shown | ({"colour"} if accent else set())
 
 
@@ -42,6 +47,6 @@ def _instead(badge: Badge, look: Look, what: str) -> str:
         name
         for name in TEMPLATES
         if name != look.template.name
-        and what in _shown(worn_places(badge, Look(template_named(name), look.content, look.corner_mm)))
+        and what in shown_pieces(badge, Look(template_named(name), look.content, look.corner_mm))
     ]
     return f"; {' and '.join(able)} {'show' if len(able) > 1 else 'shows'} one" if able else ""

@@ -58,3 +58,43 @@ def test_a_namesake_with_the_same_line_is_told(registry: str, tmp_path: Path) ->
     assert not any("claim must give the id" in note for note in other)
     same = notes(printed("Ada Lovelace", "--line", "Keynote", "--registry", registry, out=tmp_path / "c"))
     assert any(json.loads(first.stdout)["id"] in note and "claim must give the id" in note for note in same)
+
+
+def test_people_who_get_one_line_from_the_options_are_told_apart_or_told(tmp_path: Path) -> None:
+    """Catches: two people of one name who bear one line, of which only one stands in the list."""
+    (tmp_path / "people.csv").write_text("name,line\nAda,Speaker\nAda,\n", encoding="utf-8")
+    command = ["--people", str(tmp_path / "people.csv"), "--format", "a7", "--line"]
+    told = notes(printed(*command, "Speaker", out=tmp_path / "a"))
+    assert any("rows 2 and 3 bear the name 'Ada' and the line 'Speaker'" in note for note in told)
+    assert not any("rows 2 and 3" in note for note in notes(printed(*command, "Guest", out=tmp_path / "b")))
+
+
+def test_figures_are_shown_for_a_list_too(tmp_path: Path) -> None:
+    """Catches: --explain that is taken and does nothing."""
+    (tmp_path / "people.csv").write_text("name\nAda\nBo\n", encoding="utf-8")
+    document = json.loads(printed("--people", str(tmp_path / "people.csv"), out=tmp_path / "a").stdout)
+    assert document["measured_scale"] == [1.0, 1.0] and any("marker" in what for what in document["explain"])
+
+
+def test_no_file_that_was_read_is_replaced_and_no_registry_made_in_vain(registry: str, tmp_path: Path) -> None:
+    """Catches: a logo that the preview is written over; a registry made for a list whose files are in the way."""
+    out = tmp_path / "out"
+    out.mkdir()
+    Image.new("RGB", (300, 100), "teal").save(out / "preview.png")
+    logo = (out / "preview.png").read_bytes()
+    words = ["Ada", "--format", "a7", "--logo", str(out / "preview.png"), "--out", str(out), "--overwrite"]
+    outcome = CliRunner().invoke(print_command, [*words, "--mount", "none"])
+    assert outcome.exit_code == 2 and "is a file that is read here" in outcome.stderr
+    assert (out / "preview.png").read_bytes() == logo and sorted(out.iterdir()) == [out / "preview.png"]
+    (tmp_path / "people.csv").write_text("name\nAda\n", encoding="utf-8")
+    command = ["--people", str(tmp_path / "people.csv"), "--out", str(tmp_path / "event")]
+    assert CliRunner().invoke(print_command, command).exit_code == 0
+    again = CliRunner().invoke(print_command, [*command, "--registry", registry])
+    assert again.exit_code == 2 and "exists already" in again.stderr and not (tmp_path / "people.sqlite3").exists()
+
+
+def test_the_range_suits_the_identity_that_was_given(tmp_path: Path) -> None:
+    """Catches: a range that the program chose for 64 bits, and then refuses for 128."""
+    words = ["Ada", "--front", "array", "--template", "court", "--payload", "00" * 15 + "01"]
+    printed(*words, out=tmp_path / "a")
+    assert json.loads((tmp_path / "a" / "badge.json").read_text(encoding="utf-8"))["payload_bits"] == 128

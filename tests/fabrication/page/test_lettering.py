@@ -22,6 +22,7 @@ from PIL import Image, features
 from moireid.badge import Badge
 from moireid.cli.main import moireid
 from moireid.designer import Request, design_badge
+from moireid.designer.formats import in_format
 from moireid.designer.request import clean_name
 from moireid.errors import FabricationError, SpecError
 from moireid.fabrication.event import folder_name, print_event
@@ -37,6 +38,8 @@ from moireid.fabrication.page.lettering import (
     set_name,
 )
 from moireid.fabrication.page.pdf import write_badge_pdf
+from moireid.fabrication.page.words import _picture_of, set_words, width_mm
+from moireid.looks.placing import Piece
 
 #: Names that a plain row of glyphs would spell wrong, though the badge's own font has their letters.
 SHAPED = ["محمد بن سلمان", "שלום", "Ada שלום", "x̂ ỹ"]
@@ -275,3 +278,60 @@ def test_the_same_name_gives_the_same_bytes_in_another_process(badge: Badge, tmp
         command = [sys.executable, "-c", code, str(tmp_path / f"{number}.pdf")]
         subprocess.run(command, check=True, env={"PYTHONHASHSEED": seed, "PYTHONPATH": ":".join(sys.path)})
     assert (tmp_path / "0.pdf").read_bytes() == (tmp_path / "1.pdf").read_bytes()
+
+
+#: Marks that stack above and below a letter.
+STACKED = "Zoe" + "\u0301\u0323" * 15 + "d"
+
+
+@pytest.mark.parametrize("name", [STACKED, "A" + "\u0323" * 12 + "da", "مُحَمَّدٌ", "שָׁלוֹם עוֹלָם"])
+def test_signs_above_and_below_letters_stay_in_their_room(name: str) -> None:
+    """Catches: marks that are stacked over the fringes, over the line below, or beyond the board's edge."""
+    room = (100.0, 12.0)
+    font = font_for(name)
+    assert font is not None
+    picture = name_picture(name, font, room, 20.0, 600)
+    assert picture.height <= 12.0 / 25.4 * 600 + 3 and picture.width <= 100.0 / 25.4 * 600 + 3
+    piece = Piece("words", (10.0, 10.0, 90.0, 22.0), name=name, lines=("Reporter",))
+    if name.count("\u0323") > 3:
+        with pytest.raises(SpecError, match="more signs above and below"):
+            set_words(piece, None)
+        return
+    for line in set_words(piece, None):
+        if line.picture is not None:
+            assert line.ink_mm[0] >= 10.0 - 1e-6 and line.ink_mm[1] <= 22.0 + 1e-6
+
+
+def test_a_picture_of_words_stands_on_its_baseline() -> None:
+    """Catches: words without a letter below the line that hang below it, and others that stand above it."""
+    for name in ("שלום", "محمد", "x̂"):
+        (line,) = set_words(Piece("words", (0.0, 0.0, 100.0, 30.0), name=name), None)
+        assert line.picture is not None
+        dots = np.asarray(line.picture) < 128
+        # Of letters that stand on the line, most of the lowest ink that is wide lies on it.
+        below = line.ink_mm[0] + dots.shape[0] / 1200 * 25.4 - line.baseline_mm
+        assert -0.2 <= below <= 0.45 * line.points * 25.4 / 72
+
+
+def test_a_long_name_is_measured_and_not_painted() -> None:
+    """Catches: a picture of a hundred million dots that is made to learn a width, and kept."""
+    name = clean_name("محمد عبد الرحمن " * 9)
+    assert width_mm(name, 10.0, bold=True) == pytest.approx(10 * width_mm(name, 1.0, bold=True))
+    small = name_picture("محمد", font_for("محمد") or font_file(bold=True), (1e6, 1e6), 20.0, 1200)
+    assert width_mm("محمد", 20.0, bold=True) == pytest.approx(small.width / 1200 * 25.4, rel=0.03)
+    assert _picture_of.cache_info().maxsize == 8
+
+
+@pytest.mark.parametrize("form", ["cr80", "a7", "4x3in", "a6", "board"])
+def test_the_words_of_a_mask_s_page_stand_clear_of_its_lines(form: str, tmp_path: Path) -> None:
+    """Catches: instructions that are printed on the film's lines, which spoils it."""
+    badge = design_badge(in_format(Request("Ada", front="mask"), form, orientation="landscape"), bytes(8))
+    write_badge_pdf(badge, tmp_path / "a.pdf")
+    document = pdfium.PdfDocument(tmp_path / "a.pdf")
+    words, height = document[1].get_textpage(), document[1].get_height()
+    boxes = [words.get_charbox(k) for k in range(words.count_chars())]
+    document.close()
+    tops = [(height - box[3]) * 25.4 / 72 for box in boxes]
+    lows = [(height - box[1]) * 25.4 / 72 for box in boxes]
+    first, last = (f(badge.bounds_of(g)[k] for g in badge.gratings) for f, k in ((min, 1), (max, 3)))
+    assert all(low < first - 1.0 or top > last for top, low in zip(tops, lows, strict=True)) and min(tops) > 0

@@ -162,3 +162,12 @@ def test_colours_and_pictures_of_a_plain_board_get_room(tmp_path: Path) -> None:
     assert ada.look.content.logo == bob.look.content.logo == files[FOR_ALL]
     assert ada.look.content.portrait == files["red.png"] and bob.look.content.portrait is None
     assert picture_key("C:\\faces\\Zoe\u0308.png") == "Zo\u00eb.png"
+
+
+def test_a_row_says_what_its_badge_does_not_show(visit: Visit) -> None:
+    """Catches: a page that says a badge comes with a portrait which the template does not show."""
+    people = "name,portrait\nAda,red.png\n"
+    page = sent(visit, people, PICTURES[:1], template="conference")
+    assert page.status_code == 200 and "with its own portrait" not in page.text
+    assert "the template conference shows no portrait" in html.unescape(page.text)
+    assert "with its own portrait" in sent(visit, people, PICTURES[:1], template="newsroom").text

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from moireid.cli.common import say, show_json, status_line, tell_mount
+from moireid.cli.common import say, show_json, shown_rows, status_line, tell_mount
 from moireid.cli.printing.order import Order
 
 if TYPE_CHECKING:
@@ -36,11 +36,8 @@ def print_one(order: Order, payload: bytes | None) -> None:
         return
     from moireid.registry import open_registry
 
-    planned(
-        [order.folder / name for name in file_names(parts, moving=True)],
-        overwrite=order.overwrite,
-        make_folders=False,
-    )
+    files = [order.folder / name for name in file_names(parts, moving=True)]
+    planned(files, overwrite=order.overwrite, make_folders=False, kept=order.kept)
     with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
         _make(order, payload, mount, note, registry)
 
@@ -74,6 +71,7 @@ def _make(order: Order, payload: bytes | None, mount: str, about_mount: str | No
             figures=order.figures,
             look=look,
             overwrite=order.overwrite,
+            kept=order.kept,
             before_moving=issue,
             progress=lambda file: tell(f"making {file}"),
         )
@@ -102,7 +100,5 @@ def _make(order: Order, payload: bytes | None, mount: str, about_mount: str | No
     for path in files.values():
         click.echo(f"  {path}")
     if order.explain:
-        click.echo()
-        for what, figure in rows:
-            click.echo(f"  {what:<26} {figure}")
+        click.echo(shown_rows(rows))
     click.echo("Print badge.pdf at 100 % and follow assembly.pdf.")

@@ -18,7 +18,8 @@ class Order:
     """What the badge is to be, where its files go, and how to tell of it.
 
     request: without a person's name where there are many; mount: None where nothing was asked for; measured_scale: x
-    and y; registry_url, actor, expires: of who enters the badge, None for nobody.
+    and y; kept: files that were read, which nothing may replace; registry_url, actor, expires: of who enters the badge,
+    None for nobody.
     """
 
     request: Request
@@ -27,6 +28,7 @@ class Order:
     figures: MountFigures
     measured_scale: tuple[float, float]
     folder: Path
+    kept: tuple[Path, ...]
     registry_url: str | None
     actor: str | None
     expires: str | None

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from moireid.cli.common import counted, progress_bar, say, show_json, tell_mount
+from moireid.cli.common import counted, progress_bar, say, show_json, shown_rows, tell_mount
 from moireid.cli.printing.order import Order
 
 if TYPE_CHECKING:
@@ -39,22 +39,34 @@ def print_people(order: Order, people_csv: Path) -> None:
     """
     from moireid.designer.drawn import nobody
     from moireid.designer.people import badges_of, design_people, read_people
+    from moireid.fabrication.event import event_files
     from moireid.fabrication.page.lettering import name_note
     from moireid.fabrication.parts import plan_parts
+    from moireid.files import planned
 
     holder_of = nobody if order.registry_url is not None else None
     # An impossible wish is refused before a registry is made for it.
     listed = read_people(people_csv)
     designed = list(
-        design_people(listed.people, order.request, holder_of=holder_of, source=str(people_csv), name_note=name_note)
+        design_people(
+            listed.people,
+            order.request,
+            holder_of=holder_of,
+            source=str(people_csv),
+            name_note=name_note,
+            line=next(iter(order.wear.lines), ""),
+        )
     )
     mount = order.mount or "none"
-    plan_parts(badges_of(designed)[0], mount, order.figures)
+    badges = badges_of(designed)
+    parts = plan_parts(badges[0], mount, order.figures)
     found = _List(order, people_csv, mount, listed.note, designed)
-    _dressed(found, badges_of(designed))
+    _dressed(found, badges)
     if order.registry_url is None:
         _make(found, None)
         return
+    files = [order.folder / name for name in event_files(badges, parts)]
+    planned(files, overwrite=order.overwrite, make_folders=False, kept=[people_csv, *order.kept])
     from moireid.registry import open_registry
 
     with open_registry(order.registry_url, create=True, actor=order.actor) as registry:
@@ -63,6 +75,7 @@ def print_people(order: Order, people_csv: Path) -> None:
 
 def _make(found: _List, registry: Registry | None) -> None:
     """Make and issue the badges of a list, and tell of them."""
+    from moireid.designer import explain
     from moireid.designer.people import badges_of, without_held
     from moireid.fabrication.event import print_event
     from moireid.looks.columns import kept_pictures
@@ -83,16 +96,23 @@ def _make(found: _List, registry: Registry | None) -> None:
             figures=order.figures,
             looks=looks,
             overwrite=order.overwrite,
-            kept=[found.path, *kept_pictures(looks)],
+            kept=[found.path, *order.kept, *kept_pictures(looks)],
             before_moving=issue,
             progress=progress,
             processes=os.cpu_count() or 1,
         )
     tell_mount(event.left_out, event.removed)
     if order.as_json:
-        show_json(_document(event, badges, notes) | {"issued": registry is not None})
+        own = {
+            "issued": registry is not None,
+            "measured_scale": order.measured_scale,
+            "explain": dict(explain(badges[0])),
+        }
+        show_json(_document(event, badges, notes) | own)
     else:
         _tell(event, badges)
+        if order.explain:
+            click.echo(shown_rows(explain(badges[0])))
 
 
 def _dressed(found: _List, badges: Sequence[Badge]) -> tuple[list[Badge], list[Look | None]]:

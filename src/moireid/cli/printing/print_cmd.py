@@ -101,13 +101,16 @@ def print_command(
         raise SpecError("give --payload or --key, not both")
     if expires is not None:
         _check_expiry(expires, registry_url)
+    chosen = _payload(payload, key_file, design.code) if people_csv is None else None
+    request = design.request("Everybody" if name is None else name)
     order = Order(
-        wear.fit(design.request("Everybody" if name is None else name)),
+        wear.fit(request, payload_bytes=None if chosen is None else len(chosen)),
         wear,
         wish.mount,
         wish.figures(for_many=people_csv is not None),
         parse_scale(scale_text) if scale_text else (1.0, 1.0),
         folder,
+        tuple(path for path in (key_file, *wear.files) if path is not None),
         registry_url,
         actor,
         expires,
@@ -116,7 +119,7 @@ def print_command(
         explain,
     )
     if people_csv is None:
-        print_one(order, _payload(payload, key_file, design.code))
+        print_one(order, chosen)
         return
     if payload is not None or key_file is not None:
         raise SpecError("--payload and --key are for one person; give the payloads in a column of the CSV file")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from moireid.errors import FabricationError, SpecError
 
@@ -32,9 +32,16 @@ class Wear:
     portrait: Path | None
     colour: str | None
 
-    def fit(self, request: Request) -> Request:
+    @property
+    def files(self) -> list[Path]:
+        """The files that were given."""
+        named = (Path(text) for text in (self.template, self.lens) if text is not None)
+        return [path for path in (self.logo, self.portrait, *named) if path is not None and path.is_file()]
+
+    def fit(self, request: Request, payload_bytes: int | None = None) -> Request:
         """The request in that format or size, with lens and range as given or else as suit it and its template.
 
+        Parameters: payload_bytes: length of the identity that was given; None for one that is drawn.
         Raises: SpecError for options that contradict each other; DesignError where nothing works.
         """
         from moireid.designer.formats import format_named, in_format, turned, within_reach
@@ -52,11 +59,12 @@ class Wear:
             request = replace(request, frame=replace(request.frame, head=side.head, foot=side.foot))
         if self.format_name is not None or self.orientation is not None:
             name = self.format_name or "board"
-            return in_format(request, name, orientation=self.orientation, lens=self.lens, range_m=range_m)
+            chosen: dict[str, Any] = {"orientation": self.orientation, "lens": self.lens, "range_m": range_m}
+            return in_format(request, name, payload_bytes=payload_bytes, **chosen)
         request = replace(request, size_mm=size_mm, lens=self.lens or request.lens, range_m=range_m or request.range_m)
         # Each of three fields is smaller than one over the whole board, and an array's fringes are finer.
         smaller = look is not None or request.axes == "hex" or request.front == "array"
-        return within_reach(request) if smaller and range_m is None else request
+        return within_reach(request, payload_bytes) if smaller and range_m is None else request
 
     def look(self, axes: str) -> Look | None:
         """What the badge wears; None for name, lines and id alone on a board of its own.

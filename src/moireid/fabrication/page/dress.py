@@ -128,11 +128,11 @@ def mask_of(line: SetWords) -> Image.Image:
 
 
 def corner_of(line: SetWords) -> tuple[float, float]:
-    """Upper left corner of a line that is set as a picture, mm; its lower edge stands a little below the baseline."""
+    """Upper left corner of a line that is set as a picture, mm."""
     assert line.picture is not None
-    width, height = (side / PICTURE_DPI * 25.4 for side in line.picture.size)
+    width = line.picture.width / PICTURE_DPI * 25.4
     left = {"left": 0.0, "center": width / 2, "right": width}[line.align]
-    return line.x_mm - left, line.baseline_mm - 0.85 * height
+    return line.x_mm - left, line.ink_mm[0]
 
 
 def _picture(sheet: Sheet, picture: Image.Image, rect: Rect) -> None:

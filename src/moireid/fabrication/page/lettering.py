@@ -186,10 +186,17 @@ def name_picture(words: str, font: Path, room_mm: tuple[float, float], points: f
     lines, share = lines_for(
         words, lambda line: full.getlength(line) / px_per_mm, room_mm, LINE_HEIGHT * points / 72 * 25.4
     )
-    set_in = full.font_variant(size=max(1, int(full.size * share)))
-    text, gap = "\n".join(lines), (LINE_HEIGHT - 1) * set_in.size
-    scratch = ImageDraw.Draw(Image.new("L", (1, 1)))
-    box = scratch.multiline_textbbox((0, 0), text, font=set_in, spacing=gap, align="center")
+    text, scratch = "\n".join(lines), ImageDraw.Draw(Image.new("L", (1, 1)))
+    while True:
+        set_in = full.font_variant(size=max(1, int(full.size * share)))
+        gap = (LINE_HEIGHT - 1) * set_in.size
+        box = scratch.multiline_textbbox((0, 0), text, font=set_in, spacing=gap, align="center")
+        # Signs that are stacked above and below the letters stand higher than a line is.
+        if set_in.size == 1 or (
+            box[2] - box[0] <= room_mm[0] * px_per_mm + 1 and box[3] - box[1] <= room_mm[1] * px_per_mm + 1
+        ):
+            break
+        share *= 0.95
     picture = Image.new("L", (math.ceil(box[2] - box[0]) + 2, math.ceil(box[3] - box[1]) + 2), 255)
     place = (1 - math.floor(box[0]), 1 - math.floor(box[1]))
     ImageDraw.Draw(picture).multiline_text(place, text, fill=0, font=set_in, spacing=gap, align="center")

@@ -307,8 +307,11 @@ def draw_mask(sheet: Sheet, badge: Badge, form: str, dot_mm: float, count: int =
         f"cut along the marks, and lay it, printed side down, on {badge.lens.thickness_mm:g} mm",
         f"of clear acrylic over the lines of {lines}.",
     )
+    # Above the lines, on the film or beside it.
+    above = min(badge.bounds_of(grating)[1] for grating in badge.gratings) - y0
+    first = y0 + 8 if above > 22 else y0 - 22
     for k, line in enumerate(words):
-        sheet.text((x0 + x1) / 2, y0 + 8 + 5 * k, line, points=SMALL_POINTS + 1)
+        sheet.text((x0 + x1) / 2, first + 5 * k, line, points=SMALL_POINTS + 1)
     draw_scale_bars(sheet, badge.outline_mm)
 
 

@@ -11,7 +11,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
-from PIL import Image
+from PIL import Image, ImageFont
 
 from moireid.errors import SpecError
 from moireid.fabrication.page.artwork import font_file
@@ -32,11 +32,16 @@ ROW_PENALTY, MOST_ROWS = 0.85, {True: 3, False: 2}
 CAPITAL_SHARE, ROW_GAP, LINE_GAP, NAME_GAP = 0.73, LINE_HEIGHT - 0.73, 0.75, 0.9
 #: Sizes that are tried: each so much of the one before.
 STEP = 0.97
+#: Shares of a room's height that words with tall signs are set in, tried in turns.
+SHRINKING = (1.0, 0.85, 0.7, 0.55, 0.4)
 
 
 @dataclass(frozen=True)
 class SetWords:
-    """One row as it is set: words in a font of the program, or a picture (black on white, `PICTURE_DPI`) of them."""
+    """One row as it is set: words in a font of the program, or a picture (black on white, `PICTURE_DPI`) of them.
+
+    ascent_mm: from the baseline up to the picture's upper end.
+    """
 
     words: str
     bold: bool
@@ -45,6 +50,14 @@ class SetWords:
     baseline_mm: float
     align: str
     picture: Image.Image | None = None
+    ascent_mm: float = 0.0
+
+    @property
+    def ink_mm(self) -> tuple[float, float]:
+        """Upper and lower end of the picture on the page."""
+        assert self.picture is not None
+        top = self.baseline_mm - self.ascent_mm
+        return top, top + self.picture.height / PICTURE_DPI * 25.4
 
 
 @dataclass(frozen=True)
@@ -67,10 +80,25 @@ def set_words(piece: Piece, badge_id: str | None) -> list[SetWords]:
     Parameters: badge_id: the identity, for a piece that is one.
     Raises: SpecError where words would be too small to be read.
 
-    What no font here has is left out, as `lettering.set_name` says.
+    What no font here has is left out, as `lettering.set_name` says.  Signs above and below letters may need more than a
+    row's height; the words are then set smaller.
     """
+    _, y0, _, y1 = piece.rect_mm
+    for share in SHRINKING:
+        placed = _placed(piece, badge_id, share)
+        if all(y0 - 1e-6 <= top and low <= y1 + 1e-6 for top, low in (one.ink_mm for one in placed if one.picture)):
+            return placed
+    raise SpecError(
+        f"{(piece.name or piece.lines[0])[:40]!r} has more signs above and below its letters than there is room for; "
+        "shorten it, or take a larger format"
+    )
+
+
+def _placed(piece: Piece, badge_id: str | None, share: float) -> list[SetWords]:
+    """The rows in that share of the room's height, about its middle."""
     x0, y0, x1, y1 = piece.rect_mm
-    room = (x1 - x0, y1 - y0)
+    room = (x1 - x0, share * (y1 - y0))
+    y0, y1 = (y0 + y1 - room[1]) / 2, (y0 + y1 + room[1]) / 2
     if piece.kind == "id":
         rows = _id_rows(badge_id, room)
     else:
@@ -81,8 +109,8 @@ def set_words(piece: Piece, badge_id: str | None) -> list[SetWords]:
     placed = []
     for row in rows:
         y += row.gap_mm + row.height_mm
-        picture = _picture(row.words, row.points)
-        placed.append(SetWords(row.words, row.bold, row.points, x, y, piece.align, picture))
+        picture, ascent_mm = _picture(row.words, row.points)
+        placed.append(SetWords(row.words, row.bold, row.points, x, y, piece.align, picture, ascent_mm))
     return placed
 
 
@@ -184,8 +212,20 @@ def width_mm(words: str, points: float, *, bold: bool) -> float:
     """Width of a row in its font, mm; of the program's own font where that has the letters."""
     if printable(words):
         return float(_metrics(bold)(words)) * points * MM_PER_POINT
-    font = font_for(words) or font_file(bold=bold)
-    return _picture_of(words, font, 100.0).width / PICTURE_DPI * 25.4 * points / 100.0
+    return _shaped_width(words, font_for(words) or font_file(bold=bold)) * points * MM_PER_POINT
+
+
+@lru_cache(maxsize=4096)
+def _shaped_width(words: str, font: Path) -> float:
+    """Width of words at a size of one, as Pillow's shaper sets them; nothing is drawn for it."""
+    large = _font_of(font, 1000)
+    left, _, right, _ = large.getbbox(words)
+    return max(float(large.getlength(words)), right - min(left, 0)) / 1000
+
+
+@lru_cache(maxsize=32)
+def _font_of(font: Path, size: int) -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(str(font), size)
 
 
 @cache
@@ -197,12 +237,16 @@ def _metrics(bold: bool) -> Callable[[str], float]:
     return lambda words: float(font.stringWidth(words, 1.0))
 
 
-def _picture(words: str, points: float) -> Image.Image | None:
-    """A picture of words that the PDF's own text cannot spell."""
+def _picture(words: str, points: float) -> tuple[Image.Image | None, float]:
+    """A picture of words that the PDF's own text cannot spell, and how far it reaches above the baseline, mm."""
     font = font_for(words)
-    return None if printable(words) or font is None else _picture_of(words, font, points)
+    return (None, 0.0) if printable(words) or font is None else _picture_of(words, font, points)
 
 
-@lru_cache(maxsize=256)
-def _picture_of(words: str, font: Path, points: float) -> Image.Image:
-    return name_picture(words, font, (1e6, 1e6), points, PICTURE_DPI)
+# A page asks for the few pictures of a badge several times; those of a whole list would fill the memory.
+@lru_cache(maxsize=8)
+def _picture_of(words: str, font: Path, points: float) -> tuple[Image.Image, float]:
+    picture = name_picture(words, font, (1e6, 1e6), points, PICTURE_DPI)
+    # The picture has a pixel of white around its ink.
+    above = 1 - _font_of(font, max(1, round(points / 72 * PICTURE_DPI))).getbbox(words, anchor="ls")[1]
+    return picture, above / PICTURE_DPI * 25.4

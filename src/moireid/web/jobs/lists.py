@@ -16,11 +16,12 @@ from moireid.badge import Badge
 from moireid.designer.drawn import HolderOf
 from moireid.designer.people import Designed, Person, design_people, parse_people
 from moireid.errors import SpecError
-from moireid.fabrication.page.dress import check_look
+from moireid.fabrication.page.dress import check_look, look_notes
 from moireid.fabrication.page.lettering import name_note
 from moireid.idcodes import is_name_derived
 from moireid.looks.columns import PICTURES, dressed
 from moireid.looks.placing import Look
+from moireid.looks.unworn import shown_pieces
 from moireid.names import line_of
 from moireid.registry import Registry
 from moireid.registry.look_alikes import alike_within
@@ -74,7 +75,9 @@ def dress_people(
         wish = wish.model_copy(update={"template": "plain"})
         wear = wish.wear()
     request, look = wish.request("Everybody", wear), wear.look(wish.axes)
-    for one in design_people(people, request, holder_of=holder_of, name_note=name_note):
+    for one in design_people(
+        people, request, holder_of=holder_of, name_note=name_note, line=next(iter(wish.lines), "")
+    ):
         if one.badge is None:
             yield Dressed(one, None, None, str(one.fault))
             continue
@@ -168,6 +171,7 @@ def _row(one: Dressed, registry: Registry, alike: list[str]) -> dict[str, Any]:
     person, badge, fault = one.designed.person, one.badge, one.fault
     row, name = person.row, person.name
     notes = [note for note in (one.designed.note, one.designed.name_note) if note]
+    notes += look_notes(badge, one.look) if badge is not None else []
     notes += [f"looks like {other}, in other letters or case" for other in alike[:1]]
     notes += _namesakes(badge, registry) if badge is not None else []
     holder = registry.by_id(badge.id or "") if badge is not None else None
@@ -183,11 +187,12 @@ def _row(one: Dressed, registry: Registry, alike: list[str]) -> dict[str, Any]:
     if badge is not None and is_name_derived(badge):
         notes.append("made from the name, so anybody who knows it can print this badge")
     told = badge.id if badge is not None and person.payload and not fault else None
+    worn = set(NAMED) if badge is None or one.look is None else shown_pieces(badge, one.look)
     return {
         "row": row,
         "name": name,
         "line": (line_of(badge.print) if badge is not None else person.line) or "",
-        "wears": [what for what in NAMED if person.cells.get(what)],
+        "wears": [what for what in NAMED if person.cells.get(what) and what in worn],
         "id": told,
         "fault": fault,
         "note": "; ".join(notes) or None,
