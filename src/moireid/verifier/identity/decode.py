@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -87,17 +88,23 @@ def read_identity(track: Track, measurement: Measurement) -> Reading:
     """
     badge = track.badge
     coded = [index for index, grating in enumerate(badge.gratings) if grating.code]
-    options = [uniform_fields(track, measurement, index) for index in coded]
+    plain = {k: tuple(_cell_readings(track, measurement, k, {})) for k in range(len(badge.gratings)) if k not in coded}
+    if not coded:
+        return Reading(None, tuple(plain.values()), {})
+
+    @cache
+    def read(index: int, option: int) -> tuple[dict[int, CellPhase], tuple[CellReading, ...]]:
+        """The cells of one grating under one of its fields, which several combinations share."""
+        found = read_cells(track, measurement, index, options[index][option])
+        return found, tuple(_cell_readings(track, measurement, index, found))
+
+    options = {index: uniform_fields(track, measurement, index) for index in coded}
     first: Reading | None = None
-    for chosen in itertools.islice(itertools.product(*options), MOST_FIELDS):
-        fields = dict(zip(coded, chosen, strict=True))
-        shifted = {index: read_cells(track, measurement, index, field) for index, field in fields.items()}
-        cells = tuple(
-            tuple(_cell_readings(track, measurement, index, shifted.get(index, {})))
-            for index in range(len(badge.gratings))
-        )
-        if not coded:
-            return Reading(None, cells, {})
+    for chosen in itertools.islice(itertools.product(*(range(len(options[k])) for k in coded)), MOST_FIELDS):
+        picked = dict(zip(coded, chosen, strict=True))
+        fields = {index: options[index][option] for index, option in picked.items()}
+        shifted = {index: read(index, option)[0] for index, option in picked.items()}
+        cells = tuple(plain[k] if k in plain else read(k, picked[k])[1] for k in range(len(badge.gratings)))
         every = [cell for found in shifted.values() for cell in found.values()]
         power = sum(cell.power for cell in every)
         # If the rows hardly move, so should the cells, and the comparison means nothing.
