@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from PIL import Image
 
 from moireid.badge import Badge, CodedFrame, Rect
 from moireid.designer import Request, design_badge
@@ -27,15 +26,6 @@ from moireid.verifier.tracking.template import FREE_MODULES
 
 PAYLOAD = bytes.fromhex("7097c67b0fafc59b")
 LINES = ("Reporter · Example News", "Accredited until 31 Dec 2026")
-
-
-@pytest.fixture(scope="module")
-def content(tmp_path_factory: pytest.TempPathFactory) -> Content:
-    """A wide logo and a portrait."""
-    folder = tmp_path_factory.mktemp("pictures")
-    Image.new("RGB", (300, 100), "teal").save(folder / "logo.png")
-    Image.new("RGB", (80, 100), "gray").save(folder / "face.png")
-    return Content(folder / "logo.png", folder / "face.png", (0.1, 0.3, 0.5))
 
 
 def badge_for(template: Template, name: str, orientation: str, payload: bytes = PAYLOAD) -> Badge:

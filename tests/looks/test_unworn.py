@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from PIL import Image
 
 from moireid.badge import Badge
 from moireid.designer import Request, design_badge
@@ -15,14 +14,6 @@ from moireid.looks.content import Content, with_lines
 from moireid.looks.placing import Look, pieces_of
 from moireid.looks.template import TEMPLATES, template_named, template_of
 from moireid.looks.unworn import unworn
-
-
-@pytest.fixture(scope="module")
-def content(tmp_path_factory: pytest.TempPathFactory) -> Content:
-    folder = tmp_path_factory.mktemp("pictures")
-    Image.new("RGB", (300, 100), "teal").save(folder / "logo.png")
-    Image.new("RGB", (80, 100), "gray").save(folder / "face.png")
-    return Content(folder / "logo.png", folder / "face.png", (0.1, 0.3, 0.5))
 
 
 def badge_for(look: Look, orientation: str) -> Badge:
