@@ -189,6 +189,8 @@ def judged(task: Task) -> Row:
         verify_s=verify_s,
         tracked=found["frames"]["tracked"],
         front=task.front,
+        correlation=found["invariant"].get("correlation"),
+        window_correlation=found["invariant"].get("window_correlation_mean"),
         **told,
     )
 

@@ -13,7 +13,11 @@ import numpy as np
 
 @dataclass
 class Row:
-    """What became of one film; gain and phase of what was measured, seconds of its making and judging."""
+    """What became of one film.
+
+    gain, correlation, window_correlation (mean over 30 frames): as measured; film_s, verify_s: seconds of its making and
+    judging; tan_u: the views' ends.
+    """
 
     format: str
     number: int
@@ -32,6 +36,8 @@ class Row:
     tan_u: tuple[float, float] = (0.0, 0.0)
     tracked: int = 0
     front: str | None = None
+    correlation: float | None = None
+    window_correlation: float | None = None
 
 
 def known(path: Path | None) -> list[Row]:
@@ -57,10 +63,24 @@ def table(rows: list[Row], formats: Sequence[str]) -> str:
         if own:
             lines.append(_line(name, own))
     lines.append(f"wrong identities read: {sum(row.wrong for row in rows)}")
+    lines += _spread("true", [row for row in rows if not row.forge])
     for row in sorted(rows, key=lambda row: (row.format, row.number)):
         if not (row.verdict == "reject" if row.forge else row.verdict == "accept" and row.read):
             lines.append(_told(row))
     return "\n".join(lines)
+
+
+def _spread(name: str, own: list[Row]) -> list[str]:
+    """How films of one kind lie: correlations, and the gain's distance from 1."""
+    found = [row for row in own if None not in (row.correlation, row.window_correlation, row.gain)]
+    if not found:
+        return []
+    whole, windows = (np.array([getattr(row, key) for row in found]) for key in ("correlation", "window_correlation"))
+    off = np.array([row.gain or 0.0 for row in found]) - 1
+    return [
+        f"{name}: |rho| {whole.mean():.4f} ± {whole.std():.4f}, least {whole.min():.4f}; over 30 frames "
+        f"{windows.mean():.3f} ± {windows.std():.3f}; gain off by {np.sqrt(np.mean(off**2)):.4f} (root mean square)"
+    ]
 
 
 def _line(name: str, own: list[Row]) -> str:
