@@ -15,8 +15,8 @@ import numpy as np
 class Row:
     """What became of one film.
 
-    gain, correlation, window_correlation (mean over 30 frames): as measured; film_s, verify_s: seconds of its making and
-    judging; tan_u: the views' ends.
+    gain, correlation, window_correlation (mean over 30 frames): as measured; film_s, verify_s: seconds of its making
+    and judging; tan_u: the views' ends.
     """
 
     format: str
