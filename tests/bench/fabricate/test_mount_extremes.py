@@ -87,7 +87,7 @@ def test_what_the_refusals_advise_does_work() -> None:
         return outcome_of(planned_case(case, "clip")[1]) == "whole"
 
     tall = case_named("board 30x40 mm")
-    (height,) = numbers(r"board \(--size\) of ([\d.]+) mm or more in height, and wider in proportion", why(tall))
+    (height,) = numbers(r"board \(--size\) of ([\d.]+) mm or more in height, wider in proportion", why(tall))
     assert whole(replace(tall, request=replace(tall.request, size_mm=(30.0 / 40.0 * height, height))))
     for name, pattern in (
         ("sheet 0.2 mm", r"sheet \(--lens\) of ([\d.]+) mm or more"),
