@@ -135,7 +135,7 @@ def steps(build: Build) -> list[Step]:
     one = f"each piece of {front}" if several else f"the {front}"
     bands = "stand upright" if upright else "run along the printed lines"
     lay = _LAY_MASK if mask else _LAY_ARRAY if array else _LAY_PIECES if several else _LAY
-    # Under a sheet the sides of a frame look displaced, which costs up to 2 % of the gain (docs/accuracy.md).
+    # Under a sheet the sides of a frame look displaced; films of such badges are accepted (docs/accuracy.md).
     free = "Only the frame's left and right side may lie below it"
     free = free if isinstance(badge.markers, CodedFrame) else "Leave the black squares free"
     found = [

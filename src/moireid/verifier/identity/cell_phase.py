@@ -211,7 +211,8 @@ def _twists(apart: Array, across: Array, weight: Array, slope: float) -> list[fl
     likely = {
         float(grid[usual][k]): float(agreement[usual][k]) + UNUSUAL_TWIST_LESS for k in _near_best(agreement[usual])
     }
-    return sorted(found | likely, key=lambda twist: -(found | likely)[twist])
+    score = found | likely
+    return sorted(score, key=lambda twist: -score[twist])
 
 
 def _near_best(agreement: Array) -> list[int]:
