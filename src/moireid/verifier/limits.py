@@ -311,9 +311,9 @@ EXPECTED: dict[str, Expected] = {
 # --- Which symbol is a cell, and does the cell move? -----------------------------------------------------------------
 
 #: A mount holds the sheet within 0.3 degrees of the lines; derived: the first figure is a little more.  Whoever lays a
-#: sheet by eye may be off by as much as the second.  Set by hand: there a row of 9 mm, read without its margins, loses a
-#: quarter of its fringes' contrast.  At a twist beyond the first the rows must agree better by the third.  Set by hand:
-#: five times what offsets wrong by 0.2 rad take away.
+#: sheet by eye may be off by as much as the second.  Set by hand: there a row of 9 mm, read without its margins, loses
+#: a quarter of its fringes' contrast.  At a twist beyond the first the rows must agree better by the third.  Set by
+#: hand: five times what offsets wrong by 0.2 rad take away.
 USUAL_TWIST_RAD, MAX_TWIST_RAD, UNUSUAL_TWIST_LESS = math.radians(0.35), math.radians(1.6), 0.1
 #: So many combinations of twists are tried at most.  Derived: a wrong one yields a payload with a probability of 2e-11
 #: at most (`idcodes.words`), and 1e-9 is allowed.
