@@ -42,14 +42,15 @@ def signal(
     depth: DepthLaw | None = None,
     near: np.ndarray | None = NEAR,
     measured: np.ndarray | None = None,
+    place_px: np.ndarray | None = None,
 ) -> GratingSignal:
-    """A badge's signal, whose place in the picture tells nothing."""
+    """A badge's signal; unless it is given, its place in the picture tells nothing."""
     rng = np.random.default_rng(5)
     beyond = BeyondPhase(
         law,
         depth or depth_of(1.0),
         np.full(FRAMES, TYPICAL) if overtone is None else overtone,
-        rng.standard_normal((FRAMES, 2)),
+        rng.standard_normal((FRAMES, 2)) if place_px is None else place_px,
     )
     course = law - law.mean()
     return GratingSignal(

@@ -24,6 +24,8 @@ from moireid.verifier.limits import MAX_RIPPLE_CONTRASTS
 from moireid.verifier.motion.photographs import waveform_of
 from moireid.verifier.motion.ripple import Course
 
+SWEEP = np.linspace(-3, 3, FRAMES)
+
 
 def ripple_of(overtone: np.ndarray, **how) -> tuple[float, float]:
     """Ripple and limit."""
@@ -77,7 +79,6 @@ def test_noise_is_no_ripple_where_a_badge_rests(share, lasting):
     assert sum(ripple > limit for ripple, limit in found) <= 2
 
 
-SWEEP = np.linspace(-3, 3, FRAMES)
 #: One sweep that halts five times, and one on which the camera comes nearer again and again: there time and distance
 #: change within a little way of parallax.
 HALTING = SWEEP - 0.19 * np.sin(np.pi * TIMES)
@@ -100,6 +101,35 @@ def test_a_waveform_that_changes_slowly_is_no_ripple(law, near, change):
     slow = change(*((series - series.mean()) / series.std() for series in (law, near, TIMES)))
     found, limit = ripple_of(TYPICAL * (1 + 0.3 * slow) + noise_of(0.001, 1), law=law, near=near)
     assert found < 0.5 * MAX_RIPPLE_CONTRASTS < limit
+
+
+def test_dots_that_stand_still_are_no_ripple():
+    """Catches: a badge of fine lines left open, whose printed dots beat at a third of its fringe's length."""
+    still = signal().phase_rad
+    found, limit = ripple_of(TYPICAL + 0.03 * np.exp(1j * (0.4 - 3 * still)) + noise_of(0.001, 1))
+    assert found < 0.5 * MAX_RIPPLE_CONTRASTS < limit
+
+
+#: A hand's course in the picture, px: quick by turns, up to 30 px a frame.
+QUICK_PX = np.column_stack([200 * np.sin(2 * np.pi * 0.7 * TIMES), 30 * np.cos(2 * np.pi * 0.5 * TIMES)])
+
+
+def test_a_long_exposure_is_no_ripple():
+    """Catches: a quick hand in a dim room left open, as its finest fringes are smeared."""
+    # On one sweep each place is passed once, at its own speed.
+    speed = np.sqrt(np.sum(np.gradient(QUICK_PX, axis=0) ** 2, axis=1))
+    # The third harmonic turns by up to 4.5 rad while the shutter is open, so that a good half of it is lost.
+    lost = np.sinc(0.15 * speed / (2 * np.pi))
+    assert lost.min() < 0.5
+    found, limit = ripple_of(TYPICAL * lost + noise_of(0.001, 1), law=SWEEP, place_px=QUICK_PX)
+    assert found < limit
+
+
+@pytest.mark.parametrize("count", [8, 10])
+def test_a_quick_hand_hides_no_photographs(count):
+    """Catches: causes that take up whatever a film shows."""
+    found, limit = ripple_of(faded(count) + noise_of(0.001, 1), place_px=QUICK_PX)
+    assert found > limit
 
 
 def test_ripple_is_by_place_and_not_by_time():

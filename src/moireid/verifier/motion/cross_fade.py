@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import MAX_CROSS_FADE_SHARE, PHOTOGRAPH_SDS, REST_RAD, UNEVEN_SHARE
+from moireid.verifier.motion.other_causes import speed2, standard
 from moireid.verifier.motion.taken_places import cross_faded, in_one_turn
 
 Array = NDArray[np.float64]
@@ -65,10 +66,10 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     def seen(series: Array) -> Array:
         return np.bincount(view, weights=series) / frames
 
-    smooth = [place, signal.times_s[used], _speed2(signal.beyond.place_px, signal.stretch)[used]]
+    smooth = [place, signal.times_s[used], speed2(signal.beyond.place_px, signal.stretch)[used]]
     if signal.covariates is not None:
         smooth.append(signal.covariates[used, 1])
-    columns = np.column_stack([np.ones(len(frames)), *(_standard(seen(series)) for series in smooth)])
+    columns = np.column_stack([np.ones(len(frames)), *(standard(seen(series)) for series in smooth)])
     if len(frames) < max(LEAST_VIEWS, 2 * columns.shape[1]):
         # So few views are so many photographs.
         return CrossFade(len(frames), 1.0, 1.0)
@@ -82,7 +83,7 @@ def cross_fade_of(signal: GratingSignal) -> CrossFade | None:
     # Between photographs it sinks, so what a photograph shows is nearer to the most than to the mean.
     mean = complex(shown.mean())
     typical = mean * float(np.quantile(np.abs(shown), WHOLE_SHARE)) / max(abs(mean), 1e-30)
-    turn2 = _speed2(signal.phase_rad[:, None], signal.stretch)[used]
+    turn2 = speed2(signal.phase_rad[:, None], signal.stretch)[used]
     lost = np.minimum(9 * turn2 / 24, 1.0) + signal.mixed_share * (1 - np.cos(3 * np.sqrt(turn2)))
     # Noise lasts over frames, so a view is seen anew only where the course comes back to it.
     passed = np.bincount(view, weights=np.diff(view, prepend=-1) != 0)
@@ -127,13 +128,3 @@ def _forms(place_rad: Array) -> Iterator[tuple[int, Complex]]:
             first, third = cross_faded(place_rad, np.array([between[0], *inner, between[-1]]))
             size = np.maximum(np.abs(first), 1e-9)
             yield number, third * (np.conj(first) / size) ** 3 / size
-
-
-def _speed2(series: Array, stretch: NDArray[np.int64]) -> Array:
-    """Square of the change from frame to frame, (T,), of a series (T, N): the mean of before and after."""
-    step2 = np.where(np.diff(stretch) == 0, np.sum(np.diff(series, axis=0) ** 2, axis=1), 0.0)
-    return np.asarray((np.concatenate([[0.0], step2]) + np.concatenate([step2, [0.0]])) / 2)
-
-
-def _standard(series: Array) -> Array:
-    return np.asarray((series - series.mean()) / max(float(series.std()), 1e-12))

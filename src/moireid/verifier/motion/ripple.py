@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from moireid.verifier.fringes.seen_way import views_of
 from moireid.verifier.fringes.signals import GratingSignal
 from moireid.verifier.limits import RIPPLE_STEP_RAD
+from moireid.verifier.motion.other_causes import smeared, standard, standing_still
 from moireid.verifier.motion.taken_places import in_one_turn
 from moireid.verifier.splines import cubic_bumps
 
@@ -32,7 +33,7 @@ SHORT_FRAMES = 120
 
 
 class Course:
-    """What a grating's waveform is regressed on: place, distance and time, and the place finely."""
+    """What a grating's waveform is regressed on: place, distance, time and other causes, and the place finely."""
 
     def __init__(self, signal: GratingSignal) -> None:
         beyond = signal.beyond
@@ -41,12 +42,14 @@ class Course:
         self.law_rad = beyond.law_rad[self.used]
         # A picture shows its phase, and keeps that where it is moved after a cut; the law's phase goes elsewhere.
         self.place_rad = in_one_turn(signal.phase_rad[self.used], signal.stretch[self.used])
-        place, time = _standard(self.law_rad), _standard(signal.times_s[self.used])
+        place, time = standard(self.law_rad), standard(signal.times_s[self.used])
         self._weight = views_of(self.place_rad)
         short = len(place) < SHORT_FRAMES
         columns = [np.vander(place, 4 if short else 5), time[:, None] ** np.arange(1, 2 if short else 4)]
+        columns.append(standing_still(signal.phase_rad[self.used]))
+        columns.append(standard(smeared(beyond.place_px, signal.stretch)[self.used, : 1 if short else 2]))
         if signal.covariates is not None:
-            near = _standard(signal.covariates[self.used, 1])
+            near = standard(signal.covariates[self.used, 1])
             columns.append(np.column_stack([near] if short else [near, near * place, near**2]))
         weigh = np.sqrt(self._weight)[:, None]
         self._smooth = np.linalg.qr(weigh * np.column_stack(columns))[0]
@@ -93,7 +96,3 @@ class Course:
             square += (float(along @ along) - float(np.trace(self._spread)) * noise) / views
             variance += 2 * float(np.sum(self._spread**2)) * (noise / views) ** 2
         return square, math.sqrt(variance)
-
-
-def _standard(series: Array) -> Array:
-    return np.asarray((series - series.mean()) / max(float(series.std()), 1e-12))
