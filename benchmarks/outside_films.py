@@ -260,6 +260,8 @@ def main() -> None:
     todo = [task for task in tasks(arguments) if (task.format, task.number, task.forge, task.front) not in done]
     with ProcessPoolExecutor(arguments.workers, mp_context=get_context("spawn")) as pool:
         for ready in as_completed([pool.submit(judged, task) for task in todo]):
+            if ready.exception():
+                pool.shutdown(cancel_futures=True)
             row = ready.result()
             rows.append(row)
             print(
